@@ -1,0 +1,53 @@
+# Two commands for users: `make demo` and `make test`. Both make their own environment in .venv first.
+PYTHON ?= $(shell for p in python3.12 python3.11 python3.10 python3; do \
+	"$$p" -c 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 12))' 2>/dev/null && { echo "$$p"; break; }; done)
+VENV := .venv
+BIN := $(VENV)/bin
+SEED ?= 1
+
+.PHONY: demo test lint types unit bench-smoke bench lock clean
+
+demo: $(VENV)/.sim
+	$(BIN)/stucksolver demo --seed $(SEED) --out out/demo
+
+test: lint types unit bench-smoke
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(VENV)/.dev
+	$(BIN)/mypy
+
+unit: $(VENV)/.dev
+	$(BIN)/python -m pytest -n 2 -q
+
+bench-smoke: $(VENV)/.dev
+	$(BIN)/python -m benchmarks --smoke
+
+bench: $(VENV)/.dev
+	$(BIN)/python -m benchmarks
+
+$(VENV)/bin/python:
+	@test -n "$(PYTHON)" || { echo "error: needs Python 3.10, 3.11 or 3.12 (the carla package has wheels for no other); found none of them on PATH" >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); echo "error: $(PYTHON) cannot make a virtual environment; on Debian or Ubuntu: apt install python3-venv" >&2; exit 1; }
+
+$(VENV)/.sim: requirements/sim.txt pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/sim.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+$(VENV)/.dev: requirements/dev.txt pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@ $(VENV)/.sim
+
+LOCK := uv pip compile pyproject.toml requirements/build.in --universal --python-version 3.10 --generate-hashes \
+	--no-emit-index-url --no-annotate --no-header --quiet
+
+lock:
+	$(LOCK) --extra sim -o requirements/sim.txt
+	$(LOCK) --extra sim --extra dev -o requirements/dev.txt
+
+clean:
+	rm -rf $(VENV) out .mypy_cache .ruff_cache .pytest_cache
