@@ -1,0 +1,53 @@
+"""What a driving stack must offer to be helped out of immobilization: one small interface, in CARLA's world."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol
+
+
+class DrivePoint(NamedTuple):
+    """One point of a path to drive, in CARLA's left-handed world frame (x east, y south, metres)."""
+
+    x_m: float
+    y_m: float
+    speed_mps: float
+    """Upper bound on the speed at this point."""
+
+
+class RoutePoint(NamedTuple):
+    """One point of the planned route, spaced about a metre apart."""
+
+    waypoint: Any
+    """`carla.Waypoint` at the centre of the lane the route follows."""
+    command: str
+    """`lane_follow`, `left`, `right`, `straight`, `change_left` or `change_right`."""
+
+
+class Driver(Protocol):
+    """A planner with controllers that drives the ego along a route and may be told to drive a given path.
+
+    Arguments and results are objects of the `carla` client library. Raises `RouteError` where no route exists.
+    """
+
+    def set_destination(self, destination: Any, start: Any | None = None) -> None:
+        """Plan a route from `start` (a `carla.Location`; the ego's own where None) to `destination`."""
+
+    @property
+    def route(self) -> Sequence[RoutePoint]:
+        """The whole planned route, points already passed included."""
+
+    def run_step(self) -> Any:
+        """Decide this tick's `carla.VehicleControl`; does not apply it."""
+
+    def done(self) -> bool:
+        """True once the ego is at the end of its route."""
+
+    def follow(self, path: Sequence[DrivePoint]) -> None:
+        """Drive `path` in place of the route from the next step on, still braking for what lies in it."""
+
+    def hold(self) -> None:
+        """Brake to a stop and stay stopped from the next step on."""
+
+    def release(self) -> None:
+        """End `follow` or `hold`: drive the route again, from the nearest point of it that lies ahead."""
