@@ -1,0 +1,9 @@
+"""The base of everything that crosses a boundary: immutable, strict, and with one JSON form."""
+
+from pydantic import BaseModel, ConfigDict
+
+
+class Model(BaseModel):
+    """A frozen record. Unknown fields, NaN and infinities are refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
