@@ -1,0 +1,35 @@
+"""What the solver answers."""
+
+from stucksolver.decision.codes import CauseCode, GuidanceIntent, Intent, WaitLimits, WaitReason
+from stucksolver.decision.decision import (
+    Analysis,
+    AnalysisStep,
+    Decision,
+    Observation,
+    ObservedControl,
+    Participant,
+    RecoveryPlan,
+)
+from stucksolver.decision.directive import CONTINUE, Continue, Directive, Execute, PathPoint, Replan, SafeStop
+
+__all__ = [
+    "CONTINUE",
+    "Analysis",
+    "AnalysisStep",
+    "CauseCode",
+    "Continue",
+    "Decision",
+    "Directive",
+    "Execute",
+    "GuidanceIntent",
+    "Intent",
+    "Observation",
+    "ObservedControl",
+    "Participant",
+    "PathPoint",
+    "RecoveryPlan",
+    "Replan",
+    "SafeStop",
+    "WaitLimits",
+    "WaitReason",
+]

@@ -1,0 +1,73 @@
+"""What every behaviour is made of: parameters with bounds, a precondition, a path, a time allowance."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from enum import Enum
+from typing import ClassVar
+
+from stucksolver.decision.manoeuvre import Manoeuvre
+from stucksolver.scene.model import Model
+from stucksolver.scene.view import View
+
+
+class Check(str, Enum):
+    """The guard's checks; every behaviour names those it must pass."""
+
+    COLLISION = "collision"
+    DRIVABLE_AREA = "drivable_area"
+    SPEED = "speed"
+    STOP_LINE = "stop_line"
+    MARKING = "marking"
+    ONCOMING = "oncoming"
+    LANE_ENTRY = "lane_entry"
+
+
+class Abort(str, Enum):
+    """The safe way out of a behaviour."""
+
+    STOP = "stop"
+    RETURN_TO_LANE = "return_to_lane"
+    FINISH = "finish"
+
+
+MOVING_CHECKS = (Check.COLLISION, Check.DRIVABLE_AREA, Check.SPEED, Check.STOP_LINE)
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a behaviour begins: arc length, lateral offset and speed of the ego."""
+
+    s_m: float
+    d_m: float
+    speed_mps: float
+
+
+class Behavior(Model, ABC):
+    """One entry of the closed list. Instances hold the parameters of one call."""
+
+    checks: ClassVar[tuple[Check, ...]] = ()
+    abort_before_commit: ClassVar[Abort] = Abort.STOP
+    abort_after_commit: ClassVar[Abort] = Abort.FINISH
+    stands_still: ClassVar[bool] = False
+    summary: ClassVar[str]
+    """One sentence: what it does. Shown to models and in the documents."""
+
+    name: str
+
+    @abstractmethod
+    def precondition(self, view: View) -> str | None:
+        """Why it cannot be done here now, or None."""
+
+    @abstractmethod
+    def manoeuvre(self, view: View, start: Start) -> Manoeuvre | None:
+        """Its path from `start`; None for a behaviour that stands still. Raises `CannotPlan`."""
+
+    def time_allowance_s(self, expected_s: float) -> float:
+        """After how long it is given up, for an expected duration."""
+        return 2.0 * expected_s + 5.0
+
+
+class CannotPlan(Exception):
+    """No path exists for a behaviour here; the message says why."""

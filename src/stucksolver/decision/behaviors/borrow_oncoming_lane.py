@@ -1,0 +1,46 @@
+"""Go round what is in the way through the lane of the oncoming traffic, and come back."""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.decision.behaviors.base import MOVING_CHECKS, Abort, Behavior, CannotPlan, Check, Start
+from stucksolver.decision.manoeuvre import Manoeuvre, along_lane, lateral
+from stucksolver.decision.passing import Passing, borrowed_lane, find_passing, length_abreast
+from stucksolver.decision.swing import swing_out
+from stucksolver.scene.view import View
+
+
+class BorrowOncomingLane(Behavior):
+    """Pass an object, and all that stands before it, through the oncoming lane."""
+
+    summary: ClassVar[str] = (
+        "Pass the object past_object_id (and everything between) through the lane of the oncoming traffic on the "
+        "left at up to speed_mps, then come back to the own lane."
+    )
+    checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.MARKING, Check.ONCOMING, Check.LANE_ENTRY)
+    abort_after_commit: ClassVar[Abort] = Abort.RETURN_TO_LANE
+
+    name: Literal["borrow_oncoming_lane"] = "borrow_oncoming_lane"
+    past_object_id: str
+    speed_mps: float = Field(gt=0.5, le=11.0)
+
+    def precondition(self, view: View) -> str | None:
+        if view.index_of(self.past_object_id) is None:
+            return f"object {self.past_object_id} is not seen"
+        if borrowed_lane(view, view.ego_s) is None:
+            return "there is no oncoming lane on the left"
+        return None
+
+    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+        lane = borrowed_lane(view, start.s_m)
+        if lane is None:
+            raise CannotPlan("there is no oncoming lane on the left")
+        passing: Passing = find_passing(view, start, self.past_object_id, lane)
+        out = swing_out(view, start, passing.offset_m, self.speed_mps)
+        abreast = length_abreast(view, start, out, passing, self.speed_mps)
+        beside = along_lane(None, out.end_s, out.end_d, abreast, self.speed_mps)
+        back_m = max(2.5 * float(beside.speed[-1]), 12.0)
+        back = lateral(beside.end_s, beside.end_d, 0.0, back_m, self.speed_mps, view)
+        path = out.then(beside).then(back).then(along_lane(None, back.end_s, 0.0, 5.0, self.speed_mps))
+        return Manoeuvre(path.s, path.d, path.speed, (lane,), passing.ids, returns=True)

@@ -1,0 +1,47 @@
+"""Move into the neighbouring lane of the same direction."""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.decision.behaviors.base import MOVING_CHECKS, Abort, Behavior, CannotPlan, Check, Start
+from stucksolver.decision.manoeuvre import Manoeuvre, along_lane
+from stucksolver.decision.swing import swing_out
+from stucksolver.scene.frenet import Lane
+from stucksolver.scene.road import LaneDirection, LaneKind
+from stucksolver.scene.view import View
+
+
+class ChangeLane(Behavior):
+    """Change to the next lane on a side and stay in it for a while."""
+
+    summary: ClassVar[str] = (
+        "Change into the neighbouring lane of the same direction on `side`, then drive in it until distance_m "
+        "metres from the start are done, at up to speed_mps."
+    )
+    checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.MARKING, Check.LANE_ENTRY)
+    abort_after_commit: ClassVar[Abort] = Abort.FINISH
+
+    name: Literal["change_lane"] = "change_lane"
+    side: Literal["left", "right"]
+    distance_m: float = Field(ge=15.0, le=150.0)
+    speed_mps: float = Field(gt=0.5, le=11.0)
+
+    def precondition(self, view: View) -> str | None:
+        # Where an earlier behaviour of the plan ends is known only to `manoeuvre`, which checks the same again.
+        return None
+
+    def target(self, view: View, start: Start) -> Lane:
+        lane = view.frame.beside(start.s_m, start.d_m, +1 if self.side == "left" else -1)
+        if lane is None or lane.strip.kind is not LaneKind.DRIVING:
+            raise CannotPlan(f"there is no driving lane on the {self.side}")
+        if lane.strip.direction is LaneDirection.OPPOSITE:
+            raise CannotPlan(f"the lane on the {self.side} belongs to oncoming traffic")
+        return lane
+
+    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+        lane = self.target(view, start)
+        swing = swing_out(view, start, lane.at(start.s_m + 15.0)[1], self.speed_mps)
+        rest = max(start.s_m + self.distance_m - swing.end_s, 2.0)
+        path = swing.then(along_lane(lane, swing.end_s, swing.end_d, rest, self.speed_mps))
+        return Manoeuvre(path.s, path.d, path.speed, (lane,), (), returns=abs(path.end_d) < 1.0)

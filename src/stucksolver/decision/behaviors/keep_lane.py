@@ -1,0 +1,27 @@
+"""Go on in the present lane."""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, Check, Start
+from stucksolver.decision.manoeuvre import Manoeuvre, along_lane
+from stucksolver.scene.view import View
+
+
+class KeepLane(Behavior):
+    """Drive on in the lane the ego is in when it begins."""
+
+    summary: ClassVar[str] = "Drive distance_m metres on in the lane the vehicle is in, at up to speed_mps."
+    checks: ClassVar[tuple[Check, ...]] = MOVING_CHECKS
+
+    name: Literal["keep_lane"] = "keep_lane"
+    distance_m: float = Field(ge=5.0, le=150.0)
+    speed_mps: float = Field(gt=0.5, le=11.0)
+
+    def precondition(self, view: View) -> str | None:
+        return None
+
+    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+        lane = view.frame.lane_at(start.s_m, start.d_m)
+        return along_lane(lane, start.s_m, start.d_m, self.distance_m, self.speed_mps)

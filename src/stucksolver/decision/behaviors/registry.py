@@ -1,0 +1,37 @@
+"""The closed list. The schema, the prompt, the guard and the documents are derived from it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, TypeAdapter
+
+from stucksolver.decision.behaviors.base import Behavior
+from stucksolver.decision.behaviors.borrow_oncoming_lane import BorrowOncomingLane
+from stucksolver.decision.behaviors.change_lane import ChangeLane
+from stucksolver.decision.behaviors.keep_lane import KeepLane
+from stucksolver.decision.behaviors.wait import Wait
+from stucksolver.scene.scene import AvailableBehavior
+
+AnyBehavior = Annotated[Wait | KeepLane | ChangeLane | BorrowOncomingLane, Field(discriminator="name")]
+
+REGISTRY: dict[str, type[Behavior]] = {
+    cls.model_fields["name"].default: cls for cls in (Wait, KeepLane, ChangeLane, BorrowOncomingLane)
+}
+
+_adapter: TypeAdapter[AnyBehavior] = TypeAdapter(AnyBehavior)
+
+
+def parse_behavior(data: object) -> Behavior:
+    """A behaviour from its JSON form. Raises `pydantic.ValidationError` on what is not in the list or the bounds."""
+    return _adapter.validate_python(data)
+
+
+def describe(names: tuple[str, ...]) -> tuple[AvailableBehavior, ...]:
+    """What a reasoner is told of behaviours. Raises `KeyError` for a name that is not in the list."""
+    found = []
+    for name in names:
+        if name not in REGISTRY:
+            raise KeyError(f"unknown behaviour {name!r}; the closed list is: {', '.join(REGISTRY)}")
+        found.append(AvailableBehavior(name=name, parameters=REGISTRY[name].model_json_schema()))
+    return tuple(found)

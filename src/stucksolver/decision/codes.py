@@ -1,0 +1,63 @@
+"""The closed lists of words a decision may use."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class CauseCode(str, Enum):
+    """Why the vehicle is immobilized."""
+
+    PARKED_VEHICLE = "parked_vehicle"
+    DISABLED_VEHICLE = "disabled_vehicle"
+    STATIC_OBSTACLE = "static_obstacle"
+    BLOCKED_ROAD = "blocked_road"
+    LOOP = "loop"
+    UNKNOWN = "unknown"
+
+
+class WaitReason(str, Enum):
+    """Why waiting is right."""
+
+    AT_DESTINATION = "at_destination"
+    LIGHT = "light"
+    STOP_SIGN = "stop_sign"
+    QUEUE = "queue"
+    PEOPLE = "people"
+    YIELD = "yield"
+    UNKNOWN_STOPPED = "unknown_stopped"
+    NO_SAFE_WAY = "no_safe_way"
+
+
+@dataclass(frozen=True)
+class WaitLimits:
+    """How long each wait is legitimate, in seconds (the design's table; a deployment may set others)."""
+
+    light_s: float = 180.0
+    queue_moved_within_s: float = 60.0
+    unknown_vehicle_s: float = 10.0
+    hazard_or_parked_s: float = 3.0
+
+
+class Intent(str, Enum):
+    """What a participant is about to do."""
+
+    PARKED = "parked"
+    STOPPED = "stopped"
+    QUEUEING = "queueing"
+    FOLLOWING = "following_lane"
+    ONCOMING = "oncoming"
+    CROSSING = "crossing"
+    WAITING_TO_CROSS = "waiting_to_cross"
+    OBSTRUCTING = "obstructing"
+    UNKNOWN = "unknown"
+
+
+class GuidanceIntent(str, Enum):
+    """What a passenger's words ask for."""
+
+    OVERTAKE = "overtake"
+    CHANGE_LEFT = "change_left"
+    CHANGE_RIGHT = "change_right"
+    WAIT = "wait"
+    GO = "go"
+    UNCLEAR = "unclear"

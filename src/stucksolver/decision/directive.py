@@ -1,0 +1,54 @@
+"""What `StuckSolver.step` returns on every tick."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, TypeAdapter
+
+from stucksolver.decision.behaviors.registry import AnyBehavior
+from stucksolver.scene.model import Model
+
+
+class PathPoint(Model):
+    """A point of the proven path in the local frame of the surroundings, with an upper bound on the speed."""
+
+    x_m: float
+    y_m: float
+    speed_mps: float
+
+
+class Continue(Model):
+    """Drive as if StuckSolver were not there."""
+
+    kind: Literal["continue"] = "continue"
+
+
+class Execute(Model):
+    """Perform a behaviour. `path` is what the guard has proven; empty for a behaviour that stands still.
+
+    The same object is returned for as long as the same stretch is to be driven.
+    """
+
+    kind: Literal["execute"] = "execute"
+    behavior: AnyBehavior
+    path: tuple[PathPoint, ...] = ()
+
+
+class Replan(Model):
+    """Plan the route anew, from a candidate waypoint of the scene or from here (None)."""
+
+    kind: Literal["replan"] = "replan"
+    route_start: str | None = None
+
+
+class SafeStop(Model):
+    """Come to the minimal risk condition; nothing more can be done here."""
+
+    kind: Literal["safe_stop"] = "safe_stop"
+    reason: str
+
+
+Directive = Annotated[Continue | Execute | Replan | SafeStop, Field(discriminator="kind")]
+directive_adapter: TypeAdapter[Directive] = TypeAdapter(Directive)
+CONTINUE = Continue()

@@ -1,0 +1,103 @@
+"""A manoeuvre: the path that a behaviour asks for, in road coordinates, so that the guard can prove it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stucksolver.scene.frenet import Array, Lane
+from stucksolver.scene.view import View
+
+STEP_M = 0.5
+
+
+@dataclass(frozen=True)
+class Manoeuvre:
+    """Stations every `STEP_M` along the road with lateral offset and an upper bound on the speed.
+
+    `enters`: the lanes that the path moves into or through, in order, the ego's own lane excluded.
+    `passes`: ids of the objects that it goes round. `returns`: does it end in the route's lane?
+    """
+
+    s: Array
+    d: Array
+    speed: Array
+    enters: tuple[Lane, ...] = ()
+    passes: tuple[str, ...] = ()
+    returns: bool = True
+
+    @property
+    def end_s(self) -> float:
+        return float(self.s[-1])
+
+    @property
+    def end_d(self) -> float:
+        return float(self.d[-1])
+
+    def heading(self) -> Array:
+        """Heading relative to the road at each station, radians."""
+        return np.arctan2(np.gradient(self.d), np.gradient(self.s)) if len(self.s) > 1 else np.zeros(1)
+
+    def from_station(self, s: float) -> Manoeuvre:
+        """What is left of it ahead of `s`; at least its last two stations."""
+        first = min(int(np.searchsorted(self.s, s)), len(self.s) - 2)
+        return Manoeuvre(self.s[first:], self.d[first:], self.speed[first:], self.enters, self.passes, self.returns)
+
+    def then(self, other: Manoeuvre) -> Manoeuvre:
+        """This one, followed by another that starts where this ends."""
+        return Manoeuvre(
+            np.concatenate([self.s, other.s[1:]]),
+            np.concatenate([self.d, other.d[1:]]),
+            np.concatenate([self.speed, other.speed[1:]]),
+            self.enters + tuple(lane for lane in other.enters if lane not in self.enters),
+            self.passes + tuple(p for p in other.passes if p not in self.passes),
+            other.returns,
+        )
+
+
+def shift(d_from: float, d_to: float, length_m: float) -> Array:
+    """A lateral move as half a cosine wave, sampled every `STEP_M`, both ends included."""
+    x = np.linspace(0.0, 1.0, max(int(round(length_m / STEP_M)), 2) + 1)
+    return d_from + (d_to - d_from) * (1 - np.cos(np.pi * x)) / 2
+
+
+def shift_speed(lateral_m: float, length_m: float, max_lateral_mps2: float) -> float:
+    """Highest speed at which a cosine shift stays within a lateral acceleration, m/s.
+
+    The curvature of d(s) = D/2 (1 - cos(pi s/L)) is at most D/2 (pi/L)^2, reached at both ends.
+    """
+    curvature = abs(lateral_m) / 2 * (np.pi / length_m) ** 2
+    return float(np.sqrt(max_lateral_mps2 / max(curvature, 1e-6)))
+
+
+def shortest_shift(lateral_m: float, radius_m: float) -> float:
+    """Length of the tightest cosine shift that a turning radius allows, metres."""
+    return float(np.pi * np.sqrt(abs(lateral_m) * radius_m / 2))
+
+
+def straight(s_from: float, d: float, length_m: float, speed_mps: float) -> Manoeuvre:
+    """On at a constant offset."""
+    count = max(int(round(length_m / STEP_M)), 1)
+    s = s_from + STEP_M * np.arange(count + 1)
+    return Manoeuvre(s, np.full(count + 1, d), np.full(count + 1, speed_mps))
+
+
+def along_lane(lane: Lane | None, s_from: float, d_from: float, length_m: float, speed_mps: float) -> Manoeuvre:
+    """On in a lane, coming back to its centre within ten metres; at a constant offset where there is no lane."""
+    path = straight(s_from, d_from, length_m, speed_mps)
+    if lane is None:
+        return path
+    centre = np.interp(path.s, lane.s, lane.centre)
+    fade = np.clip(1.0 - (path.s - s_from) / 10.0, 0.0, 1.0)
+    return Manoeuvre(path.s, centre + fade**2 * (d_from - centre[0]), path.speed)
+
+
+def lateral(
+    s_from: float, d_from: float, d_to: float, length_m: float, speed_mps: float, view: View
+) -> Manoeuvre:
+    """A sideways move, slowed to what the vehicle's comfort allows."""
+    offsets = shift(d_from, d_to, length_m)
+    bound = shift_speed(d_to - d_from, length_m, view.ego.limits.max_lateral_acceleration_mps2)
+    s = s_from + STEP_M * np.arange(len(offsets))
+    return Manoeuvre(s, offsets, np.full(len(offsets), min(speed_mps, bound)))

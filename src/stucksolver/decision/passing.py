@@ -1,0 +1,106 @@
+"""What must be passed, how far to the side, and for how long."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stucksolver.decision.behaviors.base import CannotPlan, Start
+from stucksolver.decision.manoeuvre import Manoeuvre, straight
+from stucksolver.decision.rollout import rollout
+from stucksolver.decision.swing import CLEARANCE_M
+from stucksolver.scene.frenet import Lane
+from stucksolver.scene.road import LaneDirection, LaneKind
+from stucksolver.scene.view import View
+
+VULNERABLE_CLEARANCE_M = 1.6
+"""Planned lateral clearance beside pedestrians and cyclists."""
+ROOM_TO_RETURN_M = 14.0
+"""A gap shorter than this behind the passed object does not let the ego come back: what follows is passed too."""
+AHEAD_OF_MOVING_M = 6.0
+"""The ego's rear is this far ahead of a moving object when the return begins."""
+SPEED_MARGIN_MPS = 0.5
+"""A passed road user may be this much faster than seen."""
+
+
+@dataclass(frozen=True)
+class Passing:
+    """The objects to pass, the lateral offset to do it at, and where and how fast the foremost one is."""
+
+    ids: tuple[str, ...]
+    offset_m: float
+    far_s: float
+    speed_mps: float
+
+
+def borrowed_lane(view: View, s: float) -> Lane | None:
+    """The oncoming driving lane on the left of the route's own lane, None if that is not what lies there."""
+    lane = view.frame.beside(s, 0.0, +1)
+    if lane is None or lane.strip.kind is not LaneKind.DRIVING:
+        return None
+    return lane if lane.strip.direction is LaneDirection.OPPOSITE else None
+
+
+def find_passing(view: View, start: Start, object_id: str, lane: Lane) -> Passing:
+    """All that is to be passed up to and including an object. Raises `CannotPlan` where it does not fit."""
+    target = view.index_of(object_id)
+    if target is None:
+        raise CannotPlan(f"object {object_id} is not seen")
+    which = _group(view, start, target)
+    if not which:
+        raise CannotPlan(f"object {object_id} is not in the way")
+    clearance = [VULNERABLE_CLEARANCE_M if view.vulnerable[i] else CLEARANCE_M for i in which]
+    needed = max(float(view.d[i] + view.across[i]) + c for i, c in zip(which, clearance, strict=True))
+    half = view.ego.width_m / 2
+    right, centre, left = lane.at(float(view.s[target]))
+    if needed + half > left - half + 0.1 + half:
+        raise CannotPlan(f"the oncoming lane is too narrow to keep {max(clearance):.1f} m from {object_id}")
+    moving = max(float(view.vs[i]) for i in which)
+    # Beside something that moves we want all of the other lane; beside something that stands no more than needed.
+    offset = max(needed + half, centre) if moving > 0.5 else needed + half
+    far = max(which, key=lambda i: float(view.s[i] + view.along[i]))
+    return Passing(
+        tuple(view.objects[i].id for i in which),
+        min(offset, left - half - 0.1),
+        float(view.s[far] + view.along[far]),
+        max(moving, 0.0),
+    )
+
+
+def _group(view: View, start: Start, target: int) -> list[int]:
+    """The target, what stands in the own lane before it, and what follows too closely behind it."""
+    half = view.ego.width_m / 2 + 0.3
+    in_path = [
+        int(i)
+        for i in np.argsort(view.s)
+        if abs(view.d[i]) - view.across[i] < half
+        and view.s[i] + view.along[i] > start.s_m
+        and view.vs[i] > -0.5
+    ]
+    group: list[int] = []
+    for i in in_path:
+        near = float(view.s[i] - view.along[i])
+        if view.s[i] <= view.s[target] or not group:
+            group.append(i)
+        elif near - max(float(view.s[j] + view.along[j]) for j in group) < ROOM_TO_RETURN_M:
+            group.append(i)
+    return group if target in group else []
+
+
+def length_abreast(view: View, start: Start, out: Manoeuvre, passing: Passing, speed_mps: float) -> float:
+    """How far to go on beside what is passed until the return may begin, metres.
+
+    Computed with a sluggish ego and, for what moves, a speed a little above the one seen.
+    """
+    half = view.ego.length_m / 2
+    if passing.speed_mps <= 0.5:
+        return max(passing.far_s + half + 1.0 - out.end_s, 0.5)
+    path = out.then(straight(out.end_s, out.end_d, 400.0, speed_mps))
+    slow = rollout(path, start.speed_mps, 0.8 * view.ego.limits.comfort_acceleration_mps2, 2.0)
+    rear = path.s - half
+    other = passing.far_s + (passing.speed_mps + SPEED_MARGIN_MPS) * slow.t
+    ahead = np.flatnonzero((rear > other + AHEAD_OF_MOVING_M) & (path.s > out.end_s))
+    if not len(ahead):
+        raise CannotPlan("it would take more than 400 m to pass")
+    return max(float(path.s[ahead[0]]) - out.end_s, 0.5)

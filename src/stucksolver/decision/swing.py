@@ -1,0 +1,44 @@
+"""How to get sideways past what stands close ahead: the longest swing-out that keeps clear of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stucksolver.decision.behaviors.base import CannotPlan, Start
+from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
+from stucksolver.scene.boxes import separation
+from stucksolver.scene.view import View
+
+SHIFT_TIME_S = 3.0
+"""A lane change at speed takes about this long."""
+CLEARANCE_M = 0.5
+"""Planned lateral clearance beside what stands; the guard asks for a little less."""
+
+
+def swing_out(view: View, start: Start, d_to: float, speed_mps: float) -> Manoeuvre:
+    """A sideways move to `d_to`, as long (gentle) as the space ahead lets it be.
+
+    Raises `CannotPlan` where even the tightest turn of the vehicle would touch what stands ahead.
+    """
+    side = d_to - start.d_m
+    shortest = max(shortest_shift(side, view.ego.limits.min_turn_radius_m), 4.0)
+    gentle = max(min(SHIFT_TIME_S * max(start.speed_mps, 4.0), 40.0), shortest)
+    for length in np.linspace(gentle, shortest, 8):
+        path = lateral(start.s_m, start.d_m, d_to, float(length), speed_mps, view)
+        if not touches_standing(view, path, CLEARANCE_M):
+            return path
+    raise CannotPlan(f"no room to swing out by {abs(side):.1f} m: the obstacle ahead is too near")
+
+
+def touches_standing(view: View, path: Manoeuvre, clearance_m: float) -> bool:
+    """Would the ego's body on a path come nearer than `clearance_m` to anything that stands?"""
+    standing = np.flatnonzero(view.moving == 0.0)
+    if not len(standing):
+        return False
+    gap = separation(
+        (path.s[:, None], path.d[:, None], path.heading()[:, None]),
+        (view.ego.length_m / 2, view.ego.width_m / 2),
+        (view.s[standing], view.d[standing], view.yaw[standing]),
+        (view.half_length[standing], view.half_width[standing]),
+    )
+    return bool((gap < clearance_m).any())

@@ -1,0 +1,183 @@
+"""Road coordinates: arc length `s` along a reference line and lateral offset `d` from it, left positive, in metres."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.scene.road import LaneKind, LaneStrip, LineKind, RoadGeometry
+
+Array = NDArray[np.float64]
+
+
+def wrap_angle(angle: Array) -> Array:
+    """Angles brought to [-pi, pi)."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+@dataclass(frozen=True)
+class Lane:
+    """A lane strip as arrays over its own stretch `[start_m, end_m]` of the reference line."""
+
+    strip: LaneStrip
+    start_m: float
+    end_m: float
+    s: Array
+    centre: Array
+    left: Array
+    right: Array
+
+    def covers(self, start_m: float, end_m: float) -> bool:
+        return self.start_m <= start_m and end_m <= self.end_m
+
+    def at(self, s: float) -> tuple[float, float, float]:
+        """(right border, centre, left border) at `s`, held constant beyond the ends."""
+        i = float(np.clip((s - self.start_m) / self.spacing, 0, len(self.s) - 1))
+        k = min(int(i), len(self.s) - 2) if len(self.s) > 1 else 0
+        f = i - k
+        j = min(k + 1, len(self.s) - 1)
+        right, centre, left = (
+            float(a[k] * (1 - f) + a[j] * f) for a in (self.right, self.centre, self.left)
+        )
+        return right, centre, left
+
+    @property
+    def spacing(self) -> float:
+        return float(self.s[1] - self.s[0]) if len(self.s) > 1 else 1.0
+
+    def lines(self, start_m: float, end_m: float) -> frozenset[LineKind]:
+        """The kinds of line that lie between this lane and its neighbour towards the route, on a stretch."""
+        inside = (self.s >= start_m - self.spacing) & (self.s <= end_m + self.spacing)
+        return frozenset(line for line, here in zip(self.strip.line, inside, strict=True) if here)
+
+
+class RoadFrame:
+    """Converts between the local frame and road coordinates, and knows the lanes by arc length."""
+
+    def __init__(self, road: RoadGeometry) -> None:
+        self.road = road
+        self.points: Array = np.asarray(road.reference, dtype=float)
+        steps = np.diff(self.points, axis=0)
+        lengths = np.maximum(np.hypot(steps[:, 0], steps[:, 1]), 1e-9)
+        self.s: Array = np.concatenate([[0.0], np.cumsum(lengths)])
+        self.directions: Array = steps / lengths[:, None]
+        self.length_m = float(self.s[-1])
+        headings = np.unwrap(np.arctan2(self.directions[:, 1], self.directions[:, 0]))
+        self.headings: Array = np.concatenate([headings, headings[-1:]])
+        self.lanes: tuple[Lane, ...] = tuple(self._lane(strip) for strip in road.lanes)
+
+    def _lane(self, strip: LaneStrip) -> Lane:
+        count = min(len(strip.offset_m), len(self.s) - strip.start)
+        s = self.s[strip.start : strip.start + count]
+        centre = np.asarray(strip.offset_m[:count])
+        half = np.asarray(strip.width_m[:count]) / 2
+        return Lane(strip, float(s[0]), float(s[-1]), s, centre, centre + half, centre - half)
+
+    def to_road(self, xy: Array) -> tuple[Array, Array, Array]:
+        """Local points (n, 2) as (s, d, heading of the road there); beyond the ends the line is prolonged."""
+        xy = np.atleast_2d(xy)
+        squared = ((xy[:, None, :] - self.points[None, :, :]) ** 2).sum(axis=2)
+        nearest = squared.argmin(axis=1)
+        best: tuple[Array, Array, Array] | None = None
+        for segment in (np.maximum(nearest - 1, 0), np.minimum(nearest, len(self.directions) - 1)):
+            candidate = self._project(xy, segment)
+            if best is None:
+                best = candidate
+            else:
+                better = candidate[2] < best[2] - 1e-12
+                best = tuple(np.where(better, c, b) for c, b in zip(candidate, best, strict=True))  # type: ignore[assignment]
+        assert best is not None
+        return best[0], best[1], np.interp(best[0], self.s, self.headings)
+
+    def _project(self, xy: Array, segment: NDArray[np.intp]) -> tuple[Array, Array, Array]:
+        """(s, d, distance) of each point on the given segment; only end segments are prolonged."""
+        direction = self.directions[segment]
+        relative = xy - self.points[segment]
+        along = (relative * direction).sum(axis=1)
+        lateral = direction[:, 0] * relative[:, 1] - direction[:, 1] * relative[:, 0]
+        low = np.where(segment == 0, -np.inf, 0.0)
+        high = np.where(
+            segment == len(self.directions) - 1, np.inf, self.s[segment + 1] - self.s[segment]
+        )
+        clipped = np.clip(along, low, high)
+        return self.s[segment] + clipped, lateral, np.hypot(lateral, along - clipped)
+
+    def to_local(self, s: Array, d: Array) -> tuple[Array, Array, Array]:
+        """Road coordinates as (x, y, heading of the road) in the local frame."""
+        index = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.directions) - 1)
+        along = (s - self.s[index])[:, None] * self.directions[index]
+        heading = np.interp(s, self.s, self.headings)
+        base = self.points[index] + along
+        return base[:, 0] - np.sin(heading) * d, base[:, 1] + np.cos(heading) * d, heading
+
+    def lane_at(self, s: float, d: float) -> Lane | None:
+        """The lane in which a point lies, the narrowest distance to its centre winning; None off the lanes."""
+        best: Lane | None = None
+        nearest = np.inf
+        for lane in self.lanes:
+            if not lane.start_m - 1.0 <= s <= lane.end_m + 1.0:
+                continue
+            right, centre, left = lane.at(s)
+            if right - 1e-6 <= d <= left + 1e-6 and abs(d - centre) < nearest:
+                best, nearest = lane, abs(d - centre)
+        return best
+
+    def drivable(self, s: float) -> tuple[float, float] | None:
+        """(right, left) border of the connected driving lanes around the route's own lane at `s`."""
+        spans = [
+            (right, left)
+            for lane in self.lanes
+            if lane.strip.kind is LaneKind.DRIVING and lane.start_m - 1.0 <= s <= lane.end_m + 1.0
+            for right, _, left in (lane.at(s),)
+        ]
+        own = next((span for span in spans if span[0] <= 0.0 <= span[1]), None)
+        if own is None:
+            return None
+        low, high = own
+        for right, left in sorted(spans):
+            if right <= high + 0.3:
+                high = max(high, left)
+        for right, left in sorted(spans, reverse=True):
+            if left >= low - 0.3:
+                low = min(low, right)
+        return low, high
+
+    def beside(self, s: float, d: float, side: int) -> Lane | None:
+        """The next lane of any kind to a side (+1 left, -1 right) of the lane that holds (s, d)."""
+        here = self.lane_at(s, d)
+        origin = here.at(s)[1] if here is not None else d
+        found = [
+            ((lane.at(s)[1] - origin) * side, lane)
+            for lane in self.lanes
+            if lane is not here and lane.start_m - 1.0 <= s <= lane.end_m + 1.0
+        ]
+        nearest = min((pair for pair in found if pair[0] > 0.5), key=lambda pair: pair[0], default=None)
+        return nearest[1] if nearest else None
+
+
+@lru_cache(maxsize=8)
+def _frame_of(key: str, road: _ByKey) -> RoadFrame:
+    return RoadFrame(road.road)
+
+
+@dataclass(frozen=True, eq=False)
+class _ByKey:
+    """Hashes by the geometry's key, so that the cache need not hash thousands of numbers."""
+
+    road: RoadGeometry
+
+    def __hash__(self) -> int:
+        return hash(self.road.key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _ByKey) and (
+            self.road is other.road or (self.road.key == other.road.key and self.road == other.road)
+        )
+
+
+def road_frame(road: RoadGeometry) -> RoadFrame:
+    """The frame of a road geometry, kept from one tick to the next."""
+    return _frame_of(road.key, _ByKey(road))

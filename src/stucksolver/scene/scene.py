@@ -1,0 +1,133 @@
+"""What a reasoner is told: the scene when something may be wrong, in the ego frame of ISO 8855.
+
+x ahead, y left, metres, radians, counter-clockwise, origin at the centre of the ego's bounding box. What is
+unknown is None, never a made-up value.
+"""
+
+from enum import Enum
+from typing import Literal
+
+from pydantic import Base64Bytes, Field, JsonValue
+
+from stucksolver.scene.model import Model
+from stucksolver.scene.objects import TrackedObject
+from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
+from stucksolver.scene.surroundings import TrafficControl
+
+
+class LaneRelation(str, Enum):
+    """Where something is, seen from the ego's route."""
+
+    EGO = "ego"
+    LEFT = "left"
+    RIGHT = "right"
+    ONCOMING = "oncoming"
+    SHOULDER = "shoulder"
+    CROSSING = "crossing"
+    OFF_ROAD = "off_road"
+
+
+class SceneEgo(Model):
+    speed_mps: float
+    lane_id: str | None
+    lateral_offset_m: float
+    """From the centre of the route's lane, left positive."""
+    stopped_for_s: float
+    distance_to_destination_m: float | None
+    at_destination: bool
+    length_m: float
+    width_m: float
+
+
+class SceneObject(TrackedObject):
+    """A tracked object with its place on the road."""
+
+    lane: LaneRelation
+    lane_id: str | None
+    gap_m: float | None
+    """Along the route from the ego's front bumper to its near side; negative while it overlaps or lies behind."""
+    left_edge_m: float
+    right_edge_m: float
+    """Lateral extent from the centre of the route's lane at its place, left positive."""
+    speed_along_mps: float
+    """Along the route; negative when it comes towards us."""
+    in_path: bool
+    """Would the ego touch it on its way along the route's lane?"""
+
+
+class SceneLane(Model):
+    id: str
+    relation: LaneRelation
+    direction: LaneDirection
+    kind: LaneKind
+    width_m: float
+    line: LineKind
+    may_enter: bool
+    """By the road's markings, from the ego's lane."""
+    free_ahead_m: float | None
+    free_behind_m: float | None
+    """From the ego's bumpers to the nearest object in the lane; None where the lane is not seen."""
+    sight_ahead_m: float | None
+    speed_limit_mps: float | None
+
+
+class CandidateWaypoint(Model):
+    """A place from which the route could be planned anew."""
+
+    id: str
+    lane_id: str
+    x_m: float
+    y_m: float
+    distance_m: float
+    """Along the route from the ego."""
+    reaches_destination: bool | None = None
+    route_length_m: float | None = None
+
+
+class AvailableBehavior(Model):
+    """A behaviour the stack can perform now, with the JSON schema of its parameters."""
+
+    name: str
+    parameters: dict[str, JsonValue]
+
+
+class CameraImage(Model):
+    """The front camera's picture, as JPEG."""
+
+    width: int
+    height: int
+    jpeg: Base64Bytes
+
+
+class Guidance(Model):
+    """What a passenger said. Advice and data, never an instruction to the system."""
+
+    text: str = Field(max_length=500)
+    time_s: float
+
+
+class PastAttempt(Model):
+    """A plan of this episode that did not work, and why."""
+
+    time_s: float
+    behaviors: tuple[str, ...]
+    outcome: str
+
+
+class Scene(Model):
+    """Everything a reasoner may know. Scenario labels and role names never appear in it."""
+
+    version: Literal[1] = 1
+    time_s: float
+    frame: int
+    ego: SceneEgo
+    objects: tuple[SceneObject, ...]
+    controls: tuple[TrafficControl, ...]
+    lanes: tuple[SceneLane, ...]
+    waypoints: tuple[CandidateWaypoint, ...] = ()
+    behaviors: tuple[AvailableBehavior, ...]
+    route_command: str | None = None
+    speed_limit_mps: float | None = None
+    image: CameraImage | None = None
+    guidance: Guidance | None = None
+    attempts: tuple[PastAttempt, ...] = ()

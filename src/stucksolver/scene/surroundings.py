@@ -1,0 +1,82 @@
+"""What the guard reads, on every tick while a plan is pending or running."""
+
+from enum import Enum
+
+from pydantic import Field
+
+from stucksolver.scene.model import Model
+from stucksolver.scene.objects import TrackedObject
+from stucksolver.scene.road import RoadGeometry
+
+
+class LightState(str, Enum):
+    RED = "red"
+    YELLOW = "yellow"
+    GREEN = "green"
+    OFF = "off"
+    UNKNOWN = "unknown"
+
+
+class ControlKind(str, Enum):
+    TRAFFIC_LIGHT = "traffic_light"
+    STOP_SIGN = "stop_sign"
+    YIELD_SIGN = "yield_sign"
+    WORK_ZONE = "work_zone"
+
+
+class TrafficControl(Model):
+    """A light, sign or work zone ahead on the route."""
+
+    kind: ControlKind
+    distance_m: float
+    """From the ego's front bumper to its stop line along the route; negative once passed."""
+    applies: bool | None
+    """Does it govern the ego's lane and direction?"""
+    state: LightState | None = None
+    """Of a light only."""
+
+
+class VehicleLimits(Model):
+    """What the vehicle can do, as the guard may assume of it."""
+
+    wheelbase_m: float = 2.9
+    min_turn_radius_m: float = 6.0
+    comfort_acceleration_mps2: float = 1.5
+    comfort_braking_mps2: float = 3.0
+    max_braking_mps2: float = 6.0
+    max_lateral_acceleration_mps2: float = 2.5
+
+
+class EgoState(Model):
+    """The ego in the local frame; `x_m, y_m` is the centre of its bounding box."""
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    speed_mps: float = Field(description="along the heading; negative in reverse")
+    length_m: float = Field(gt=0)
+    width_m: float = Field(gt=0)
+    limits: VehicleLimits = VehicleLimits()
+
+
+class LaneSight(Model):
+    """How far a lane is *seen* along the reference line, ahead of and behind the ego."""
+
+    lane_id: str
+    ahead_m: float
+    behind_m: float
+
+
+class Surroundings(Model):
+    """Perception's answer for one tick, in the local frame of its `road`."""
+
+    frame: int
+    time_s: float
+    age_s: float = 0.0
+    """How old the sensor data were when this was handed over."""
+    ego: EgoState
+    objects: tuple[TrackedObject, ...]
+    controls: tuple[TrafficControl, ...] = ()
+    sight: tuple[LaneSight, ...] = ()
+    """Lanes not listed are not seen at all."""
+    road: RoadGeometry

@@ -1,0 +1,100 @@
+"""One tick's surroundings in road coordinates: what behaviours and the guard compute with."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from stucksolver.scene.frenet import Array, Lane, RoadFrame, road_frame, wrap_angle
+from stucksolver.scene.objects import STATIC_KINDS, VULNERABLE, TrackedObject
+from stucksolver.scene.road import LaneDirection, LaneKind
+from stucksolver.scene.surroundings import Surroundings
+
+MOVING_MPS = 0.1
+"""Above this speed an object counts as moving."""
+
+
+class View:
+    """Arrays over the objects (index as in `objects`) and the ego, in road coordinates.
+
+    `s`, `d`: box centres; `yaw`: heading relative to the road; `vs`, `vd`: velocity along and across;
+    `half_length`, `half_width`: of the boxes; `along`, `across`: half extents of the boxes seen along the road.
+    """
+
+    def __init__(self, surroundings: Surroundings) -> None:
+        self.surroundings = surroundings
+        self.frame: RoadFrame = road_frame(surroundings.road)
+        self.objects: tuple[TrackedObject, ...] = surroundings.objects
+        ego = surroundings.ego
+        self.ego = ego
+        everyone = np.array(
+            [(ego.x_m, ego.y_m, ego.yaw_rad, 0.0, 0.0, ego.length_m, ego.width_m)]
+            + [
+                (o.x_m, o.y_m, o.yaw_rad, o.vx_mps, o.vy_mps, o.length_m, o.width_m)
+                for o in surroundings.objects
+            ]
+        )
+        s, d, heading = self.frame.to_road(everyone[:, :2])
+        yaw = wrap_angle(everyone[:, 2] - heading)
+        self.ego_s, self.ego_d, self.ego_yaw = float(s[0]), float(d[0]), float(yaw[0])
+        self.s, self.d, self.yaw = s[1:], d[1:], yaw[1:]
+        cos, sin = np.cos(heading[1:]), np.sin(heading[1:])
+        vx, vy = everyone[1:, 3], everyone[1:, 4]
+        self.vs, self.vd = vx * cos + vy * sin, vy * cos - vx * sin
+        self.half_length, self.half_width = everyone[1:, 5] / 2, everyone[1:, 6] / 2
+        c, n = np.abs(np.cos(self.yaw)), np.abs(np.sin(self.yaw))
+        self.along: Array = self.half_length * c + self.half_width * n
+        self.across: Array = self.half_length * n + self.half_width * c
+
+    @cached_property
+    def vulnerable(self) -> Array:
+        """1.0 for vulnerable road users, else 0.0."""
+        return np.array([float(o.kind in VULNERABLE) for o in self.objects])
+
+    @cached_property
+    def moving(self) -> Array:
+        """1.0 for what moves, else 0.0."""
+        still = [o.kind in STATIC_KINDS for o in self.objects]
+        return np.where(np.hypot(self.vs, self.vd) > MOVING_MPS, 1.0, 0.0) * (1.0 - np.array(still, dtype=float))
+
+    def index_of(self, object_id: str) -> int | None:
+        """Where an object stands in the arrays, None if it is not seen now."""
+        return next((i for i, o in enumerate(self.objects) if o.id == object_id), None)
+
+    @property
+    def ego_front_s(self) -> float:
+        return self.ego_s + self.ego.length_m / 2
+
+    @cached_property
+    def gap(self) -> Array:
+        """From the ego's front bumper to each object's near side along the road; negative beside or behind."""
+        return self.s - self.along - self.ego_front_s
+
+    @cached_property
+    def ego_lane(self) -> Lane | None:
+        return self.frame.lane_at(self.ego_s, self.ego_d)
+
+    @cached_property
+    def lane_of(self) -> tuple[Lane | None, ...]:
+        """The lane that holds each object's centre."""
+        return tuple(self.frame.lane_at(float(s), float(d)) for s, d in zip(self.s, self.d, strict=True))
+
+    def sight_ahead_m(self, lane: Lane) -> float:
+        """How far a lane is seen ahead of the ego; 0 where the surroundings do not say."""
+        return next((x.ahead_m for x in self.surroundings.sight if x.lane_id == lane.strip.id), 0.0)
+
+    def in_corridor(self, half_width_m: float, clearance_m: float = 0.2) -> Array:
+        """Which objects reach into a strip of that half width around the route's centre line (1.0 or 0.0)."""
+        return np.where(np.abs(self.d) - self.across < half_width_m + clearance_m, 1.0, 0.0)
+
+    def oncoming(self, index: int) -> bool:
+        """Does an object come towards us, or stand in a lane whose traffic does?"""
+        if self.vs[index] < -0.5:
+            return True
+        lane = self.lane_of[index]
+        return (
+            lane is not None
+            and lane.strip.direction is LaneDirection.OPPOSITE
+            and lane.strip.kind is LaneKind.DRIVING
+        )
