@@ -1,0 +1,81 @@
+"""Reference lines made of straight pieces and arcs, in the map's right-handed frame (metres, radians)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+_STRAIGHT_RAD = 1e-9
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A piece of constant curvature (1/m, positive to the left; 0 is a straight line)."""
+
+    length_m: float
+    curvature: float = 0.0
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A point with a heading, counter-clockwise from the x axis."""
+
+    x: float
+    y: float
+    yaw_rad: float
+
+    def moved(self, ahead_m: float, left_m: float = 0.0) -> Pose:
+        """The pose beside and ahead of this one, with the same heading."""
+        cos, sin = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
+        return Pose(
+            self.x + ahead_m * cos - left_m * sin, self.y + ahead_m * sin + left_m * cos, self.yaw_rad
+        )
+
+    def reversed(self) -> Pose:
+        """The same point, looking back."""
+        return Pose(self.x, self.y, self.yaw_rad + math.pi)
+
+    def after(self, segment: Segment) -> Pose:
+        """Where a segment that starts here ends."""
+        turn_rad = segment.length_m * segment.curvature
+        if segment.curvature == 0.0:
+            return self.moved(segment.length_m)
+        radius_m = 1.0 / segment.curvature
+        end = self.moved(radius_m * math.sin(turn_rad), radius_m * (1.0 - math.cos(turn_rad)))
+        return Pose(end.x, end.y, self.yaw_rad + turn_rad)
+
+
+def end_of(start: Pose, segments: Iterable[Segment]) -> Pose:
+    """Where a chain of segments that starts at `start` ends."""
+    for segment in segments:
+        start = start.after(segment)
+    return start
+
+
+def arc(radius_m: float, turn_rad: float) -> Segment:
+    """A bend of this radius; a positive turn is to the left."""
+    return Segment(radius_m * abs(turn_rad), math.copysign(1.0 / radius_m, turn_rad))
+
+
+def connect(start: Pose, end: Pose) -> list[Segment]:
+    """The line, arc and line that lead from one pose to another without a kink.
+
+    Raises ValueError where no such line exists: the poses are parallel but not in line, or face away.
+    """
+    turn_rad = math.remainder(end.yaw_rad - start.yaw_rad, 2 * math.pi)
+    dx, dy = end.x - start.x, end.y - start.y
+    ahead_m = dx * math.cos(start.yaw_rad) + dy * math.sin(start.yaw_rad)
+    left_m = dy * math.cos(start.yaw_rad) - dx * math.sin(start.yaw_rad)
+    if abs(turn_rad) < _STRAIGHT_RAD:
+        if abs(left_m) > 1e-6 or ahead_m <= 0:
+            raise ValueError(f"no straight line leads from {start} to {end}")
+        return [Segment(ahead_m)]
+    to_end_m = left_m / math.sin(turn_rad)
+    to_corner_m = ahead_m - to_end_m * math.cos(turn_rad)
+    tangent_m = min(to_corner_m, to_end_m)
+    if tangent_m <= 0:
+        raise ValueError(f"no single arc leads from {start} to {end}")
+    bend = arc(tangent_m / math.tan(abs(turn_rad) / 2), turn_rad)
+    straights = (Segment(to_corner_m - tangent_m), bend, Segment(to_end_m - tangent_m))
+    return [piece for piece in straights if piece.length_m > 1e-6]
