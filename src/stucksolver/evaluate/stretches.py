@@ -1,0 +1,118 @@
+"""Lanes between junctions as chains of waypoints, cut where the lanes beside them change."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby, pairwise
+from typing import Literal
+
+import carla
+
+_STEP_M = 1.0
+_MIN_LANE_M = 2.75
+_LONGEST = 5000
+SiteKind = Literal["one_lane", "multi_lane"]
+Line = Literal["broken", "solid", "none", "other"]
+_LaneKey = tuple[int, int, int]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Part of a chain, `first` to `last`, along which the neighbours stay the same."""
+
+    kind: SiteKind
+    centre_line: Line
+    """The line to the left neighbour."""
+    rightmost: bool
+    """Whether no driving lane lies to the right."""
+    first: int
+    last: int
+
+
+def lane_runs(carla_map: carla.Map) -> list[list[carla.Waypoint]]:
+    """Every driving lane from junction to junction, a waypoint each metre, in an order that never varies."""
+    entries = {_key(start): start for start, _ in carla_map.get_topology() if not start.is_junction}
+    ordered = sorted(entries, key=lambda key: (not _follows_junction(entries[key]), key))
+    visited: set[_LaneKey] = set()
+    return [
+        _chain(entries[key], visited) for key in ordered if key not in visited and _drivable(entries[key])
+    ]
+
+
+def stretches(chain: Sequence[carla.Waypoint]) -> Iterator[Stretch]:
+    """The parts of a chain that have a left neighbour to pass in."""
+    for neighbours, group in groupby(enumerate(chain), key=lambda item: _neighbours(item[1])):
+        places = [place for place, _ in group]
+        if neighbours is not None:
+            yield Stretch(*neighbours, first=places[0], last=places[-1])
+
+
+def bend_deg(waypoints: Sequence[carla.Waypoint]) -> float:
+    """Largest change of heading between any two of the waypoints, which follow one another."""
+    heading = lowest = highest = 0.0
+    yaws = [waypoint.transform.rotation.yaw for waypoint in waypoints]
+    for before, after in pairwise(yaws):
+        heading += math.remainder(after - before, 360.0)
+        lowest, highest = min(lowest, heading), max(highest, heading)
+    return highest - lowest
+
+
+def crest_deg(waypoints: Sequence[carla.Waypoint]) -> float:
+    """Largest change of slope between any two of the waypoints."""
+    slopes = [math.remainder(waypoint.transform.rotation.pitch, 360.0) for waypoint in waypoints]
+    return max(slopes) - min(slopes)
+
+
+def _chain(start: carla.Waypoint, visited: set[_LaneKey]) -> list[carla.Waypoint]:
+    """Follows a lane until a junction, a fork, its end, or a lane that was walked before."""
+    chain, here = [start], _key(start)
+    visited.add(here)
+    while len(chain) < _LONGEST:
+        onward = chain[-1].next(_STEP_M)
+        if len(onward) != 1 or onward[0].is_junction:
+            break
+        if _key(onward[0]) != here:
+            here = _key(onward[0])
+            if here in visited:
+                break
+            visited.add(here)
+        chain.append(onward[0])
+    return chain
+
+
+def _follows_junction(start: carla.Waypoint) -> bool:
+    before = start.previous(_STEP_M / 2)
+    return len(before) != 1 or before[0].is_junction
+
+
+def _key(waypoint: carla.Waypoint) -> _LaneKey:
+    return waypoint.road_id, waypoint.section_id, waypoint.lane_id
+
+
+def _neighbours(waypoint: carla.Waypoint) -> tuple[SiteKind, Line, bool] | None:
+    """(kind, centre line, rightmost), or None where there is nothing to pass in."""
+    left, right = waypoint.get_left_lane(), waypoint.get_right_lane()
+    if not _drivable(left) or min(left.lane_width, waypoint.lane_width) < _MIN_LANE_M:
+        return None
+    line, rightmost = _line(waypoint.left_lane_marking), not _drivable(right)
+    if left.lane_id * waypoint.lane_id > 0:
+        return None if line == "solid" else ("multi_lane", line, rightmost)
+    if rightmost and not _drivable(left.get_right_lane()):
+        return "one_lane", line, True
+    return None
+
+
+def _drivable(waypoint: carla.Waypoint | None) -> bool:
+    return waypoint is not None and waypoint.lane_type == carla.LaneType.Driving
+
+
+def _line(marking: carla.LaneMarking) -> Line:
+    """Any paint with a solid part counts as solid: which side it binds is not told reliably."""
+    name = str(marking.type).lower()
+    if "solid" in name:
+        return "solid"
+    if "broken" in name:
+        return "broken"
+    return "none" if name == "none" else "other"
