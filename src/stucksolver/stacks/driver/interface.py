@@ -1,4 +1,4 @@
-"""What a driving stack must offer to be helped out of immobilization: one small interface, in CARLA's world."""
+"""What a driving stack must offer to be helped out of immobilization: one small interface, in CARLA terms."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class RoutePoint(NamedTuple):
 class Driver(Protocol):
     """A planner with controllers that drives the ego along a route and may be told to drive a given path.
 
-    Arguments and results are objects of the `carla` client library. Raises `RouteError` where no route exists.
+    Arguments and results are objects of the `carla` client. Raises `RouteError` where no route exists.
     """
 
     def set_destination(self, destination: Any, start: Any | None = None) -> None:

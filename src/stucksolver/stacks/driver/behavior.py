@@ -1,0 +1,107 @@
+"""How the driver behaves: the published profiles, and the acceleration each thing ahead allows.
+
+Profiles and order of concerns (light, walker, vehicle, junction, cruise) are those of `BehaviorAgent` and
+`behavior_types` (CARLA PythonAPI agents package, MIT). It switches between full targets; here each concern
+allows an acceleration and the lowest one counts, so that stops are smooth. It never overtakes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+KMH = 1.0 / 3.6
+STANDING_MPS = 0.5
+EMERGENCY_FROM_MPS2 = 4.0
+HARDEST_MPS2 = 9.5
+_EMERGENCY_CLEARANCE_M = 1.0
+_SPEED_GAIN = 1.2
+_CLOSE_GAIN = 0.8
+
+
+@dataclass(frozen=True)
+class Profile:
+    """One published behaviour; the first six values are BehaviorAgent's, the rest make them smooth."""
+
+    max_speed_kmh: float
+    speed_limit_margin_kmh: float
+    """Kept below the speed limit."""
+    speed_decrease_kmh: float
+    """At most this much slower than a leader while falling back."""
+    safety_time_s: float
+    """Time to collision below which the driver reacts: how far it looks ahead."""
+    min_proximity_m: float
+    """Looks at least this far ahead."""
+    braking_distance_m: float
+    """Bumper gap kept to what stands in the path."""
+    headway_s: float
+    """Added to the gap behind a moving leader."""
+    deceleration: float
+    """Comfortable braking (m/s²)."""
+    lateral_accel: float
+    """Most sideways acceleration in bends (m/s²)."""
+    acceleration: float = 2.0
+
+
+PROFILES = {
+    "cautious": Profile(40.0, 6.0, 12.0, 3.0, 12.0, 6.0, 0.7, 2.0, 1.6, 1.5),
+    "normal": Profile(50.0, 3.0, 10.0, 3.0, 10.0, 5.0, 0.4, 2.5, 2.2),
+    "aggressive": Profile(70.0, 1.0, 8.0, 3.0, 8.0, 4.0, 0.25, 3.0, 3.0, 2.3),
+}
+
+
+def profile_named(name: str) -> Profile:
+    """The profile of that name. Raises `ValueError` naming the known ones."""
+    if name not in PROFILES:
+        raise ValueError(f"unknown behavior {name!r}; choose one of {', '.join(PROFILES)}")
+    return PROFILES[name]
+
+
+def cruise_speed(profile: Profile, speed_limit_kmh: float) -> float:
+    """Target speed (m/s): the profile's own, or a margin below the limit."""
+    return max(min(profile.max_speed_kmh, speed_limit_kmh - profile.speed_limit_margin_kmh), 5.0) * KMH
+
+
+def turn_speed(speed_limit_kmh: float) -> float:
+    """Speed (m/s) through a junction turn: 5 km/h below the limit, as BehaviorAgent; bends lower it."""
+    return max(speed_limit_kmh - 5.0, 5.0) * KMH
+
+
+def look_ahead(profile: Profile, speed: float) -> float:
+    """How far ahead of the bumper (m) bodies are looked for at `speed` (m/s)."""
+    stopping = speed * speed / (2.0 * profile.deceleration)
+    return profile.min_proximity_m + max(stopping + speed, profile.safety_time_s * speed)
+
+
+def toward_speed(speed: float, target: float, profile: Profile) -> float:
+    """Acceleration (m/s²) that leads from `speed` to `target` (m/s)."""
+    wanted = _SPEED_GAIN * (target - speed)
+    return min(max(wanted, -profile.deceleration), profile.acceleration)
+
+
+def toward_gap(
+    speed: float, room: float, lead_speed: float, deceleration: float, fall_back: float = 2.8
+) -> float:
+    """Acceleration (m/s²) that ends `room` metres ahead at `lead_speed`, braking with about `deceleration`.
+
+    The target falls with the square root of the room and, near the end, in proportion to it, without a step
+    in between. With negative room the target is slower than the leader by at most `fall_back` (m/s).
+    """
+    linear = deceleration / _CLOSE_GAIN**2
+    if room < linear:
+        closing, slope = _CLOSE_GAIN * room, _CLOSE_GAIN
+    else:
+        closing = math.sqrt(2.0 * deceleration * (room - linear / 2.0))
+        slope = deceleration / closing
+    target = max(lead_speed + max(closing, -fall_back), 0.0)
+    if target <= 0.0:
+        slope = 0.0
+    return _SPEED_GAIN * (target - speed) - slope * max(speed - lead_speed, 0.0)
+
+
+def emergency(speed: float, gap: float, lead_speed: float) -> float | None:
+    """Hard braking (m/s², negative) where comfort no longer keeps a metre of distance; None where it does."""
+    if speed <= lead_speed or speed < STANDING_MPS:
+        return None
+    needed = (speed * speed - lead_speed * lead_speed) / (2.0 * max(gap - _EMERGENCY_CLEARANCE_M, 0.1))
+    return -min(1.2 * needed, HARDEST_MPS2) if needed > EMERGENCY_FROM_MPS2 else None

@@ -1,0 +1,104 @@
+"""Steering and pedals: from a path and a wanted acceleration to the inputs of `carla.VehicleControl`.
+
+Limits are those of `LocalPlanner` and `VehiclePIDController` (CARLA PythonAPI agents package, MIT): throttle
+0.75, steer 0.8, at most 0.1 of steer a tick, brake 0.5 but for emergencies. The published control laws swing
+out late at low speed and jerk the pedals, so the laws here are others: curvature feed-forward with critically
+damped feedback of the body's centre for steering, acceleration with a PI term for the pedals.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from stucksolver.stacks.driver.path import Path, Projection
+from stucksolver.stacks.driver.vehicle_model import VehicleModel
+
+MAX_THROTTLE = 0.75
+MAX_BRAKE = 0.5
+MAX_STEER = 0.8
+MAX_STEER_STEP = 0.1
+
+
+class Pedals(NamedTuple):
+    """Throttle and brake, each in [0, 1]."""
+
+    throttle: float
+    brake: float
+
+
+class SteerController:
+    """Keeps the body's centre on a path; learns how far the wheels really turn from the yaw rate."""
+
+    MIN_REACH_M = 1.8
+    REACH_S = 0.5
+    """The centre returns to the path over about this much travel: the larger of the two."""
+    PREVIEW_M = 0.3
+    PREVIEW_S = 0.15
+    MAX_APPROACH_RAD = 0.45
+    _LEARNING_RATE = 0.03
+    _LOCK_RANGE = (0.5, 1.8)
+
+    def __init__(self, model: VehicleModel, steer: float = 0.0) -> None:
+        self._model = model
+        self._steer = steer
+        self._lock = model.steer_lock
+
+    @property
+    def curvature(self) -> float:
+        """Curvature (1/m) on which the body's centre moves at the present steer input."""
+        return math.sin(self._model.slip(self._steer * self._lock)) / self._model.rear_axle
+
+    def observe(self, speed: float, yaw_rate: float) -> None:
+        """Learn the steering lock from the speed (m/s) and yaw rate (rad/s) the last input led to."""
+        if speed < 1.5 or abs(self._steer) < 0.08:
+            return
+        lock = math.atan(yaw_rate * self._model.wheelbase / speed) / self._steer
+        low, high = (factor * self._model.steer_lock for factor in self._LOCK_RANGE)
+        if low < lock < high:
+            self._lock += self._LEARNING_RATE * (lock - self._lock)
+
+    def step(self, path: Path, where: Projection, speed: float, limit: float = MAX_STEER) -> float:
+        """The steer input in [-limit, limit], right positive, for the body's centre at `where` on `path`."""
+        reach = max(self.MIN_REACH_M, self.REACH_S * speed)
+        course = where.heading + self._model.slip(self._steer * self._lock)
+        approach = min(max(-where.lateral / (2.0 * reach), -self.MAX_APPROACH_RAD), self.MAX_APPROACH_RAD)
+        ahead = where.s + self.PREVIEW_M + self.PREVIEW_S * speed
+        curvature = path.curvature_at(ahead) + 2.0 / reach * (approach - course)
+        wanted = self._model.steer_angle_for(curvature) / self._lock
+        step = min(max(wanted - self._steer, -MAX_STEER_STEP), MAX_STEER_STEP)
+        self._steer = min(max(self._steer + step, -limit), limit)
+        return self._steer
+
+
+class PedalController:
+    """Tracks a wanted acceleration; a PI term on the speed it leads to takes up what the model leaves."""
+
+    FULL_THROTTLE_MPS2 = 5.5
+    FULL_BRAKE_MPS2 = 9.0
+    EMERGENCY_MPS2 = 4.0
+    """Decelerations above this may use the whole brake."""
+    _GAIN_P = 0.35
+    _GAIN_I = 0.25
+    _MAX_LAG_MPS = 0.6
+    _STANDSTILL_MPS = 0.15
+
+    def __init__(self) -> None:
+        self._reference = 0.0
+        self._integral = 0.0
+
+    def step(self, acceleration: float, speed: float, dt: float) -> Pedals:
+        """Pedals for `acceleration` (m/s²) at `speed` (m/s), `dt` seconds after the last call."""
+        if speed < self._STANDSTILL_MPS and acceleration <= 0.0:
+            self._reference, self._integral = speed, 0.0
+            return Pedals(0.0, MAX_BRAKE)
+        moved = self._reference + acceleration * dt
+        self._reference = min(max(moved, speed - self._MAX_LAG_MPS), speed + self._MAX_LAG_MPS)
+        error = self._reference - speed
+        self._integral = min(max(self._integral + error * dt, -1.0), 1.0)
+        full = self.FULL_THROTTLE_MPS2 if acceleration > 0.0 else self.FULL_BRAKE_MPS2
+        effort = acceleration / full + self._GAIN_P * error + self._GAIN_I * self._integral
+        if effort >= 0.0:
+            return Pedals(min(effort, MAX_THROTTLE), 0.0)
+        most = 1.0 if acceleration < -self.EMERGENCY_MPS2 else MAX_BRAKE
+        return Pedals(0.0, min(-effort, most))

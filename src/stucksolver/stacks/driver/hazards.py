@@ -1,0 +1,155 @@
+"""What lies in the way: the ego's body swept along its path, tested against the boxes around it.
+
+`BehaviorAgent` measures between centres and asks which lane a vehicle is on; here the gap is the travel left
+until the bumper touches, and a body beside the path is no hazard however near.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.stacks.driver.path import Array, Path, Pose, Projection
+from stucksolver.stacks.driver.perception import Surroundings
+from stucksolver.stacks.driver.vehicle_model import VehicleModel
+
+STEP_M = 0.5
+_CLEAR_BELOW_M = 1.0
+_CLEAR_ABOVE_M = 2.3
+_TOUCHING_TRAVEL_M = 1.0
+WALKER_MARGIN_M = 0.5
+_WALKER_HORIZON_S = 2.5
+_WALKER_MIN_SPEED_MPS = 0.3
+_WALKER_STEPS = 5
+
+Flags = NDArray[np.bool_]
+
+
+class Hazard(NamedTuple):
+    """A body in the path."""
+
+    actor_id: int
+    gap: float
+    """Travel left until the ego's body would touch it (m)."""
+    speed: float
+    """Its speed along the path (m/s), never below 0."""
+    is_walker: bool
+
+
+class Sweep(NamedTuple):
+    """Poses of the ego's body along the path ahead, the present one first; metres and radians."""
+
+    travel: Array
+    x: Array
+    y: Array
+    z: Array
+    yaw: Array
+
+
+def sweep(
+    path: Path, where: Projection, pose: Pose, model: VehicleModel, reach: float, length: float
+) -> Sweep:
+    """The body's poses over the next `length` metres; the present offset dies away over about `reach`."""
+    end = min(where.s + length, max(path.length, where.s + STEP_M))
+    travel = np.arange(0.0, end - where.s + STEP_M, STEP_M)
+    s = where.s + travel
+    x, y, yaw = path.at(s)
+    offset = where.lateral * (1.0 + travel / reach) * np.exp(-travel / reach)
+    x, y = x - offset * np.sin(yaw), y + offset * np.cos(yaw)
+    # In a bend the body's centre does not move where the body points.
+    curvature = np.interp(s, path.s, path.curvature)
+    heading_error = where.heading + math.asin(min(max(model.rear_axle * curvature[0], -0.8), 0.8))
+    slip = np.arcsin(np.clip(model.rear_axle * curvature, -0.8, 0.8))
+    yaw = yaw - slip + heading_error * np.exp(-travel / reach)
+    x[0], y[0], yaw[0] = pose
+    return Sweep(travel, x, y, np.interp(s, path.s, path.z), yaw)
+
+
+def nearest_hazards(
+    swept: Sweep, around: Surroundings, model: VehicleModel, margin: float, walker_margin: float
+) -> list[Hazard]:
+    """Every body the sweep meets, nearest first, with `margin` metres beside the ego for it."""
+    if len(around) == 0:
+        return []
+    bodies = _with_predicted_walkers(around)
+    margins = np.where(bodies.is_walker, walker_margin, margin)
+    lon, touch, hit = _overlaps(swept, bodies, model, margins)
+    # What already is within the margin is beside us: only touching it counts. What touches now and is left
+    # behind by driving on does not count either, or the ego could never get away from it.
+    hit = np.where(hit[0], touch, hit)
+    leaving = hit[0] & ~hit[swept.travel >= _TOUCHING_TRAVEL_M].any(axis=0)
+    hit = hit & _at_height(swept, bodies) & ~leaving
+    found = [_hazard(swept, bodies, int(j), lon, hit) for j in np.flatnonzero(hit.any(axis=0))]
+    return sorted(found, key=lambda hazard: hazard.gap)
+
+
+def _overlaps(
+    swept: Sweep, bodies: Surroundings, model: VehicleModel, margins: Array
+) -> tuple[Array, Flags, Flags]:
+    """For each pose (rows) and body (columns): free length ahead, overlap, and overlap with the margin."""
+    cos, sin = np.cos(swept.yaw)[:, None], np.sin(swept.yaw)[:, None]
+    dx, dy = bodies.x - swept.x[:, None], bodies.y - swept.y[:, None]
+    lon, lat = dx * cos + dy * sin, dy * cos - dx * sin
+    turn = bodies.yaw - swept.yaw[:, None]
+    c, s = np.abs(np.cos(turn)), np.abs(np.sin(turn))
+    length, width = bodies.half_length, bodies.half_width
+    free_ahead = np.abs(lon) - model.half_length - (length * c + width * s)
+    free_beside = np.abs(lat) - model.half_width - (length * s + width * c)
+    own_lon = np.abs(lon * np.cos(turn) + lat * np.sin(turn)) - length
+    own_lat = np.abs(lat * np.cos(turn) - lon * np.sin(turn)) - width
+
+    def overlap(margin: Array | float) -> Flags:
+        half_width = model.half_width + margin
+        apart = (
+            (free_ahead > 0.0)
+            | (free_beside > margin)
+            | (own_lon > model.half_length * c + half_width * s)
+            | (own_lat > model.half_length * s + half_width * c)
+        )
+        return np.asarray(~apart)
+
+    return np.asarray(free_ahead), overlap(0.0), overlap(margins)
+
+
+def _at_height(swept: Sweep, bodies: Surroundings) -> Flags:
+    """Is the body neither on a road below nor a bridge above?"""
+    road = swept.z[:, None]
+    return np.asarray((bodies.top > road - _CLEAR_BELOW_M) & (bodies.bottom < road + _CLEAR_ABOVE_M))
+
+
+def _hazard(swept: Sweep, bodies: Surroundings, j: int, free_ahead: Array, hit: Flags) -> Hazard:
+    k = int(np.argmax(hit[:, j]))
+    gap = 0.0
+    if k > 0:
+        # The contact is between two poses; the one before knows how much is free in front of it.
+        before = float(swept.travel[k - 1])
+        gap = min(before + max(float(free_ahead[k - 1, j]), 0.0), float(swept.travel[k]))
+    yaw = float(swept.yaw[k])
+    speed = float(bodies.vx[j]) * math.cos(yaw) + float(bodies.vy[j]) * math.sin(yaw)
+    return Hazard(bodies.actor_id[j], gap, max(speed, 0.0), bool(bodies.is_walker[j]))
+
+
+def _with_predicted_walkers(around: Surroundings) -> Surroundings:
+    """Add moving walkers at the places they will reach soon: one about to step in counts as being there."""
+    moving = around.is_walker & (np.hypot(around.vx, around.vy) > _WALKER_MIN_SPEED_MPS)
+    if not moving.any():
+        return around
+    index = np.concatenate([np.arange(len(around)), np.tile(np.flatnonzero(moving), _WALKER_STEPS)])
+    times = np.linspace(_WALKER_HORIZON_S / _WALKER_STEPS, _WALKER_HORIZON_S, _WALKER_STEPS)
+    ahead = np.concatenate([np.zeros(len(around)), np.repeat(times, int(moving.sum()))])
+    return Surroundings(
+        actor_id=tuple(around.actor_id[i] for i in index),
+        is_walker=around.is_walker[index],
+        x=around.x[index] + around.vx[index] * ahead,
+        y=around.y[index] + around.vy[index] * ahead,
+        yaw=around.yaw[index],
+        half_length=around.half_length[index],
+        half_width=around.half_width[index],
+        bottom=around.bottom[index],
+        top=around.top[index],
+        vx=around.vx[index],
+        vy=around.vy[index],
+    )

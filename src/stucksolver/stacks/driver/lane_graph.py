@@ -1,0 +1,166 @@
+"""The road network of a `carla.Map` as a directed graph of lane samples about a metre apart.
+
+Follows the published behaviour of `GlobalRoutePlanner` (CARLA PythonAPI agents package, MIT): lanes come
+from `Map.get_topology`, and a lane change is an edge wherever the lane markings permit one. Unlike it, every
+second sample is a node, so a change may happen anywhere along a lane and always takes some length.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections import OrderedDict
+from typing import Any
+
+import carla
+import networkx as nx
+
+SAMPLING_M = 1.0
+NODE_STRIDE = 2
+LANE_CHANGE_LENGTH_M = 10
+LANE_CHANGE_COST_M = 15.0
+_MIN_CHANGE_LENGTH_M = 3
+_CACHED_MAPS = 4
+
+LaneKey = tuple[int, int, int]
+
+
+def lane_key(waypoint: Any) -> LaneKey:
+    """Road, section and lane id of a waypoint: what makes two samples lie on the same piece of lane."""
+    return (waypoint.road_id, waypoint.section_id, waypoint.lane_id)
+
+
+class LaneGraph:
+    """Lane samples of one map, and the edges between them; CARLA's world frame, metres."""
+
+    def __init__(self, carla_map: Any) -> None:
+        self.samples: list[Any] = []
+        self.xy: list[tuple[float, float]] = []
+        self.graph = nx.DiGraph()
+        self._span: dict[LaneKey, tuple[int, int]] = {}
+        self._successors: dict[LaneKey, set[LaneKey]] = {}
+        self._add_topology(carla_map.get_topology())
+        for key in self._span:
+            self._link_forward(key)
+        # After the forward links: a change into a lane that ends at once is worth nothing.
+        for key in list(self._span):
+            self._link_changes(key)
+
+    def locate(self, waypoint: Any) -> int | None:
+        """Index of the sample nearest to `waypoint` on its lane; None where that lane is not in the graph."""
+        span = self._span.get(lane_key(waypoint))
+        if span is None:
+            return None
+        first, last = span
+        offset = round(abs(float(waypoint.s) - float(self.samples[first].s)) / SAMPLING_M)
+        return min(first + offset, last)
+
+    def lane_span(self, index: int) -> tuple[int, int]:
+        """First and last sample index of the lane on which sample `index` lies."""
+        return self._span[lane_key(self.samples[index])]
+
+    def node_at_or_after(self, index: int) -> int:
+        """Nearest graph node ahead of (or at) a sample, on the same lane."""
+        first, last = self.lane_span(index)
+        return min(first + -(-(index - first) // NODE_STRIDE) * NODE_STRIDE, last)
+
+    def node_at_or_before(self, index: int) -> int:
+        """Nearest graph node behind (or at) a sample, on the same lane."""
+        first, last = self.lane_span(index)
+        return index if index == last else first + (index - first) // NODE_STRIDE * NODE_STRIDE
+
+    def distance_m(self, a: int, b: int) -> float:
+        """Straight distance between two samples: the heuristic of the search."""
+        return math.dist(self.xy[a], self.xy[b])
+
+    def _add_topology(self, topology: list[tuple[Any, Any]]) -> None:
+        entries = {lane_key(entry) for entry, _ in topology}
+        for entry, leaving in topology:
+            self._add_lane(entry)
+            if lane_key(leaving) != lane_key(entry):
+                self._successors[lane_key(entry)].add(lane_key(leaving))
+        # The topology lists lanes at road ends only; later sections of a road appear just as somebody's exit.
+        pending = [leaving for _, leaving in topology if lane_key(leaving) not in entries]
+        while pending:
+            pending.extend(self._add_inner_lane(pending.pop()))
+
+    def _add_inner_lane(self, entry: Any) -> list[Any]:
+        """Add a lane that is no road entry; returns the entries of lanes after it that are still unknown."""
+        key = lane_key(entry)
+        if key in self._span:
+            return []
+        self._add_lane(entry)
+        last = self.samples[self._span[key][1]]
+        following = [w for w in last.next(1.2 * SAMPLING_M) if lane_key(w) != key]
+        self._successors[key].update(lane_key(w) for w in following)
+        return [w for w in following if lane_key(w) not in self._span]
+
+    def _add_lane(self, inside: Any) -> None:
+        key = lane_key(inside)
+        if key in self._span:
+            return
+        behind = inside.previous_until_lane_start(SAMPLING_M)
+        entry = behind[-1] if behind and lane_key(behind[-1]) == key else inside
+        lane = [entry, *(w for w in entry.next_until_lane_end(SAMPLING_M) if lane_key(w) == key)]
+        first = len(self.samples)
+        for waypoint in lane:
+            location = waypoint.transform.location
+            self.samples.append(waypoint)
+            self.xy.append((location.x, location.y))
+        self._span[key] = (first, len(self.samples) - 1)
+        self._successors[key] = set()
+
+    def _nodes(self, key: LaneKey) -> list[int]:
+        first, last = self._span[key]
+        nodes = list(range(first, last + 1, NODE_STRIDE))
+        return nodes if nodes[-1] == last else [*nodes, last]
+
+    def _link_forward(self, key: LaneKey) -> None:
+        nodes = self._nodes(key)
+        self.graph.add_nodes_from(nodes)
+        for a, b in itertools.pairwise(nodes):
+            self.graph.add_edge(a, b, length=self.distance_m(a, b), change="")
+        for successor in self._successors[key]:
+            if successor in self._span:
+                entry = self._span[successor][0]
+                self.graph.add_edge(nodes[-1], entry, length=self.distance_m(nodes[-1], entry), change="")
+
+    def _link_changes(self, key: LaneKey) -> None:
+        first, last = self._span[key]
+        if self.samples[first].is_junction or last - first < _MIN_CHANGE_LENGTH_M:
+            return
+        for node in self._nodes(key):
+            allowed = self.samples[node].lane_change
+            if allowed in (carla.LaneChange.Right, carla.LaneChange.Both):
+                self._link_change(node, self.samples[node].get_right_lane(), "right")
+            if allowed in (carla.LaneChange.Left, carla.LaneChange.Both):
+                self._link_change(node, self.samples[node].get_left_lane(), "left")
+
+    def _link_change(self, node: int, neighbour: Any, side: str) -> None:
+        if neighbour is None or neighbour.lane_type != carla.LaneType.Driving:
+            return
+        if neighbour.lane_id * self.samples[node].lane_id < 0:
+            return
+        abreast = self.locate(neighbour)
+        if abreast is None:
+            return
+        _, last = self.lane_span(abreast)
+        if last - abreast < _MIN_CHANGE_LENGTH_M:
+            return
+        target = self.node_at_or_after(min(abreast + LANE_CHANGE_LENGTH_M, last))
+        cost = self.distance_m(node, target) + LANE_CHANGE_COST_M
+        self.graph.add_edge(node, target, length=cost, change=side, abreast=abreast)
+
+
+_cache: OrderedDict[tuple[str, int], LaneGraph] = OrderedDict()
+
+
+def lane_graph(carla_map: Any) -> LaneGraph:
+    """The graph of a map, built once; content is the key, as `World.get_map` makes a new object each time."""
+    key = (str(carla_map.name), hash(carla_map.to_opendrive()))
+    if key not in _cache:
+        _cache[key] = LaneGraph(carla_map)
+        if len(_cache) > _CACHED_MAPS:
+            _cache.popitem(last=False)
+    _cache.move_to_end(key)
+    return _cache[key]

@@ -1,0 +1,101 @@
+"""Which line the ego drives now, and where on it: the route, an explicit path, or a return to the route."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from stucksolver.stacks.driver.interface import DrivePoint, RoutePoint
+from stucksolver.stacks.driver.path import Path, Pose, Projection, limited_speed
+from stucksolver.stacks.driver.route_line import curve_speed, given_path, rejoining_path, route_path
+
+ARRIVED_M = 2.0
+_REJOIN_BESIDE_M = 0.4
+_LOST_M = 25.0
+
+
+class LocalPlanner:
+    """Keeps the progress on the route in every mode, so that points passed beside the lane count too."""
+
+    def __init__(self, lateral_accel: float, deceleration: float) -> None:
+        self._lateral_accel = lateral_accel
+        self._deceleration = deceleration
+        self._route_line: Path | None = None
+        self._route_s = 0.0
+        self._path: Path | None = None
+        self._where = Projection(0.0, 0.0, 0.0)
+        self.following = False
+
+    @property
+    def path(self) -> Path | None:
+        """The line being driven; None before any route or path is given."""
+        return self._path
+
+    @property
+    def where(self) -> Projection:
+        """The ego on `path`, as of the last update."""
+        return self._where
+
+    @property
+    def route_line(self) -> Path | None:
+        """The line of the whole route."""
+        return self._route_line
+
+    @property
+    def route_s(self) -> float:
+        """Progress along the route's line (m); never falls by more than a few metres."""
+        return self._route_s
+
+    @property
+    def arrived(self) -> bool:
+        """True within two metres of the route's end."""
+        return self._route_line is not None and self._route_s >= self._route_line.length - ARRIVED_M
+
+    def set_route(self, route: Sequence[RoutePoint], pose: Pose, speed: float) -> None:
+        """Drive `route` from where the ego is."""
+        line = route_path(route)
+        bounds = limited_speed(line.s, curve_speed(line.curvature, self._lateral_accel), self._deceleration)
+        self._route_line = Path(line.s, line.x, line.y, line.z, line.yaw, line.curvature, bounds)
+        self._route_s = self._route_line.project(pose).s
+        self.release(pose, speed)
+
+    def follow(self, points: Sequence[DrivePoint], pose: Pose, z: float) -> None:
+        """Drive `points`, at height `z`; those behind the ego are skipped."""
+        line = given_path(points, z)
+        bounds = limited_speed(line.s, line.speed, self._deceleration)
+        self._path = Path(line.s, line.x, line.y, line.z, line.yaw, line.curvature, bounds)
+        self._where = self._path.project(pose)
+        self.following = True
+
+    def release(self, pose: Pose, speed: float) -> None:
+        """Drive the route again from the nearest point of it ahead, coming back smoothly from beside it."""
+        self.following = False
+        path = self._path = self._route_line
+        if path is None:
+            return
+        self._advance_route(pose)
+        here = path.project(pose, self._route_s)
+        if _REJOIN_BESIDE_M < abs(here.lateral) < _LOST_M:
+            self._path = rejoining_path(path, here.s, here.lateral, speed)
+            here = self._path.project(pose)
+        self._where = here
+
+    def update(self, pose: Pose) -> None:
+        """Note where the ego is now."""
+        if self._route_line is not None:
+            self._advance_route(pose)
+        if self._path is not None:
+            self._where = self._located(self._path, pose, self._where.s)
+
+    def _advance_route(self, pose: Pose) -> None:
+        assert self._route_line is not None
+        self._route_s = self._located(self._route_line, pose, self._route_s).s
+
+    @staticmethod
+    def _located(path: Path, pose: Pose, near_s: float) -> Projection:
+        """Search near the last place first, and everywhere if the ego was put somewhere else."""
+        near = path.project(pose, near_s)
+        x, y, _ = path.at(np.array([near.s]))
+        return near if math.hypot(pose.x - x[0], pose.y - y[0]) < _LOST_M else path.project(pose)

@@ -1,0 +1,62 @@
+"""What the driver must know of the ego's body: size, wheelbase and how far its wheels turn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+PHYSX_STEER_RATIO = 0.6
+"""Steering lock of the equivalent bicycle over the inner wheel's: CARLA's 70 degree wheels steer like 42."""
+
+_WHEELBASE_RANGE_M = (0.8, 8.0)
+_WHEELBASE_PER_LENGTH = 0.6
+_DEFAULT_LOCK_DEG = 70.0
+
+
+@dataclass(frozen=True)
+class VehicleModel:
+    """A bicycle with a box around it; lengths in metres, angles in radians."""
+
+    half_length: float
+    half_width: float
+    wheelbase: float
+    steer_lock: float
+    """Steering angle of the bicycle at full steer input, as first guess."""
+
+    @property
+    def rear_axle(self) -> float:
+        """Distance of the rear axle behind the body's centre."""
+        return self.wheelbase / 2.0
+
+    def slip(self, steer_angle: float) -> float:
+        """Angle (rad) between the motion of the body's centre and the body's heading."""
+        return math.atan(self.rear_axle / self.wheelbase * math.tan(steer_angle))
+
+    def steer_angle_for(self, curvature: float) -> float:
+        """Steering angle (rad) that moves the body's centre on a circle of `curvature` (1/m)."""
+        sine = min(max(self.rear_axle * curvature, -0.8), 0.8)
+        return math.atan(self.wheelbase / self.rear_axle * math.tan(math.asin(sine)))
+
+
+def vehicle_model(vehicle: Any) -> VehicleModel:
+    """Measure a `carla.Vehicle` from its bounding box and physics control (two requests to the server)."""
+    extent = vehicle.bounding_box.extent
+    wheels = vehicle.get_physics_control().wheels
+    lock = max((abs(wheel.max_steer_angle) for wheel in wheels), default=0.0) or _DEFAULT_LOCK_DEG
+    return VehicleModel(
+        half_length=float(extent.x),
+        half_width=float(extent.y),
+        wheelbase=_wheelbase(wheels, 2.0 * float(extent.x)),
+        steer_lock=math.radians(lock) * PHYSX_STEER_RATIO,
+    )
+
+
+def _wheelbase(wheels: Any, length: float) -> float:
+    """Distance between front and rear wheel; wheel positions are world centimetres, if filled in."""
+    if len(wheels) >= 4:
+        front, rear = wheels[0].position, wheels[2].position
+        base = math.dist((front.x, front.y, front.z), (rear.x, rear.y, rear.z)) / 100.0
+        if _WHEELBASE_RANGE_M[0] < base < min(_WHEELBASE_RANGE_M[1], length):
+            return base
+    return _WHEELBASE_PER_LENGTH * length
