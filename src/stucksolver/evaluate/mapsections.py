@@ -1,0 +1,62 @@
+"""Which lanes an OpenDRIVE map has near a region, of every type.
+
+`carla.Map` lists driving lanes only; sidewalks, shoulders, parking and biking lanes are read from its text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+import carla
+import shapely
+
+_HALF_ROAD_M = 30.0
+"""No lane lies further than this from its road's reference line."""
+
+
+class LaneSpan(NamedTuple):
+    """A lane within one lane section, from `start_s` to `end_s` of its road (m)."""
+
+    road_id: int
+    lane_id: int
+    kind: str
+    """Lane type as OpenDRIVE has it: `driving`, `shoulder`, `sidewalk`, ..."""
+    start_s: float
+    end_s: float
+    draws_centre: bool
+    """Whether this lane shows the road's centre line, which it shares with the other side."""
+
+
+def lane_spans(carla_map: carla.Map, region: shapely.Polygon) -> Iterator[LaneSpan]:
+    """Every lane of the roads that may touch the region (right-handed frame)."""
+    for road in ElementTree.fromstring(carla_map.to_opendrive()).iter("road"):
+        if _may_touch(road, region):
+            yield from _spans(road)
+
+
+def _may_touch(road: ElementTree.Element, region: shapely.Polygon) -> bool:
+    """Whether any piece of the reference line starts close enough to reach the region."""
+    for geometry in road.iter("geometry"):
+        start = shapely.Point(_number(geometry, "x"), _number(geometry, "y"))
+        if region.distance(start) <= _number(geometry, "length") + _HALF_ROAD_M:
+            return True
+    return False
+
+
+def _spans(road: ElementTree.Element) -> Iterator[LaneSpan]:
+    sections = list(road.iter("laneSection"))
+    starts = [_number(section, "s") for section in sections]
+    for section, (start_s, end_s) in zip(sections, pairwise([*starts, _number(road, "length")]), strict=True):
+        lanes = {int(lane.get("id", "0")): lane.get("type", "none") for lane in section.iter("lane")}
+        lanes.pop(0, None)
+        innermost = min(lanes, key=lambda lane_id: (abs(lane_id), lane_id), default=0)
+        for lane_id, kind in lanes.items():
+            if end_s - start_s > 0.01:
+                yield LaneSpan(int(road.get("id", "0")), lane_id, kind, start_s, end_s, lane_id == innermost)
+
+
+def _number(element: ElementTree.Element, name: str) -> float:
+    return float(element.get(name, "nan"))
