@@ -70,9 +70,7 @@ def town_xml() -> str:
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the script; 1 when `--check` finds a difference."""
-    parser = argparse.ArgumentParser(
-        prog="python -m carlette.maps.generate", description="Generates the demo town."
-    )
+    parser = argparse.ArgumentParser(prog="python -m carlette.maps.generate", description="Generates the demo town.")
     parser.add_argument("--check", action="store_true", help="compare, do not write")
     text = town_xml()
     if not parser.parse_args(arguments).check:

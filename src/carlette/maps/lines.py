@@ -28,9 +28,7 @@ class Pose:
     def moved(self, ahead_m: float, left_m: float = 0.0) -> Pose:
         """The pose beside and ahead of this one, with the same heading."""
         cos, sin = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
-        return Pose(
-            self.x + ahead_m * cos - left_m * sin, self.y + ahead_m * sin + left_m * cos, self.yaw_rad
-        )
+        return Pose(self.x + ahead_m * cos - left_m * sin, self.y + ahead_m * sin + left_m * cos, self.yaw_rad)
 
     def reversed(self) -> Pose:
         """The same point, looking back."""

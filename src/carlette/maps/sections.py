@@ -16,9 +16,7 @@ _WHITE = xodr.RoadMarkColor.white
 _YELLOW = xodr.RoadMarkColor.yellow
 
 
-def paint(
-    kind: xodr.RoadMarkType, color: xodr.RoadMarkColor = _WHITE, *, change: bool = False
-) -> xodr.RoadMark:
+def paint(kind: xodr.RoadMarkType, color: xodr.RoadMarkColor = _WHITE, *, change: bool = False) -> xodr.RoadMark:
     """A painted line; `change` permits lane changes across it to vehicles of the same direction."""
     across = xodr.LaneChange.both if change else xodr.LaneChange.none
     return xodr.RoadMark(kind, width=PAINT_M, color=color, laneChange=across)

@@ -1,0 +1,7 @@
+"""`python -m carlette`."""
+
+import sys
+
+from carlette.cli import main
+
+sys.exit(main())

@@ -1,0 +1,128 @@
+"""The blueprint library: definitions for the client, models for the physics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+from carlette.blueprints.definitions import (
+    Attribute,
+    AttributeType,
+    Definition,
+    flag,
+    integer,
+    number,
+    option,
+    role_name,
+    text,
+)
+from carlette.blueprints.tables import (
+    PropModel,
+    VehicleModel,
+    WalkerModel,
+    prop_models,
+    vehicle_models,
+    walker_models,
+)
+
+COLORS = ("255,255,255", "17,17,17", "88,88,88", "180,44,44", "22,62,120", "178,174,162")
+BIKE_COLORS = ("0,0,0", "120,20,20", "30,70,140")
+POLICE_COLORS = ("255,255,255",)
+SENSORS = ("sensor.other.collision", "sensor.other.lane_invasion")
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """Everything that can be spawned; definitions are in the order in which the client gets them."""
+
+    definitions: dict[str, Definition]
+    vehicles: dict[str, VehicleModel] = field(default_factory=dict)
+    props: dict[str, PropModel] = field(default_factory=dict)
+    walkers: dict[str, WalkerModel] = field(default_factory=dict)
+
+
+@lru_cache(maxsize=1)
+def load_catalogue() -> Catalogue:
+    """The catalogue; read once, immutable."""
+    vehicles = {model.id: model for model in vehicle_models()}
+    props = {model.id: model for model in prop_models()}
+    walkers = {model.id: model for model in walker_models()}
+    definitions = [
+        *map(vehicle_definition, vehicles.values()),
+        *map(walker_definition, walkers.values()),
+        *map(prop_definition, props.values()),
+        *(Definition(id, (role_name("front"),)) for id in SENSORS),
+        mesh_definition(),
+        Definition("controller.ai.walker", (role_name("walker"),)),
+    ]
+    return Catalogue({one.id: one for one in definitions}, vehicles, props, walkers)
+
+
+def vehicle_definition(model: VehicleModel) -> Definition:
+    """The blueprint of a vehicle."""
+    colors = POLICE_COLORS if model.special_type == "emergency" else COLORS
+    attributes: list[Attribute] = [
+        text("base_type", model.base_type),
+        text("special_type", model.special_type),
+        integer("generation", model.generation),
+        integer("number_of_wheels", model.wheels),
+        flag("has_lights", model.has_lights),
+        flag("has_dynamic_doors", model.has_doors),
+        text("object_type", ""),
+        role_name("autopilot", "autopilot", "scenario", "ego_vehicle"),
+        option("sticky_control", AttributeType.BOOL, "True"),
+        option("terramechanics", AttributeType.BOOL, "False"),
+        _color(BIKE_COLORS if model.is_two_wheeler else colors),
+    ]
+    if model.is_two_wheeler:
+        attributes.append(option("driver_id", AttributeType.INT, "0", "0", "1", "2"))
+    return Definition(model.id, tuple(attributes))
+
+
+def walker_definition(model: WalkerModel) -> Definition:
+    """The blueprint of a pedestrian."""
+    walk_mps = model.run_speed_mps / 2.5
+    speed = Attribute(
+        "speed", AttributeType.FLOAT, f"{walk_mps:g}", ("0", f"{walk_mps:g}", f"{model.run_speed_mps:g}"), True
+    )
+    return Definition(
+        model.id,
+        (
+            text("gender", model.gender),
+            text("age", model.age),
+            integer("generation", 2 if int(model.id[-4:]) > 14 else 1),
+            role_name("pedestrian"),
+            option("is_invincible", AttributeType.BOOL, "true"),
+            option("can_use_wheelchair", AttributeType.BOOL, "false"),
+            option("use_wheelchair", AttributeType.BOOL, "false"),
+            speed,
+        ),
+    )
+
+
+def prop_definition(model: PropModel) -> Definition:
+    """The blueprint of a static prop."""
+    size_m = max(model.length_m, model.width_m, model.height_m)
+    return Definition(model.id, (role_name("prop"), text("size", _size_class(size_m))))
+
+
+def mesh_definition() -> Definition:
+    """A prop whose mesh is named by the client; carlette has no meshes and shows a box of half a metre."""
+    return Definition(
+        "static.prop.mesh",
+        (
+            role_name("prop"),
+            option("mesh_path", AttributeType.STRING, ""),
+            number("scale", 1.0, modifiable=True),
+            number("mass", 0.0, modifiable=True),
+        ),
+    )
+
+
+def _color(values: tuple[str, ...]) -> Attribute:
+    return Attribute("color", AttributeType.COLOR, values[0], values, is_modifiable=True)
+
+
+def _size_class(size_m: float) -> str:
+    limits = ((0.3, "tiny"), (0.9, "small"), (2.0, "medium"))
+    return next((name for limit_m, name in limits if size_m < limit_m), "big")

@@ -1,0 +1,71 @@
+"""Actor definitions: what a blueprint library is made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+
+class AttributeType(IntEnum):
+    """Types of an attribute; `ClientVersion.attribute_type_offset` is added on the wire."""
+
+    BOOL = 0
+    INT = 1
+    FLOAT = 2
+    STRING = 3
+    COLOR = 4
+
+
+@dataclass(frozen=True)
+class Attribute:
+    """One attribute of a blueprint, with its default as text."""
+
+    id: str
+    type: AttributeType
+    value: str
+    recommended: tuple[str, ...] = ()
+    is_modifiable: bool = False
+    is_restricted: bool = False
+
+
+@dataclass(frozen=True)
+class Definition:
+    """One kind of actor that a client can ask for."""
+
+    id: str
+    attributes: tuple[Attribute, ...]
+
+    @property
+    def tags(self) -> str:
+        """CARLA's tags are the parts of the id."""
+        return ",".join(self.id.split("."))
+
+
+def text(id: str, value: str) -> Attribute:
+    """A fixed text attribute."""
+    return Attribute(id, AttributeType.STRING, value)
+
+
+def integer(id: str, value: int) -> Attribute:
+    """A fixed integer attribute."""
+    return Attribute(id, AttributeType.INT, str(value))
+
+
+def flag(id: str, value: bool) -> Attribute:
+    """A fixed boolean attribute."""
+    return Attribute(id, AttributeType.BOOL, str(value).lower())
+
+
+def number(id: str, value: float, *, modifiable: bool = False) -> Attribute:
+    """A float attribute."""
+    return Attribute(id, AttributeType.FLOAT, f"{value:g}", is_modifiable=modifiable)
+
+
+def option(id: str, type: AttributeType, value: str, *recommended: str) -> Attribute:
+    """An attribute that the client may set freely."""
+    return Attribute(id, type, value, recommended, is_modifiable=True)
+
+
+def role_name(value: str, *recommended: str) -> Attribute:
+    """Every actor has one; scenario code finds its own actors by it."""
+    return option("role_name", AttributeType.STRING, value, *recommended)

@@ -1,0 +1,31 @@
+"""The errors of carlette: each says what, where and what to do."""
+
+
+class CarletteError(Exception):
+    """Base of every error that carlette raises on purpose."""
+
+
+class UsageError(CarletteError):
+    """The command cannot start: the message is one line that names the thing and the remedy."""
+
+
+class MapError(UsageError):
+    """An OpenDRIVE map that is missing, unreadable or has nowhere to drive."""
+
+
+class RequestError(CarletteError):
+    """A request of a client that cannot be carried out; the client raises it as `RuntimeError`."""
+
+
+class SpawnCollision(RequestError):
+    """The spawn place is taken. CARLA's client code matches this very text."""
+
+    def __init__(self) -> None:
+        super().__init__("Spawn failed because of collision at spawn position")
+
+
+class UnknownActor(RequestError):
+    """A request names an actor that does not exist (any more)."""
+
+    def __init__(self, actor_id: int, method: str) -> None:
+        super().__init__(f"{method}: unable to find actor {actor_id}; it was destroyed or never spawned")

@@ -1,0 +1,82 @@
+"""Positions and rotations in CARLA's left-handed world: x ahead, y right, z up; metres and degrees.
+
+Yaw is clockwise seen from above, so all planar formulas look as in a right-handed x-y plane.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+class Vector(NamedTuple):
+    """A location or direction in the world or in an actor's frame."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+    def is_finite(self) -> bool:
+        """False when a component is NaN or infinite."""
+        return math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.z)
+
+    def plus(self, other: Vector) -> Vector:
+        """Component-wise sum."""
+        return Vector(self.x + other.x, self.y + other.y, self.z + other.z)
+
+
+class Rotation(NamedTuple):
+    """Pitch, yaw, roll in degrees (the order in which CARLA sends them)."""
+
+    pitch: float = 0.0
+    yaw: float = 0.0
+    roll: float = 0.0
+
+
+class Pose(NamedTuple):
+    """Where a thing is and how it is turned."""
+
+    location: Vector = Vector()
+    rotation: Rotation = Rotation()
+
+    def is_finite(self) -> bool:
+        """False when a number is NaN or infinite."""
+        return self.location.is_finite() and all(map(math.isfinite, self.rotation))
+
+    def apply(self, point: Vector) -> Vector:
+        """`point` of this pose's frame, in the frame the pose is given in."""
+        return self.location.plus(rotate(point, self.rotation))
+
+    def compose(self, child: Pose) -> Pose:
+        """The pose of `child`, given in this frame, in the outer frame (exact for yaw, sums of angles)."""
+        turned = Rotation(*(a + b for a, b in zip(self.rotation, child.rotation, strict=True)))
+        return Pose(self.apply(child.location), turned)
+
+
+class Box(NamedTuple):
+    """A bounding box in an actor's frame: centre, half sizes (m) and rotation."""
+
+    center: Vector
+    extent: Vector
+    rotation: Rotation = Rotation()
+
+
+def rotate(point: Vector, rotation: Rotation) -> Vector:
+    """`point` turned by CARLA's rotation convention."""
+    (cp, sp), (cy, sy), (cr, sr) = ((math.cos(math.radians(a)), math.sin(math.radians(a))) for a in rotation)
+    x, y, z = point
+    return Vector(
+        x * cp * cy + y * (cy * sp * sr - sy * cr) + z * (-cy * sp * cr - sy * sr),
+        x * cp * sy + y * (sy * sp * sr + cy * cr) + z * (-sy * sp * cr + cy * sr),
+        x * sp - y * cp * sr + z * cp * cr,
+    )
+
+
+def wrap_degrees(angle: float) -> float:
+    """The same angle within [-180, 180)."""
+    return (angle + 180.0) % 360.0 - 180.0

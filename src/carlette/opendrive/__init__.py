@@ -1,0 +1,1 @@
+"""What carlette reads from an OpenDRIVE map."""

@@ -1,0 +1,96 @@
+"""The road network as the server needs it: ground, speed limits, spawn points."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from carlette.errors import MapError
+from carlette.geometry import Pose, Rotation, Vector
+from carlette.opendrive.document import MapFile, check_opendrive
+from carlette.opendrive.speed import SpeedLimits, read_speed_limits
+
+SPAWN_SPACING_M = 20.0
+SPAWN_HEIGHT_M = 0.5
+
+
+class Ground(NamedTuple):
+    """The road's surface near a point, as a plane, and the speed limit there."""
+
+    origin: Vector
+    slope_x: float
+    """Rise in z for each metre of x."""
+    slope_y: float
+    limit_kmh: float
+
+
+class RoadNetwork:
+    """Wraps `carla.Map` (which cannot be pickled, so a copy builds its own from the text)."""
+
+    def __init__(self, file: MapFile) -> None:
+        """Raises `MapError` when the client's library cannot make a map of the file."""
+        root = check_opendrive(file.text, file.name)
+        self.file = file
+        self.limits: SpeedLimits = read_speed_limits(root)
+        self.carla: Any = _carla()
+        self.map: Any = self._build()
+
+    def __getstate__(self) -> MapFile:
+        return self.file
+
+    def __setstate__(self, file: MapFile) -> None:
+        self.__init__(file)  # type: ignore[misc]
+
+    def _build(self) -> Any:
+        try:
+            built = self.carla.Map(self.file.name, self.file.text)
+            drivable = built.generate_waypoints(5.0)
+        except RuntimeError as error:
+            raise MapError(f"map '{self.file.name}' is rejected by the carla library: {error}") from None
+        if not drivable:
+            raise MapError(f"map '{self.file.name}' has no driving lane; give a map with roads to drive on")
+        return built
+
+    def waypoint(self, point: Vector) -> Any:
+        """The nearest waypoint of any lane type."""
+        return self.map.get_waypoint(self.carla.Location(*point), True, self.carla.LaneType.Any)
+
+    def ground(self, point: Vector) -> Ground:
+        """The surface of the lane nearest to `point`."""
+        found = self.waypoint(point)
+        transform = found.transform
+        location, rotation = transform.location, transform.rotation
+        slope = math.tan(math.radians(rotation.pitch))
+        yaw = math.radians(rotation.yaw)
+        return Ground(
+            Vector(location.x, location.y, location.z),
+            slope * math.cos(yaw),
+            slope * math.sin(yaw),
+            self.limits.at(found.road_id, found.lane_id, found.s),
+        )
+
+    def spawn_points(self) -> list[Pose]:
+        """Places on driving lanes outside junctions, half a metre above the road."""
+        points = []
+        for waypoint in self.map.generate_waypoints(SPAWN_SPACING_M):
+            if not waypoint.is_junction and waypoint.lane_type == self.carla.LaneType.Driving:
+                points.append(_above(waypoint))
+        return points or [_above(one) for one in self.map.generate_waypoints(SPAWN_SPACING_M)]
+
+
+def _above(waypoint: Any) -> Pose:
+    location, rotation = waypoint.transform.location, waypoint.transform.rotation
+    return Pose(
+        Vector(location.x, location.y, location.z + SPAWN_HEIGHT_M), Rotation(rotation.pitch, rotation.yaw, 0.0)
+    )
+
+
+def _carla() -> Any:
+    try:
+        import carla
+    except ImportError:
+        raise MapError(
+            "the package 'carla' is not installed, and it has wheels for Python 3.10, 3.11 and 3.12 only; "
+            "install 'stucksolver[sim]' under one of them"
+        ) from None
+    return carla

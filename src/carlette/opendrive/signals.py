@@ -1,0 +1,133 @@
+"""Traffic lights and stop signs of a map, with the lanes that they govern."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import Any
+from xml.etree import ElementTree
+
+from carlette.geometry import Box, Pose, Rotation, Vector, wrap_degrees
+from carlette.opendrive.roads import RoadNetwork
+
+LIGHT_TYPE = "1000001"
+STOP_TYPE = "206"
+BOX_HALF_DEPTH_M = 2.0
+BOX_HALF_HEIGHT_M = 2.0
+BACK_FROM_JUNCTION_M = 2.5
+"""The middle of a trigger box lies this far before the junction."""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One traffic light or stop sign.
+
+    The actor's x axis runs across the governed lanes, and the box's x extent covers exactly those lanes:
+    clients sample stop waypoints along it.
+    """
+
+    id: str
+    type: str
+    pose: Pose
+    box: Box
+    """Trigger volume in the frame of `pose`."""
+    phase: tuple[str, int]
+    """Group (junction) and place in the group's cycle."""
+
+
+def read_signals(roads: RoadNetwork, root: ElementTree.Element) -> list[Signal]:
+    """The signals that govern at least one driving lane, one for each id, in the order of the file."""
+    phases = _phases(root)
+    governed = _governed_lanes(roads)
+    signals = []
+    for key in _signal_ids(root):
+        lanes = governed.get(key, [])
+        if lanes:
+            signals.append(_signal(key, lanes, phases, roads))
+    return signals
+
+
+def _signal_ids(root: ElementTree.Element) -> list[tuple[str, str]]:
+    found = [(one.get("type", ""), one.get("id", "")) for one in root.iter("signal")]
+    return [key for key in dict.fromkeys(found) if key[0] in (LIGHT_TYPE, STOP_TYPE)]
+
+
+def _phases(root: ElementTree.Element) -> dict[str, tuple[str, int]]:
+    """Signal id to its junction and its controller's place in the cycle."""
+    signals = {
+        one.get("id", ""): [control.get("signalId", "") for control in one.findall("control")]
+        for one in root.findall("controller")
+    }
+    phases: dict[str, tuple[str, int]] = {}
+    for junction in root.iter("junction"):
+        for place, controller in enumerate(junction.findall("controller")):
+            for signal_id in signals.get(controller.get("id", ""), []):
+                phases.setdefault(signal_id, (junction.get("id", ""), place))
+    return phases
+
+
+def _governed_lanes(roads: RoadNetwork) -> dict[tuple[str, str], list[Any]]:
+    """Waypoints just before each signal, one for each lane that it governs."""
+    lanes: dict[tuple[str, str], dict[tuple[int, int], Any]] = defaultdict(dict)
+    for kind in (LIGHT_TYPE, STOP_TYPE):
+        for landmark in roads.map.get_all_landmarks_of_type(kind):
+            for waypoint in _landmark_lanes(roads, landmark):
+                before = _approach(waypoint)
+                lanes[kind, landmark.id].setdefault((before.road_id, before.lane_id), before)
+    return {key: list(value.values()) for key, value in lanes.items()}
+
+
+def _landmark_lanes(roads: RoadNetwork, landmark: Any) -> list[Any]:
+    found = []
+    for first, last in landmark.get_lane_validities():
+        for lane in range(min(first, last), max(first, last) + 1):
+            waypoint = roads.map.get_waypoint_xodr(landmark.road_id, lane, landmark.s) if lane else None
+            if waypoint is not None and waypoint.lane_type == roads.carla.LaneType.Driving:
+                found.append(waypoint)
+    return found
+
+
+def _approach(waypoint: Any) -> Any:
+    """The place on the lane that leads to the signal, before the junction it stands in or ahead of."""
+    while waypoint.is_junction:
+        before = waypoint.previous(1.0)
+        if not before or before[0].transform.location.distance(waypoint.transform.location) < 0.01:
+            return waypoint
+        waypoint = before[0]
+    back = waypoint.previous(BACK_FROM_JUNCTION_M - 0.5)
+    return back[0] if back and not back[0].is_junction else waypoint
+
+
+def _signal(key: tuple[str, str], lanes: list[Any], phases: dict[str, tuple[str, int]], roads: RoadNetwork) -> Signal:
+    kind, signal_id = key
+    yaw = lanes[0].transform.rotation.yaw
+    across = wrap_degrees(yaw + 90.0)
+    middle, half_width_m = _span(lanes, across)
+    landmark = next(one for one in roads.map.get_all_landmarks_of_type(kind) if one.id == signal_id)
+    pole = landmark.transform.location
+    pose = Pose(Vector(pole.x, pole.y, middle.z), Rotation(yaw=across))
+    box = Box(_into_frame(middle, pose), Vector(half_width_m, BOX_HALF_DEPTH_M, BOX_HALF_HEIGHT_M))
+    junction = lanes[0].next(2 * BACK_FROM_JUNCTION_M)
+    alone = f"junction {junction[0].junction_id}" if junction and junction[0].is_junction else f"signal {signal_id}"
+    return Signal(signal_id, kind, pose, box, phases.get(signal_id, (alone, -1)))
+
+
+def _span(lanes: list[Any], across_deg: float) -> tuple[Vector, float]:
+    """The middle of the governed lanes and half their width along `across_deg`."""
+    unit = (math.cos(math.radians(across_deg)), math.sin(math.radians(across_deg)))
+    first = lanes[0].transform.location
+    low, high = math.inf, -math.inf
+    for lane in lanes:
+        place = lane.transform.location
+        offset = (place.x - first.x) * unit[0] + (place.y - first.y) * unit[1]
+        low, high = min(low, offset - lane.lane_width / 2), max(high, offset + lane.lane_width / 2)
+    shift = (low + high) / 2
+    return Vector(first.x + shift * unit[0], first.y + shift * unit[1], first.z), (high - low) / 2
+
+
+def _into_frame(point: Vector, pose: Pose) -> Vector:
+    yaw = math.radians(pose.rotation.yaw)
+    dx, dy = point.x - pose.location.x, point.y - pose.location.y
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return Vector(dx * cos + dy * sin, dy * cos - dx * sin, point.z - pose.location.z)

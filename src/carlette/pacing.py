@@ -1,0 +1,55 @@
+"""When a snapshot may be sent: not before its readers are ready for it.
+
+Two races of the client library make this necessary; both are wide open with a server as fast as this one:
+
+* `sensor.listen()` returns before the client's connection to the stream exists, so the next frame would be
+  lost. A snapshot therefore waits for every stream whose token was asked for.
+* The traffic manager's worker thread ends a step by asking for the episode's settings and then waits on a
+  condition variable, which `world.tick()` notifies without holding its mutex. If the snapshot wakes the main
+  thread in just that moment, the notification is lost and the client hangs for ever. So while a traffic
+  manager is registered, a snapshot waits until the settings were asked for and a little longer.
+"""
+
+from __future__ import annotations
+
+HANDSHAKE_LIMIT_S = 1.0
+SETTLE_S = 0.0005
+"""The worker's way from the reply to its condition variable."""
+STEP_LIMIT_S = 0.025
+"""Send after this time even if the worker never asked: it may be gone or in asynchronous mode."""
+
+
+class Pacing:
+    """Tells how long the snapshot of the current tick must still be held back. Times are monotonic seconds."""
+
+    def __init__(self) -> None:
+        self._cue = 0.0
+        self._asked = 0.0
+        self._asked_since_publish = 0
+
+    def cue(self, now: float) -> None:
+        """A client asked for a tick."""
+        self._cue = now
+
+    def settings_asked(self, now: float) -> None:
+        """A client (perhaps a traffic manager's worker) was told the settings."""
+        self._asked = now
+        self._asked_since_publish += 1
+
+    def published(self) -> None:
+        """The snapshot is out."""
+        self._asked_since_publish = 0
+
+    def hold_s(self, now: float, managers: int, awaited_streams: int) -> float:
+        """Seconds to wait at most before asking again; 0 = publish now."""
+        if awaited_streams and now < self._cue + HANDSHAKE_LIMIT_S:
+            return self._cue + HANDSHAKE_LIMIT_S - now
+        if not managers:
+            return 0.0
+        if self._asked_since_publish < managers and now < self._cue + STEP_LIMIT_S:
+            return self._cue + STEP_LIMIT_S - now
+        return max(0.0, max(self._cue, self._asked) + SETTLE_S - now)
+
+    def is_settling(self, managers: int, awaited_streams: int) -> bool:
+        """True when only the short rest after the settings is left."""
+        return not awaited_streams and self._asked_since_publish >= managers

@@ -1,0 +1,56 @@
+"""Where every actor is and how it moves: one row each, in the order of the snapshot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carlette.geometry import Floats, Pose, Rotation, Vector
+from carlette.wire.snapshot import RECORD, Records
+from carlette.world.table import Table, flags, numbers
+
+
+@dataclass
+class Bodies(Table):
+    """Metres, degrees, seconds, in the world frame unless said otherwise."""
+
+    position: Floats = field(default_factory=numbers(3))
+    rotation: Floats = field(default_factory=numbers(3))
+    """Pitch, yaw, roll."""
+    velocity: Floats = field(default_factory=numbers(3))
+    angular: Floats = field(default_factory=numbers(3))
+    """Degrees per second about x, y, z."""
+    acceleration: Floats = field(default_factory=numbers(3))
+    center: Floats = field(default_factory=numbers(3))
+    """Centre of the bounding box, actor frame."""
+    extent: Floats = field(default_factory=numbers(3))
+    clearance: Floats = field(default_factory=numbers())
+    """Height under the body that passes over low things."""
+    mass: Floats = field(default_factory=numbers())
+    """kg; 0 = immovable."""
+    solid: NDArray[np.bool_] = field(default_factory=flags())
+    """Takes part in collisions."""
+    simulated: NDArray[np.bool_] = field(default_factory=flags())
+    """Physics is on."""
+    record: Records = field(default_factory=lambda: np.zeros(0, RECORD))
+    """What the snapshot says of the actor."""
+
+    def pose(self, row: int) -> Pose:
+        """The pose of one actor."""
+        return Pose(Vector(*self.position[row].tolist()), Rotation(*self.rotation[row].tolist()))
+
+    def place(self, row: int, pose: Pose) -> None:
+        """Teleports one actor."""
+        self.position[row] = pose.location
+        self.rotation[row] = pose.rotation
+
+    def publish(self) -> None:
+        """Copies the motion of all actors into their records."""
+        record = self.record
+        record["location"] = self.position
+        record["rotation"] = self.rotation
+        record["velocity"] = self.velocity
+        record["angular"] = self.angular
+        record["acceleration"] = self.acceleration

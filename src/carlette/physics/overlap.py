@@ -1,0 +1,86 @@
+"""Which boxes overlap: oriented rectangles seen from above, and their heights."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carlette.geometry import Floats
+from carlette.physics.bodies import Bodies
+
+Indices = NDArray[np.int64]
+
+
+class Boxes(NamedTuple):
+    """Upright boxes: arrays of planar centres, axes, half sizes and heights."""
+
+    center: Floats
+    ahead: Floats
+    """Unit vector of the local x axis."""
+    half: Floats
+    bottom: Floats
+    top: Floats
+
+
+class Overlap(NamedTuple):
+    """Pairs that overlap; the normal points from the first to the second."""
+
+    first: Indices
+    second: Indices
+    normal: Floats
+    depth: Floats
+
+
+def boxes_of(bodies: Bodies, rows: Indices) -> Boxes:
+    """The bounding boxes of some bodies, without what passes under them."""
+    yaw = np.radians(bodies.rotation[rows, 1])
+    ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
+    offset = bodies.center[rows]
+    position = bodies.position[rows]
+    center = position[:, :2] + offset[:, :1] * ahead + offset[:, 1:2] * _left(ahead)
+    middle = position[:, 2] + offset[:, 2]
+    extent = bodies.extent[rows]
+    return Boxes(center, ahead, extent[:, :2], middle - extent[:, 2] + bodies.clearance[rows], middle + extent[:, 2])
+
+
+def near_pairs(boxes: Boxes, moving: NDArray[np.bool_]) -> tuple[Indices, Indices]:
+    """Pairs whose circles and heights overlap and of which at least one moves; each pair once, i < j."""
+    mover = np.flatnonzero(moving)
+    radius = np.hypot(boxes.half[:, 0], boxes.half[:, 1])
+    gap = boxes.center[mover, None, :] - boxes.center[None, :, :]
+    reach = radius[mover, None] + radius[None, :]
+    close = (gap * gap).sum(axis=2) < reach * reach
+    close &= boxes.bottom[mover, None] < boxes.top[None, :]
+    close &= boxes.bottom[None, :] < boxes.top[mover, None]
+    left, second = np.nonzero(close)
+    first = mover[left]
+    keep = (first < second) | ((first > second) & ~moving[second])
+    first, second = first[keep], second[keep]
+    return np.minimum(first, second), np.maximum(first, second)
+
+
+def overlaps(boxes: Boxes, first: Indices, second: Indices) -> Overlap:
+    """The pairs that truly overlap, with the direction and depth of least penetration."""
+    a, b = boxes.ahead[first], boxes.ahead[second]
+    axes = np.stack([a, _left(a), b, _left(b)], axis=1)
+    gap = boxes.center[second] - boxes.center[first]
+    along = (axes * gap[:, None, :]).sum(axis=2)
+    depth = _reach(axes, a, boxes.half[first]) + _reach(axes, b, boxes.half[second]) - np.abs(along)
+    hit = np.flatnonzero((depth > 0.0).all(axis=1))
+    best = depth[hit].argmin(axis=1)
+    normal = axes[hit, best] * np.where(along[hit, best] < 0.0, -1.0, 1.0)[:, None]
+    return Overlap(first[hit], second[hit], normal, depth[hit, best])
+
+
+def _reach(axes: Floats, ahead: Floats, half: Floats) -> Floats:
+    """Half the length of each box's shadow on each axis."""
+    on_ahead = np.abs((axes * ahead[:, None, :]).sum(axis=2))
+    on_left = np.abs((axes * _left(ahead)[:, None, :]).sum(axis=2))
+    shadow: Floats = on_ahead * half[:, :1] + on_left * half[:, 1:]
+    return shadow
+
+
+def _left(ahead: Floats) -> Floats:
+    return np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)

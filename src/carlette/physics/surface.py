@@ -1,0 +1,84 @@
+"""Keeping vehicles, walkers and props on the road's surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carlette.geometry import Floats, Vector
+from carlette.opendrive.roads import RoadNetwork
+from carlette.physics.bodies import Bodies
+from carlette.physics.fleet import GRAVITY
+from carlette.world.table import Table, flags, indices, numbers
+
+RELOOK_M = 1.5
+"""A vehicle asks the map again after this many metres; in between the surface is a plane."""
+STAGED_M = 1.0
+"""Lower than this under the road an actor is staged, not standing: it is left where it is."""
+CONTACT_M = 0.02
+
+
+@dataclass
+class Surface(Table):
+    """One row for each actor that stands on the ground: the plane under it."""
+
+    row: NDArray[np.int64] = field(default_factory=indices())
+    """The actor's row in `Bodies`."""
+    origin: Floats = field(default_factory=numbers(3))
+    slope: Floats = field(default_factory=numbers(2))
+    """Rise in z for each metre of x and of y."""
+    looked: Floats = field(default_factory=numbers(2))
+    """Where the map was asked last; infinity = never."""
+    limit_kmh: Floats = field(default_factory=numbers())
+    stand: Floats = field(default_factory=numbers())
+    """Height of the actor's origin above the ground while it stands."""
+    tilts: NDArray[np.bool_] = field(default_factory=flags())
+    """Pitch and roll follow the surface (vehicles)."""
+
+    def add(self, row: int, stand_m: float, tilts: bool) -> int:
+        """Adds the actor at `row` of `Bodies`."""
+        return self.append(row=row, stand=stand_m, tilts=tilts, looked=(np.inf, np.inf))
+
+    def look(self, bodies: Bodies, roads: RoadNetwork) -> None:
+        """Asks the map for the planes of the actors that have moved on."""
+        position = bodies.position[self.row]
+        moved = np.abs(position[:, :2] - self.looked).max(axis=1, initial=0.0) > RELOOK_M
+        if not moved.any():
+            return
+        for index in np.flatnonzero(moved).tolist():
+            x, y, z = position[index].tolist()
+            ground = roads.ground(Vector(x, y, z))
+            self.origin[index] = ground.origin
+            self.slope[index] = (ground.slope_x, ground.slope_y)
+            self.looked[index] = (x, y)
+            self.limit_kmh[index] = ground.limit_kmh
+        cars = self.tilts
+        bodies.record["speed_limit"][self.row[cars]] = self.limit_kmh[cars]
+
+    def settle(self, bodies: Bodies, dt: float) -> None:
+        """Lets actors fall on, and follow, the ground below them."""
+        row = self.row
+        position, slope = bodies.position[row], self.slope
+        offset = position[:, :2] - self.origin[:, :2]
+        ground = self.origin[:, 2] + (offset * slope).sum(axis=1) + self.stand
+        height = position[:, 2] - ground
+        active = bodies.simulated[row] & (height > -STAGED_M)
+        falling = active & (height > CONTACT_M)
+        climb = bodies.velocity[row, 2] - GRAVITY * dt
+        fallen = np.maximum(position[:, 2] + climb * dt, ground)
+        new_z = np.where(falling, fallen, np.where(active, ground, position[:, 2]))
+        along = (bodies.velocity[row, :2] * slope).sum(axis=1)
+        bodies.position[row, 2] = new_z
+        landed = new_z <= ground
+        bodies.velocity[row, 2] = np.where(falling & ~landed, climb, np.where(active, along, 0.0))
+        self._tilt(bodies, active & self.tilts)
+
+    def _tilt(self, bodies: Bodies, which: NDArray[np.bool_]) -> None:
+        row = self.row[which]
+        yaw = np.radians(bodies.rotation[row, 1])
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        slope = self.slope[which]
+        bodies.rotation[row, 0] = np.degrees(np.arctan(slope[:, 0] * cos + slope[:, 1] * sin))
+        bodies.rotation[row, 2] = np.degrees(np.arctan(slope[:, 0] * sin - slope[:, 1] * cos))

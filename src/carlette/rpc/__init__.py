@@ -1,0 +1,1 @@
+"""The request port: msgpack-rpc and the methods that a client can call."""

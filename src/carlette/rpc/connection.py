@@ -1,0 +1,83 @@
+"""One client's connection to the request port: msgpack-rpc over a non-blocking socket."""
+
+from __future__ import annotations
+
+import logging
+import socket
+from collections.abc import Callable
+from typing import Any
+
+import msgpack
+
+MAX_MESSAGE_BYTES = 256 * 1024 * 1024
+"""OpenDRIVE texts arrive in one message."""
+READ_BYTES = 1 << 20
+
+log = logging.getLogger(__name__)
+
+Dispatch = Callable[["RpcConnection", int, str, list[Any]], None]
+
+
+class RpcConnection:
+    """Reads requests, hands them to `dispatch` in order, and writes replies."""
+
+    def __init__(self, sock: socket.socket, dispatch: Dispatch) -> None:
+        self.socket = sock
+        self.dispatch = dispatch
+        self.traffic_managers: set[int] = set()
+        """Ports of the traffic managers that this client registered."""
+        self._unpacker = msgpack.Unpacker(
+            raw=False, unicode_errors="surrogateescape", strict_map_key=False, max_buffer_size=MAX_MESSAGE_BYTES
+        )
+        self._packer = msgpack.Packer(unicode_errors="surrogateescape")
+        self._unsent = bytearray()
+
+    @property
+    def wants_to_write(self) -> bool:
+        """True while a reply could not be sent completely."""
+        return bool(self._unsent)
+
+    def read(self) -> bool:
+        """Handles what has arrived; False when the connection is over."""
+        try:
+            data = self.socket.recv(READ_BYTES)
+        except BlockingIOError:
+            return True
+        except OSError:
+            return False
+        if not data:
+            return False
+        try:
+            self._unpacker.feed(data)
+            for message in self._unpacker:
+                self._handle(message)
+        except (msgpack.UnpackException, ValueError) as error:
+            log.warning("closing a connection that does not speak msgpack-rpc: %s", error)
+            return False
+        return True
+
+    def _handle(self, message: Any) -> None:
+        if not (isinstance(message, list) and len(message) == 4 and message[0] == 0):
+            raise ValueError("a message is not a request [0, id, method, parameters]")
+        _, number, method, parameters = message
+        # The first parameter is the caller's metadata: whether it waits for the reply.
+        if not (isinstance(method, str) and isinstance(number, int) and isinstance(parameters, list)):
+            raise ValueError("a request's id, method or parameters have the wrong type")
+        self.dispatch(self, number, method, parameters[1:])
+
+    def reply(self, number: int, result: Any, error: str | None = None) -> None:
+        """Answers request `number`."""
+        self._unsent += self._packer.pack([1, number, error, result])
+        self.write()
+
+    def write(self) -> None:
+        """Sends as much as the socket takes."""
+        try:
+            sent = self.socket.send(self._unsent)
+        except BlockingIOError:
+            return
+        except OSError:
+            # The peer is gone; the read side notices and closes.
+            self._unsent.clear()
+            return
+        del self._unsent[:sent]

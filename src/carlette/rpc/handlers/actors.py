@@ -1,0 +1,95 @@
+"""Blueprints, spawning, destroying, finding actors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from carlette.blueprints import load_catalogue
+from carlette.errors import RequestError
+from carlette.rpc.registry import Methods
+from carlette.rpc.session import Session
+from carlette.wire import encode
+from carlette.world.actor import Actor
+from carlette.world.spawn import spawn
+
+methods = Methods()
+
+
+@methods.value("get_actor_definitions")
+def get_actor_definitions(session: Session) -> Any:
+    simulator = session.simulator
+    definitions = load_catalogue().definitions
+    return [encode.definition(simulator.uids[one.id], one, simulator.version) for one in definitions.values()]
+
+
+@methods.value("get_spectator")
+def get_spectator(session: Session) -> Any:
+    return session.wire(session.world.spectator)
+
+
+@methods.value("get_actors_by_id")
+def get_actors_by_id(session: Session, ids: list[int]) -> Any:
+    actors = session.world.actors
+    return [session.wire(actors[one]) for one in ids if one in actors]
+
+
+@methods.value("spawn_actor")
+def spawn_actor(session: Session, description: list[Any], transform: list[Any]) -> Any:
+    return session.wire(bring_in(session, description, transform))
+
+
+@methods.value("spawn_actor_with_parent")
+def spawn_actor_with_parent(
+    session: Session, description: list[Any], transform: list[Any], parent: int, attachment: int = 0, socket: str = ""
+) -> Any:
+    del attachment, socket  # all attachments are rigid
+    return session.wire(bring_in(session, description, transform, parent))
+
+
+def bring_in(session: Session, description: list[Any], transform: list[Any], parent: int = 0) -> Actor:
+    """Spawns what the wire describes."""
+    attributes = encode.read_attributes(description[2], session.simulator.version)
+    return spawn(session.world, description[1], attributes, encode.read_pose(transform), parent)
+
+
+@methods.value("destroy_actor")
+def destroy_actor(session: Session, actor_id: int) -> bool:
+    actor = session.world.actors.get(actor_id)
+    if actor is not None and (actor is session.world.spectator or actor.type_id.startswith("traffic.")):
+        raise RequestError(f"destroy_actor: actor {actor_id} ({actor.type_id}) belongs to the map and cannot go")
+    return session.world.remove(actor_id)
+
+
+@methods.value("get_actor_bounding_box")
+def get_actor_bounding_box(session: Session, actor_id: int) -> Any:
+    return encode.box(session.actor(actor_id, "get_actor_bounding_box").box)
+
+
+@methods.value("get_actor_component_names", "get_actor_bone_names", "get_actor_socket_names")
+def no_names(session: Session, actor_id: int) -> list[str]:
+    session.actor(actor_id, "get_actor_component_names")
+    return []
+
+
+@methods.value(
+    "get_actor_bone_world_transforms",
+    "get_actor_bone_relative_transforms",
+    "get_actor_socket_world_transforms",
+    "get_actor_socket_relative_transforms",
+    "get_vehicle_bone_world_transforms",
+)
+def no_transforms(session: Session, actor_id: int) -> list[Any]:
+    session.actor(actor_id, "get_actor_bone_world_transforms")
+    return []
+
+
+@methods.value("get_actor_component_world_transform", "get_actor_component_relative_transform")
+def component_transform(session: Session, actor_id: int, name: str) -> Any:
+    session.actor(actor_id, "get_actor_component_world_transform")
+    raise RequestError(f"actor {actor_id} has no component '{name}'; this server's actors are boxes")
+
+
+@methods.void("send")
+def send(session: Session, actor_id: int, message: str) -> None:
+    del message  # V2X arrives with the sensors
+    session.actor(actor_id, "send")

@@ -1,0 +1,86 @@
+"""Batches: many commands in one request."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from carlette.errors import RequestError
+from carlette.rpc.handlers import actors, lights, motion, vehicles, walkers
+from carlette.rpc.registry import Methods
+from carlette.rpc.session import Session
+from carlette.wire import encode
+
+methods = Methods()
+
+Payload = list[Any]
+SPAWN_ACTOR, DESTROY_ACTOR, VEHICLE_CONTROL, CONSOLE_COMMAND = 0, 1, 2, 20
+
+
+def _destroy(session: Session, actor_id: int) -> None:
+    if not actors.destroy_actor(session, actor_id):
+        raise RequestError(f"unable to destroy actor: actor {actor_id} not found")
+
+
+def _lights(session: Session, actor_id: int, state: int) -> None:
+    vehicles.set_vehicle_light_state(session, actor_id, [state])
+
+
+COMMANDS: dict[int, Callable[..., Any]] = {
+    DESTROY_ACTOR: _destroy,
+    VEHICLE_CONTROL: vehicles.apply_control_to_vehicle,
+    3: vehicles.apply_ackermann_control_to_vehicle,
+    4: walkers.apply_control_to_walker,
+    5: vehicles.apply_physics_control,
+    6: motion.set_actor_transform,
+    7: walkers.apply_walker_state,
+    8: motion.set_actor_target_velocity,
+    9: motion.set_actor_target_angular_velocity,
+    10: motion.add_actor_impulse,
+    11: motion.add_actor_force,
+    12: motion.add_actor_angular_impulse,
+    13: motion.add_actor_torque,
+    14: motion.set_actor_simulate_physics,
+    15: motion.accept,
+    16: motion.accept,
+    17: motion.accept,
+    18: _lights,
+    19: motion.set_actor_location,
+    21: lights.set_traffic_light_state,
+}
+"""By the command's index on the wire; each takes the actor's id first."""
+
+
+@methods.bare("apply_batch")
+def apply_batch(session: Session, commands: Sequence[Sequence[Any]], do_tick: bool = False) -> Any:
+    responses = [_run(session, *command[0]) for command in commands]
+    if do_tick:
+        session.simulator.ticks_wanted += 1
+    return responses
+
+
+def _run(session: Session, index: int, payload: Payload) -> Any:
+    try:
+        if index == SPAWN_ACTOR:
+            return encode.value(_spawn(session, payload))
+        if index == CONSOLE_COMMAND:
+            return encode.value(0)
+        command = COMMANDS.get(index)
+        if command is None:
+            return encode.failure(f"command {index} is not known to this server")
+        command(session, *payload)
+        return encode.value(payload[0])
+    except RequestError as error:
+        return encode.failure(str(error))
+    except (TypeError, ValueError, IndexError, OverflowError) as error:
+        return encode.failure(f"command {index}: the arguments cannot be read ({error})")
+
+
+def _spawn(session: Session, payload: Payload) -> int:
+    description, transform, parent, *_, after = payload
+    actor = actors.bring_in(session, description, transform, int(parent[1]) if parent[0] else 0)
+    for command in after:
+        index, arguments = command[0]
+        # The client could not know the id yet and left it at 0.
+        _run(session, index, arguments if index in (SPAWN_ACTOR, CONSOLE_COMMAND) else [actor.id, *arguments[1:]])
+    return actor.id

@@ -1,0 +1,97 @@
+"""Connection, episode and settings."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from carlette.errors import MapError, RequestError
+from carlette.rpc.registry import Methods
+from carlette.rpc.session import Session
+from carlette.wire.token import WORLD_STREAM
+from carlette.world.settings import EpisodeSettings
+
+methods = Methods()
+
+LONGEST_STEP_S = 10.0
+
+
+@methods.value("version")
+def version(session: Session) -> str:
+    return session.simulator.version.name
+
+
+@methods.value("get_episode_info")
+def get_episode_info(session: Session) -> Any:
+    simulator = session.simulator
+    return [simulator.episode_id, [simulator.token(WORLD_STREAM)]]
+
+
+@methods.value("get_sensor_token")
+def get_sensor_token(session: Session, stream_id: int) -> Any:
+    session.simulator.hub.expect(stream_id)
+    return [session.simulator.token(stream_id)]
+
+
+@methods.value("get_episode_settings")
+def get_episode_settings(session: Session) -> Any:
+    it = session.world.settings
+    fixed = [False] if it.fixed_delta_s is None else [True, it.fixed_delta_s]
+    return [
+        it.synchronous,
+        it.no_rendering,
+        fixed,
+        it.substepping,
+        it.max_substep_delta_s,
+        it.max_substeps,
+        it.max_culling_distance_m,
+        it.deterministic_ragdolls,
+        it.tile_stream_distance_m,
+        it.actor_active_distance_m,
+        it.spectator_as_ego,
+    ]
+
+
+@methods.value("set_episode_settings")
+def set_episode_settings(session: Session, wire: list[Any]) -> int:
+    fixed = float(wire[2][1]) if wire[2][0] else None
+    if fixed is not None and not 0.0 <= fixed <= LONGEST_STEP_S:
+        raise RequestError(f"fixed_delta_seconds is {fixed}; give 0 (variable) to {LONGEST_STEP_S:g} seconds")
+    session.world.settings = EpisodeSettings(bool(wire[0]), bool(wire[1]), fixed or None, *wire[3:11])
+    return session.world.frame
+
+
+@methods.void("load_new_episode")
+def load_new_episode(session: Session, name: str, reset_settings: bool = True, layers: int = 0xFFFF) -> None:
+    del layers  # a map without buildings has no layers
+    _switch(lambda: session.simulator.load_map(name, reset_settings), name)
+
+
+@methods.void("copy_opendrive_to_file")
+def copy_opendrive_to_file(session: Session, text: str, parameters: list[Any]) -> None:
+    del parameters  # they shape the mesh that a renderer would show
+    _switch(lambda: session.simulator.load_text(text), "OpenDriveMap")
+
+
+def _switch(load: Any, name: str) -> None:
+    try:
+        load()
+    except MapError as error:
+        raise RequestError(f"Map '{name}' not found: {error}") from error
+
+
+@methods.void("load_map_layer", "unload_map_layer")
+def ignore_map_layer(session: Session, layers: int) -> None:
+    del session, layers
+
+
+@methods.value("start_recorder", "show_recorder_file_info", "show_recorder_collisions")
+@methods.value("show_recorder_actors_blocked", "replay_file")
+def no_recorder(session: Session, *_: Any) -> str:
+    del session
+    return "this server records nothing; record snapshots in the client instead"
+
+
+@methods.void("stop_recorder", "stop_replayer", "set_replayer_time_factor")
+@methods.void("set_replayer_ignore_hero", "set_replayer_ignore_spectator")
+def ignore_recorder(session: Session, *_: Any) -> None:
+    del session

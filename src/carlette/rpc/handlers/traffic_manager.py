@@ -1,0 +1,37 @@
+"""Where traffic managers listen: they run in a client's process and only register here."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from carlette.rpc.registry import Methods
+from carlette.rpc.session import Session
+
+methods = Methods()
+
+
+@methods.value("is_traffic_manager_running")
+def is_traffic_manager_running(session: Session, port: int) -> bool:
+    return port in session.simulator.traffic_managers
+
+
+@methods.value("get_traffic_manager_running")
+def get_traffic_manager_running(session: Session, port: int) -> Any:
+    address = session.simulator.traffic_managers.get(port)
+    return ["", 0] if address is None else [address, port]
+
+
+@methods.value("add_traffic_manager_running")
+def add_traffic_manager_running(session: Session, endpoint: list[Any]) -> bool:
+    address, port = str(endpoint[0]), int(endpoint[1])
+    if port in session.simulator.traffic_managers:
+        return False
+    session.simulator.traffic_managers[port] = address
+    session.connection.traffic_managers.add(port)
+    return True
+
+
+@methods.value("destroy_traffic_manager")
+def destroy_traffic_manager(session: Session, port: int) -> bool:
+    session.connection.traffic_managers.discard(port)
+    return session.simulator.traffic_managers.pop(port, None) is not None

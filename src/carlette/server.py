@@ -1,0 +1,246 @@
+"""The server: two listening ports, one thread, one loop."""
+
+from __future__ import annotations
+
+import logging
+import selectors
+import socket
+import time
+from collections.abc import Callable
+from typing import Any
+
+from carlette.errors import UsageError
+from carlette.pacing import Pacing
+from carlette.rpc.connection import RpcConnection
+from carlette.rpc.handlers import ALL
+from carlette.rpc.session import Session
+from carlette.simulator import Simulator
+from carlette.stream.hub import Subscriber
+
+IDLE_S = 0.5
+"""Longest sleep of the loop; bounds how late it notices that it shall stop."""
+FREE_PORT_TRIES = 50
+
+log = logging.getLogger(__name__)
+
+
+class Server:
+    """Serves one simulator until `stop` is called or `alive` says no."""
+
+    def __init__(self, simulator: Simulator, host: str, port: int) -> None:
+        """Listens on `port` and `port + 1` (0 = any free pair); raises `UsageError` where it cannot."""
+        self.simulator = simulator
+        self.host = host
+        self._rpc_socket, self._stream_socket = _listen_pair(host, port)
+        self.port = int(self._rpc_socket.getsockname()[1])
+        simulator.stream_port = self.port + 1
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(self._rpc_socket, selectors.EVENT_READ, self._accept_rpc)
+        self._selector.register(self._stream_socket, selectors.EVENT_READ, self._accept_stream)
+        self._sessions: dict[RpcConnection, Session] = {}
+        self._pacing = Pacing()
+        self._is_pending = False
+        """A tick is done whose snapshot is still held back."""
+        self._next_tick = time.monotonic()
+        self._running = True
+
+    def stop(self) -> None:
+        """Makes `serve` return soon; safe in a signal handler."""
+        self._running = False
+
+    def serve(self, alive: Callable[[], bool] = lambda: True) -> None:
+        """Runs the loop until `stop`, or until `alive` (asked twice a second) returns False."""
+        try:
+            checked = time.monotonic()
+            while self._running:
+                self._turn()
+                now = time.monotonic()
+                if now - checked > IDLE_S:
+                    checked = now
+                    self._running = self._running and alive()
+        finally:
+            self._close()
+
+    def _turn(self) -> None:
+        for key, events in self._selector.select(self._wait_s()):
+            key.data(events)
+        now = time.monotonic()
+        while self.simulator.ticks_wanted:
+            self.simulator.ticks_wanted -= 1
+            self._tick(now)
+        settings = self.simulator.world.settings
+        if self._is_pending:
+            self._try_publish(now)
+        elif not settings.synchronous and now >= self._next_tick:
+            self._next_tick = max(self._next_tick + settings.step_s, now)
+            self._tick(now)
+            self._try_publish(now)
+
+    def _wait_s(self) -> float:
+        now = time.monotonic()
+        if self._is_pending:
+            return min(IDLE_S, self._hold_s(now))
+        if not self.simulator.world.settings.synchronous:
+            return min(IDLE_S, max(0.0, self._next_tick - now))
+        return IDLE_S
+
+    def _tick(self, now: float) -> int:
+        if self._is_pending:
+            self._publish()
+        frame = self.simulator.world.tick()
+        self._is_pending = True
+        self._pacing.cue(now)
+        return frame
+
+    def _hold_s(self, now: float) -> float:
+        managers = len(self.simulator.traffic_managers)
+        return self._pacing.hold_s(now, managers, len(self.simulator.hub.awaited))
+
+    def _try_publish(self, now: float) -> None:
+        hold = self._hold_s(now)
+        if hold > 0.0:
+            managers = len(self.simulator.traffic_managers)
+            if not self._pacing.is_settling(managers, len(self.simulator.hub.awaited)):
+                return
+            # The selector's clock ticks in milliseconds, and spinning would take the worker's core.
+            time.sleep(hold)
+        self._publish()
+
+    def _publish(self) -> None:
+        self._is_pending = False
+        self._pacing.published()
+        self.simulator.publish()
+        for one in list(self.simulator.hub.subscribers):
+            if one.lags:
+                self._drop_subscriber(one)
+            elif one.wants_to_write:
+                self._watch(one, self._on_stream(one))
+
+    # -- requests
+
+    def _accept_rpc(self, events: int) -> None:
+        del events
+        sock = _accept(self._rpc_socket)
+        if sock is not None:
+            connection = RpcConnection(sock, self._dispatch)
+            self._sessions[connection] = Session(self.simulator, connection)
+            self._selector.register(sock, selectors.EVENT_READ, self._on_rpc(connection))
+
+    def _on_rpc(self, connection: RpcConnection) -> Callable[[int], None]:
+        def handle(events: int) -> None:
+            if events & selectors.EVENT_WRITE:
+                connection.write()
+            if events & selectors.EVENT_READ and not connection.read():
+                self._drop_client(connection)
+            else:
+                self._watch(connection, handle)
+
+        return handle
+
+    def _dispatch(self, connection: RpcConnection, number: int, method: str, arguments: list[Any]) -> None:
+        if method == "tick_cue":
+            connection.reply(number, [[1, self._tick(time.monotonic())]])
+            return
+        call = ALL.calls.get(method)
+        if call is None:
+            log.warning("a client called '%s', which this server does not know", method)
+            connection.reply(number, None, f"this server does not know the method '{method}'")
+            return
+        connection.reply(number, call(self._sessions[connection], *arguments))
+        if method == "get_episode_settings":
+            self._pacing.settings_asked(time.monotonic())
+
+    def _drop_client(self, connection: RpcConnection) -> None:
+        # A stale registration would make other clients wait for a traffic manager that is gone.
+        for port in connection.traffic_managers:
+            self.simulator.traffic_managers.pop(port, None)
+        self._sessions.pop(connection, None)
+        self._selector.unregister(connection.socket)
+        connection.socket.close()
+
+    # -- streams
+
+    def _accept_stream(self, events: int) -> None:
+        del events
+        sock = _accept(self._stream_socket)
+        if sock is not None:
+            subscriber = Subscriber(sock)
+            self.simulator.hub.subscribers.add(subscriber)
+            self._selector.register(sock, selectors.EVENT_READ, self._on_stream(subscriber))
+
+    def _on_stream(self, subscriber: Subscriber) -> Callable[[int], None]:
+        def handle(events: int) -> None:
+            if events & selectors.EVENT_WRITE:
+                subscriber.write()
+            if events & selectors.EVENT_READ and not subscriber.read():
+                self._drop_subscriber(subscriber)
+                return
+            if subscriber.stream_id:
+                self.simulator.hub.arrived(subscriber)
+            self._watch(subscriber, handle)
+
+        return handle
+
+    def _drop_subscriber(self, subscriber: Subscriber) -> None:
+        self.simulator.hub.subscribers.discard(subscriber)
+        self._selector.unregister(subscriber.socket)
+        subscriber.socket.close()
+
+    def _watch(self, peer: RpcConnection | Subscriber, handle: Callable[[int], None]) -> None:
+        """Waits for room to write only while there is something left to write."""
+        wanted = selectors.EVENT_READ | (selectors.EVENT_WRITE if peer.wants_to_write else 0)
+        key = self._selector.get_key(peer.socket)
+        if key.events != wanted:
+            self._selector.modify(peer.socket, wanted, handle)
+
+    def _close(self) -> None:
+        for key in list(self._selector.get_map().values()):
+            sock = key.fileobj
+            if isinstance(sock, socket.socket):
+                sock.close()
+        self._selector.close()
+
+
+def _accept(listener: socket.socket) -> socket.socket | None:
+    try:
+        sock, _ = listener.accept()
+    except OSError:
+        # The peer gave up between its request and now.
+        return None
+    sock.setblocking(False)
+    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return sock
+
+
+def _listen_pair(host: str, port: int) -> tuple[socket.socket, socket.socket]:
+    """Sockets on `port` and the one after it."""
+    if port:
+        first = _listen(host, port)
+        try:
+            return first, _listen(host, port + 1)
+        except UsageError:
+            first.close()
+            raise
+    for _ in range(FREE_PORT_TRIES):
+        first = _listen(host, 0)
+        number = int(first.getsockname()[1])
+        try:
+            return first, _listen(host, number + 1)
+        except UsageError:
+            first.close()
+    raise UsageError(f"no two neighbouring ports are free on {host}; name one with --port")
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    sock = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        sock.bind((host, port))
+        sock.listen(64)
+    except (OSError, OverflowError) as error:
+        sock.close()
+        reason = getattr(error, "strerror", None) or str(error)
+        raise UsageError(f"cannot listen on {host}:{port}: {reason}; choose another with --port or --host") from None
+    sock.setblocking(False)
+    return sock

@@ -1,0 +1,105 @@
+"""The simulator: the current episode's world, the map it runs on, and what goes on the streams."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from carlette.blueprints import load_catalogue
+from carlette.opendrive.document import MapFile, available_towns, find_map
+from carlette.opendrive.roads import RoadNetwork
+from carlette.stream.hub import Hub
+from carlette.versions import ClientVersion
+from carlette.wire import collision, encode
+from carlette.wire.snapshot import MAP_CHANGE, sensor_header, world_header
+from carlette.wire.token import WORLD_STREAM, stream_token
+from carlette.world.actor import Actor
+from carlette.world.settings import EpisodeSettings
+from carlette.world.world import World
+
+MAP_PREFIX = "Carla/Maps/"
+
+
+class Simulator:
+    """Everything behind the two ports, without the sockets."""
+
+    def __init__(self, roads: RoadNetwork, version: ClientVersion, folders: Sequence[Path], seed: int) -> None:
+        self.version = version
+        self.folders = folders
+        self.seed = seed
+        self.hub = Hub()
+        self.stream_port = 0
+        self.episode_id = 0
+        self.uids = {type_id: uid for uid, type_id in enumerate(load_catalogue().definitions, 1)}
+        self.traffic_managers: dict[int, str] = {}
+        """Port to address, as registered by clients."""
+        self.ticks_wanted = 0
+        """Ticks asked for by a batch."""
+        self.world = World(roads, seed)
+        self._flags = 0
+        self.start_episode(roads)
+
+    def start_episode(self, roads: RoadNetwork, settings: EpisodeSettings | None = None) -> None:
+        """Replaces the world by a fresh one under a new episode id; frame numbers go on."""
+        frame = self.world.frame
+        if self.episode_id:
+            self.world = World(roads, self.seed)
+        self.world.frame = frame
+        self.world.settings = settings or EpisodeSettings()
+        self.episode_id += 1
+        self._flags = MAP_CHANGE
+
+    def load_map(self, name: str, reset_settings: bool) -> None:
+        """Starts an episode on a town (empty name = the current one); raises `MapError`."""
+        roads = self.world.roads
+        if name and name.rsplit("/", 1)[-1] != roads.file.name:
+            roads = RoadNetwork(find_map(name, self.folders))
+        self.start_episode(roads, self._next_settings(reset_settings))
+
+    def load_text(self, text: str) -> None:
+        """Starts an episode on an OpenDRIVE text that a client sent; raises `MapError`."""
+        roads = RoadNetwork(MapFile("OpenDriveMap", text))
+        self.start_episode(roads, self._next_settings(False))
+
+    def _next_settings(self, reset: bool) -> EpisodeSettings:
+        kept = self.world.settings
+        return replace(kept, synchronous=False, fixed_delta_s=None) if reset else kept
+
+    @property
+    def map_names(self) -> list[str]:
+        """All maps that can be loaded, as clients name them."""
+        return [f"/Game/{MAP_PREFIX}{name}" for name in available_towns(self.folders)]
+
+    def token(self, stream_id: int) -> bytes:
+        """The token of a stream."""
+        return stream_token(stream_id, self.stream_port)
+
+    def actor_wire(self, actor: Actor) -> Any:
+        """An `Actor` as the client reads it."""
+        attributes = [(name, int(kind), text) for name, (kind, text) in actor.attributes.items()]
+        described = encode.description(self.uids.get(actor.type_id, 0), actor.type_id, attributes, self.version)
+        token = self.token(actor.stream_id) if actor.stream_id else b""
+        return [actor.id, actor.parent_id, described, encode.box(actor.box), actor.tags, token]
+
+    def publish(self) -> None:
+        """Sends the snapshot of the last tick, then what the sensors saw in it."""
+        world = self.world
+        header = sensor_header(self.version.snapshot_sensor_type, world.frame, world.elapsed_s)
+        episode = world_header(self.episode_id, world.step_s, self._flags)
+        self.hub.publish(WORLD_STREAM, header, episode, world.bodies.record.tobytes())
+        self._flags = 0
+        for event in world.collisions:
+            self._publish_collision(event.sensor_id, event.actor_id, event.other_id, event.impulse)
+        world.collisions = []
+
+    def _publish_collision(self, sensor_id: int, actor_id: int, other_id: int, impulse: Any) -> None:
+        actors = self.world.actors
+        sensor, actor, other = (actors.get(one) for one in (sensor_id, actor_id, other_id))
+        if sensor is None or actor is None or other is None or not self.hub.listens(sensor.stream_id):
+            return
+        place, turn = self.world.pose(sensor)
+        header = sensor_header(collision.SENSOR_TYPE, self.world.frame, self.world.elapsed_s, (*place, *turn))
+        body = collision.encode(self.actor_wire(actor), self.actor_wire(other), impulse)
+        self.hub.publish(sensor.stream_id, header, body)

@@ -1,0 +1,76 @@
+"""Values of the server as the arrays that the client expects (see the protocol's composite types)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from carlette.blueprints import Attribute, AttributeType, Definition
+from carlette.geometry import Box, Pose, Rotation, Vector
+from carlette.versions import ClientVersion
+
+Wire = Any
+"""Anything that msgpack can pack: the client's own types are only known to its compiled library."""
+
+
+def value(result: Wire) -> Wire:
+    """`Response<T>` with a value."""
+    return [[1, result]]
+
+
+def failure(message: str) -> Wire:
+    """`Response<T>` with an error, where T is not void."""
+    return [[0, [message]]]
+
+
+def done() -> Wire:
+    """`Response<void>` of a success."""
+    return [[False]]
+
+
+def void_failure(message: str) -> Wire:
+    """`Response<void>` with an error."""
+    return [[True, [message]]]
+
+
+def pose(value: Pose) -> Wire:
+    """A `Transform`."""
+    return [list(value.location), list(value.rotation)]
+
+
+def box(value: Box) -> Wire:
+    """A `BoundingBox`."""
+    return [list(value.center), list(value.extent), list(value.rotation)]
+
+
+def definition(uid: int, item: Definition, version: ClientVersion) -> Wire:
+    """An `ActorDefinition`."""
+    return [uid, item.id, item.tags, [_attribute(one, version) for one in item.attributes]]
+
+
+def _attribute(item: Attribute, version: ClientVersion) -> Wire:
+    kind = item.type + version.attribute_type_offset
+    return [item.id, kind, item.value, list(item.recommended), item.is_modifiable, item.is_restricted]
+
+
+def description(uid: int, type_id: str, attributes: Sequence[tuple[str, int, str]], version: ClientVersion) -> Wire:
+    """An `ActorDescription`; the types in `attributes` are `AttributeType` numbers."""
+    offset = version.attribute_type_offset
+    return [uid, type_id, [[name, kind + offset, text] for name, kind, text in attributes]]
+
+
+def read_vector(wire: Sequence[float]) -> Vector:
+    """A `Vector3D` or `Location` of a request."""
+    return Vector(float(wire[0]), float(wire[1]), float(wire[2]))
+
+
+def read_pose(wire: Sequence[Sequence[float]]) -> Pose:
+    """A `Transform` of a request."""
+    rotation = wire[1]
+    return Pose(read_vector(wire[0]), Rotation(float(rotation[0]), float(rotation[1]), float(rotation[2])))
+
+
+def read_attributes(wire: Sequence[Sequence[Any]], version: ClientVersion) -> dict[str, tuple[AttributeType, str]]:
+    """The attribute values of an `ActorDescription`."""
+    offset = version.attribute_type_offset
+    return {str(one[0]): (AttributeType(int(one[1]) - offset), str(one[2])) for one in wire}

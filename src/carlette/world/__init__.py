@@ -1,0 +1,1 @@
+"""The simulated world: steppable in-process, free of sockets."""

@@ -1,0 +1,162 @@
+"""Traffic lights: phases of each junction, times, and what clients set by hand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from random import Random
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carlette.geometry import Floats
+from carlette.physics.bodies import Bodies
+from carlette.world.table import Table, flags, indices, numbers
+
+GREEN_S, YELLOW_S, RED_S = 10.0, 3.0, 2.0
+
+
+class Color(IntEnum):
+    """`carla.TrafficLightState`."""
+
+    RED = 0
+    YELLOW = 1
+    GREEN = 2
+    OFF = 3
+    UNKNOWN = 4
+
+
+STAGES = (Color.GREEN, Color.YELLOW, Color.RED)
+"""The stages of a phase; the column of each in `Lights.times`."""
+
+
+@dataclass
+class Group:
+    """The lights of a junction; its phases get green one after the other."""
+
+    phases: list[list[int]]
+    """Indices of the lights with green together."""
+    phase: int = 0
+    stage: int = 0
+    elapsed_s: float = 0.0
+
+
+@dataclass
+class Lights(Table):
+    """One row for each traffic light."""
+
+    row: NDArray[np.int64] = field(default_factory=indices())
+    """The light's row in `Bodies`."""
+    group: NDArray[np.int64] = field(default_factory=indices())
+    color: NDArray[np.int64] = field(default_factory=indices())
+    elapsed: Floats = field(default_factory=numbers())
+    """Seconds since the colour changed."""
+    times: Floats = field(default_factory=numbers(3))
+    """Seconds of green, yellow and red."""
+    frozen: NDArray[np.bool_] = field(default_factory=flags())
+    by_hand: NDArray[np.bool_] = field(default_factory=flags())
+    """A client set the colour: it stays for that colour's time, then the group takes the light back."""
+    center: Floats = field(default_factory=numbers(3))
+    """Trigger box, world frame."""
+    ahead: Floats = field(default_factory=numbers(2))
+    extent: Floats = field(default_factory=numbers(3))
+
+
+class Signals:
+    """All traffic lights of the world and the groups they belong to."""
+
+    def __init__(self) -> None:
+        self.lights = Lights()
+        self.groups: list[Group] = []
+
+    def form_groups(self, phases: list[tuple[str, int]], random: Random) -> None:
+        """Groups the lights by (junction, place in the cycle); each group starts in a phase drawn at random."""
+        by_junction: dict[str, dict[int, list[int]]] = {}
+        for index, (junction, place) in enumerate(phases):
+            key = place if place >= 0 else -1 - index
+            by_junction.setdefault(junction, {}).setdefault(key, []).append(index)
+        for number, members in enumerate(by_junction.values()):
+            ordered = [members[key] for key in sorted(members)]
+            self.groups.append(Group(ordered, phase=random.randrange(len(ordered))))
+            for index in (one for phase in ordered for one in phase):
+                self.lights.group[index] = number
+        self.reset(range(len(self.groups)), keep_phase=True)
+
+    def reset(self, numbers_: range | list[int], keep_phase: bool = False) -> None:
+        """Restarts groups: the first phase gets green, all others red; times as at the start."""
+        lights = self.lights
+        for number in numbers_:
+            group = self.groups[number]
+            group.phase = group.phase if keep_phase else 0
+            group.stage, group.elapsed_s = 0, 0.0
+            for place, phase in enumerate(group.phases):
+                for index in phase:
+                    lights.by_hand[index] = False
+                    lights.times[index] = (GREEN_S, YELLOW_S, RED_S)
+                    self._paint(index, Color.GREEN if place == group.phase else Color.RED)
+
+    def set_color(self, index: int, color: Color) -> None:
+        """Sets a light by hand."""
+        self._paint(index, color)
+        self.lights.by_hand[index] = True
+
+    def freeze(self, frozen: bool, index: int | None = None) -> None:
+        """Stops or restarts the clock of all lights, or of the group of one."""
+        lights = self.lights
+        if index is None:
+            lights.frozen[:] = frozen
+        else:
+            lights.frozen[lights.group == lights.group[index]] = frozen
+
+    def members(self, index: int) -> list[int]:
+        """The lights of the same group."""
+        return [one for phase in self.groups[self.lights.group[index]].phases for one in phase]
+
+    def step(self, bodies: Bodies, dt: float) -> None:
+        """Lets the time of all lights run."""
+        lights = self.lights
+        if not len(lights):
+            return
+        lights.elapsed += np.where(lights.frozen, 0.0, dt)
+        if lights.by_hand.any():
+            self._release()
+        for group in self.groups:
+            if not lights.frozen[group.phases[0][0]]:
+                group.elapsed_s += dt
+                self._advance(group)
+        self.publish(bodies)
+
+    def publish(self, bodies: Bodies) -> None:
+        """Writes colours and times into the records."""
+        lights, record = self.lights, bodies.record
+        record["elapsed"][lights.row] = lights.elapsed
+        record["color"][lights.row] = lights.color
+        record["light_times"][lights.row] = lights.times
+        record["frozen"][lights.row] = lights.frozen
+
+    def _advance(self, group: Group) -> None:
+        lights = self.lights
+        members = group.phases[group.phase]
+        if group.elapsed_s < max(lights.times[index, group.stage] for index in members):
+            return
+        group.elapsed_s = 0.0
+        group.stage = (group.stage + 1) % len(STAGES)
+        if group.stage == 0:
+            group.phase = (group.phase + 1) % len(group.phases)
+        for index in group.phases[group.phase]:
+            if not lights.by_hand[index]:
+                self._paint(index, STAGES[group.stage])
+
+    def _release(self) -> None:
+        lights = self.lights
+        for index in np.flatnonzero(lights.by_hand).tolist():
+            color = Color(int(lights.color[index]))
+            if color in STAGES and lights.elapsed[index] >= lights.times[index, STAGES.index(color)]:
+                lights.by_hand[index] = False
+                group = self.groups[lights.group[index]]
+                current = index in group.phases[group.phase]
+                self._paint(index, STAGES[group.stage] if current else Color.RED)
+
+    def _paint(self, index: int, color: Color) -> None:
+        self.lights.color[index] = color
+        self.lights.elapsed[index] = 0.0

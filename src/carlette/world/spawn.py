@@ -1,0 +1,111 @@
+"""Bringing actors into the world on a client's request, and what may be in their way."""
+
+from __future__ import annotations
+
+from carlette.blueprints import Catalogue, load_catalogue
+from carlette.errors import RequestError, SpawnCollision
+from carlette.geometry import Box, Pose, Vector
+from carlette.physics.bodies import Bodies
+from carlette.physics.contacts import is_free
+from carlette.world.actor import Actor, Attributes, Kind
+from carlette.world.world import World
+
+VEHICLE_CLEARANCE_M = 0.15
+"""Height of what a car drives over without touching it."""
+WALKER_MASS_KG = 75.0
+CAR_TAG, TRUCK_TAG, BUS_TAG, MOTORCYCLE_TAG, BICYCLE_TAG, PEDESTRIAN_TAG, PROP_TAG = 14, 15, 16, 18, 19, 12, 21
+_VEHICLE_TAGS = {"truck": TRUCK_TAG, "bus": BUS_TAG, "motorcycle": MOTORCYCLE_TAG, "bicycle": BICYCLE_TAG}
+
+
+def spawn(world: World, type_id: str, attributes: Attributes, pose: Pose, parent_id: int = 0) -> Actor:
+    """Adds an actor as a client asked for it.
+
+    `pose` is in the world, or in the parent's frame where there is a parent. Raises `SpawnCollision` when the
+    place is taken and `RequestError` when the kind, the pose or the parent is not valid.
+    """
+    catalogue = load_catalogue()
+    if type_id not in catalogue.definitions:
+        raise RequestError(_unknown_type(type_id))
+    if not pose.is_finite():
+        raise RequestError(f"Spawn of '{type_id}' refused: the transform is not finite; give real coordinates")
+    attached = None
+    if parent_id:
+        parent = world.actor(parent_id, "spawn_actor_with_parent")
+        attached, pose = pose, world.pose(parent).compose(pose)
+    actor = _enter(world, catalogue, type_id, attributes, pose)
+    actor.parent_id, actor.attached = parent_id, attached
+    return actor
+
+
+def _unknown_type(type_id: str) -> str:
+    if type_id.startswith("sensor."):
+        return (
+            f"Sensor '{type_id}' is not simulated by this server; use one of get_blueprint_library().filter('sensor.*')"
+        )
+    return f"Unknown actor type '{type_id}'; use one of the blueprint library"
+
+
+def _enter(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
+    if type_id in catalogue.vehicles:
+        return _enter_vehicle(world, catalogue, type_id, attributes, pose)
+    if type_id in catalogue.walkers:
+        return _enter_walker(world, catalogue, type_id, attributes, pose)
+    if type_id in catalogue.props or type_id == "static.prop.mesh":
+        return _enter_prop(world, catalogue, type_id, attributes, pose)
+    kind = Kind.SENSOR if type_id.startswith("sensor.") else Kind.OTHER
+    actor = world.enter(type_id, kind, pose, Box(Vector(), Vector()), attributes)
+    actor.stream_id = actor.id if type_id == "sensor.other.collision" else 0
+    return actor
+
+
+def _enter_vehicle(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
+    model = catalogue.vehicles[type_id]
+    _require_free(world, pose, model.box, VEHICLE_CLEARANCE_M)
+    actor = world.enter(type_id, Kind.VEHICLE, pose, model.box, attributes)
+    actor.tags = bytes([_VEHICLE_TAGS.get(model.base_type, CAR_TAG)])
+    _make_solid(world, actor, model.mass_kg, VEHICLE_CLEARANCE_M)
+    actor.index = world.fleet.add(actor.row, model)
+    actor.surface = world.surface.add(actor.row, 0.0, tilts=True)
+    world.surface.look(world.bodies, world.roads)
+    return actor
+
+
+def _enter_walker(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
+    model = catalogue.walkers[type_id]
+    _require_free(world, pose, model.box, 0.0)
+    actor = world.enter(type_id, Kind.WALKER, pose, model.box, attributes)
+    actor.tags = bytes([PEDESTRIAN_TAG])
+    _make_solid(world, actor, WALKER_MASS_KG, 0.0)
+    actor.index = world.walkers.append(row=actor.row)
+    actor.surface = world.surface.add(actor.row, model.half_height_m, tilts=False)
+    return actor
+
+
+def _enter_prop(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
+    model = catalogue.props.get(type_id)
+    box = model.box if model else Box(Vector(z=0.25), Vector(0.25, 0.25, 0.25))
+    actor = world.enter(type_id, Kind.PROP, pose, box, attributes)
+    actor.tags = bytes([PROP_TAG])
+    movable = model is not None and model.movable
+    _make_solid(world, actor, model.mass_kg if model and movable else 0.0, 0.0)
+    if movable:
+        actor.index = world.props.append(row=actor.row)
+        actor.surface = world.surface.add(actor.row, 0.0, tilts=False)
+    return actor
+
+
+def _make_solid(world: World, actor: Actor, mass_kg: float, clearance_m: float) -> None:
+    bodies = world.bodies
+    bodies.mass[actor.row] = mass_kg
+    bodies.clearance[actor.row] = clearance_m
+    bodies.solid[actor.row] = True
+    bodies.simulated[actor.row] = mass_kg > 0
+
+
+def _require_free(world: World, pose: Pose, box: Box, clearance_m: float) -> None:
+    candidate = Bodies()
+    candidate.append(
+        position=pose.location, rotation=pose.rotation, center=box.center, extent=box.extent, clearance=clearance_m
+    )
+    if not is_free(world.bodies, candidate):
+        raise SpawnCollision

@@ -1,0 +1,52 @@
+"""Columns of numbers that grow and shrink together."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+
+class Table:
+    """Base of dataclasses whose fields are arrays with one row for each thing.
+
+    Things come and go rarely and are stepped in every tick, so the arrays are kept dense and exact.
+    """
+
+    def append(self, **values: Any) -> int:
+        """Adds a row (columns that are not named get zeros) and returns its index."""
+        index = len(self)
+        for one in fields(self):  # type: ignore[arg-type]
+            column = getattr(self, one.name)
+            # Not np.concatenate: it would re-pack the overlapping fields of the snapshot's records.
+            longer = np.zeros((index + 1, *column.shape[1:]), column.dtype)
+            longer[:index] = column
+            if one.name in values:
+                longer[index] = values[one.name]
+            setattr(self, one.name, longer)
+        return index
+
+    def delete(self, index: int) -> None:
+        """Removes a row; the rows after it move up."""
+        for one in fields(self):  # type: ignore[arg-type]
+            column = getattr(self, one.name)
+            setattr(self, one.name, column[np.arange(len(column)) != index])
+
+    def __len__(self) -> int:
+        return len(getattr(self, fields(self)[0].name))  # type: ignore[arg-type]
+
+
+def numbers(width: int = 0) -> Any:
+    """A default factory for an empty column of floats, or of rows of `width` floats."""
+    return lambda: np.zeros((0, width) if width else 0)
+
+
+def flags() -> Any:
+    """A default factory for an empty column of booleans."""
+    return lambda: np.zeros(0, bool)
+
+
+def indices() -> Any:
+    """A default factory for an empty column of integers."""
+    return lambda: np.zeros(0, np.int64)

@@ -1,0 +1,193 @@
+"""The world of one episode: actors, their motion, lights, weather, and the tick that moves them on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from random import Random
+
+import numpy as np
+
+from carlette.errors import UnknownActor
+from carlette.geometry import Box, Pose, Vector
+from carlette.opendrive.document import check_opendrive
+from carlette.opendrive.roads import RoadNetwork
+from carlette.opendrive.signals import LIGHT_TYPE, read_signals
+from carlette.physics.bodies import Bodies
+from carlette.physics.contacts import Contact, collide
+from carlette.physics.fleet import Fleet
+from carlette.physics.props import LooseProps
+from carlette.physics.surface import Surface
+from carlette.physics.walkers import Walkers
+from carlette.world.actor import Actor, Attributes, Kind
+from carlette.world.lights import Signals
+from carlette.world.settings import CLEAR_NOON, EpisodeSettings
+from carlette.world.triggers import watch_lights
+
+SPECTATOR = "spectator"
+
+
+@dataclass(frozen=True)
+class Collision:
+    """What a collision sensor reports: who was hit by whom, and the impulse on the first (N·s)."""
+
+    sensor_id: int
+    actor_id: int
+    other_id: int
+    impulse: Vector
+
+
+class World:
+    """Everything that a snapshot shows. `tick` is a pure function of the state: no clock, no hidden chance."""
+
+    def __init__(self, roads: RoadNetwork, seed: int = 0) -> None:
+        self.roads = roads
+        self.settings = EpisodeSettings()
+        self.weather: tuple[float, ...] = CLEAR_NOON
+        self.frame = 0
+        self.elapsed_s = 0.0
+        self.bodies = Bodies()
+        self.fleet = Fleet()
+        self.walkers = Walkers()
+        self.props = LooseProps()
+        self.surface = Surface()
+        self.signals = Signals()
+        self.actors: dict[int, Actor] = {}
+        self.collisions: list[Collision] = []
+        self._next_id = 1
+        self.spectator = self.enter(SPECTATOR, Kind.OTHER, Pose(), Box(Vector(), Vector()))
+        self._install_signals(Random(seed))
+
+    @property
+    def step_s(self) -> float:
+        """Seconds of the next tick, as the snapshot's float32 has them."""
+        return float(np.float32(self.settings.step_s))
+
+    def actor(self, actor_id: int, method: str) -> Actor:
+        """The actor of that id; `method` is named in the `UnknownActor` raised where there is none."""
+        found = self.actors.get(actor_id)
+        if found is None:
+            raise UnknownActor(actor_id, method)
+        return found
+
+    def enter(self, type_id: str, kind: Kind, pose: Pose, box: Box, attributes: Attributes | None = None) -> Actor:
+        """Adds an actor without any check (see `world.spawn` for what clients ask)."""
+        row = self.bodies.append(position=pose.location, rotation=pose.rotation, center=box.center, extent=box.extent)
+        actor = Actor(self._next_id, type_id, kind, row, box, attributes or {})
+        self._next_id += 1
+        self.actors[actor.id] = actor
+        record = self.bodies.record
+        record["id"][row] = actor.id
+        record["state"][row] = 1
+        return actor
+
+    def remove(self, actor_id: int) -> bool:
+        """Takes an actor out of the world; False where there is none."""
+        actor = self.actors.pop(actor_id, None)
+        if actor is None:
+            return False
+        table = {Kind.VEHICLE: self.fleet, Kind.WALKER: self.walkers, Kind.PROP: self.props}.get(actor.kind)
+        if table is not None and actor.index >= 0:
+            table.delete(actor.index)
+        if actor.surface >= 0:
+            self.surface.delete(actor.surface)
+        self.bodies.delete(actor.row)
+        self._close_gaps(actor)
+        return True
+
+    def _close_gaps(self, gone: Actor) -> None:
+        for other in self.actors.values():
+            other.row -= other.row > gone.row
+            if gone.index >= 0 and other.kind == gone.kind:
+                other.index -= other.index > gone.index
+            if gone.surface >= 0:
+                other.surface -= other.surface > gone.surface
+        for table in (self.fleet, self.walkers, self.props, self.surface, self.signals.lights):
+            table.row[table.row > gone.row] -= 1
+
+    def pose(self, actor: Actor) -> Pose:
+        """Where an actor is."""
+        return self.bodies.pose(actor.row)
+
+    def teleport(self, actor: Actor, pose: Pose) -> None:
+        """Puts an actor somewhere else (an attached one: in its parent's frame); its velocity stays."""
+        if actor.attached is not None:
+            actor.attached = pose
+            return
+        self.bodies.place(actor.row, pose)
+        if actor.surface >= 0:
+            self.surface.looked[actor.surface] = np.inf
+
+    def tick(self) -> int:
+        """Moves the world on by one step and returns the new frame number."""
+        dt = self.step_s
+        bodies = self.bodies
+        before = bodies.velocity.copy()
+        self.signals.step(bodies, dt)
+        if len(self.surface):
+            self.surface.look(bodies, self.roads)
+        if len(self.fleet):
+            self.fleet.step(bodies, dt)
+        if len(self.walkers):
+            self.walkers.step(bodies, dt)
+        if len(self.props):
+            self.props.step(bodies, dt)
+        self._collide()
+        if len(self.surface):
+            self.surface.settle(bodies, dt)
+        self._follow_parents()
+        bodies.acceleration = (bodies.velocity - before) / dt
+        watch_lights(bodies, self.fleet, self.signals.lights)
+        bodies.publish()
+        self.frame += 1
+        self.elapsed_s += dt
+        return self.frame
+
+    def _collide(self) -> None:
+        self.collisions = []
+        if not self.bodies.solid.any():
+            return
+        contacts = collide(self.bodies)
+        if contacts:
+            self.walkers.take_push(self.bodies)
+            self._report(contacts)
+
+    def _report(self, contacts: list[Contact]) -> None:
+        ids = self.bodies.record["id"]
+        sensors: dict[int, list[int]] = {}
+        for actor in self.actors.values():
+            if actor.type_id == "sensor.other.collision":
+                sensors.setdefault(actor.parent_id, []).append(actor.id)
+        for contact in contacts:
+            first, second = int(ids[contact.first]), int(ids[contact.second])
+            back = Vector(-contact.impulse.x, -contact.impulse.y, -contact.impulse.z)
+            for one, other, impulse in ((first, second, back), (second, first, contact.impulse)):
+                self.collisions += [Collision(sensor, one, other, impulse) for sensor in sensors.get(one, ())]
+
+    def _follow_parents(self) -> None:
+        for actor in self.actors.values():
+            if actor.attached is not None:
+                parent = self.actors.get(actor.parent_id)
+                if parent is not None:
+                    self.bodies.place(actor.row, self.pose(parent).compose(actor.attached))
+                    self.bodies.velocity[actor.row] = self.bodies.velocity[parent.row]
+
+    def _install_signals(self, random: Random) -> None:
+        root = check_opendrive(self.roads.file.text, self.roads.file.name)
+        phases = []
+        for signal in read_signals(self.roads, root):
+            is_light = signal.type == LIGHT_TYPE
+            type_id = "traffic.traffic_light" if is_light else "traffic.stop"
+            actor = self.enter(type_id, Kind.LIGHT if is_light else Kind.SIGN, signal.pose, signal.box)
+            self.bodies.record["sign_id"][actor.row] = signal.id.encode()[:31]
+            if is_light:
+                yaw = np.radians(signal.pose.rotation.yaw)
+                actor.index = self.signals.lights.append(
+                    row=actor.row,
+                    center=signal.pose.apply(signal.box.center),
+                    extent=signal.box.extent,
+                    ahead=(np.cos(yaw), np.sin(yaw)),
+                )
+                phases.append(signal.phase)
+        self.signals.form_groups(phases, random)
+        self.signals.publish(self.bodies)
+        self.bodies.publish()
