@@ -58,7 +58,7 @@ class Manoeuvre:
 
 def shift(d_from: float, d_to: float, length_m: float) -> Array:
     """A lateral move as half a cosine wave, sampled every `STEP_M`, both ends included."""
-    x = np.linspace(0.0, 1.0, max(int(round(length_m / STEP_M)), 2) + 1)
+    x = np.linspace(0.0, 1.0, max(round(length_m / STEP_M), 2) + 1)
     return d_from + (d_to - d_from) * (1 - np.cos(np.pi * x)) / 2
 
 
@@ -78,8 +78,8 @@ def shortest_shift(lateral_m: float, radius_m: float) -> float:
 
 def straight(s_from: float, d: float, length_m: float, speed_mps: float) -> Manoeuvre:
     """On at a constant offset."""
-    count = max(int(round(length_m / STEP_M)), 1)
-    s = s_from + STEP_M * np.arange(count + 1)
+    count = max(round(length_m / STEP_M), 1)
+    s: Array = s_from + STEP_M * np.arange(count + 1)
     return Manoeuvre(s, np.full(count + 1, d), np.full(count + 1, speed_mps))
 
 
@@ -93,11 +93,9 @@ def along_lane(lane: Lane | None, s_from: float, d_from: float, length_m: float,
     return Manoeuvre(path.s, centre + fade**2 * (d_from - centre[0]), path.speed)
 
 
-def lateral(
-    s_from: float, d_from: float, d_to: float, length_m: float, speed_mps: float, view: View
-) -> Manoeuvre:
+def lateral(s_from: float, d_from: float, d_to: float, length_m: float, speed_mps: float, view: View) -> Manoeuvre:
     """A sideways move, slowed to what the vehicle's comfort allows."""
     offsets = shift(d_from, d_to, length_m)
     bound = shift_speed(d_to - d_from, length_m, view.ego.limits.max_lateral_acceleration_mps2)
-    s = s_from + STEP_M * np.arange(len(offsets))
+    s: Array = s_from + STEP_M * np.arange(len(offsets))
     return Manoeuvre(s, offsets, np.full(len(offsets), min(speed_mps, bound)))

@@ -8,12 +8,13 @@ import numpy as np
 
 from stucksolver.decision.behaviors.base import CannotPlan, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, straight
-from stucksolver.decision.rollout import rollout
-from stucksolver.decision.swing import CLEARANCE_M
+from stucksolver.decision.rollout import sluggish
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection, LaneKind
 from stucksolver.scene.view import View
 
+CLEARANCE_M = 0.9
+"""Planned lateral clearance beside what stands: room for a door ajar and for the turn out."""
 VULNERABLE_CLEARANCE_M = 1.6
 """Planned lateral clearance beside pedestrians and cyclists."""
 ROOM_TO_RETURN_M = 14.0
@@ -53,8 +54,8 @@ def find_passing(view: View, start: Start, object_id: str, lane: Lane) -> Passin
     clearance = [VULNERABLE_CLEARANCE_M if view.vulnerable[i] else CLEARANCE_M for i in which]
     needed = max(float(view.d[i] + view.across[i]) + c for i, c in zip(which, clearance, strict=True))
     half = view.ego.width_m / 2
-    right, centre, left = lane.at(float(view.s[target]))
-    if needed + half > left - half + 0.1 + half:
+    _, centre, left = lane.at(float(view.s[target]))
+    if needed + half > left - half + 0.1:
         raise CannotPlan(f"the oncoming lane is too narrow to keep {max(clearance):.1f} m from {object_id}")
     moving = max(float(view.vs[i]) for i in which)
     # Beside something that moves we want all of the other lane; beside something that stands no more than needed.
@@ -74,16 +75,16 @@ def _group(view: View, start: Start, target: int) -> list[int]:
     in_path = [
         int(i)
         for i in np.argsort(view.s)
-        if abs(view.d[i]) - view.across[i] < half
-        and view.s[i] + view.along[i] > start.s_m
-        and view.vs[i] > -0.5
+        if abs(view.d[i]) - view.across[i] < half and view.s[i] + view.along[i] > start.s_m and view.vs[i] > -0.5
     ]
     group: list[int] = []
     for i in in_path:
         near = float(view.s[i] - view.along[i])
-        if view.s[i] <= view.s[target] or not group:
-            group.append(i)
-        elif near - max(float(view.s[j] + view.along[j]) for j in group) < ROOM_TO_RETURN_M:
+        if (
+            view.s[i] <= view.s[target]
+            or not group
+            or near - max(float(view.s[j] + view.along[j]) for j in group) < ROOM_TO_RETURN_M
+        ):
             group.append(i)
     return group if target in group else []
 
@@ -97,7 +98,7 @@ def length_abreast(view: View, start: Start, out: Manoeuvre, passing: Passing, s
     if passing.speed_mps <= 0.5:
         return max(passing.far_s + half + 1.0 - out.end_s, 0.5)
     path = out.then(straight(out.end_s, out.end_d, 400.0, speed_mps))
-    slow = rollout(path, start.speed_mps, 0.8 * view.ego.limits.comfort_acceleration_mps2, 2.0)
+    slow = sluggish(path, start.speed_mps, view.ego.limits)
     rear = path.s - half
     other = passing.far_s + (passing.speed_mps + SPEED_MARGIN_MPS) * slow.t
     ahead = np.flatnonzero((rear > other + AHEAD_OF_MOVING_M) & (path.s > out.end_s))

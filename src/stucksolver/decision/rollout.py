@@ -8,6 +8,7 @@ import numpy as np
 
 from stucksolver.decision.manoeuvre import STEP_M, Manoeuvre
 from stucksolver.scene.frenet import Array
+from stucksolver.scene.surroundings import VehicleLimits
 
 
 @dataclass(frozen=True)
@@ -50,3 +51,9 @@ def rollout(path: Manoeuvre, speed_mps: float, acceleration_mps2: float, braking
     ds = np.diff(path.s)
     t: Array = np.concatenate([[0.0], np.cumsum(2 * ds / (v[:-1] + v[1:]))])
     return Rollout(t, v)
+
+
+def sluggish(path: Manoeuvre, speed_mps: float, limits: VehicleLimits) -> Rollout:
+    """The pessimistic hypothesis: weaker acceleration, and never quite the speed that was asked for."""
+    slower = Manoeuvre(path.s, path.d, 0.85 * path.speed)
+    return rollout(slower, speed_mps, 0.6 * limits.comfort_acceleration_mps2, limits.comfort_braking_mps2)

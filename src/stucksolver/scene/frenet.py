@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver.scene.road import LaneKind, LaneStrip, LineKind, RoadGeometry
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 
 
 def wrap_angle(angle: Array) -> Array:
@@ -39,9 +40,7 @@ class Lane:
         k = min(int(i), len(self.s) - 2) if len(self.s) > 1 else 0
         f = i - k
         j = min(k + 1, len(self.s) - 1)
-        right, centre, left = (
-            float(a[k] * (1 - f) + a[j] * f) for a in (self.right, self.centre, self.left)
-        )
+        right, centre, left = (float(a[k] * (1 - f) + a[j] * f) for a in (self.right, self.centre, self.left))
         return right, centre, left
 
     @property
@@ -99,9 +98,7 @@ class RoadFrame:
         along = (relative * direction).sum(axis=1)
         lateral = direction[:, 0] * relative[:, 1] - direction[:, 1] * relative[:, 0]
         low = np.where(segment == 0, -np.inf, 0.0)
-        high = np.where(
-            segment == len(self.directions) - 1, np.inf, self.s[segment + 1] - self.s[segment]
-        )
+        high = np.where(segment == len(self.directions) - 1, np.inf, self.s[segment + 1] - self.s[segment])
         clipped = np.clip(along, low, high)
         return self.s[segment] + clipped, lateral, np.hypot(lateral, along - clipped)
 
@@ -125,24 +122,17 @@ class RoadFrame:
                 best, nearest = lane, abs(d - centre)
         return best
 
-    def drivable(self, s: float) -> tuple[float, float] | None:
-        """(right, left) border of the connected driving lanes around the route's own lane at `s`."""
-        spans = [
-            (right, left)
-            for lane in self.lanes
-            if lane.strip.kind is LaneKind.DRIVING and lane.start_m - 1.0 <= s <= lane.end_m + 1.0
-            for right, _, left in (lane.at(s),)
-        ]
-        own = next((span for span in spans if span[0] <= 0.0 <= span[1]), None)
-        if own is None:
-            return None
-        low, high = own
-        for right, left in sorted(spans):
-            if right <= high + 0.3:
-                high = max(high, left)
-        for right, left in sorted(spans, reverse=True):
-            if left >= low - 0.3:
-                low = min(low, right)
+    @cached_property
+    def drivable(self) -> tuple[Array, Array]:
+        """(right, left) border of the connected driving lanes around the route's own lane at each station."""
+        low, high = np.zeros(len(self.s)), np.zeros(len(self.s))
+        spans: list[list[tuple[float, float]]] = [[] for _ in self.s]
+        for lane in self.lanes:
+            if lane.strip.kind is LaneKind.DRIVING:
+                for k, (right, left) in enumerate(zip(lane.right, lane.left, strict=True)):
+                    spans[lane.strip.start + k].append((float(right), float(left)))
+        for k, here in enumerate(spans):
+            low[k], high[k] = _connected(here)
         return low, high
 
     def beside(self, s: float, d: float, side: int) -> Lane | None:
@@ -156,6 +146,25 @@ class RoadFrame:
         ]
         nearest = min((pair for pair in found if pair[0] > 0.5), key=lambda pair: pair[0], default=None)
         return nearest[1] if nearest else None
+
+
+JOINT_M = 0.3
+"""Lanes this near to each other count as touching."""
+
+
+def _connected(spans: list[tuple[float, float]]) -> tuple[float, float]:
+    """The union of the spans that hangs together with the one around zero; empty (0, 0) where there is none."""
+    own = next((span for span in spans if span[0] <= 0.0 <= span[1]), None)
+    if own is None:
+        return 0.0, 0.0
+    low, high = own
+    for right, left in sorted(spans):
+        if right <= high + JOINT_M:
+            high = max(high, left)
+    for right, left in sorted(spans, key=lambda span: -span[1]):
+        if left >= low - JOINT_M:
+            low = min(low, right)
+    return low, high
 
 
 @lru_cache(maxsize=8)

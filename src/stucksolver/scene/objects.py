@@ -27,7 +27,14 @@ class ObjectKind(str, Enum):
 
 
 MOTOR_VEHICLES = frozenset(
-    {ObjectKind.CAR, ObjectKind.VAN, ObjectKind.TRUCK, ObjectKind.BUS, ObjectKind.EMERGENCY, ObjectKind.MOTORCYCLE}
+    {
+        ObjectKind.CAR,
+        ObjectKind.VAN,
+        ObjectKind.TRUCK,
+        ObjectKind.BUS,
+        ObjectKind.EMERGENCY,
+        ObjectKind.MOTORCYCLE,
+    }
 )
 VULNERABLE = frozenset({ObjectKind.PEDESTRIAN, ObjectKind.BICYCLE, ObjectKind.ANIMAL})
 """Vulnerable road users: passed with a wider clearance."""

@@ -32,7 +32,10 @@ class SceneEgo(Model):
     lane_id: str | None
     lateral_offset_m: float
     """From the centre of the route's lane, left positive."""
-    stopped_for_s: float
+    stopped_for_s: float = 0.0
+    """How long it has been slower than the detector's bound; filled in by the solver."""
+    progress_20s_m: float | None = None
+    """New progress along the route in the detector's window; None before a whole window. Filled in by the solver."""
     distance_to_destination_m: float | None
     at_destination: bool
     length_m: float

@@ -30,10 +30,7 @@ class View:
         self.ego = ego
         everyone = np.array(
             [(ego.x_m, ego.y_m, ego.yaw_rad, 0.0, 0.0, ego.length_m, ego.width_m)]
-            + [
-                (o.x_m, o.y_m, o.yaw_rad, o.vx_mps, o.vy_mps, o.length_m, o.width_m)
-                for o in surroundings.objects
-            ]
+            + [(o.x_m, o.y_m, o.yaw_rad, o.vx_mps, o.vy_mps, o.length_m, o.width_m) for o in surroundings.objects]
         )
         s, d, heading = self.frame.to_road(everyone[:, :2])
         yaw = wrap_angle(everyone[:, 2] - heading)
@@ -94,7 +91,5 @@ class View:
             return True
         lane = self.lane_of[index]
         return (
-            lane is not None
-            and lane.strip.direction is LaneDirection.OPPOSITE
-            and lane.strip.kind is LaneKind.DRIVING
+            lane is not None and lane.strip.direction is LaneDirection.OPPOSITE and lane.strip.kind is LaneKind.DRIVING
         )

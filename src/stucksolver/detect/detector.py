@@ -1,0 +1,82 @@
+"""Immobilization by speed and by route progress. Runs on every tick, so it does next to nothing."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from enum import Enum
+
+from stucksolver.scene.status import Status
+
+
+class Trigger(str, Enum):
+    """What called for the solver."""
+
+    SPEED = "speed"
+    PROGRESS = "progress"
+    GUIDANCE = "guidance"
+
+
+@dataclass(frozen=True)
+class DetectorSettings:
+    """Both tune how often the reasoner is called. Defaults: 5 km/h for 1 s, or less than 5 m in 20 s."""
+
+    v_min_mps: float = 5 / 3.6
+    dwell_s: float = 1.0
+    progress_m: float = 5.0
+    progress_window_s: float = 20.0
+
+    def __post_init__(self) -> None:
+        for name in ("v_min_mps", "dwell_s", "progress_m", "progress_window_s"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"detector setting {name} must be greater than 0, not {getattr(self, name)}")
+
+
+class Detector:
+    """Feed it every status; it answers what, if anything, says that the vehicle is immobilized."""
+
+    def __init__(self, settings: DetectorSettings | None = None) -> None:
+        self.settings = settings or DetectorSettings()
+        self.slow_since_s: float | None = None
+        """Onset of the present slow spell, None while at speed."""
+        self._marks: deque[tuple[float, float]] = deque()
+
+    def update(self, status: Status) -> Trigger | None:
+        """The trigger that holds at this tick, None while all is well or at the destination."""
+        if status.at_destination:
+            self.slow_since_s = None
+            return None
+        now = status.time_s
+        self._mark(now, status.progress_m)
+        if status.speed_mps >= self.settings.v_min_mps:
+            self.slow_since_s = None
+        elif self.slow_since_s is None:
+            self.slow_since_s = now
+        if self.slow_since_s is not None and now - self.slow_since_s >= self.settings.dwell_s - 1e-9:
+            return Trigger.SPEED
+        progress = self.progress_in_window_m
+        if progress is not None and progress < self.settings.progress_m:
+            return Trigger.PROGRESS
+        return None
+
+    @property
+    def progress_in_window_m(self) -> float | None:
+        """New progress within the last window, None before a whole window has been seen."""
+        if not self._marks:
+            return None
+        (first_s, first_m), (last_s, last_m) = self._marks[0], self._marks[-1]
+        return last_m - first_m if last_s - first_s >= self.settings.progress_window_s - 0.5 else None
+
+    def forget(self) -> None:
+        """Start afresh: what went before a finished plan says nothing about what comes after it."""
+        self.slow_since_s = None
+        self._marks.clear()
+
+    def _mark(self, now_s: float, progress_m: float) -> None:
+        """Keep one mark each half second: enough for a window of many seconds, and cheap."""
+        marks = self._marks
+        if marks and now_s - marks[-1][0] < 0.5:
+            return
+        marks.append((now_s, progress_m))
+        while now_s - marks[0][0] > self.settings.progress_window_s:
+            marks.popleft()

@@ -1,0 +1,57 @@
+"""One plan under examination: its path rolled out from where the ego is now."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from stucksolver.decision.manoeuvre import Manoeuvre
+from stucksolver.decision.rollout import Rollout, rollout, sluggish
+from stucksolver.guard.policy import GuardPolicy
+from stucksolver.scene.frenet import Array, Lane
+from stucksolver.scene.view import View
+
+
+@dataclass(frozen=True)
+class Case:
+    """Two speed hypotheses are carried: the ego as quick as comfort allows, and a sluggish one."""
+
+    view: View
+    path: Manoeuvre
+    policy: GuardPolicy
+    guided: bool = False
+
+    @cached_property
+    def quick(self) -> Rollout:
+        limits = self.view.ego.limits
+        return rollout(
+            self.path, self.view.ego.speed_mps, limits.comfort_acceleration_mps2, limits.comfort_braking_mps2
+        )
+
+    @cached_property
+    def slow(self) -> Rollout:
+        return sluggish(self.path, self.view.ego.speed_mps, self.view.ego.limits)
+
+    @cached_property
+    def heading(self) -> Array:
+        return self.path.heading()
+
+    @cached_property
+    def reach(self) -> Array:
+        """Half extent of the ego's body across the road at each station."""
+        half_length, half_width = self.view.ego.length_m / 2, self.view.ego.width_m / 2
+        reach: Array = half_width * np.abs(np.cos(self.heading)) + half_length * np.abs(np.sin(self.heading))
+        return reach
+
+    def inside(self, lane: Lane) -> Array:
+        """At which stations the body reaches into a lane by more than a few centimetres (1.0 or 0.0)."""
+        right = np.interp(self.path.s, lane.s, lane.right)
+        left = np.interp(self.path.s, lane.s, lane.left)
+        touches = (self.path.d + self.reach > right + 0.05) & (self.path.d - self.reach < left - 0.05)
+        return np.where(touches, 1.0, 0.0)
+
+    @cached_property
+    def start_lane(self) -> Lane | None:
+        return self.view.frame.lane_at(float(self.path.s[0]), float(self.path.d[0]))

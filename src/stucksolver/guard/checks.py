@@ -1,0 +1,150 @@
+"""The checks that need no prediction of oncoming traffic. Each returns its reasons against a plan."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stucksolver.guard.case import Case
+from stucksolver.guard.predict import gaps, relevant, times
+from stucksolver.guard.verdict import Reject, RejectCode
+from stucksolver.scene.frenet import Array, Lane
+from stucksolver.scene.road import LaneDirection, LineKind
+from stucksolver.scene.surroundings import ControlKind, LightState
+
+
+def collision(case: Case) -> list[Reject]:
+    """No predicted overlap, and no gap below the bound for what the object is."""
+    which = relevant(case)
+    if not len(which):
+        return []
+    t = times(case)
+    view, policy = case.view, case.policy
+    margin = np.where(view.moving[which] > 0, policy.moving_gap_m, policy.standing_gap_m)
+    margin = np.where(view.vulnerable[which] > 0, policy.vulnerable_gap_m, margin)
+    found: list[Reject] = []
+    for run in (case.quick, case.slow):
+        gap = gaps(case, run, which, t)
+        # What is already nearer than the bound counts only when the plan brings it nearer still.
+        bad = (gap < margin) & (gap < gap[0] - 0.05)
+        bad &= ~_will_be_followed(case, run.station_at(t, case.path), which)
+        for k in np.flatnonzero(bad.any(axis=0)):
+            first = int(bad[:, k].argmax())
+            worst = float(gap[:, k][bad[:, k]].min())
+            found.append(_reject(case, int(which[k]), float(t[first]), worst))
+        if found:
+            return found
+    return found
+
+
+def _reject(case: Case, index: int, time_s: float, gap_m: float) -> Reject:
+    thing = case.view.objects[index]
+    code = RejectCode.COLLISION if gap_m <= 0 else RejectCode.GAP
+    if gap_m > 0 and case.view.vulnerable[index]:
+        code = RejectCode.CLEARANCE
+    detail = f"{thing.kind.value} {thing.id}: gap {gap_m:.1f} m after {time_s:.1f} s"
+    return Reject(code=code, detail=detail, object_id=thing.id, time_s=time_s, gap_m=gap_m)
+
+
+def _will_be_followed(case: Case, station: Array, which: Array) -> Array:
+    """(times, objects): traffic ahead in a lane of our direction, which the stack follows rather than hits.
+
+    It does not hold while the ego is in an oncoming lane: there it cannot slow down and follow.
+    """
+    view = case.view
+    leads = (view.vs[which] > 0.5) & (view.s[which] > view.ego_s) & (np.abs(view.vd[which]) < 0.5)
+    leads &= np.array([view.objects[int(i)].id not in case.path.passes for i in which])
+    oncoming = np.zeros(len(case.path.s))
+    for lane in case.path.enters:
+        if lane.strip.direction is LaneDirection.OPPOSITE:
+            oncoming = np.maximum(oncoming, case.inside(lane))
+    own_side = np.interp(station, case.path.s, oncoming) < 0.5
+    result: Array = own_side[:, None] & leads[None, :]
+    return result
+
+
+def drivable_area(case: Case) -> list[Reject]:
+    """The body stays on the driving lanes."""
+    low, high = case.view.frame.drivable
+    s = case.path.s
+    stations = case.view.frame.s
+    tolerance = case.policy.drivable_tolerance_m
+    over_left = case.path.d + case.reach - np.interp(s, stations, high)
+    over_right = np.interp(s, stations, low) - (case.path.d - case.reach)
+    beyond = np.maximum(over_left, over_right)
+    if case.path.end_s > case.view.frame.length_m:
+        detail = "the path runs beyond the known road"
+        return [Reject(code=RejectCode.OFF_ROAD, detail=detail)]
+    # Where the ego already stands over an edge, it may leave it, but not go further out.
+    allowed = max(tolerance, float(beyond[0]) + 0.05)
+    worst = int(beyond.argmax())
+    if beyond[worst] <= allowed:
+        return []
+    detail = f"{beyond[worst]:.1f} m off the driving lanes, {s[worst] - s[0]:.0f} m ahead"
+    return [Reject(code=RejectCode.OFF_ROAD, detail=detail, gap_m=-float(beyond[worst]))]
+
+
+def speed(case: Case) -> list[Reject]:
+    """The cap: low while recovering, higher for what a passenger asked for on the move."""
+    policy = case.policy
+    cap = policy.guided_speed_mps if case.guided else policy.recovery_speed_mps
+    asked = float(case.path.speed.max())
+    if asked <= cap + 1e-6:
+        return []
+    return [Reject(code=RejectCode.OVERSPEED, detail=f"asks {asked:.1f} m/s, the cap is {cap:.1f} m/s")]
+
+
+def stop_line(case: Case) -> list[Reject]:
+    """No stop line is crossed unless its light is green; stop signs are left to the stack's own driving."""
+    reach = case.path.end_s + case.view.ego.length_m / 2 - case.view.ego_front_s
+    for control in case.view.surroundings.controls:
+        if control.applies is False or not 0.0 <= control.distance_m < reach:
+            continue
+        if control.kind is ControlKind.TRAFFIC_LIGHT and control.state is not LightState.GREEN:
+            state = control.state.value if control.state else "unknown"
+            detail = f"{state} light {control.distance_m:.0f} m ahead"
+            return [Reject(code=RejectCode.RED_LIGHT, detail=detail)]
+        if control.kind is ControlKind.STOP_SIGN:
+            detail = f"stop sign {control.distance_m:.0f} m ahead"
+            return [Reject(code=RejectCode.STOP_LINE, detail=detail)]
+    return []
+
+
+def marking(case: Case) -> list[Reject]:
+    """Kerbs never; solid lines only past a stationary obstruction, slowly, and where the policy says so."""
+    for lane in case.path.enters:
+        inside = case.inside(lane)
+        edges = np.flatnonzero(np.abs(np.diff(inside)) > 0)
+        outer = _outer(lane, case.start_lane, float(case.path.s[0]))
+        for k in edges:
+            lines = outer.lines(float(case.path.s[k]) - 2.0, float(case.path.s[k]) + 2.0)
+            if LineKind.KERB in lines:
+                return [Reject(code=RejectCode.OFF_ROAD, detail="the way leads over a kerb")]
+            if LineKind.SOLID in lines:
+                why = _against_solid(case, float(case.path.speed[k]))
+                if why:
+                    return [Reject(code=RejectCode.SOLID_LINE, detail=f"solid line: {why}")]
+    return []
+
+
+def _outer(lane: Lane, start: Lane | None, s: float) -> Lane:
+    """Of the lane entered and the lane left, the one further from the route, which owns the line between them."""
+    if start is None or abs(lane.at(s)[1]) >= abs(start.at(s)[1]):
+        return lane
+    return start
+
+
+def _against_solid(case: Case, speed_mps: float) -> str | None:
+    view, policy = case.view, case.policy
+    if policy.solid_line == "forbid":
+        return "crossing needs a person's yes"
+    if speed_mps > policy.recovery_speed_mps:
+        return "only at 20 km/h or less"
+    half = view.ego.width_m / 2
+    ahead = np.flatnonzero((view.gap > -1.0) & (view.gap < 40.0) & (view.in_corridor(half) > 0))
+    standing = [
+        o.stationary_s is not None and o.stationary_s >= policy.solid_line_standing_s
+        for o in (view.objects[int(i)] for i in ahead)
+    ]
+    if not case.path.passes and not standing:
+        return None if case.path.returns else "nothing stands in the way"
+    return None if all(standing) else "what is ahead is not a stationary obstruction"

@@ -1,0 +1,120 @@
+"""The checks against other traffic in the lanes that a plan enters: oncoming, and from behind."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stucksolver.guard.case import Case
+from stucksolver.guard.policy import rss_distance
+from stucksolver.guard.verdict import Reject, RejectCode
+from stucksolver.scene.frenet import Lane
+from stucksolver.scene.road import LaneDirection
+
+
+def oncoming(case: Case) -> list[Reject]:
+    """An oncoming lane is entered only when seen free for the whole manoeuvre, away from junctions and crossings."""
+    for lane in case.path.enters:
+        if lane.strip.direction is not LaneDirection.OPPOSITE:
+            continue
+        stations = np.flatnonzero(case.inside(lane))
+        if not len(stations):
+            continue
+        first, last = int(stations[0]), min(int(stations[-1]) + 1, len(case.path.s) - 1)
+        found = _zone(case, lane, first, last) + _sight(case, lane, last) + _gap(case, lane, last)
+        if found:
+            return found
+    return []
+
+
+def _zone(case: Case, lane: Lane, first: int, last: int) -> list[Reject]:
+    half = case.view.ego.length_m / 2
+    start, end = float(case.path.s[first]) - half, float(case.path.s[last]) + half
+    margin = case.policy.zone_margin_m
+    for zone in case.view.surroundings.road.zones:
+        if zone.start_m - margin < end and start < zone.end_m + margin:
+            detail = f"the oncoming lane would be used in a {zone.kind.value.replace('_', ' ')}"
+            return [Reject(code=RejectCode.ZONE, detail=detail)]
+    if not lane.covers(start, end):
+        return [Reject(code=RejectCode.OFF_ROAD, detail="the oncoming lane ends beside the manoeuvre")]
+    return []
+
+
+def _sight(case: Case, lane: Lane, last: int) -> list[Reject]:
+    """Seen free: sight >= own way + what an unseen car at the limit covers meanwhile + margin."""
+    policy, view = case.policy, case.view
+    duration = float(case.slow.t[last])
+    limit = lane.strip.speed_limit_mps or policy.unknown_oncoming_limit_mps
+    own = float(case.path.s[last]) - view.ego_s
+    needed = own + limit * duration + policy.sight_margin_m
+    seen = view.sight_ahead_m(lane)
+    if seen >= needed:
+        return []
+    detail = f"sees {seen:.0f} m of the oncoming lane, needs {needed:.0f} m for {duration:.1f} s"
+    return [Reject(code=RejectCode.ONCOMING_SIGHT, detail=detail, time_s=duration, gap_m=seen - needed)]
+
+
+def _gap(case: Case, lane: Lane, last: int) -> list[Reject]:
+    """No oncoming vehicle, a little quicker than seen, is met before the ego is back and a time gap has passed."""
+    policy, view = case.policy, case.view
+    back = float(case.slow.t[last])
+    front = float(case.path.s[last]) + view.ego.length_m / 2
+    for i, thing in enumerate(view.objects):
+        coming = -float(view.vs[i])
+        right, _, left = lane.at(float(view.s[i]))
+        beside = view.d[i] + view.across[i] > right and view.d[i] - view.across[i] < left
+        if coming < 0.5 or not beside or view.s[i] + view.along[i] < view.ego_s:
+            continue
+        speed = coming + policy.oncoming_speedup_mps
+        place = float(view.s[i] - view.along[i]) - speed * (back + policy.oncoming_time_gap_s)
+        if place < front:
+            detail = f"{thing.kind.value} {thing.id} comes at {coming:.1f} m/s, {view.s[i] - view.ego_s:.0f} m ahead"
+            return [
+                Reject(
+                    code=RejectCode.ONCOMING_GAP,
+                    detail=detail,
+                    object_id=thing.id,
+                    time_s=back,
+                    gap_m=place - front,
+                )
+            ]
+    return []
+
+
+def lane_entry(case: Case) -> list[Reject]:
+    """RSS distances to those ahead and behind in each lane of our direction, at the moment the body enters it."""
+    lanes = [x for x in case.path.enters if x.strip.direction is LaneDirection.SAME]
+    crossed = [x for x in case.path.enters if x.strip.direction is LaneDirection.OPPOSITE]
+    found: list[Reject] = []
+    for lane in lanes:
+        inside = np.flatnonzero(case.inside(lane))
+        if len(inside) and inside[0] > 0:
+            found += _entry(case, lane, int(inside[0]))
+    home = case.start_lane
+    if crossed and case.path.returns and home is not None:
+        # The way back begins where the body first reaches into the own lane again after having left it.
+        outside = np.flatnonzero(case.inside(home) == 0)
+        if len(outside) and outside[-1] + 1 < len(case.path.s):
+            found += _entry(case, home, int(outside[-1]) + 1)
+    return found
+
+
+def _entry(case: Case, lane: Lane, k: int) -> list[Reject]:
+    view, policy = case.view, case.policy
+    right, _, left = lane.at(float(case.path.s[k]))
+    when, own = float(case.slow.t[k]), float(case.slow.v[k])
+    half = view.ego.length_m / 2
+    for i, thing in enumerate(view.objects):
+        in_band = view.d[i] + view.across[i] > right + 0.1 and view.d[i] - view.across[i] < left - 0.1
+        speed = float(view.vs[i])
+        if not in_band or speed < 0.5:
+            continue
+        place = float(view.s[i]) + speed * when
+        behind = float(case.path.s[k]) - half - (place + float(view.along[i]))
+        ahead = place - float(view.along[i]) - (float(case.path.s[k]) + half)
+        gap = max(behind, ahead)
+        needed = rss_distance(speed, own, policy) if behind > ahead else rss_distance(own, speed, policy)
+        if gap < needed:
+            where = "behind" if behind > ahead else "ahead"
+            detail = f"{thing.kind.value} {thing.id} {where}: {gap:.1f} m, needs {needed:.1f} m"
+            return [Reject(code=RejectCode.LANE_ENTRY, detail=detail, object_id=thing.id, time_s=when, gap_m=gap)]
+    return []

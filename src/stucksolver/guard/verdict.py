@@ -1,0 +1,58 @@
+"""What the guard says of a plan."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from stucksolver.decision.behaviors import Abort
+from stucksolver.scene.model import Model
+
+
+class RejectCode(str, Enum):
+    STALE = "stale_surroundings"
+    PRECONDITION = "precondition"
+    NO_PATH = "no_path"
+    COLLISION = "collision"
+    GAP = "gap"
+    CLEARANCE = "vulnerable_clearance"
+    RED_LIGHT = "red_light"
+    STOP_LINE = "stop_line"
+    ONCOMING_SIGHT = "oncoming_sight"
+    ONCOMING_GAP = "oncoming_gap"
+    LANE_ENTRY = "lane_entry"
+    ZONE = "junction_or_crossing"
+    SOLID_LINE = "solid_line"
+    OFF_ROAD = "off_road"
+    OVERSPEED = "overspeed"
+    DEVIATION = "off_the_path"
+    TIMEOUT = "timeout"
+    NOT_IMMOBILIZED = "not_immobilized"
+
+
+class Reject(Model):
+    """One reason against a plan, with the offending object, when, and how near, where that applies."""
+
+    code: RejectCode
+    detail: str
+    object_id: str | None = None
+    time_s: float | None = None
+    gap_m: float | None = None
+
+
+class Verdict(Model):
+    """`abort` is set only while a plan runs: what to do instead."""
+
+    rejects: tuple[Reject, ...] = ()
+    abort: Abort | None = None
+
+    @property
+    def accepted(self) -> bool:
+        return not self.rejects
+
+    def __str__(self) -> str:
+        if self.accepted:
+            return "accepted"
+        return "; ".join(f"{r.code.value}: {r.detail}" for r in self.rejects)
+
+
+OK = Verdict()

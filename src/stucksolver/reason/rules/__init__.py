@@ -1,0 +1,25 @@
+"""The rule reasoner: the paper's chain without a language model. The baseline that every model must beat."""
+
+from __future__ import annotations
+
+from stucksolver.decision import Decision, WaitLimits
+from stucksolver.reason.rules.analyse import analyse
+from stucksolver.reason.rules.decide import decide
+from stucksolver.reason.rules.observe import observe
+from stucksolver.scene import Scene
+
+
+class RuleReasoner:
+    """Observe → analyse → decide by fixed rules, after the chain of thought of the StuckSolver paper."""
+
+    name = "rules"
+
+    def __init__(self, limits: WaitLimits | None = None) -> None:
+        self._limits = limits or WaitLimits()
+
+    def decide(self, scene: Scene) -> Decision:
+        observation = observe(scene, self._limits)
+        return decide(scene, observation, analyse(scene, observation, self._limits))
+
+
+__all__ = ["RuleReasoner"]

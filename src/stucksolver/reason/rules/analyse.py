@@ -1,0 +1,182 @@
+"""Step 2: is the vehicle immobilized, by what; or is waiting right? With guidance: what is asked for?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stucksolver.decision import (
+    Analysis,
+    AnalysisStep,
+    CauseCode,
+    Intent,
+    Observation,
+    WaitLimits,
+    WaitReason,
+)
+from stucksolver.reason.rules.guidance import guidance_intent
+from stucksolver.reason.rules.observe import beside_lane_centre, intent
+from stucksolver.scene import (
+    MOTOR_VEHICLES,
+    ControlKind,
+    LightState,
+    ObjectKind,
+    Scene,
+    SceneObject,
+)
+
+MOVING_MPS = 5 / 3.6
+LIGHT_AHEAD_M = 20.0
+PEOPLE_CLEARANCE_M = 15.0
+
+
+@dataclass(frozen=True)
+class Hold:
+    """A reason why waiting is right, with what shows it."""
+
+    reason: WaitReason
+    evidence: str
+
+
+def analyse(scene: Scene, observation: Observation, limits: WaitLimits) -> Analysis:
+    """S2.1 where a passenger has spoken, else S2.2 to S2.5."""
+    if scene.guidance is not None:
+        return _with_guidance(scene)
+    return _without_guidance(scene, observation, limits)
+
+
+def _with_guidance(scene: Scene) -> Analysis:
+    assert scene.guidance is not None
+    wanted = guidance_intent(scene.guidance.text)
+    step = AnalysisStep(
+        id="S2.1",
+        question="What does the passenger ask for?",
+        answer=None,
+        evidence=f'"{scene.guidance.text}" is read as: {wanted.value}',
+    )
+    stuck = scene.ego.speed_mps < MOVING_MPS and not scene.ego.at_destination
+    return Analysis(
+        steps=(step,), immobilized=stuck, guidance_intent=wanted, reason=f"the passenger asks: {wanted.value}"
+    )
+
+
+def _without_guidance(scene: Scene, observation: Observation, limits: WaitLimits) -> Analysis:
+    steps = [
+        AnalysisStep(
+            id="S2.2",
+            question="Is the vehicle at its destination?",
+            answer=scene.ego.at_destination,
+            evidence=_destination(scene),
+        )
+    ]
+    if scene.ego.at_destination:
+        return _waiting(steps, Hold(WaitReason.AT_DESTINATION, "the route is done"))
+    moving = scene.ego.speed_mps >= MOVING_MPS
+    looping = moving and scene.ego.progress_20s_m is not None and scene.ego.progress_20s_m < 5.0
+    steps.append(
+        AnalysisStep(
+            id="S2.3",
+            question="Is it moving along its route?",
+            answer=moving and not looping,
+            evidence=f"{scene.ego.speed_mps:.1f} m/s, stopped for {scene.ego.stopped_for_s:.1f} s",
+        )
+    )
+    if moving:
+        cause = CauseCode.LOOP if looping else None
+        reason = "it moves without getting on" if looping else "it is moving"
+        return Analysis(steps=tuple(steps), immobilized=looping, cause=cause, reason=reason)
+    hold = find_hold(scene, limits)
+    steps.append(
+        AnalysisStep(
+            id="S2.4",
+            question="Is it held by a light, a sign, a queue, people, or a duty to yield?",
+            answer=hold is not None,
+            evidence=hold.evidence if hold else "nothing of the kind",
+        )
+    )
+    if hold is not None:
+        return _waiting(steps, hold)
+    cause, evidence = find_cause(scene, limits)
+    steps.append(AnalysisStep(id="S2.5", question="Is it immobilized, and by what?", answer=True, evidence=evidence))
+    return Analysis(steps=tuple(steps), immobilized=True, cause=cause, reason=evidence)
+
+
+def _destination(scene: Scene) -> str:
+    left = scene.ego.distance_to_destination_m
+    return "destination beyond the known road" if left is None else f"{left:.0f} m to go"
+
+
+def _waiting(steps: list[AnalysisStep], hold: Hold) -> Analysis:
+    return Analysis(steps=tuple(steps), immobilized=False, wait=hold.reason, reason=hold.evidence)
+
+
+def find_hold(scene: Scene, limits: WaitLimits) -> Hold | None:
+    """Why waiting is right, None where it is not."""
+    return _held_by_control(scene, limits) or _held_by_people(scene, limits) or _held_by_vehicle(scene, limits)
+
+
+def _held_by_control(scene: Scene, limits: WaitLimits) -> Hold | None:
+    for control in scene.controls:
+        if control.applies is False or not -1.0 < control.distance_m < LIGHT_AHEAD_M:
+            continue
+        stopping = control.kind is ControlKind.TRAFFIC_LIGHT and control.state in (LightState.RED, LightState.YELLOW)
+        patient = scene.ego.stopped_for_s <= limits.light_s
+        if stopping and patient and not _blocked_before(scene, control.distance_m):
+            state = control.state.value if control.state else ""
+            return Hold(WaitReason.LIGHT, f"{state} light {control.distance_m:.0f} m ahead")
+        if control.kind is ControlKind.STOP_SIGN and scene.ego.stopped_for_s < 3.0:
+            return Hold(WaitReason.STOP_SIGN, f"stop sign {control.distance_m:.0f} m ahead")
+    return None
+
+
+def _blocked_before(scene: Scene, distance_m: float) -> bool:
+    """Does something that is no traffic (a parked car, cones) stand between us and the stop line?"""
+    lead = blocker(scene)
+    if lead is None or lead.gap_m is None or lead.gap_m > distance_m - 2.0:
+        return False
+    return lead.kind not in MOTOR_VEHICLES or bool(lead.hazard_lights) or beside_lane_centre(lead)
+
+
+def _held_by_people(scene: Scene, limits: WaitLimits) -> Hold | None:
+    for o in scene.objects:
+        if o.kind not in (ObjectKind.PEDESTRIAN, ObjectKind.ANIMAL):
+            continue
+        if intent(scene, o, limits) is Intent.CROSSING and -3.0 < (o.gap_m or 0.0) < PEOPLE_CLEARANCE_M:
+            return Hold(WaitReason.PEOPLE, f"{o.kind.value} {o.id} is crossing {o.gap_m or 0.0:.0f} m ahead")
+    return None
+
+
+def _held_by_vehicle(scene: Scene, limits: WaitLimits) -> Hold | None:
+    lead = blocker(scene)
+    if lead is None or lead.kind not in MOTOR_VEHICLES | {ObjectKind.BICYCLE}:
+        return None
+    if lead.speed_along_mps > 0.5:
+        return Hold(WaitReason.QUEUE, f"{lead.kind.value} {lead.id} ahead is moving")
+    what = intent(scene, lead, limits)
+    if what is Intent.QUEUEING:
+        return Hold(WaitReason.QUEUE, f"{lead.kind.value} {lead.id} ahead waits in a queue")
+    needed = limits.hazard_or_parked_s if lead.hazard_lights or what is Intent.PARKED else limits.unknown_vehicle_s
+    seen = lead.stationary_s or 0.0
+    if seen < needed:
+        evidence = f"{lead.kind.value} {lead.id} stands for {seen:.0f} s, not yet {needed:.0f} s"
+        return Hold(WaitReason.UNKNOWN_STOPPED, evidence)
+    return None
+
+
+def blocker(scene: Scene) -> SceneObject | None:
+    """The nearest thing in the path ahead."""
+    ahead = [o for o in scene.objects if o.in_path and o.gap_m is not None and -0.5 < o.gap_m < 25.0]
+    return min(ahead, key=lambda o: o.gap_m or 0.0, default=None)
+
+
+def find_cause(scene: Scene, limits: WaitLimits) -> tuple[CauseCode, str]:
+    """What immobilizes the vehicle, and what shows it."""
+    lead = blocker(scene)
+    if lead is None:
+        return CauseCode.UNKNOWN, f"stopped for {scene.ego.stopped_for_s:.0f} s with nothing in the path"
+    seen = f"{lead.kind.value} {lead.id}, {lead.gap_m:.1f} m ahead"
+    if lead.kind in MOTOR_VEHICLES | {ObjectKind.BICYCLE}:
+        since = f"has stood for {lead.stationary_s or 0.0:.0f} s"
+        if lead.hazard_lights:
+            return CauseCode.DISABLED_VEHICLE, f"{seen}, {since} with hazard lights"
+        return CauseCode.PARKED_VEHICLE, f"{seen}, {since} and belongs to no queue"
+    return CauseCode.STATIC_OBSTACLE, f"{seen}, stands in the lane"

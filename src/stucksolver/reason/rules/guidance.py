@@ -1,0 +1,24 @@
+"""What a passenger's words ask for. Words are data: they choose among intents, nothing else."""
+
+from __future__ import annotations
+
+import re
+
+from stucksolver.decision import GuidanceIntent
+
+_PATTERNS: tuple[tuple[GuidanceIntent, str], ...] = (
+    (GuidanceIntent.WAIT, r"\b(do ?n.?t|do not|never|stop|wait|stay|hold on|not yet)\b"),
+    (GuidanceIntent.OVERTAKE, r"\b(over ?take|pass|get past|go (a)?round|drive (a)?round|get (a)?round)\b"),
+    (GuidanceIntent.CHANGE_LEFT, r"\bleft\b"),
+    (GuidanceIntent.CHANGE_RIGHT, r"\bright\b"),
+    (GuidanceIntent.GO, r"\b(go|drive|move|continue|proceed)\b"),
+)
+
+
+def guidance_intent(text: str) -> GuidanceIntent:
+    """The first intent whose words occur; a refusal ("don't overtake") wins over what it refuses."""
+    lowered = text.lower()
+    for intent, pattern in _PATTERNS:
+        if re.search(pattern, lowered):
+            return intent
+    return GuidanceIntent.UNCLEAR

@@ -1,0 +1,120 @@
+"""Step 1: what matters in the scene, and what each participant is about to do."""
+
+from __future__ import annotations
+
+from stucksolver.decision import Intent, Observation, ObservedControl, Participant, WaitLimits
+from stucksolver.scene import (
+    MOTOR_VEHICLES,
+    STATIC_KINDS,
+    ControlKind,
+    LaneRelation,
+    LightState,
+    ObjectKind,
+    Scene,
+    SceneObject,
+)
+
+MOVING_MPS = 0.5
+CROSSING_MPS = 0.3
+KERB_ZONE_M = 2.0
+"""People this near to the path may step into it."""
+PARKED_OFFSET_M = 0.4
+"""A vehicle this far from the lane's centre stands beside the traffic rather than in it."""
+AHEAD_M = 60.0
+
+
+def observe(scene: Scene, limits: WaitLimits) -> Observation:
+    """Traffic controls and the participants that matter, nearest first."""
+    controls = tuple(
+        ObservedControl(kind=c.kind, state=c.state, applies=c.applies, distance_m=round(c.distance_m, 1))
+        for c in scene.controls
+    )
+    participants = tuple(
+        Participant(object_id=o.id, kind=o.kind, lane=o.lane, distance_m=o.gap_m, intent=intent(scene, o, limits))
+        for o in scene.objects
+        if matters(o)
+    )
+    return Observation(controls=controls, participants=participants, summary=_summary(scene, participants))
+
+
+def matters(o: SceneObject) -> bool:
+    """In the path ahead, near it on foot, or moving in a lane that we might use."""
+    gap = o.gap_m if o.gap_m is not None else 0.0
+    if o.in_path and -1.0 < gap < AHEAD_M:
+        return True
+    if o.kind in (ObjectKind.PEDESTRIAN, ObjectKind.ANIMAL):
+        return -5.0 < gap < 30.0 and near_path(o)
+    return abs(o.speed_along_mps) > MOVING_MPS and o.lane in (
+        LaneRelation.LEFT,
+        LaneRelation.RIGHT,
+        LaneRelation.ONCOMING,
+    )
+
+
+def near_path(o: SceneObject) -> bool:
+    """Within a step of the ego's lane."""
+    return o.right_edge_m < KERB_ZONE_M + 1.0 and o.left_edge_m > -KERB_ZONE_M - 1.0
+
+
+def intent(scene: Scene, o: SceneObject, limits: WaitLimits) -> Intent:
+    """What an object is about to do, from its motion, place and lights."""
+    if o.kind in (ObjectKind.PEDESTRIAN, ObjectKind.ANIMAL):
+        return _on_foot(o)
+    if o.kind in STATIC_KINDS or o.kind is ObjectKind.UNKNOWN:
+        return Intent.OBSTRUCTING if o.in_path else Intent.UNKNOWN
+    if o.speed_along_mps < -MOVING_MPS:
+        return Intent.ONCOMING
+    if o.speed_along_mps > MOVING_MPS:
+        return Intent.FOLLOWING
+    if o.hazard_lights:
+        return Intent.STOPPED
+    if beside_lane_centre(o):
+        return Intent.PARKED
+    return Intent.QUEUEING if _in_queue(scene, o, limits) else Intent.STOPPED
+
+
+def beside_lane_centre(o: SceneObject) -> bool:
+    """Does it stand off the middle of the lane, as parked vehicles do?"""
+    return abs(o.left_edge_m + o.right_edge_m) / 2 > PARKED_OFFSET_M
+
+
+def _on_foot(o: SceneObject) -> Intent:
+    toward = -1.0 if o.left_edge_m + o.right_edge_m > 0 else 1.0
+    if o.in_path or o.vy_mps * toward > CROSSING_MPS:
+        return Intent.CROSSING
+    return Intent.WAITING_TO_CROSS if near_path(o) else Intent.UNKNOWN
+
+
+def _in_queue(scene: Scene, o: SceneObject, limits: WaitLimits) -> bool:
+    """Moved lately, or has a light, a stop line or a standing queue ahead of it."""
+    if o.moved_s_ago is not None and o.moved_s_ago < limits.queue_moved_within_s:
+        return True
+    front = (o.gap_m or 0.0) + o.length_m
+    for control in scene.controls:
+        held = control.kind is ControlKind.STOP_SIGN or control.state in (LightState.RED, LightState.YELLOW)
+        if control.applies is not False and held and front - 2.0 <= control.distance_m < front + 15.0:
+            return True
+    return any(
+        other.id != o.id
+        and other.in_path
+        and other.kind in MOTOR_VEHICLES
+        and other.gap_m is not None
+        and front < other.gap_m < front + 12.0
+        and other.moved_s_ago is not None
+        and other.moved_s_ago < limits.queue_moved_within_s
+        for other in scene.objects
+    )
+
+
+def _summary(scene: Scene, participants: tuple[Participant, ...]) -> str:
+    parts = [
+        f"{p.kind.value} {p.object_id} ({p.intent.value.replace('_', ' ')}, lane {p.lane.value}"
+        + (f", {p.distance_m:.0f} m)" if p.distance_m is not None else ")")
+        for p in participants[:6]
+    ]
+    lights = [
+        f"{c.state.value} light {c.distance_m:.0f} m ahead"
+        for c in scene.controls
+        if c.kind is ControlKind.TRAFFIC_LIGHT and c.state is not None and c.applies is not False
+    ]
+    return "; ".join(lights + parts) or "nothing that matters in sight"

@@ -1,0 +1,107 @@
+"""When an answer is delivered: the clock is injected, so that a run can be repeated or charged for its thinking."""
+
+from __future__ import annotations
+
+import math
+import time
+from concurrent.futures import Future, TimeoutError
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+T = TypeVar("T")
+
+
+@dataclass
+class Query:
+    """One question under way."""
+
+    asked_s: float
+    asked_wall_s: float
+    ticks: int = 0
+    """Calls of `step` since it was asked."""
+    took_s: float | None = None
+    """Wall time to the answer, once it is there."""
+
+
+class Clock(Protocol):
+    """Decides at each tick whether an answer may be delivered, and waits for it where time is only simulated."""
+
+    name: str
+
+    def due(self, query: Query, now_s: float, answer: Future[T]) -> bool:
+        """True when the answer is to be taken now; then it is there."""
+
+
+class Lockstep:
+    """Delivered on the next tick, whatever the wall time (as CARLA's leaderboard has it)."""
+
+    name = "lockstep"
+
+    def due(self, query: Query, now_s: float, answer: Future[T]) -> bool:
+        _wait(answer, None)
+        return True
+
+
+class Latency:
+    """Delivered after a fixed time of a world that goes on."""
+
+    def __init__(self, latency_s: float) -> None:
+        if not latency_s >= 0:
+            raise ValueError(f"latency must be 0 s or more, not {latency_s}")
+        self.latency_s = latency_s
+        self.name = f"latency:{latency_s:g}"
+
+    def due(self, query: Query, now_s: float, answer: Future[T]) -> bool:
+        if now_s - query.asked_s < self.latency_s - 1e-6:
+            return False
+        _wait(answer, None)
+        return True
+
+
+class Measured:
+    """Delivered after as many ticks as it took on the wall; not repeatable."""
+
+    name = "latency:measured"
+
+    def due(self, query: Query, now_s: float, answer: Future[T]) -> bool:
+        simulated = now_s - query.asked_s
+        if not answer.done():
+            _wait(answer, max(query.asked_wall_s + simulated - time.monotonic(), 0.0))
+        if not answer.done():
+            return False
+        took = query.took_s if query.took_s is not None else time.monotonic() - query.asked_wall_s
+        per_tick = simulated / max(query.ticks, 1)
+        return per_tick <= 0 or query.ticks >= math.ceil(took / per_tick)
+
+
+class Wall:
+    """Delivered as soon as it is there; never waits. For live stacks."""
+
+    name = "wall"
+
+    def due(self, query: Query, now_s: float, answer: Future[T]) -> bool:
+        return answer.done()
+
+
+def _wait(answer: Future[T], timeout_s: float | None) -> None:
+    """Until the answer is there (or failed, which the taker finds out), or the time is up."""
+    try:
+        answer.exception(timeout=timeout_s)
+    except TimeoutError:
+        return
+
+
+def make_clock(text: str) -> Clock:
+    """`lockstep`, `latency:SECONDS`, `latency:measured` or `wall`. Raises `ValueError` for anything else."""
+    if text == "lockstep":
+        return Lockstep()
+    if text == "wall":
+        return Wall()
+    if text == "latency:measured":
+        return Measured()
+    if text.startswith("latency:"):
+        try:
+            return Latency(float(text.removeprefix("latency:")))
+        except ValueError as error:
+            raise ValueError(f"clock {text!r}: {error}") from error
+    raise ValueError(f"unknown clock {text!r}: use lockstep, latency:SECONDS, latency:measured or wall")

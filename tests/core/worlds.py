@@ -1,0 +1,182 @@
+"""Small worlds for tests: a straight road, objects on it, and a stand-in vehicle that drives what it is told."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stucksolver.decision import Directive, Execute
+from stucksolver.decision.behaviors import REGISTRY, describe
+from stucksolver.scene import (
+    EgoState,
+    LaneDirection,
+    LaneKind,
+    LaneSight,
+    LaneStrip,
+    LineKind,
+    ObjectKind,
+    RoadGeometry,
+    Scene,
+    Status,
+    Surroundings,
+    TrackedObject,
+    TrafficControl,
+    Zone,
+)
+from stucksolver.scene.build import build_scene
+from stucksolver.scene.view import View
+
+LANE_M = 3.5
+NAMES = tuple(REGISTRY)
+
+
+def strip(name: str, offset: float, direction: LaneDirection, line: LineKind, count: int) -> LaneStrip:
+    return LaneStrip(
+        id=name,
+        kind=LaneKind.DRIVING,
+        direction=direction,
+        start=0,
+        offset_m=(offset,) * count,
+        width_m=(LANE_M,) * count,
+        line=(line,) * count,
+        speed_limit_mps=13.4,
+    )
+
+
+def straight_road(
+    *, oncoming: LineKind | None = LineKind.BROKEN, left: LineKind | None = None, zones: tuple[Zone, ...] = ()
+) -> RoadGeometry:
+    """400 m along x; the route's lane on the centre line, an oncoming lane and one of our direction at will."""
+    count = 401
+    lanes = [strip("own", 0.0, LaneDirection.SAME, LineKind.NONE, count)]
+    offset = 0.0
+    if left is not None:
+        offset += LANE_M
+        lanes.append(strip("left", offset, LaneDirection.SAME, left, count))
+    if oncoming is not None:
+        offset += LANE_M
+        lanes.append(strip("oncoming", offset, LaneDirection.OPPOSITE, oncoming, count))
+    reference = tuple((float(x), 0.0) for x in range(count))
+    key = f"straight-{oncoming}-{left}-{zones}"
+    return RoadGeometry(key=key, spacing_m=1.0, reference=reference, lanes=tuple(lanes), zones=zones)
+
+
+def thing(
+    name: str,
+    x: float,
+    y: float = 0.0,
+    *,
+    kind: ObjectKind = ObjectKind.CAR,
+    speed: float = 0.0,
+    sideways: float = 0.0,
+    yaw: float = 0.0,
+    stationary_s: float | None = None,
+    moved_s_ago: float | None = None,
+    hazard: bool | None = False,
+    length: float | None = None,
+    width: float | None = None,
+) -> TrackedObject:
+    sizes = {ObjectKind.BICYCLE: (1.8, 0.6), ObjectKind.PEDESTRIAN: (0.5, 0.5), ObjectKind.CONE: (0.4, 0.4)}
+    usual = sizes.get(kind, (4.6, 1.9))
+    moving = math.hypot(speed, sideways) > 0.1
+    return TrackedObject(
+        id=name,
+        kind=kind,
+        x_m=x,
+        y_m=y,
+        yaw_rad=yaw if speed >= 0 else math.pi,
+        vx_mps=speed,
+        vy_mps=sideways,
+        length_m=length or usual[0],
+        width_m=width or usual[1],
+        height_m=1.5,
+        stationary_s=stationary_s if stationary_s is not None else (0.0 if moving else 30.0),
+        moved_s_ago=moved_s_ago,
+        hazard_lights=hazard,
+    )
+
+
+@dataclass
+class World:
+    """A world that moves: the ego follows what it is told exactly, objects keep their velocity."""
+
+    road: RoadGeometry
+    objects: list[TrackedObject] = field(default_factory=list)
+    controls: tuple[TrafficControl, ...] = ()
+    x: float = 50.0
+    y: float = 0.0
+    yaw: float = 0.0
+    speed: float = 0.0
+    sight_m: float = 300.0
+    time_s: float = 0.0
+    frame: int = 0
+    cruise_mps: float = 8.0
+    dt: float = 0.05
+    age_s: float = 0.0
+
+    def ego(self) -> EgoState:
+        return EgoState(x_m=self.x, y_m=self.y, yaw_rad=self.yaw, speed_mps=self.speed, length_m=4.9, width_m=1.85)
+
+    def surroundings(self) -> Surroundings:
+        sight = tuple(LaneSight(lane_id=s.id, ahead_m=self.sight_m, behind_m=80.0) for s in self.road.lanes)
+        return Surroundings(
+            frame=self.frame,
+            time_s=self.time_s,
+            age_s=self.age_s,
+            ego=self.ego(),
+            objects=tuple(self.objects),
+            controls=self.controls,
+            sight=sight,
+            road=self.road,
+        )
+
+    def view(self) -> View:
+        return View(self.surroundings())
+
+    def status(self) -> Status:
+        return Status(time_s=self.time_s, speed_mps=abs(self.speed), progress_m=self.x)
+
+    def scene(self) -> Scene:
+        return build_scene(self.view(), self.status(), describe(NAMES))
+
+    def drive(self, directive: Directive) -> None:
+        """One tick: the directive's path is followed to the point; else straight on, behind what is in the way."""
+        if isinstance(directive, Execute) and directive.path:
+            self._along(directive)
+        elif isinstance(directive, Execute):
+            self._settle(0.0)
+        else:
+            self._settle(self._free_speed())
+            self.y += float(np.clip(-self.y, -0.5, 0.5)) * self.dt
+        self.objects = [self._moved(o) for o in self.objects]
+        self.time_s = round(self.time_s + self.dt, 6)
+        self.frame += 1
+
+    def _along(self, directive: Execute) -> None:
+        xs = np.array([p.x_m for p in directive.path])
+        ys = np.array([p.y_m for p in directive.path])
+        bound = float(np.interp(self.x, xs, [p.speed_mps for p in directive.path]))
+        self._settle(bound, turn=math.cos(self.yaw))
+        y = float(np.interp(self.x, xs, ys))
+        ahead = float(np.interp(self.x + 0.5, xs, ys))
+        self.yaw = math.atan2(ahead - y, 0.5)
+        self.y = y
+
+    def _settle(self, wanted: float, turn: float = 1.0) -> None:
+        change = float(np.clip(wanted - self.speed, -6.0 * self.dt, 1.5 * self.dt))
+        self.speed = max(self.speed + change, 0.0)
+        self.x += self.speed * turn * self.dt
+
+    def _free_speed(self) -> float:
+        gaps = [o.x_m - o.length_m / 2 - self.x - 2.45 for o in self.objects if abs(o.y_m) < 1.9 and o.x_m > self.x]
+        room = min(gaps, default=1e3) - 5.0
+        lead = min((o.vx_mps for o in self.objects if abs(o.y_m) < 1.9 and o.x_m > self.x), default=0.0)
+        return float(min(self.cruise_mps, max(lead, 0.0) + math.sqrt(max(2 * 2.0 * room, 0.0))))
+
+    def _moved(self, o: TrackedObject) -> TrackedObject:
+        moving = math.hypot(o.vx_mps, o.vy_mps) > 0.1
+        stood = 0.0 if moving else (o.stationary_s or 0.0) + self.dt
+        update = {"x_m": o.x_m + o.vx_mps * self.dt, "y_m": o.y_m + o.vy_mps * self.dt, "stationary_s": stood}
+        return o.model_copy(update=update)
