@@ -17,6 +17,8 @@ HARDEST_MPS2 = 9.5
 _EMERGENCY_CLEARANCE_M = 1.0
 _SPEED_GAIN = 1.2
 _CLOSE_GAIN = 0.8
+_ROOM_OF_A_STOP_M = 0.15
+_LEADER_BRAKING_MPS2 = 20.0
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class Profile:
     braking_distance_m: float
     """Bumper gap kept to what stands in the path."""
     headway_s: float
-    """Added to the gap behind a moving leader."""
+    """Added to the gap behind a moving leader, see `wanted_gap`."""
     deceleration: float
     """Comfortable braking (m/s²)."""
     lateral_accel: float
@@ -44,9 +46,9 @@ class Profile:
 
 
 PROFILES = {
-    "cautious": Profile(40.0, 6.0, 12.0, 3.0, 12.0, 6.0, 0.7, 2.0, 1.6, 1.5),
-    "normal": Profile(50.0, 3.0, 10.0, 3.0, 10.0, 5.0, 0.4, 2.5, 2.2),
-    "aggressive": Profile(70.0, 1.0, 8.0, 3.0, 8.0, 4.0, 0.25, 3.0, 3.0, 2.3),
+    "cautious": Profile(40.0, 6.0, 12.0, 3.0, 12.0, 6.0, 0.5, 2.0, 1.6, 1.5),
+    "normal": Profile(50.0, 3.0, 10.0, 3.0, 10.0, 5.0, 0.3, 2.5, 2.2),
+    "aggressive": Profile(70.0, 1.0, 8.0, 3.0, 8.0, 4.0, 0.2, 3.0, 3.0, 2.3),
 }
 
 
@@ -73,6 +75,11 @@ def look_ahead(profile: Profile, speed: float) -> float:
     return profile.min_proximity_m + max(stopping + speed, profile.safety_time_s * speed)
 
 
+def wanted_gap(profile: Profile, standing_m: float, lead_speed: float) -> float:
+    """Bumper gap (m) behind a leader: `standing_m` at rest, more by headway and braking distance at speed."""
+    return standing_m + profile.headway_s * lead_speed + lead_speed * lead_speed / (2.0 * _LEADER_BRAKING_MPS2)
+
+
 def toward_speed(speed: float, target: float, profile: Profile) -> float:
     """Acceleration (m/s²) that leads from `speed` to `target` (m/s)."""
     wanted = _SPEED_GAIN * (target - speed)
@@ -94,9 +101,9 @@ def toward_gap(
         closing = math.sqrt(2.0 * deceleration * (room - linear / 2.0))
         slope = deceleration / closing
     target = max(lead_speed + max(closing, -fall_back), 0.0)
-    if target <= 0.0:
-        slope = 0.0
-    return _SPEED_GAIN * (target - speed) - slope * max(speed - lead_speed, 0.0)
+    if target <= 0.0 or (lead_speed < STANDING_MPS and room < _ROOM_OF_A_STOP_M):
+        target = slope = 0.0
+    return _SPEED_GAIN * (target - speed) - slope * max(closing, 0.0)
 
 
 def emergency(speed: float, gap: float, lead_speed: float) -> float | None:

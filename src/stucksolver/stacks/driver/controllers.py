@@ -33,8 +33,6 @@ class SteerController:
     MIN_REACH_M = 1.8
     REACH_S = 0.5
     """The centre returns to the path over about this much travel: the larger of the two."""
-    PREVIEW_M = 0.3
-    PREVIEW_S = 0.15
     MAX_APPROACH_RAD = 0.45
     _LEARNING_RATE = 0.03
     _LOCK_RANGE = (0.5, 1.8)
@@ -63,8 +61,8 @@ class SteerController:
         reach = max(self.MIN_REACH_M, self.REACH_S * speed)
         course = where.heading + self._model.slip(self._steer * self._lock)
         approach = min(max(-where.lateral / (2.0 * reach), -self.MAX_APPROACH_RAD), self.MAX_APPROACH_RAD)
-        ahead = where.s + self.PREVIEW_M + self.PREVIEW_S * speed
-        curvature = path.curvature_at(ahead) + 2.0 / reach * (approach - course)
+        # No preview: the course already leads the heading by the slip of the present steering.
+        curvature = path.curvature_at(where.s) + 2.0 / reach * (approach - course)
         wanted = self._model.steer_angle_for(curvature) / self._lock
         step = min(max(wanted - self._steer, -MAX_STEER_STEP), MAX_STEER_STEP)
         self._steer = min(max(self._steer + step, -limit), limit)
@@ -81,7 +79,7 @@ class PedalController:
     _GAIN_P = 0.35
     _GAIN_I = 0.25
     _MAX_LAG_MPS = 0.6
-    _STANDSTILL_MPS = 0.15
+    _STANDSTILL_MPS = 0.08
 
     def __init__(self) -> None:
         self._reference = 0.0

@@ -17,6 +17,7 @@ from stucksolver.stacks.driver.behavior import (
     toward_gap,
     toward_speed,
     turn_speed,
+    wanted_gap,
 )
 from stucksolver.stacks.driver.controllers import MAX_STEER, PedalController, SteerController
 from stucksolver.stacks.driver.hazards import WALKER_MARGIN_M, Hazard, nearest_hazards, sweep
@@ -203,7 +204,7 @@ class BehaviorDriver:
             return hard
         profile, following = self._profile, self._planner.following
         standing = self._options.follow_gap_m if following else profile.braking_distance_m
-        room = hazard.gap - standing - profile.headway_s * hazard.speed
+        room = hazard.gap - wanted_gap(profile, standing, hazard.speed)
         return toward_gap(speed, room, hazard.speed, self._deceleration, profile.speed_decrease_kmh / 3.6)
 
     @property

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections import OrderedDict
+from collections.abc import Callable
 from typing import Any
 
 import carla
@@ -21,6 +22,7 @@ LANE_CHANGE_LENGTH_M = 10
 LANE_CHANGE_COST_M = 15.0
 _MIN_CHANGE_LENGTH_M = 3
 _CACHED_MAPS = 4
+_SEED_SPACING_M = 50.0
 
 LaneKey = tuple[int, int, int]
 
@@ -39,7 +41,7 @@ class LaneGraph:
         self.graph = nx.DiGraph()
         self._span: dict[LaneKey, tuple[int, int]] = {}
         self._successors: dict[LaneKey, set[LaneKey]] = {}
-        self._add_topology(carla_map.get_topology())
+        self._add_topology(carla_map.get_topology(), carla_map.generate_waypoints(_SEED_SPACING_M))
         for key in self._span:
             self._link_forward(key)
         # After the forward links: a change into a lane that ends at once is worth nothing.
@@ -73,14 +75,15 @@ class LaneGraph:
         """Straight distance between two samples: the heuristic of the search."""
         return math.dist(self.xy[a], self.xy[b])
 
-    def _add_topology(self, topology: list[tuple[Any, Any]]) -> None:
+    def _add_topology(self, topology: list[tuple[Any, Any]], seeds: list[Any]) -> None:
         entries = {lane_key(entry) for entry, _ in topology}
         for entry, leaving in topology:
             self._add_lane(entry)
             if lane_key(leaving) != lane_key(entry):
                 self._successors[lane_key(entry)].add(lane_key(leaving))
-        # The topology lists lanes at road ends only; later sections of a road appear just as somebody's exit.
-        pending = [leaving for _, leaving in topology if lane_key(leaving) not in entries]
+        # The topology lists lanes at road ends only, and not all of those of a dead end: later sections of a
+        # road appear just as somebody's exit, or not at all.
+        pending = [leaving for _, leaving in topology if lane_key(leaving) not in entries] + seeds
         while pending:
             pending.extend(self._add_inner_lane(pending.pop()))
 
@@ -99,9 +102,8 @@ class LaneGraph:
         key = lane_key(inside)
         if key in self._span:
             return
-        behind = inside.previous_until_lane_start(SAMPLING_M)
-        entry = behind[-1] if behind and lane_key(behind[-1]) == key else inside
-        lane = [entry, *(w for w in entry.next_until_lane_end(SAMPLING_M) if lane_key(w) == key)]
+        entry = [inside, *_along_lane(inside, lambda waypoint: waypoint.previous(SAMPLING_M))][-1]
+        lane = [entry, *_along_lane(entry, lambda waypoint: waypoint.next(SAMPLING_M))]
         first = len(self.samples)
         for waypoint in lane:
             location = waypoint.transform.location
@@ -150,6 +152,21 @@ class LaneGraph:
         target = self.node_at_or_after(min(abreast + LANE_CHANGE_LENGTH_M, last))
         cost = self.distance_m(node, target) + LANE_CHANGE_COST_M
         self.graph.add_edge(node, target, length=cost, change=side, abreast=abreast)
+
+
+def _along_lane(waypoint: Any, step: Callable[[Any], list[Any]]) -> list[Any]:
+    """The waypoints reached by `step` after `step` on the same lane.
+
+    `Waypoint.next_until_lane_end` would be the shorter way, but it crashes where a road has no successor.
+    """
+    key, found = lane_key(waypoint), []
+    while True:
+        here = [w for w in step(waypoint) if lane_key(w) == key]
+        # A road that is its own successor starts again from its beginning.
+        if not here or abs(here[0].s - waypoint.s) > 2.0 * SAMPLING_M:
+            return found
+        waypoint = here[0]
+        found.append(waypoint)
 
 
 _cache: OrderedDict[tuple[str, int], LaneGraph] = OrderedDict()
