@@ -19,15 +19,19 @@ from carlette.world.table import Table, flags, indices, numbers
 GRAVITY = 9.81
 BRAKE_MPS2 = 8.5
 HAND_BRAKE_MPS2 = 6.0
-TYRE_GRIP_MPS2 = 8.5
+TYRE_GRIP_MPS2 = 9.0
 ROLLING_MPS2 = 0.12
 ENGINE_BRAKE_MPS2 = 0.5
 ENGINE_BRAKE_PER_MPS = 0.03
 HOLD_MPS2 = 3.0
 """Keeps a car at rest on a slope while nobody gives throttle, as a parked car is."""
 HOLD_BELOW_MPS = 0.3
+MAX_WHEEL_RAD = 1.5
 STEER_RATE_PER_S = 4.0
 DRIVE_LAG_S = 0.10
+BRAKE_LAG_S = 0.08
+BRAKING_SHARE = 0.3
+"""Of the grip, always left for braking in a bend."""
 YAW_LAG_S = 0.06
 MAX_YAW_ACCELERATION = 20.0
 TIGHTEST_RADIUS_M = 5.5
@@ -52,6 +56,8 @@ class Fleet(Table):
     """Steering wheel, -1 to 1, after its rate limit."""
     drive: Floats = field(default_factory=numbers())
     """Throttle after the engine's lag."""
+    pressure: Floats = field(default_factory=numbers())
+    """Brake after its lag."""
     constant: Floats = field(default_factory=numbers(3))
     """Velocity held in the vehicle's frame, where `is_constant`."""
     is_constant: NDArray[np.bool_] = field(default_factory=flags())
@@ -100,7 +106,8 @@ class Fleet(Table):
         rate = np.radians(bodies.angular[row, 2])
         pitch = np.radians(bodies.rotation[row, 0])
 
-        ahead = self._longitudinal(control, ahead, pitch, dt)
+        side = np.minimum(np.abs(ahead * rate), TYRE_GRIP_MPS2)
+        ahead = self._longitudinal(control, ahead, pitch, side, dt)
         rate, aside = self._lateral(control, ahead, aside, rate, dt)
         held = self.is_constant
         if held.any():
@@ -118,8 +125,18 @@ class Fleet(Table):
         bodies.angular[row, 2] = np.degrees(rate)
         self._publish(bodies, control, ahead)
 
-    def _longitudinal(self, control: Floats, ahead: Floats, pitch: Floats, dt: float) -> Floats:
-        """Speed along the vehicle after `dt`: engine and slope push, friction only ever slows down."""
+    def _wheel_angle(self, ahead: Floats) -> Floats:
+        """Angle of the front wheels in radians; less of it at speed, as CARLA's steering curve has it."""
+        factor = np.interp(np.abs(ahead) * 3.6, STEER_SPEEDS_KMH, STEER_FACTORS)
+        angle: Floats = np.clip(self.steer * self.max_steer * factor, -MAX_WHEEL_RAD, MAX_WHEEL_RAD)
+        return angle
+
+    def _longitudinal(self, control: Floats, ahead: Floats, pitch: Floats, side: Floats, dt: float) -> Floats:
+        """Speed along the vehicle after `dt`: engine and slope push, friction only ever slows down.
+
+        `side` is the lateral acceleration, which uses up grip.
+        """
+        grip = np.sqrt(np.maximum(TYRE_GRIP_MPS2**2 - side * side, (BRAKING_SHARE * TYRE_GRIP_MPS2) ** 2))
         throttle = control[:, THROTTLE]
         self.drive += (throttle - self.drive) * min(1.0, dt / DRIVE_LAG_S)
         self.drive[throttle == 0.0] = 0.0
@@ -132,9 +149,11 @@ class Fleet(Table):
         push = np.where(backward, -push, push) - GRAVITY * np.sin(pitch)
         resting = (throttle == 0.0) & (speed < HOLD_BELOW_MPS)
         coasting = (throttle == 0.0) * (ENGINE_BRAKE_MPS2 + ENGINE_BRAKE_PER_MPS * speed)
-        friction = BRAKE_MPS2 * control[:, BRAKE] + HAND_BRAKE_MPS2 * (control[:, HAND_BRAKE] > 0)
-        friction = np.minimum(friction, TYRE_GRIP_MPS2) + ROLLING_MPS2 + coasting + HOLD_MPS2 * resting
-        friction += self.drag * speed * speed
+        self.pressure += (control[:, BRAKE] - self.pressure) * min(1.0, dt / BRAKE_LAG_S)
+        friction = BRAKE_MPS2 * self.pressure + HAND_BRAKE_MPS2 * (control[:, HAND_BRAKE] > 0)
+        friction = np.minimum(friction, grip) + ROLLING_MPS2 + coasting + HOLD_MPS2 * resting
+        # The front wheels carry half of the side force and stand across the way.
+        friction += self.drag * speed * speed + 0.5 * side * np.abs(np.sin(self._wheel_angle(ahead)))
         ahead = ahead + push * dt
         slowed: Floats = np.sign(ahead) * np.maximum(np.abs(ahead) - friction * dt, 0.0)
         return slowed
@@ -144,15 +163,15 @@ class Fleet(Table):
         limit = STEER_RATE_PER_S * dt
         self.steer += np.clip(control[:, STEER] - self.steer, -limit, limit)
         speed = np.abs(ahead)
-        angle = self.steer * self.max_steer * np.interp(speed * 3.6, STEER_SPEEDS_KMH, STEER_FACTORS)
         sharpest = RADIUS_WHEELBASE_M / (TIGHTEST_RADIUS_M * self.wheelbase)
-        curvature = sharpest * np.tanh(np.tan(np.clip(angle, -1.5, 1.5)) / (self.wheelbase * sharpest))
+        curvature = sharpest * np.tanh(np.tan(self._wheel_angle(ahead)) / (self.wheelbase * sharpest))
         grip_rate = TYRE_GRIP_MPS2 / np.maximum(speed, 0.5)
         wanted = np.clip(ahead * curvature, -grip_rate, grip_rate)
         change = (wanted - rate) * min(1.0, dt / YAW_LAG_S)
         rate = rate + np.clip(change, -MAX_YAW_ACCELERATION * dt, MAX_YAW_ACCELERATION * dt)
-        slip = 0.5 * self.wheelbase * wanted - aside
-        aside = aside + np.clip(slip, -TYRE_GRIP_MPS2 * dt, TYRE_GRIP_MPS2 * dt)
+        slip = 0.5 * self.wheelbase * rate - aside
+        turning = ahead * rate  # takes its share of the grip first
+        aside = aside + np.clip(slip, (-TYRE_GRIP_MPS2 - turning) * dt, (TYRE_GRIP_MPS2 - turning) * dt)
         return rate, aside
 
     def _publish(self, bodies: Bodies, control: Floats, ahead: Floats) -> None:
