@@ -17,7 +17,7 @@ from stucksolver.stacks.driver.path import Array
 BODILESS = ("sensor.", "traffic.", "controller.", "spectator", "static.trigger")
 MIN_HEIGHT_M = 0.05
 """Anything flatter is a mark on the road."""
-_RANGE_M = 90.0
+RANGE_M = 90.0
 _UNKNOWN_HALF_SIZE_M = 0.3
 
 
@@ -56,14 +56,15 @@ class Surroundings:
 class Perception:
     """Reads the world for one ego; asks for actors and their sizes only when the set of ids changes."""
 
-    def __init__(self, world: Any, ego_id: int) -> None:
+    def __init__(self, world: Any, ego_id: int, range_m: float = RANGE_M) -> None:
         self._world = world
         self._ego_id = ego_id
+        self._range_m = range_m
         self._ids: frozenset[int] = frozenset()
         self._bodies: dict[int, Body | None] = {}
 
     def read(self, ego_x: float, ego_y: float) -> Surroundings:
-        """The bodies within 90 m of a point of CARLA's world."""
+        """The bodies within range (a square) of a point of CARLA's world."""
         snapshot = self._world.get_snapshot()
         self._refresh(frozenset(actor.id for actor in snapshot))
         rows = []
@@ -71,7 +72,7 @@ class Perception:
             actor = None if body is None else snapshot.find(body.actor_id)
             if body is not None and actor is not None:
                 row = _row(body, actor)
-                if abs(row[0] - ego_x) < _RANGE_M and abs(row[1] - ego_y) < _RANGE_M:
+                if abs(row[0] - ego_x) < self._range_m and abs(row[1] - ego_y) < self._range_m:
                     rows.append((body, row))
         return _surroundings(rows)
 
