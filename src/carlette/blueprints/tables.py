@@ -105,8 +105,11 @@ def prop_models() -> list[PropModel]:
     return [
         PropModel(
             f"static.prop.{row['name']}",
-            *(float(row[key]) for key in ("length_m", "width_m", "height_m", "mass_kg")),
-            movable=row["movable"] == "true",
+            float(row["length_m"]),
+            float(row["width_m"]),
+            float(row["height_m"]),
+            float(row["mass_kg"]),
+            row["movable"] == "true",
         )
         for row in _rows("props.csv")
     ]

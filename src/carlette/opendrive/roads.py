@@ -71,11 +71,10 @@ class RoadNetwork:
 
     def spawn_points(self) -> list[Pose]:
         """Places on driving lanes outside junctions, half a metre above the road."""
-        points = []
-        for waypoint in self.map.generate_waypoints(SPAWN_SPACING_M):
-            if not waypoint.is_junction and waypoint.lane_type == self.carla.LaneType.Driving:
-                points.append(_above(waypoint))
-        return points or [_above(one) for one in self.map.generate_waypoints(SPAWN_SPACING_M)]
+        driving = self.carla.LaneType.Driving
+        sampled = self.map.generate_waypoints(SPAWN_SPACING_M)
+        outside = [one for one in sampled if not one.is_junction and one.lane_type == driving]
+        return [_above(one) for one in outside or sampled]
 
 
 def _above(waypoint: Any) -> Pose:

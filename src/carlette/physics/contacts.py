@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -14,8 +15,11 @@ BOUNCE = 0.1
 FRICTION = 0.4
 SLOP_M = 0.005
 STILL_MPS = 0.01
+RESTING_MPS = 1e-3
 ROUNDS = 2
 """Pushing one pair apart may press another together; a second round settles a queue."""
+
+Planar = tuple[float, float]
 
 
 class Contact(NamedTuple):
@@ -26,6 +30,18 @@ class Contact(NamedTuple):
     """Rows in `Bodies`."""
     impulse: Vector
     """On the second body, N·s, world frame; the first got the opposite."""
+
+
+class Side(NamedTuple):
+    """One of the two bodies of a contact."""
+
+    row: int
+    inverse_mass: float
+    """1/kg; 0 where nothing moves it."""
+    inverse_inertia: float
+    """1/(kg·m²)."""
+    arm: Planar
+    """From the box's centre to the point of contact."""
 
 
 def collide(bodies: Bodies) -> list[Contact]:
@@ -40,67 +56,65 @@ def collide(bodies: Bodies) -> list[Contact]:
         if not len(first):
             break
         found = overlaps(boxes, first, second)
-        if not len(found.first):
-            break
-        for i, j, normal, depth in zip(found.first, found.second, found.normal, found.depth, strict=True):
+        for i, j, normal, depth in zip(*(one.tolist() for one in found), strict=True):
             pair = (int(rows[i]), int(rows[j]))
-            impulse = _resolve(bodies, boxes, (int(i), int(j)), pair, (float(normal[0]), float(normal[1])), depth)
+            impulse = _resolve(bodies, boxes, (i, j), pair, (normal[0], normal[1]), depth)
             if impulse is not None:
                 hits[pair] = impulse.plus(hits.get(pair, Vector()))
+        if not len(found.first):
+            break
     return [Contact(*pair, impulse) for pair, impulse in hits.items()]
 
 
 def _resolve(
-    bodies: Bodies,
-    boxes: Boxes,
-    index: tuple[int, int],
-    pair: tuple[int, int],
-    normal: tuple[float, float],
-    depth: float,
+    bodies: Bodies, boxes: Boxes, index: tuple[int, int], pair: tuple[int, int], away: Planar, depth: float
 ) -> Vector | None:
     """Separates a pair and applies the impulse of the hit; None where they only rest on each other."""
-    inverse = [_inverse_mass(bodies, row) for row in pair]
+    inverse = (_inverse_mass(bodies, pair[0]), _inverse_mass(bodies, pair[1]))
     total = inverse[0] + inverse[1]
     if total == 0.0:
         return None
-    away = np.array(normal)
-    shift = max(depth - SLOP_M, 0.0) / total * away
-    bodies.position[pair[0], :2] -= inverse[0] * shift
-    bodies.position[pair[1], :2] += inverse[1] * shift
     point = _touch_point(boxes, index)
-    arms = [point - boxes.center[one] for one in index]
-    return _exchange(bodies, pair, inverse, arms, away)
+    sides = []
+    for sign, one, row, share in zip((-1.0, 1.0), index, pair, inverse, strict=True):
+        shift = sign * share / total * max(depth - SLOP_M, 0.0)
+        bodies.position[row, :2] += (shift * away[0], shift * away[1])
+        x, y = boxes.center[one].tolist()
+        half_x, half_y = boxes.half[one].tolist()
+        inertia = 3.0 * share / (half_x**2 + half_y**2)
+        sides.append(Side(row, share, inertia, (point[0] - x, point[1] - y)))
+    return _exchange(bodies, sides[0], sides[1], away)
 
 
-def _exchange(
-    bodies: Bodies, pair: tuple[int, int], inverse: list[float], arms: list[np.ndarray], away: np.ndarray
-) -> Vector | None:
-    spin = [one * _inverse_inertia(bodies, row) for one, row in zip(inverse, pair, strict=True)]
-    closing = _speed_at(bodies, pair[1], arms[1]) - _speed_at(bodies, pair[0], arms[0])
-    normal_speed = float(closing @ away)
-    if normal_speed >= -1e-3:
+def _exchange(bodies: Bodies, first: Side, second: Side, away: Planar) -> Vector | None:
+    """Applies the impulse that ends the approach, with friction along the touching faces."""
+    one, other = _speed_at(bodies, first), _speed_at(bodies, second)
+    closing = (other[0] - one[0], other[1] - one[1])
+    normal_speed = _dot(closing, away)
+    if normal_speed >= -RESTING_MPS:
         return None
-    size = -(1.0 + BOUNCE) * normal_speed / _give(inverse, spin, arms, away)
-    side = np.array([-away[1], away[0]])
-    drag = -float(closing @ side) / _give(inverse, spin, arms, side)
-    drag = float(np.clip(drag, -FRICTION * size, FRICTION * size))
-    impulse = size * away + drag * side
-    for row, arm, one, turn, sign in zip(pair, arms, inverse, spin, (-1.0, 1.0), strict=True):
-        bodies.velocity[row, :2] += sign * one * impulse
-        bodies.angular[row, 2] += sign * np.degrees(turn * _cross(arm, impulse))
-    return Vector(float(impulse[0]), float(impulse[1]), 0.0)
+    size = -(1.0 + BOUNCE) * normal_speed / _give(first, second, away)
+    along = (-away[1], away[0])
+    drag = -_dot(closing, along) / _give(first, second, along)
+    drag = min(max(drag, -FRICTION * size), FRICTION * size)
+    impulse = (size * away[0] + drag * along[0], size * away[1] + drag * along[1])
+    for sign, side in ((-1.0, first), (1.0, second)):
+        push = sign * side.inverse_mass
+        bodies.velocity[side.row, :2] += (push * impulse[0], push * impulse[1])
+        bodies.angular[side.row, 2] += sign * math.degrees(side.inverse_inertia * _cross(side.arm, impulse))
+    return Vector(impulse[0], impulse[1], 0.0)
 
 
-def _give(inverse: list[float], spin: list[float], arms: list[np.ndarray], along: np.ndarray) -> float:
+def _give(first: Side, second: Side, along: Planar) -> float:
     """How much a pair's speed along a direction changes for each N·s."""
-    turning = sum(turn * _cross(arm, along) ** 2 for turn, arm in zip(spin, arms, strict=True))
-    return inverse[0] + inverse[1] + turning
+    turning = sum(side.inverse_inertia * _cross(side.arm, along) ** 2 for side in (first, second))
+    return first.inverse_mass + second.inverse_mass + turning
 
 
-def _speed_at(bodies: Bodies, row: int, arm: np.ndarray) -> np.ndarray:
-    rate = np.radians(bodies.angular[row, 2])
-    moved: np.ndarray = bodies.velocity[row, :2] + rate * np.array([-arm[1], arm[0]])
-    return moved
+def _speed_at(bodies: Bodies, side: Side) -> Planar:
+    rate = math.radians(bodies.angular[side.row, 2])
+    x, y, _ = bodies.velocity[side.row].tolist()
+    return x - rate * side.arm[1], y + rate * side.arm[0]
 
 
 def _inverse_mass(bodies: Bodies, row: int) -> float:
@@ -108,35 +122,36 @@ def _inverse_mass(bodies: Bodies, row: int) -> float:
     return 1.0 / mass if mass > 0 and bodies.simulated[row] else 0.0
 
 
-def _inverse_inertia(bodies: Bodies, row: int) -> float:
-    """Mass over moment of inertia of a rectangle."""
-    half = bodies.extent[row]
-    return 3.0 / float(half[0] ** 2 + half[1] ** 2)
-
-
-def _touch_point(boxes: Boxes, index: tuple[int, int]) -> np.ndarray:
+def _touch_point(boxes: Boxes, index: tuple[int, int]) -> Planar:
     """The middle of the corners of each box that lie within the other."""
     inside = [corner for a, b in (index, index[::-1]) for corner in _corners(boxes, a) if _within(boxes, b, corner)]
-    if not inside:
-        return (boxes.center[index[0]] + boxes.center[index[1]]) / 2.0
-    return np.mean(inside, axis=0)
+    points = inside or [tuple(boxes.center[one].tolist()) for one in index]
+    return sum(one[0] for one in points) / len(points), sum(one[1] for one in points) / len(points)
 
 
-def _corners(boxes: Boxes, one: int) -> list[np.ndarray]:
-    ahead = boxes.ahead[one] * boxes.half[one, 0]
-    left = np.array([-boxes.ahead[one, 1], boxes.ahead[one, 0]]) * boxes.half[one, 1]
-    return [boxes.center[one] + a * ahead + b * left for a in (-1, 1) for b in (-1, 1)]
+def _corners(boxes: Boxes, one: int) -> list[Planar]:
+    (x, y), (ax, ay), (half_x, half_y) = _shape(boxes, one)
+    ends = [(a * half_x, b * half_y) for a in (-1, 1) for b in (-1, 1)]
+    return [(x + a * ax - b * ay, y + a * ay + b * ax) for a, b in ends]
 
 
-def _within(boxes: Boxes, one: int, point: np.ndarray) -> bool:
-    gap = point - boxes.center[one]
-    ahead = boxes.ahead[one]
-    along, across = float(gap @ ahead), _cross(ahead, gap)
-    return abs(along) <= boxes.half[one, 0] and abs(across) <= boxes.half[one, 1]
+def _within(boxes: Boxes, one: int, point: Planar) -> bool:
+    (x, y), ahead, (half_x, half_y) = _shape(boxes, one)
+    gap = (point[0] - x, point[1] - y)
+    return abs(_dot(gap, ahead)) <= half_x and abs(_cross(ahead, gap)) <= half_y
 
 
-def _cross(a: np.ndarray, b: np.ndarray) -> float:
-    return float(a[0] * b[1] - a[1] * b[0])
+def _shape(boxes: Boxes, one: int) -> tuple[list[float], Planar, list[float]]:
+    ahead = boxes.ahead[one].tolist()
+    return boxes.center[one].tolist(), (ahead[0], ahead[1]), boxes.half[one].tolist()
+
+
+def _dot(a: Planar, b: Planar) -> float:
+    return a[0] * b[0] + a[1] * b[1]
+
+
+def _cross(a: Planar, b: Planar) -> float:
+    return a[0] * b[1] - a[1] * b[0]
 
 
 def is_free(bodies: Bodies, candidate: Bodies) -> bool:

@@ -39,6 +39,8 @@ class Group:
     phase: int = 0
     stage: int = 0
     elapsed_s: float = 0.0
+    due_s: float | None = None
+    """How long the stage lasts: the longest time of the phase's lights; None = to be looked up."""
 
 
 @dataclass
@@ -88,7 +90,7 @@ class Signals:
         for number in numbers_:
             group = self.groups[number]
             group.phase = group.phase if keep_phase else 0
-            group.stage, group.elapsed_s = 0, 0.0
+            group.stage, group.elapsed_s, group.due_s = 0, 0.0, None
             for place, phase in enumerate(group.phases):
                 for index in phase:
                     lights.by_hand[index] = False
@@ -99,6 +101,11 @@ class Signals:
         """Sets a light by hand."""
         self._paint(index, color)
         self.lights.by_hand[index] = True
+
+    def set_time(self, index: int, stage: Color, seconds: float) -> None:
+        """Sets how long a light stays green, yellow or red."""
+        self.lights.times[index, STAGES.index(stage)] = seconds
+        self.groups[self.lights.group[index]].due_s = None
 
     def freeze(self, frozen: bool, index: int | None = None) -> None:
         """Stops or restarts the clock of all lights, or of the group of one."""
@@ -136,10 +143,11 @@ class Signals:
 
     def _advance(self, group: Group) -> None:
         lights = self.lights
-        members = group.phases[group.phase]
-        if group.elapsed_s < max(lights.times[index, group.stage] for index in members):
+        if group.due_s is None:
+            group.due_s = float(lights.times[group.phases[group.phase], group.stage].max())
+        if group.elapsed_s < group.due_s:
             return
-        group.elapsed_s = 0.0
+        group.elapsed_s, group.due_s = 0.0, None
         group.stage = (group.stage + 1) % len(STAGES)
         if group.stage == 0:
             group.phase = (group.phase + 1) % len(group.phases)

@@ -34,7 +34,7 @@ class Table:
             setattr(self, one.name, column[np.arange(len(column)) != index])
 
     def __len__(self) -> int:
-        return len(getattr(self, fields(self)[0].name))  # type: ignore[arg-type]
+        return len(next(iter(self.__dict__.values())))
 
 
 def numbers(width: int = 0) -> Any:

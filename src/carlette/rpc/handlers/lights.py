@@ -20,26 +20,26 @@ def set_traffic_light_state(session: Session, actor_id: int, state: int) -> None
     session.world.signals.set_color(light.index, Color(state))
 
 
-def _set_time(session: Session, actor_id: int, column: int, seconds: float) -> None:
+def _set_time(session: Session, actor_id: int, color: Color, seconds: float) -> None:
     light = session.light(actor_id, "set_traffic_light_time")
     if not (math.isfinite(seconds) and seconds >= 0):
         raise RequestError(f"the time of a traffic light cannot be {seconds} s; give 0 or more")
-    session.world.signals.lights.times[light.index, column] = seconds
+    session.world.signals.set_time(light.index, color, seconds)
 
 
 @methods.void("set_traffic_light_green_time")
 def set_traffic_light_green_time(session: Session, actor_id: int, seconds: float) -> None:
-    _set_time(session, actor_id, 0, seconds)
+    _set_time(session, actor_id, Color.GREEN, seconds)
 
 
 @methods.void("set_traffic_light_yellow_time")
 def set_traffic_light_yellow_time(session: Session, actor_id: int, seconds: float) -> None:
-    _set_time(session, actor_id, 1, seconds)
+    _set_time(session, actor_id, Color.YELLOW, seconds)
 
 
 @methods.void("set_traffic_light_red_time")
 def set_traffic_light_red_time(session: Session, actor_id: int, seconds: float) -> None:
-    _set_time(session, actor_id, 2, seconds)
+    _set_time(session, actor_id, Color.RED, seconds)
 
 
 @methods.void("freeze_traffic_light")
