@@ -40,9 +40,7 @@ class FakeActor:
     stops: list[Any] = field(default_factory=list)
 
     def get_transform(self) -> Any:
-        return carla.Transform(
-            carla.Location(self.x, self.y, self.z), carla.Rotation(yaw=math.degrees(self.yaw))
-        )
+        return carla.Transform(carla.Location(self.x, self.y, self.z), carla.Rotation(yaw=math.degrees(self.yaw)))
 
     def get_location(self) -> Any:
         return self.get_transform().location

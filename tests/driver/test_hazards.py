@@ -16,6 +16,7 @@ from stucksolver.stacks.driver.perception import Perception
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 MODEL = VehicleModel(HALF_SIZE_M[0], HALF_SIZE_M[1], 2.9, 0.7)
+START = Pose(0.0, 0.0, 0.0)
 STRAIGHT = make_path(np.arange(0.0, 100.0), np.zeros(100), np.full(100, 10.0))
 
 
@@ -26,7 +27,7 @@ def world_with(type_id="vehicle.a", x=30.0, y=0.0, yaw=0.0, **extra):
     return world
 
 
-def hazards(world, path=STRAIGHT, pose=Pose(0.0, 0.0, 0.0), margin=0.3, length=60.0):
+def hazards(world, path=STRAIGHT, pose=START, margin=0.3, length=60.0):
     swept = sweep(path, path.project(pose), pose, MODEL, 1.8, length)
     return nearest_hazards(swept, Perception(world, 1).read(pose.x, pose.y), MODEL, margin, 0.5)
 

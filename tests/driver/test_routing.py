@@ -72,13 +72,11 @@ def test_the_graph_of_a_large_town_is_built_within_three_seconds_and_kept(town):
 def test_points_lie_about_a_metre_apart():
     route = trace_route(straight_road(), place(10.0, LANE_Y[-1]), place(200.0, LANE_Y[-1]))
     steps = [a.waypoint.transform.location.distance(b.waypoint.transform.location) for a, b in pairwise(route)]
-    assert 0.9 < min(steps) and max(steps) < 1.1
+    assert min(steps) > 0.9 and max(steps) < 1.1
     assert {point.command for point in route} == {"lane_follow"}
 
 
-@pytest.mark.parametrize(
-    ("from_lane", "to_lane", "command"), [(-1, -2, "change_right"), (-2, -1, "change_left")]
-)
+@pytest.mark.parametrize(("from_lane", "to_lane", "command"), [(-1, -2, "change_right"), (-2, -1, "change_left")])
 def test_a_route_changes_lane_once_where_the_marking_permits(from_lane, to_lane, command):
     route = trace_route(straight_road(), place(10.0, LANE_Y[from_lane]), place(200.0, LANE_Y[to_lane]))
     jumps = [b.command for a, b in pairwise(route) if a.waypoint.lane_id != b.waypoint.lane_id]
@@ -103,9 +101,7 @@ def test_a_turn_is_named_as_the_driver_sees_it(town):
             before, here = route[i - 1], route[i]
             if here.waypoint.is_junction and not before.waypoint.is_junction and i + 1 < len(route):
                 after = next((p for p in route[i:] if not p.waypoint.is_junction), route[-1])
-                yaw = math.radians(
-                    after.waypoint.transform.rotation.yaw - before.waypoint.transform.rotation.yaw
-                )
+                yaw = math.radians(after.waypoint.transform.rotation.yaw - before.waypoint.transform.rotation.yaw)
                 sign = math.sin(yaw)
                 expected = "straight" if abs(sign) < 0.5 else ("right" if sign > 0 else "left")
                 assert here.command == expected

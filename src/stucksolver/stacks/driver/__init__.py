@@ -1,8 +1,9 @@
 """Our base driver: what it offers, and the words in which it is told what to drive."""
 
-from stucksolver.stacks.driver.driver import BehaviorDriver, DriverOptions
+from stucksolver.stacks.driver.driver import BehaviorDriver
 from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.driver.interface import DrivePoint, Driver, RoutePoint
+from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.routing import RouteError, trace_route
 
 __all__ = [

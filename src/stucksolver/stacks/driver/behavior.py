@@ -86,9 +86,7 @@ def toward_speed(speed: float, target: float, profile: Profile) -> float:
     return min(max(wanted, -profile.deceleration), profile.acceleration)
 
 
-def toward_gap(
-    speed: float, room: float, lead_speed: float, deceleration: float, fall_back: float = 2.8
-) -> float:
+def toward_gap(speed: float, room: float, lead_speed: float, deceleration: float, fall_back: float = 2.8) -> float:
     """Acceleration (m/s²) that ends `room` metres ahead at `lead_speed`, braking with about `deceleration`.
 
     The target falls with the square root of the room and, near the end, in proportion to it, without a step

@@ -58,12 +58,29 @@ class SteerController:
 
     def step(self, path: Path, where: Projection, speed: float, limit: float = MAX_STEER) -> float:
         """The steer input in [-limit, limit], right positive, for the body's centre at `where` on `path`."""
-        reach = max(self.MIN_REACH_M, self.REACH_S * speed)
-        course = where.heading + self._model.slip(self._steer * self._lock)
-        approach = min(max(-where.lateral / (2.0 * reach), -self.MAX_APPROACH_RAD), self.MAX_APPROACH_RAD)
         # No preview: the course already leads the heading by the slip of the present steering.
-        curvature = path.curvature_at(where.s) + 2.0 / reach * (approach - course)
-        wanted = self._model.steer_angle_for(curvature) / self._lock
+        course = where.heading + self._model.slip(self._steer * self._lock)
+        curvature = self._wanted_curvature(path, where, course, speed)
+        return self._turn_to(self._model.steer_angle_for(curvature) / self._lock, limit)
+
+    def step_backwards(self, path: Path, where: Projection, speed: float, limit: float = MAX_STEER) -> float:
+        """The same for the rear axle at `where`, its heading flipped, on a path that is backed along.
+
+        The rear axle leads then, and moves where the body points; the centre's slip would answer the wrong way.
+        """
+        curvature = self._wanted_curvature(path, where, where.heading, speed)
+        return self._turn_to(-math.atan(self._model.wheelbase * curvature) / self._lock, limit)
+
+    def straighten(self) -> float:
+        """The steer input on the way to straight ahead, for a car that must first stop to turn back."""
+        return self._turn_to(0.0, MAX_STEER)
+
+    def _wanted_curvature(self, path: Path, where: Projection, course: float, speed: float) -> float:
+        reach = max(self.MIN_REACH_M, self.REACH_S * speed)
+        approach = min(max(-where.lateral / (2.0 * reach), -self.MAX_APPROACH_RAD), self.MAX_APPROACH_RAD)
+        return path.curvature_at(where.s) + 2.0 / reach * (approach - course)
+
+    def _turn_to(self, wanted: float, limit: float) -> float:
         step = min(max(wanted - self._steer, -MAX_STEER_STEP), MAX_STEER_STEP)
         self._steer = min(max(self._steer + step, -limit), limit)
         return self._steer

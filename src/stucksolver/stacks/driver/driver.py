@@ -4,64 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import carla
 
-from stucksolver.stacks.driver.behavior import (
-    cruise_speed,
-    emergency,
-    look_ahead,
-    profile_named,
-    toward_gap,
-    toward_speed,
-    turn_speed,
-    wanted_gap,
-)
+from stucksolver.stacks.driver.behavior import profile_named
+from stucksolver.stacks.driver.concerns import Concerns, Motion
 from stucksolver.stacks.driver.controllers import MAX_STEER, PedalController, SteerController
-from stucksolver.stacks.driver.hazards import WALKER_MARGIN_M, Hazard, nearest_hazards, sweep
+from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.driver.interface import DrivePoint, RoutePoint
 from stucksolver.stacks.driver.lights import LightWatch, stop_lines
 from stucksolver.stacks.driver.local_planner import LocalPlanner
+from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path, Pose
 from stucksolver.stacks.driver.perception import Perception
 from stucksolver.stacks.driver.routing import trace_route
 from stucksolver.stacks.driver.vehicle_model import vehicle_model
 
-DEFAULT_LIMIT_KMH = 30.0
-_SPEED_PREVIEW_S = 0.4
+FOLLOW_MAX_STEER = 1.0
+"""A swing-out from close behind an obstacle may need the whole lock."""
+_WRONG_WAY_MPS = -0.1
 _DEFAULT_TICK_S = 0.05
-
-
-@dataclass(frozen=True)
-class DriverOptions:
-    """What may be changed about a driver without changing its behaviour profile."""
-
-    ignore_traffic_lights: bool = False
-    follow_obeys_lights: bool = True
-    """Stop at red lights of the route while driving a given path, too."""
-    side_margin_m: float = 0.3
-    """Clearance to either side of the body that the route's lane must have."""
-    follow_side_margin_m: float = 0.2
-    """The same on a given path: what is 0.3 m beside it never stops the ego."""
-    follow_gap_m: float = 1.5
-    """Bumper gap kept to what stands in a given path."""
-    follow_deceleration: float = 3.0
-    """Comfortable braking on a given path (m/s²)."""
-    stop_line_gap_m: float = 1.0
-    """Distance from the front bumper to a red light's stop line."""
-
-
-@dataclass(frozen=True)
-class _Motion:
-    """The ego at one tick."""
-
-    pose: Pose
-    z: float
-    speed: float
-    """Along the body's heading (m/s)."""
-    yaw_rate: float
 
 
 class BehaviorDriver:
@@ -81,6 +44,7 @@ class BehaviorDriver:
         self._profile = profile_named(behavior)
         self._model = vehicle_model(vehicle)
         self._planner = LocalPlanner(self._profile.lateral_accel, self._profile.deceleration)
+        self._concerns = Concerns(self._profile, self._options, self._model, self._planner)
         self._perception = Perception(self._world, vehicle.id)
         self._steering = SteerController(self._model)
         self._pedals = PedalController()
@@ -98,6 +62,11 @@ class BehaviorDriver:
     def hazard(self) -> Hazard | None:
         """The nearest body in the path at the last step, for those who want to know why the ego brakes."""
         return self._hazard
+
+    @property
+    def lateral_error_m(self) -> float:
+        """Offset of the ego's centre from the line it drives, at the last step; right of it is positive."""
+        return self._planner.where.lateral
 
     @property
     def path_left_m(self) -> float:
@@ -126,10 +95,10 @@ class BehaviorDriver:
         """True once the ego's centre is within two metres of the end of its route."""
         return self._planner.arrived
 
-    def follow(self, path: Sequence[DrivePoint]) -> None:
-        """Drive `path` in place of the route, no further than its end. Raises `ValueError` for a bad path."""
+    def follow(self, path: Sequence[DrivePoint], reverse: bool = False) -> None:
+        """Drive `path`, backing up with `reverse`, no further than its end. Raises `ValueError` for a bad path."""
         motion = self._motion()
-        self._planner.follow(path, motion.pose, motion.z)
+        self._planner.follow(path, motion.pose, motion.z, reverse)
         self._holding = False
 
     def hold(self) -> None:
@@ -150,83 +119,65 @@ class BehaviorDriver:
         path = self._planner.path
         if path is None:
             return self._control(0.0, -self._options.follow_deceleration, motion)
-        limit = 1.0 if self._planner.following else MAX_STEER
-        steer = self._steering.step(path, self._planner.where, motion.speed, limit)
-        return self._control(steer, self._acceleration(path, motion), motion)
+        way = motion.backwards() if self._planner.reversing else motion
+        return self._control(self._steer(path, way), self._acceleration(path, way), way)
 
-    def _acceleration(self, path: Path, motion: _Motion) -> float:
+    def _steer(self, path: Path, way: Motion) -> float:
+        speed, where = max(way.speed, 0.0), self._planner.where
+        if way.speed < _WRONG_WAY_MPS:
+            return self._steering.straighten()
+        if not self._planner.reversing:
+            limit = FOLLOW_MAX_STEER if self._planner.following else MAX_STEER
+            return self._steering.step(path, where, speed, limit)
+        pose, reach = way.pose, self._model.rear_axle
+        axle = Pose(pose.x + reach * math.cos(pose.yaw), pose.y + reach * math.sin(pose.yaw), pose.yaw)
+        return self._steering.step_backwards(path, path.project(axle, where.s), speed, FOLLOW_MAX_STEER)
+
+    def _acceleration(self, path: Path, way: Motion) -> float:
         """The lowest acceleration (m/s²) that anything allows."""
-        speed = motion.speed
-        allowed = [self._toward_cruise(path, speed), self._toward_end(path, speed)]
-        if self._holding:
-            allowed.append(-self._options.follow_deceleration)
-        if not self._options.ignore_traffic_lights:
-            allowed.append(self._for_lights(speed))
-        hazards = self._hazards(path, motion)
+        speed, concerns = way.speed, self._concerns
+        around = self._perception.read(way.pose.x, way.pose.y)
+        hazards = concerns.hazards(path, way, around)
         self._hazard = hazards[0] if hazards else None
-        allowed.extend(self._for_hazard(hazard, speed) for hazard in hazards)
-        return min(allowed)
-
-    def _toward_cruise(self, path: Path, speed: float) -> float:
-        bound = path.speed_at(self._planner.where.s + speed * _SPEED_PREVIEW_S)
-        if not self._planner.following:
-            limit = self._vehicle.get_speed_limit() or DEFAULT_LIMIT_KMH
-            bound = min(bound, cruise_speed(self._profile, limit))
-            if self._command() in ("left", "right"):
-                bound = min(bound, turn_speed(limit))
-        return toward_speed(speed, bound, self._profile)
-
-    def _toward_end(self, path: Path, speed: float) -> float:
-        return toward_gap(speed, path.length - self._planner.where.s, 0.0, self._deceleration)
+        allowed = [
+            concerns.cruise(path, speed, self._vehicle.get_speed_limit(), self._command()),
+            concerns.end(path, speed),
+            self._for_lights(speed),
+            -self._options.follow_deceleration if self._holding else math.inf,
+        ]
+        return min(allowed + [concerns.hazard(hazard, speed) for hazard in hazards])
 
     def _for_lights(self, speed: float) -> float:
-        if self._planner.following and not self._options.follow_obeys_lights:
+        planner, options = self._planner, self._options
+        unbound = planner.following and not options.follow_obeys_lights
+        if options.ignore_traffic_lights or unbound or planner.reversing:
             return math.inf
-        front = self._planner.route_s + self._model.half_length
+        front = planner.route_s + self._model.half_length
         distance = self._lights.distance_to_stop(front, speed, self._profile.deceleration)
-        if distance is None:
-            stop_now = self._lights.unlisted_red(self._vehicle, self._map)
-            return -self._profile.deceleration if stop_now else math.inf
-        return toward_gap(speed, distance - self._options.stop_line_gap_m, 0.0, self._profile.deceleration)
-
-    def _hazards(self, path: Path, motion: _Motion) -> list[Hazard]:
-        following, options = self._planner.following, self._options
-        reach = max(SteerController.MIN_REACH_M, SteerController.REACH_S * motion.speed)
-        ahead = look_ahead(self._profile, motion.speed)
-        swept = sweep(path, self._planner.where, motion.pose, self._model, reach, ahead)
-        around = self._perception.read(motion.pose.x, motion.pose.y)
-        margin = options.follow_side_margin_m if following else options.side_margin_m
-        return nearest_hazards(swept, around, self._model, margin, margin if following else WALKER_MARGIN_M)
-
-    def _for_hazard(self, hazard: Hazard, speed: float) -> float:
-        hard = emergency(speed, hazard.gap, hazard.speed)
-        if hard is not None:
-            return hard
-        profile, following = self._profile, self._planner.following
-        standing = self._options.follow_gap_m if following else profile.braking_distance_m
-        room = hazard.gap - wanted_gap(profile, standing, hazard.speed)
-        return toward_gap(speed, room, hazard.speed, self._deceleration, profile.speed_decrease_kmh / 3.6)
-
-    @property
-    def _deceleration(self) -> float:
-        following = self._planner.following
-        return self._options.follow_deceleration if following else self._profile.deceleration
+        if distance is not None:
+            return self._concerns.stop_line(distance, speed)
+        stop_now = self._lights.unlisted_red(self._vehicle, self._map)
+        return -self._profile.deceleration if stop_now else math.inf
 
     def _command(self) -> str:
         line = self._planner.route_line
         if line is None:
             return ""
-        index = int(self._planner.route_s / line.length * (len(self._route) - 1)) if line.length else 0
+        index = int(self._planner.route_s / line.length * (len(self._route) - 1))
         return self._route[min(max(index, 0), len(self._route) - 1)].command
 
-    def _motion(self) -> _Motion:
+    def _motion(self) -> Motion:
         transform, velocity = self._vehicle.get_transform(), self._vehicle.get_velocity()
         place, yaw = transform.location, math.radians(transform.rotation.yaw)
         speed = velocity.x * math.cos(yaw) + velocity.y * math.sin(yaw)
         yaw_rate = math.radians(self._vehicle.get_angular_velocity().z)
-        return _Motion(Pose(place.x, place.y, yaw), place.z, speed, yaw_rate)
+        return Motion(Pose(place.x, place.y, yaw), place.z, speed, yaw_rate)
 
-    def _control(self, steer: float, acceleration: float, motion: _Motion) -> Any:
+    def _control(self, steer: float, acceleration: float, way: Motion) -> Any:
         dt = self._world.get_snapshot().timestamp.delta_seconds or _DEFAULT_TICK_S
-        pedals = self._pedals.step(acceleration, motion.speed, dt)
-        return carla.VehicleControl(throttle=pedals.throttle, steer=steer, brake=pedals.brake)
+        # Still rolling the other way: stop before the gear is changed.
+        turning_back = way.speed < _WRONG_WAY_MPS
+        wanted = -self._options.follow_deceleration if turning_back else acceleration
+        pedals = self._pedals.step(wanted, abs(way.speed), dt)
+        reverse = self._planner.reversing != turning_back
+        return carla.VehicleControl(throttle=pedals.throttle, steer=steer, brake=pedals.brake, reverse=reverse)

@@ -50,9 +50,12 @@ class Sweep(NamedTuple):
 
 
 def sweep(
-    path: Path, where: Projection, pose: Pose, model: VehicleModel, reach: float, length: float
+    path: Path, where: Projection, pose: Pose, model: VehicleModel, reach: float, length: float, side: int = 1
 ) -> Sweep:
-    """The body's poses over the next `length` metres; the present offset dies away over about `reach`."""
+    """The body's poses over the next `length` metres; the present offset dies away over about `reach`.
+
+    `side` is 1 for driving ahead and -1 for backing up, `pose` then being the flipped one.
+    """
     end = min(where.s + length, max(path.length, where.s + STEP_M))
     travel = np.arange(0.0, end - where.s + STEP_M, STEP_M)
     s = where.s + travel
@@ -61,9 +64,8 @@ def sweep(
     x, y = x - offset * np.sin(yaw), y + offset * np.cos(yaw)
     # In a bend the body's centre does not move where the body points.
     curvature = np.interp(s, path.s, path.curvature)
-    heading_error = where.heading + math.asin(min(max(model.rear_axle * curvature[0], -0.8), 0.8))
-    slip = np.arcsin(np.clip(model.rear_axle * curvature, -0.8, 0.8))
-    yaw = yaw - slip + heading_error * np.exp(-travel / reach)
+    slip = side * np.arcsin(np.clip(model.rear_axle * curvature, -0.8, 0.8))
+    yaw = yaw - slip + (where.heading + slip[0]) * np.exp(-travel / reach)
     x[0], y[0], yaw[0] = pose
     return Sweep(travel, x, y, np.interp(s, path.s, path.z), yaw)
 
@@ -86,9 +88,7 @@ def nearest_hazards(
     return sorted(found, key=lambda hazard: hazard.gap)
 
 
-def _overlaps(
-    swept: Sweep, bodies: Surroundings, model: VehicleModel, margins: Array
-) -> tuple[Array, Flags, Flags]:
+def _overlaps(swept: Sweep, bodies: Surroundings, model: VehicleModel, margins: Array) -> tuple[Array, Flags, Flags]:
     """For each pose (rows) and body (columns): free length ahead, overlap, and overlap with the margin."""
     cos, sin = np.cos(swept.yaw)[:, None], np.sin(swept.yaw)[:, None]
     dx, dy = bodies.x - swept.x[:, None], bodies.y - swept.y[:, None]

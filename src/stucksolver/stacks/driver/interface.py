@@ -43,8 +43,11 @@ class Driver(Protocol):
     def done(self) -> bool:
         """True once the ego is at the end of its route."""
 
-    def follow(self, path: Sequence[DrivePoint]) -> None:
-        """Drive `path` in place of the route from the next step on, still braking for what lies in it."""
+    def follow(self, path: Sequence[DrivePoint], reverse: bool = False) -> None:
+        """Drive `path` in place of the route from the next step on, still braking for what lies in it.
+
+        With `reverse` the ego backs up along it: the path leads away behind the ego.
+        """
 
     def hold(self) -> None:
         """Brake to a stop and stay stopped from the next step on."""

@@ -159,7 +159,7 @@ def _along_lane(waypoint: Any, step: Callable[[Any], list[Any]]) -> list[Any]:
 
     `Waypoint.next_until_lane_end` would be the shorter way, but it crashes where a road has no successor.
     """
-    key, found = lane_key(waypoint), []
+    key, found = lane_key(waypoint), list[Any]()
     while True:
         here = [w for w in step(waypoint) if lane_key(w) == key]
         # A road that is its own successor starts again from its beginning.

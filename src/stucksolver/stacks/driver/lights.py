@@ -7,14 +7,17 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import carla
+import numpy as np
 
-from stucksolver.stacks.driver.path import Path, Pose
+from stucksolver.stacks.driver.path import Path
 
 _ON_ROUTE_M = 1.75
-_SAME_DIRECTION_RAD = math.radians(60.0)
+_SAME_DIRECTION_COS = math.cos(math.radians(60.0))
+_SAME_LINE_M = 8.0
 _SAME_LEVEL_M = 3.0
 _PASSED_M = 1.0
 _MAX_STOP_MPS2 = 5.0
+_CRAWLING_MPS = 1.0
 
 
 class StopLine(NamedTuple):
@@ -29,25 +32,27 @@ def stop_lines(lights: Sequence[Any], path: Path) -> list[StopLine]:
 
     Places come from `TrafficLight.get_stop_waypoints`, which CARLA derives from the light's trigger volume.
     """
-    found = []
+    found: list[StopLine] = []
     for light in lights:
-        places = [_on_path(waypoint.transform, path) for waypoint in light.get_stop_waypoints()]
-        met = [s for s in places if s is not None]
-        if met:
-            found.append(StopLine(light, min(met)))
+        places = [s for waypoint in light.get_stop_waypoints() for s in _passes(waypoint.transform, path)]
+        found.extend(StopLine(light, s) for s in _one_of_each(sorted(places)))
     return sorted(found, key=lambda line: line.s)
 
 
-def _on_path(transform: Any, path: Path) -> float | None:
-    place = transform.location
-    where = path.project(Pose(place.x, place.y, math.radians(transform.rotation.yaw)))
-    beyond = not 0.0 <= where.s <= path.length
-    if beyond or abs(where.lateral) > _ON_ROUTE_M or abs(where.heading) > _SAME_DIRECTION_RAD:
-        return None
-    x, y, _ = path.at(path.s[:1] + where.s)
-    level = float(path.z[min(int(path.s.searchsorted(where.s)), len(path.z) - 1)])
-    apart = math.hypot(place.x - float(x[0]), place.y - float(y[0]))
-    return where.s if apart <= _ON_ROUTE_M and abs(level - place.z) < _SAME_LEVEL_M else None
+def _passes(transform: Any, path: Path) -> list[float]:
+    """Arc lengths at which the path passes a place in its direction; more than one where it comes by again."""
+    place, yaw = transform.location, math.radians(transform.rotation.yaw)
+    distance = np.hypot(path.x - place.x, path.y - place.y)
+    near = (distance < _ON_ROUTE_M) & (np.cos(path.yaw - yaw) > _SAME_DIRECTION_COS)
+    near &= np.abs(path.z - place.z) < _SAME_LEVEL_M
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], near, [False]]).astype(np.int8)))
+    stretches = zip(edges[::2], edges[1::2], strict=True)
+    return [float(path.s[a + int(np.argmin(distance[a:b]))]) for a, b in stretches]
+
+
+def _one_of_each(places: Sequence[float]) -> list[float]:
+    """The first of every group: a light with several lanes has several places at one line."""
+    return [s for i, s in enumerate(places) if i == 0 or s - places[i - 1] > _SAME_LINE_M]
 
 
 class LightWatch:
@@ -60,7 +65,7 @@ class LightWatch:
     def __init__(self, lines: Sequence[StopLine]) -> None:
         self._lines = list(lines)
         self._ids = {line.light.id for line in lines}
-        self._committed: set[int] = set()
+        self._committed: set[float] = set()
 
     def distance_to_stop(self, front_s: float, speed: float, deceleration: float) -> float | None:
         """Distance (m) from the front bumper at `front_s` to the line to stop at; None where there is none.
@@ -69,9 +74,7 @@ class LightWatch:
         """
         for line in self._lines:
             distance = line.s - front_s
-            if distance < -_PASSED_M or line.light.id in self._committed:
-                continue
-            if self._stops(line, distance, speed, deceleration):
+            if distance >= -_PASSED_M and self._stops(line, distance, speed, deceleration):
                 return distance
         return None
 
@@ -86,13 +89,13 @@ class LightWatch:
         return waypoint is not None and not waypoint.is_junction
 
     def _stops(self, line: StopLine, distance: float, speed: float, deceleration: float) -> bool:
+        if line.s in self._committed and speed > _CRAWLING_MPS:
+            return False
         state = line.light.state
         if state not in (carla.TrafficLightState.Red, carla.TrafficLightState.Yellow):
             return False
         enough = deceleration if state == carla.TrafficLightState.Yellow else _MAX_STOP_MPS2
-        if distance > 0.0 and speed * speed <= 2.0 * enough * distance:
+        if speed < _CRAWLING_MPS or speed * speed <= 2.0 * enough * max(distance, 0.0):
             return True
-        if speed < 1.0:
-            return True
-        self._committed.add(line.light.id)
+        self._committed.add(line.s)
         return False

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from stucksolver.stacks.driver.interface import DrivePoint, RoutePoint
-from stucksolver.stacks.driver.path import Path, Pose, Projection, limited_speed
+from stucksolver.stacks.driver.path import Path, Pose, Projection, flipped, limited_speed
 from stucksolver.stacks.driver.route_line import curve_speed, given_path, rejoining_path, route_path
 
 ARRIVED_M = 2.0
@@ -27,6 +27,7 @@ class LocalPlanner:
         self._path: Path | None = None
         self._where = Projection(0.0, 0.0, 0.0)
         self.following = False
+        self.reversing = False
 
     @property
     def path(self) -> Path | None:
@@ -45,7 +46,7 @@ class LocalPlanner:
 
     @property
     def route_s(self) -> float:
-        """Progress along the route's line (m); never falls by more than a few metres."""
+        """Where on the route's line the ego is (m), beside the lane or not."""
         return self._route_s
 
     @property
@@ -58,20 +59,21 @@ class LocalPlanner:
         line = route_path(route)
         bounds = limited_speed(line.s, curve_speed(line.curvature, self._lateral_accel), self._deceleration)
         self._route_line = Path(line.s, line.x, line.y, line.z, line.yaw, line.curvature, bounds)
-        self._route_s = self._route_line.project(pose).s
+        self._route_s = self._located(self._route_line, pose, 0.0).s
         self.release(pose, speed)
 
-    def follow(self, points: Sequence[DrivePoint], pose: Pose, z: float) -> None:
-        """Drive `points`, at height `z`; those behind the ego are skipped."""
+    def follow(self, points: Sequence[DrivePoint], pose: Pose, z: float, reverse: bool) -> None:
+        """Drive `points`, at height `z`; those passed already are skipped."""
         line = given_path(points, z)
         bounds = limited_speed(line.s, line.speed, self._deceleration)
         self._path = Path(line.s, line.x, line.y, line.z, line.yaw, line.curvature, bounds)
-        self._where = self._path.project(pose)
+        self._where = self._path.project(flipped(pose) if reverse else pose)
         self.following = True
+        self.reversing = reverse
 
     def release(self, pose: Pose, speed: float) -> None:
         """Drive the route again from the nearest point of it ahead, coming back smoothly from beside it."""
-        self.following = False
+        self.following = self.reversing = False
         path = self._path = self._route_line
         if path is None:
             return
@@ -87,7 +89,8 @@ class LocalPlanner:
         if self._route_line is not None:
             self._advance_route(pose)
         if self._path is not None:
-            self._where = self._located(self._path, pose, self._where.s)
+            seen = flipped(pose) if self.reversing else pose
+            self._where = self._located(self._path, seen, self._where.s)
 
     def _advance_route(self, pose: Pose) -> None:
         assert self._route_line is not None

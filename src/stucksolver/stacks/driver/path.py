@@ -29,6 +29,11 @@ class Pose(NamedTuple):
     yaw: float
 
 
+def flipped(pose: Pose) -> Pose:
+    """The same place looked at backwards: how a reversing car sees the way it goes."""
+    return Pose(pose.x, pose.y, pose.yaw + math.pi)
+
+
 class Projection(NamedTuple):
     """Where a pose is, relative to a path."""
 

@@ -27,9 +27,7 @@ def smooth_step(u: Array) -> Array:
 
 def curve_speed(curvature: Array, lateral_accel: float) -> Array:
     """Speed (m/s) at which a bend of `curvature` (1/m) asks for `lateral_accel` (m/s²)."""
-    return np.asarray(
-        np.sqrt(lateral_accel / np.maximum(np.abs(curvature), lateral_accel / _UNBOUNDED_MPS**2))
-    )
+    return np.asarray(np.sqrt(lateral_accel / np.maximum(np.abs(curvature), lateral_accel / _UNBOUNDED_MPS**2)))
 
 
 def route_path(route: Sequence[RoutePoint]) -> Path:
@@ -64,14 +62,10 @@ def given_path(points: Sequence[DrivePoint], z: float) -> Path:
         raise ValueError(f"a path to follow needs at least 2 points, got {len(points)}")
     array = np.array(points, dtype=np.float64)
     if not np.all(np.isfinite(array)):
-        raise ValueError(
-            "a path to follow has a coordinate or speed that is not finite; drop or repair that point"
-        )
+        raise ValueError("a path to follow has a coordinate or speed that is not finite; drop or repair that point")
     if np.any(array[:-1, 2] <= 0.0):
         first = int(np.argmax(array[:-1, 2] <= 0.0))
-        raise ValueError(
-            f"point {first} of the path bounds the speed to 0: the car would never pass it; use hold()"
-        )
+        raise ValueError(f"point {first} of the path bounds the speed to 0: the car would never pass it; use hold()")
     return make_path(array[:, 0], array[:, 1], array[:, 2], np.full(len(points), z))
 
 

@@ -1,0 +1,97 @@
+"""The acceleration that each concern of the driver allows: cruise, end of the line, lights, bodies in the path."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from stucksolver.stacks.driver.behavior import (
+    KMH,
+    Profile,
+    cruise_speed,
+    emergency,
+    look_ahead,
+    toward_gap,
+    toward_speed,
+    turn_speed,
+    wanted_gap,
+)
+from stucksolver.stacks.driver.controllers import SteerController
+from stucksolver.stacks.driver.hazards import WALKER_MARGIN_M, Hazard, nearest_hazards, sweep
+from stucksolver.stacks.driver.local_planner import LocalPlanner
+from stucksolver.stacks.driver.options import DriverOptions
+from stucksolver.stacks.driver.path import Path, Pose, flipped
+from stucksolver.stacks.driver.perception import Surroundings
+from stucksolver.stacks.driver.vehicle_model import VehicleModel
+
+DEFAULT_LIMIT_KMH = 30.0
+_SPEED_PREVIEW_S = 0.4
+_TURNS = ("left", "right")
+
+
+class Motion(NamedTuple):
+    """The ego at one tick, seen in the direction it is to go."""
+
+    pose: Pose
+    z: float
+    speed: float
+    """Along the pose's heading (m/s); negative while it still rolls the other way."""
+    yaw_rate: float
+
+    def backwards(self) -> Motion:
+        """The same motion seen by one who backs up."""
+        return Motion(flipped(self.pose), self.z, -self.speed, self.yaw_rate)
+
+
+class Concerns:
+    """What the profile makes of the line being driven and of what is around."""
+
+    def __init__(self, profile: Profile, options: DriverOptions, model: VehicleModel, planner: LocalPlanner) -> None:
+        self._profile = profile
+        self._options = options
+        self._model = model
+        self._planner = planner
+
+    @property
+    def deceleration(self) -> float:
+        """Comfortable braking (m/s²) on the line being driven."""
+        following = self._planner.following
+        return self._options.follow_deceleration if following else self._profile.deceleration
+
+    def cruise(self, path: Path, speed: float, limit_kmh: float, command: str) -> float:
+        """Keep to the path's bounds and, on the route, to the speed limit and the pace of junction turns."""
+        bound = path.speed_at(self._planner.where.s + speed * _SPEED_PREVIEW_S)
+        if not self._planner.following:
+            limit = limit_kmh or DEFAULT_LIMIT_KMH
+            bound = min(bound, cruise_speed(self._profile, limit))
+            if command in _TURNS:
+                bound = min(bound, turn_speed(limit))
+        return toward_speed(speed, bound, self._profile)
+
+    def end(self, path: Path, speed: float) -> float:
+        """Stop where the line ends."""
+        return toward_gap(speed, path.length - self._planner.where.s, 0.0, self.deceleration)
+
+    def stop_line(self, distance: float, speed: float) -> float:
+        """Stop before a line `distance` metres ahead of the front bumper."""
+        room = distance - self._options.stop_line_gap_m
+        return toward_gap(speed, room, 0.0, self._profile.deceleration)
+
+    def hazards(self, path: Path, motion: Motion, around: Surroundings) -> list[Hazard]:
+        """Bodies in the way, nearest first."""
+        following, speed = self._planner.following, max(motion.speed, 0.0)
+        reach = max(SteerController.MIN_REACH_M, SteerController.REACH_S * speed)
+        ahead = look_ahead(self._profile, speed)
+        side = -1 if self._planner.reversing else 1
+        swept = sweep(path, self._planner.where, motion.pose, self._model, reach, ahead, side)
+        margin = self._options.follow_side_margin_m if following else self._options.side_margin_m
+        return nearest_hazards(swept, around, self._model, margin, margin if following else WALKER_MARGIN_M)
+
+    def hazard(self, hazard: Hazard, speed: float) -> float:
+        """Follow or stop behind one of them, hard if it must be."""
+        hard = emergency(speed, hazard.gap, hazard.speed)
+        if hard is not None:
+            return hard
+        following, profile = self._planner.following, self._profile
+        standing = self._options.follow_gap_m if following else profile.braking_distance_m
+        room = hazard.gap - wanted_gap(profile, standing, hazard.speed)
+        return toward_gap(speed, room, hazard.speed, self.deceleration, profile.speed_decrease_kmh * KMH)

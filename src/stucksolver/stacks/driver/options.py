@@ -1,0 +1,24 @@
+"""What may be changed about a driver without changing its behaviour profile."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class DriverOptions:
+    """Margins and switches; lengths in metres."""
+
+    ignore_traffic_lights: bool = False
+    follow_obeys_lights: bool = True
+    """Stop at red lights of the route while driving a given path, too."""
+    side_margin_m: float = 0.3
+    """Clearance to either side of the body that the route's lane must have."""
+    follow_side_margin_m: float = 0.2
+    """The same on a given path: what is 0.3 m beside it never stops the ego."""
+    follow_gap_m: float = 1.5
+    """Bumper gap kept to what stands in a given path."""
+    follow_deceleration: float = 3.0
+    """Comfortable braking on a given path (m/s²)."""
+    stop_line_gap_m: float = 1.0
+    """Distance from the front bumper to a red light's stop line."""
