@@ -1,0 +1,95 @@
+// A decision as a card with the chain's three steps. Fields this page does not know are shown as key: value.
+
+function decisionCard(moment, seek) {
+  const { decision } = moment;
+  const analysis = decision.analysis || {};
+  const tone = verdictTone(moment.verdict);
+  const body = h("details", { open: tone === "good" },
+    h("summary", null, "Observation, analysis, decision"),
+    step("1", "Observation", observation(decision.observation || {})),
+    step("2", "Analysis", analysed(analysis)),
+    step("3", "Decision", planned(decision)),
+    otherFacts(decision, ["version", "observation", "analysis", "plan", "rationale"]));
+  return h("article", { class: `card ${tone}` },
+    h("button", { class: "seek", type: "button", onclick: () => seek(moment.time_s), title: "Show this moment" },
+      h("span", { class: "time" }, seconds(moment.time_s)),
+      h("span", { class: "tag" }, moment.trigger),
+      h("span", { class: `tag ${tone}` }, moment.verdict)),
+    h("p", { class: "headline" }, headline(decision)),
+    decision.rationale && h("p", { class: "rationale" }, decision.rationale),
+    body);
+}
+
+function step(number, name, content) {
+  return h("section", { class: "step" }, h("h5", null, h("span", { class: "number" }, number), name), content);
+}
+
+// What was decided, in a line.
+function headline(decision) {
+  if (decision.plan) return decision.plan.behaviors.map((one) => capital(words(one.name))).join(", then ");
+  return capital(ground(decision.analysis || {}));
+}
+
+function ground(analysis) {
+  if (analysis.wait) return `wait: ${words(analysis.wait)}`;
+  if (analysis.cause) return `immobilized: ${words(analysis.cause)}`;
+  return analysis.immobilized ? "immobilized" : "not immobilized";
+}
+
+function observation(seen) {
+  const controls = (seen.controls || []).map((control) => h("li", null,
+    h("b", null, words(control.kind)), control.state ? ` ${words(control.state)}` : "",
+    control.applies === false ? ", for others" : control.applies === null ? ", for us?" : "",
+    control.distance_m === null || control.distance_m === undefined ? "" : `, ${figure(control.distance_m)} m`,
+    otherFacts(control, ["kind", "state", "applies", "distance_m"])));
+  const known = ["object_id", "kind", "lane", "distance_m", "intent"];
+  const participants = (seen.participants || []).map((one) => h("tr", null,
+    h("td", null, h("b", null, words(one.kind)), ` #${one.object_id}`, otherFacts(one, known)),
+    h("td", null, words(one.lane)),
+    h("td", { class: "num" }, `${figure(one.distance_m)} m`),
+    h("td", null, words(one.intent))));
+  return [
+    seen.summary && h("p", null, seen.summary),
+    h("p", { class: "key" }, "Traffic controls: ", controls.length ? "" : "none"),
+    controls.length ? h("ul", null, controls) : null,
+    participants.length
+      ? h("div", { class: "scroll" }, h("table", { class: "participants" },
+        h("thead", null, h("tr", null, ["Participant", "Lane", "Distance", "Intent"].map((name) => h("th", null, name)))),
+        h("tbody", null, participants)))
+      : h("p", { class: "key" }, "Participants: none"),
+    otherFacts(seen, ["summary", "controls", "participants"]),
+  ];
+}
+
+function answered(answer) {
+  const text = answer === null || answer === undefined ? "unknown" : plain(answer);
+  return h("span", { class: `answer ${text}` }, text);
+}
+
+function analysed(analysis) {
+  const known = ["steps", "immobilized", "cause", "wait", "guidance_intent", "reason"];
+  return [
+    h("ol", { class: "chain" }, (analysis.steps || []).map((one) => h("li", null,
+      h("span", { class: "id" }, one.id),
+      h("span", { class: "question" }, one.question),
+      answered(one.answer),
+      one.evidence && h("span", { class: "evidence" }, one.evidence),
+      otherFacts(one, ["id", "question", "answer", "evidence"])))),
+    h("p", { class: "result" }, h("b", null, capital(ground(analysis))),
+      analysis.guidance_intent ? ` · passenger asks: ${words(analysis.guidance_intent)}` : "",
+      analysis.reason ? `. ${analysis.reason}` : ""),
+    otherFacts(analysis, known),
+  ];
+}
+
+function planned({ plan }) {
+  if (!plan) return h("p", null, "No plan: the vehicle's own stack goes on.");
+  return [
+    h("ol", { class: "behaviors" }, plan.behaviors.map((one) => h("li", null,
+      h("b", null, words(one.name)), otherFacts(one, ["name"])))),
+    h("p", null, plan.replan_route
+      ? `Plan the route anew${plan.route_start ? ` from ${plan.route_start}` : ""}.`
+      : "Keep the route."),
+    otherFacts(plan, ["behaviors", "replan_route", "route_start"]),
+  ];
+}

@@ -1,0 +1,83 @@
+// The decisions and events of one arm, linked to the slider.
+
+class Records {
+  constructor(run, seek) {
+    this.run = run;
+    this.items = [];
+    const count = run.decisions.length;
+    this.list = h("div", { class: "cards" },
+      count ? grouped(run.decisions).map((group) => this.entry(group, seek))
+        : h("p", { class: "empty" }, "No decision was asked for."));
+    this.rows = run.events.map((event) => ({ time: event.time_s, element: eventRow(event, seek) }));
+    this.element = h("section", { class: "records" },
+      h("h3", null, run.arm),
+      h("h4", null, `Decisions (${count})`), this.list,
+      h("details", { class: "events", open: run.events.length <= 40 },
+        h("summary", null, `Events (${run.events.length})`),
+        run.events.length ? h("ol", null, this.rows.map((row) => row.element)) : h("p", { class: "empty" }, "None.")));
+  }
+
+  entry(group, seek) {
+    const cards = group.map((moment) => decisionCard(moment, seek));
+    cards.forEach((card, index) => this.items.push({ time: group[index].time_s, element: card }));
+    if (cards.length === 1) return cards[0];
+    const [first, last] = [group[0], group[group.length - 1]];
+    const tone = verdictTone(first.verdict);
+    const fold = h("details", { class: `group ${tone}` },
+      h("summary", null, h("span", { class: "time" }, `${first.time_s.toFixed(1)}–${seconds(last.time_s)}`),
+        h("span", { class: `tag ${tone}` }, `${group.length} × ${verdictName(first.verdict)}`),
+        h("span", { class: "ground" }, headline(first.decision))),
+      cards);
+    this.items.slice(-cards.length).forEach((item) => { item.fold = fold; });
+    return fold;
+  }
+
+  // Marks what holds at a time; brings it into view, without moving the page, if `scroll`.
+  draw(time, scroll) {
+    const current = this.items.findLast((item) => item.time <= time);
+    if (current !== this.current) {
+      this.mark(this.current, false);
+      this.mark(current, true);
+      this.current = current;
+      if (current && scroll) {
+        const shown = current.fold && !current.fold.open ? current.fold : current.element;
+        this.list.scrollTo({ top: shown.offsetTop - this.list.offsetTop - 8, behavior: "smooth" });
+      }
+    }
+    for (const row of this.rows) row.element.classList.toggle("past", row.time <= time);
+  }
+
+  mark(item, on) {
+    if (!item) return;
+    item.element.classList.toggle("current", on);
+    if (item.fold) item.fold.classList.toggle("current", on);
+  }
+}
+
+// Runs of decisions that came to the same: nothing to do, or one plan refused for one reason again and again.
+function grouped(decisions) {
+  const groups = [];
+  let last = null;
+  for (const moment of decisions) {
+    const key = verdictTone(moment.verdict) === "good"
+      ? null : `${moment.trigger}|${verdictName(moment.verdict)}|${headline(moment.decision)}`;
+    if (key !== null && key === last) groups[groups.length - 1].push(moment);
+    else groups.push([moment]);
+    last = key;
+  }
+  return groups;
+}
+
+// `refused: CODE` without the figures that follow.
+function verdictName(verdict) {
+  const refused = verdict.match(/^refused: *[A-Za-z_]+/);
+  return refused ? refused[0] : verdict;
+}
+
+function eventRow(event, seek) {
+  return h("li", { class: `event ${event.kind}` },
+    h("button", { type: "button", class: "seek", onclick: () => seek(event.time_s) },
+      h("span", { class: "time" }, seconds(event.time_s)),
+      h("span", { class: `tag ${event.kind}` }, event.kind),
+      h("span", { class: "text" }, event.text)));
+}

@@ -1,0 +1,62 @@
+"""Puts template, style, scripts and data together into one page that needs nothing else.
+
+The data is untrusted: signs and passengers say what they like. It is embedded as JSON in which no markup can
+begin, the scripts put it on the page as text only, and the page's content security policy permits the two
+inline blocks by their digests and nothing else.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+import re
+from collections.abc import Mapping
+from importlib.resources import files
+from typing import Any
+
+SCRIPTS = (
+    "dom.js",
+    "decode.js",
+    "palette.js",
+    "camera.js",
+    "scene.js",
+    "stage.js",
+    "plot.js",
+    "cards.js",
+    "records.js",
+    "table.js",
+    "section.js",
+    "main.js",
+)
+_ESCAPED = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
+
+
+def page(title: str, data: Mapping[str, Any]) -> str:
+    """The whole HTML text."""
+    style = _asset("report.css")
+    script = '"use strict";\n(() => {\n' + "\n".join(_asset(name) for name in SCRIPTS) + "\n})();\n"
+    parts = {
+        "TITLE": html.escape(title).encode("ascii", "xmlcharrefreplace").decode(),
+        "STYLE": style,
+        "STYLE_DIGEST": _digest(style),
+        "SCRIPT": script,
+        "SCRIPT_DIGEST": _digest(script),
+        "DATA": embedded_json(data),
+    }
+    # One pass: text that was put in is never searched for further marks.
+    return re.sub(r"\{\{([A-Z_]+)\}\}", lambda mark: parts[mark[1]], _asset("report.html"))
+
+
+def embedded_json(data: object) -> str:
+    """JSON that may stand inside a script element: ASCII only, and without `<`, `>` and `&`."""
+    return json.dumps(data, separators=(",", ":"), allow_nan=False).translate(_ESCAPED)
+
+
+def _asset(name: str) -> str:
+    return (files(__package__) / "assets" / name).read_text(encoding="utf-8")
+
+
+def _digest(text: str) -> str:
+    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
