@@ -1,0 +1,128 @@
+"""Writes down a run as it happens: poses ten times a second, decisions, events."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from stucksolver.decision import Directive, Execute
+from stucksolver.evaluate.runlog import ActorInfo, DecisionMoment, Frame, LogEvent, Polyline
+from stucksolver.evaluate.situation import Situation
+from stucksolver.scene import EgoState, TrackedObject
+from stucksolver.solver import Event, EventKind
+from stucksolver.stacks.carla_stack.frames import to_local, yaw_to_local
+from stucksolver.stacks.carla_stack.tracker import Tracker
+
+FRAME_EVERY_S = 0.1
+RANGE_M = 160.0
+LIGHT_RANGE_M = 120.0
+
+Kind = Literal["guidance", "directive", "abort", "outcome", "infraction", "stuck", "run"]
+_KINDS: dict[EventKind, Kind] = {
+    EventKind.GUIDANCE: "guidance",
+    EventKind.STARTED: "directive",
+    EventKind.ABORTED: "abort",
+    EventKind.FINISHED: "outcome",
+    EventKind.RECOVERED: "outcome",
+    EventKind.FAILED: "outcome",
+}
+
+
+class Scribe:
+    """Keeps what the replay shows. Times given to it are seconds since the start of the run."""
+
+    def __init__(self, world: Any, situation: Situation) -> None:
+        self._world = world
+        self._ego = situation.ego
+        self._tracker = Tracker(world, situation.ego.id, RANGE_M)
+        self._roles = {str(a.id): "scenario" for a in situation.others}
+        self._roles |= {str(a.id): "traffic" for a in situation.traffic}
+        self._lights = [(light, to_local(light.get_location())) for light in world.get_actors().filter("*traffic_light*")]
+        self._index: dict[str, int] = {}
+        self._next_frame_s = 0.0
+        self._path: Polyline = ()
+        self._said: Directive | None = None
+        self._start_s = float(world.get_snapshot().timestamp.elapsed_seconds)
+        box = situation.ego.bounding_box.extent
+        self._size = (2 * float(box.x), 2 * float(box.y))
+        self.actors = [
+            ActorInfo(label="ego", kind="car", length_m=self._size[0], width_m=self._size[1], role="ego")
+        ]
+        self.frames: list[Frame] = []
+        self.decisions: list[DecisionMoment] = []
+        self.events: list[LogEvent] = []
+
+    def frame(self, time_s: float, speed_mps: float) -> tuple[EgoState | None, tuple[TrackedObject, ...]]:
+        """Note where everybody is, when it is time for a frame; gives back what was seen."""
+        if time_s < self._next_frame_s - 1e-6:
+            return None, ()
+        self._next_frame_s = time_s + FRAME_EVERY_S
+        transform = self._ego.get_transform()
+        x, y = to_local(transform.location)
+        yaw = yaw_to_local(transform.rotation.yaw)
+        objects = self._tracker.update(transform.location.x, transform.location.y, self._start_s + time_s)
+        poses = [(0, round(x, 2), round(y, 2), round(-transform.rotation.yaw, 1))]
+        poses += [
+            (self._actor(o), round(o.x_m, 2), round(o.y_m, 2), round(o.yaw_rad * 57.29578, 1)) for o in objects
+        ]
+        lights = tuple(
+            (round(p[0], 1), round(p[1], 1), str(light.get_state()).lower())
+            for light, p in self._lights
+            if abs(p[0] - x) < LIGHT_RANGE_M and abs(p[1] - y) < LIGHT_RANGE_M
+        )
+        self.frames.append(
+            Frame(
+                time_s=round(time_s, 2),
+                speed_mps=round(speed_mps, 2),
+                poses=tuple(poses),
+                lights=lights,
+                path=self._path,
+            )
+        )
+        ego = EgoState(x_m=x, y_m=y, yaw_rad=yaw, speed_mps=speed_mps, length_m=self._size[0], width_m=self._size[1])
+        return ego, objects
+
+    def _actor(self, o: TrackedObject) -> int:
+        if o.id not in self._index:
+            self._index[o.id] = len(self.actors)
+            role = self._roles.get(o.id, "prop")
+            self.actors.append(
+                ActorInfo(
+                    label=f"{o.kind.value} {o.id}",
+                    kind=o.kind.value,
+                    length_m=round(o.length_m, 2),
+                    width_m=round(o.width_m, 2),
+                    role=role,  # type: ignore[arg-type]
+                )
+            )
+        return self._index[o.id]
+
+    def directive(self, time_s: float, directive: Directive) -> None:
+        """Note what the stack was told, when it changes."""
+        if directive is self._said:
+            return
+        self._said = directive
+        self._path = ()
+        if isinstance(directive, Execute):
+            self._path = tuple((round(p.x_m, 2), round(p.y_m, 2)) for p in directive.path[::4])
+            self.event(time_s, "directive", f"execute {directive.behavior.name}")
+
+    def event(self, time_s: float, kind: Kind, text: str) -> None:
+        self.events.append(LogEvent(time_s=round(time_s, 2), kind=kind, text=text))
+
+    def hear(self, event: Event) -> None:
+        """Listen to the solver."""
+        time_s = event.time_s - self._start_s
+        if event.kind is EventKind.DECIDED and event.decision is not None:
+            verdict = "nothing to do"
+            if event.verdict is not None:
+                verdict = "accepted" if event.verdict.accepted else f"refused: {event.verdict}"
+            self.decisions.append(
+                DecisionMoment(
+                    time_s=round(time_s, 2),
+                    trigger="guidance" if event.trigger == "guidance" else "detector",
+                    decision=event.decision.model_dump(mode="json"),
+                    verdict=verdict,
+                )
+            )
+        elif event.kind in _KINDS:
+            self.event(time_s, _KINDS[event.kind], event.text)

@@ -1,0 +1,89 @@
+"""Starts carlette as a process of its own and waits until it listens. The only place that does."""
+
+from __future__ import annotations
+
+import contextlib
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+START_LIMIT_S = 60.0
+
+
+class ServerError(RuntimeError):
+    """The simulator did not start, or died; the message is its own."""
+
+
+@dataclass(frozen=True)
+class Server:
+    """Where a simulator listens."""
+
+    host: str
+    port: int
+    process: subprocess.Popen[str] | None = None
+
+    def check(self) -> None:
+        """Raises `ServerError` when the process is gone."""
+        if self.process is not None and self.process.poll() is not None:
+            raise ServerError(f"the simulator ended with exit code {self.process.returncode}; run again")
+
+
+@contextlib.contextmanager
+def carlette_server(map_name: str, maps: str | None = None, seed: int = 0) -> Iterator[Server]:
+    """A carlette on a free port, ended on exit, and by itself should we die. Raises `ServerError`."""
+    command = [sys.executable, "-m", "carlette", "--port", "0", "--map", map_name, "--seed", str(seed)]
+    if maps:
+        command += ["--maps", maps]
+    process = subprocess.Popen(
+        [*command, "--exit-on-stdin-eof"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        yield _listening(process)
+    finally:
+        _end(process)
+
+
+def _listening(process: subprocess.Popen[str]) -> Server:
+    """Wait for the line that says where it listens."""
+    assert process.stdout is not None and process.stderr is not None
+    watchdog = threading.Timer(START_LIMIT_S, process.kill)
+    watchdog.start()
+    try:
+        line = process.stdout.readline()
+    finally:
+        watchdog.cancel()
+    if "listening on " not in line:
+        process.wait()
+        said = process.stderr.read().strip() or f"no answer within {START_LIMIT_S:.0f} s"
+        raise ServerError(said.removeprefix("carlette: ").removeprefix("error: "))
+    host, _, port = line.split("listening on ", 1)[1].split()[0].rpartition(":")
+    threading.Thread(target=_drain, args=(process.stdout,), daemon=True).start()
+    threading.Thread(target=_drain, args=(process.stderr,), daemon=True).start()
+    return Server(host, int(port), process)
+
+
+def _drain(stream: object) -> None:
+    """Read and forget, so that the server never blocks on a full pipe."""
+    with contextlib.suppress(ValueError, OSError):
+        for _ in stream:  # type: ignore[attr-defined]
+            pass
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    process.terminate()
+    try:
+        process.wait(timeout=5)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+    for stream in (process.stdin, process.stdout, process.stderr):
+        if stream is not None:
+            with contextlib.suppress(OSError):
+                stream.close()

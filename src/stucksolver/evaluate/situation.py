@@ -1,0 +1,95 @@
+"""Puts a stuck situation into a world: who stands or rides where, over the `carla` client API only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import carla
+
+from stucksolver.evaluate.sites import Site
+
+LIFT_M = 0.3
+"""Vehicles are put down from a little above the road, as CARLA's own scenarios do."""
+CYCLIST_KMH = 11.0
+CYCLISTS_AHEAD_M = (18, 26)
+ONCOMING_FIRST_M, ONCOMING_SPACING_M = 30, 28
+ONCOMING_SLOWER_PCT = 30.0
+
+
+class Scenario(str, Enum):
+    PARKED_CAR = "parked_car"
+    CYCLISTS = "cyclists"
+
+
+class SituationError(RuntimeError):
+    """Something of a situation could not be put into the world."""
+
+
+@dataclass
+class Situation:
+    """What was spawned; `ego` first."""
+
+    ego: Any
+    others: list[Any]
+    traffic: list[Any]
+
+
+def build(
+    world: Any, site: Site, scenario: Scenario, oncoming: int, traffic_manager: Any
+) -> Situation:
+    """Spawn the ego at the site's start and the scenario ahead of it. Raises `SituationError`."""
+    ego = _spawn(world, "vehicle.lincoln.mkz_2020", site.start, "hero")
+    if scenario is Scenario.PARKED_CAR:
+        others = [_spawn(world, "vehicle.tesla.model3", site.obstacle, "scenario")]
+        others[0].apply_control(carla.VehicleControl(hand_brake=True))
+        cyclists = []
+    else:
+        blueprints = ("vehicle.diamondback.century", "vehicle.bh.crossbike")
+        places = [site.waypoints[k] for k in CYCLISTS_AHEAD_M]
+        cyclists = [_spawn(world, b, w, "scenario") for b, w in zip(blueprints, places, strict=True)]
+        others = cyclists
+    cars = _oncoming(world, site, oncoming)
+    world.tick()
+    for rider in cyclists:
+        rider.set_autopilot(True, traffic_manager.get_port())
+        traffic_manager.set_desired_speed(rider, CYCLIST_KMH)
+        traffic_manager.auto_lane_change(rider, False)
+    for car in cars:
+        car.set_autopilot(True, traffic_manager.get_port())
+        traffic_manager.vehicle_percentage_speed_difference(car, ONCOMING_SLOWER_PCT)
+        traffic_manager.auto_lane_change(car, False)
+    return Situation(ego, others, cars)
+
+
+def _oncoming(world: Any, site: Site, count: int) -> list[Any]:
+    """Cars in the oncoming lane, from a little beyond the obstacle outwards, heading our way."""
+    lane = site.obstacle.get_left_lane()
+    cars: list[Any] = []
+    if count == 0 or lane is None:
+        return cars
+    # Ahead of us is backwards along the oncoming lane.
+    here: list[Any] = lane.previous(ONCOMING_FIRST_M)
+    while here and len(cars) < count:
+        car = _try_spawn(world, "vehicle.audi.a2", here[0], "background")
+        if car is not None:
+            cars.append(car)
+        here = here[0].previous(ONCOMING_SPACING_M)
+    return cars
+
+
+def _spawn(world: Any, blueprint: str, waypoint: Any, role: str) -> Any:
+    actor = _try_spawn(world, blueprint, waypoint, role)
+    if actor is None:
+        place = waypoint.transform.location
+        raise SituationError(f"{blueprint} could not be put at ({place.x:.1f}, {place.y:.1f}): something is there")
+    return actor
+
+
+def _try_spawn(world: Any, blueprint: str, waypoint: Any, role: str) -> Any | None:
+    definition = world.get_blueprint_library().find(blueprint)
+    definition.set_attribute("role_name", role)
+    transform = waypoint.transform
+    transform.location.z += LIFT_M
+    return world.try_spawn_actor(definition, transform)

@@ -1,0 +1,5 @@
+"""StuckSolver on a vehicle in CARLA (or carlette), through the `carla` client alone."""
+
+from stucksolver.stacks.carla_stack.stack import CarlaStack
+
+__all__ = ["CarlaStack"]

@@ -1,0 +1,47 @@
+"""Traffic lights along the route as the solver is told of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import carla
+
+from stucksolver.scene import ControlKind, LightState, TrafficControl
+from stucksolver.stacks.carla_stack.route_road import RouteRoad
+
+_STATES = {
+    carla.TrafficLightState.Red: LightState.RED,
+    carla.TrafficLightState.Yellow: LightState.YELLOW,
+    carla.TrafficLightState.Green: LightState.GREEN,
+    carla.TrafficLightState.Off: LightState.OFF,
+}
+AHEAD_M, PASSED_M = 120.0, 3.0
+
+
+class RouteControls:
+    """The stop lines of lights that lie on a route; found once, read on demand."""
+
+    def __init__(self, lights: Sequence[Any], road: RouteRoad) -> None:
+        self._lines: list[tuple[float, Any]] = []
+        for light in lights:
+            met = [road.crossing(w.transform) for w in light.get_stop_waypoints()]
+            found = [arc for arc in met if arc is not None]
+            if found:
+                self._lines.append((min(found), light))
+        self._lines.sort(key=lambda line: line[0])
+
+    def ahead(self, front_arc_m: float) -> tuple[TrafficControl, ...]:
+        """The lights from a little behind the front bumper to 120 m ahead of it."""
+        return tuple(
+            TrafficControl(
+                kind=ControlKind.TRAFFIC_LIGHT,
+                distance_m=round(arc - front_arc_m, 2),
+                applies=True,
+                state=_STATES.get(light.get_state(), LightState.UNKNOWN),
+            )
+            for arc, light in self._lines
+            if -PASSED_M < arc - front_arc_m < AHEAD_M
+        )
+
+

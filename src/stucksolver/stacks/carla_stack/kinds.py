@@ -1,0 +1,52 @@
+"""What kind of object a CARLA blueprint is. Only what a perception system could tell is used: never role names."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stucksolver.scene import ObjectKind
+
+_BASE_TYPES = {
+    "car": ObjectKind.CAR,
+    "van": ObjectKind.VAN,
+    "truck": ObjectKind.TRUCK,
+    "bus": ObjectKind.BUS,
+    "motorcycle": ObjectKind.MOTORCYCLE,
+    "bicycle": ObjectKind.BICYCLE,
+}
+_TWO_WHEELERS = ("crossbike", "century", "omafiets")
+_PROPS = (
+    ("cone", ObjectKind.CONE),
+    ("barrier", ObjectKind.BARRIER),
+    ("warning", ObjectKind.BARRIER),
+    ("dirtdebris", ObjectKind.DEBRIS),
+    ("trash", ObjectKind.DEBRIS),
+    ("bag", ObjectKind.DEBRIS),
+)
+
+
+def kind_of(type_id: str, attributes: dict[str, str]) -> ObjectKind:
+    """From the blueprint's id and its public attributes (`base_type` and `special_type` exist since 0.9.13)."""
+    if type_id.startswith("walker."):
+        return ObjectKind.PEDESTRIAN
+    if type_id.startswith("vehicle."):
+        return _vehicle(type_id, attributes)
+    name = type_id.rsplit(".", 1)[-1]
+    return next((kind for part, kind in _PROPS if part in name), ObjectKind.PROP)
+
+
+def _vehicle(type_id: str, attributes: dict[str, str]) -> ObjectKind:
+    if attributes.get("special_type") == "emergency":
+        return ObjectKind.EMERGENCY
+    base = _BASE_TYPES.get(attributes.get("base_type", "").lower())
+    if base is not None:
+        return base
+    if any(name in type_id for name in _TWO_WHEELERS):
+        return ObjectKind.BICYCLE
+    return ObjectKind.MOTORCYCLE if attributes.get("number_of_wheels") == "2" else ObjectKind.CAR
+
+
+def attributes_of(actor: Any) -> dict[str, str]:
+    """The attributes that say what a thing is."""
+    wanted = ("special_type", "base_type", "number_of_wheels")
+    return {name: str(actor.attributes[name]) for name in wanted if name in actor.attributes}

@@ -1,0 +1,204 @@
+"""The road along a route, read once from the waypoint graph when the route is planned; episodes take slices of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stucksolver.scene import LaneDirection, LaneKind, LaneStrip, LineKind, RoadGeometry, Zone, ZoneKind
+from stucksolver.stacks.carla_stack.frames import to_local, yaw_to_local
+from stucksolver.stacks.carla_stack.lane_walk import Neighbour, neighbours
+from stucksolver.stacks.driver import RoutePoint
+
+SPACING_M = 2.0
+BEHIND_M, AHEAD_M = 60.0, 320.0
+ON_ROUTE_M = 2.2
+"""A stop line's waypoint this near to a station belongs to the route's lane."""
+BEYOND_M = 80.0
+"""How far the road is known past the destination, so that a plan may end there."""
+
+
+@dataclass(frozen=True)
+class Station:
+    """One sample of the route: its waypoint and the lanes beside it."""
+
+    x: float
+    y: float
+    waypoint: Any
+    junction: bool
+    lanes: tuple[Neighbour, ...]
+
+
+class RouteRoad:
+    """Stations every two metres along a route, a little prolonged at both ends."""
+
+    def __init__(self, carla_map: Any, route: Sequence[RoutePoint]) -> None:
+        waypoints = [p.waypoint for p in route]
+        before = _prolonged(waypoints[0], BEHIND_M, forward=False)[::-1]
+        after = _prolonged(waypoints[-1], BEYOND_M, forward=True)
+        line = _resampled([*before, *waypoints, *after])
+        self.stations = tuple(_station(w, x, y, heading) for w, x, y, heading in line)
+        self.route_start_m = len(_resampled(before + waypoints[:1])) * SPACING_M - SPACING_M if before else 0.0
+        points = np.array([(s.x, s.y) for s in self.stations])
+        steps = np.hypot(*np.diff(points, axis=0).T)
+        self.arc: np.ndarray[Any, Any] = np.concatenate([[0.0], np.cumsum(steps)])
+        self._points = points
+        self.destination_arc = self.arc_of(*to_local(waypoints[-1].transform.location), 0, len(points))
+        self._crosswalks = _crosswalk_spans(carla_map, points, self.arc)
+
+    def arc_of(self, x: float, y: float, first: int, last: int) -> float:
+        """Arc length of the point of stations `first` to `last` that is nearest to a place."""
+        part = self._points[max(first, 0) : last]
+        k = int(np.argmin((part[:, 0] - x) ** 2 + (part[:, 1] - y) ** 2)) + max(first, 0)
+        j = min(k, len(self._points) - 2)
+        direction = self._points[j + 1] - self._points[j]
+        along = float(np.dot((x, y) - self._points[j], direction) / max(np.hypot(*direction), 1e-6))
+        return float(self.arc[j]) + along
+
+    def crossing(self, transform: Any) -> float | None:
+        """Arc length at which a lane's waypoint lies on the route in its direction, None where it does not."""
+        x, y = to_local(transform.location)
+        away = np.hypot(self._points[:, 0] - x, self._points[:, 1] - y)
+        k = min(int(away.argmin()), len(self._points) - 2)
+        if away[k] > ON_ROUTE_M:
+            return None
+        dx, dy = self._points[k + 1] - self._points[k]
+        turn = math.remainder(yaw_to_local(transform.rotation.yaw) - math.atan2(dy, dx), math.tau)
+        return self.arc_of(x, y, k - 2, k + 3) if abs(turn) < math.pi / 3 else None
+
+    def slice(self, arc_m: float, speed_limit_mps: float | None) -> RoadGeometry:
+        """The geometry around a place, for one episode."""
+        first = int(np.searchsorted(self.arc, arc_m - BEHIND_M))
+        last = int(np.searchsorted(self.arc, arc_m + AHEAD_M))
+        part = self.stations[first:last]
+        base = float(self.arc[first])
+        end = float(self.arc[min(last, len(self.arc)) - 1])
+        destination = self.destination_arc - base if self.destination_arc <= end else None
+        zones = [*_junctions(part, self.arc[first:last] - base)]
+        zones += [
+            Zone(kind=ZoneKind.CROSSWALK, start_m=a - base, end_m=b - base)
+            for a, b in self._crosswalks
+            if b > base and a < end
+        ]
+        return RoadGeometry(
+            key=f"{id(self)}-{first}-{last}-{speed_limit_mps}",
+            spacing_m=SPACING_M,
+            reference=tuple((round(s.x, 3), round(s.y, 3)) for s in part),
+            lanes=tuple(_strips(part, base, speed_limit_mps)),
+            zones=tuple(zones),
+            route_start_m=base,
+            destination_m=destination,
+        )
+
+
+def _prolonged(waypoint: Any, length_m: float, *, forward: bool) -> list[Any]:
+    """Waypoints every metre straight on (or back) along the lanes, for as long as there are any."""
+    found: list[Any] = []
+    here = waypoint
+    while len(found) < length_m:
+        following = here.next(1.0) if forward else here.previous(1.0)
+        if not following:
+            break
+        yaw = here.transform.rotation.yaw
+        here = min(following, key=lambda w: abs(math.remainder(w.transform.rotation.yaw - yaw, 360.0)))
+        found.append(here)
+    return found
+
+
+def _resampled(waypoints: list[Any]) -> list[tuple[Any, float, float, float]]:
+    """(waypoint, x, y, heading) every `SPACING_M` along the line through waypoints, in the local frame."""
+    points = np.array([to_local(w.transform.location) for w in waypoints])
+    if len(points) < 2:
+        return [(w, float(p[0]), float(p[1]), 0.0) for w, p in zip(waypoints, points, strict=True)]
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    keep = np.concatenate([[True], steps > 0.05])
+    points, kept = points[keep], [w for w, k in zip(waypoints, keep, strict=True) if k]
+    arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    at = np.arange(0.0, arc[-1] + 1e-6, SPACING_M)
+    x, y = np.interp(at, arc, points[:, 0]), np.interp(at, arc, points[:, 1])
+    heading = np.arctan2(np.gradient(y), np.gradient(x)) if len(at) > 1 else np.zeros(1)
+    nearest = np.clip(np.searchsorted(arc, at), 0, len(kept) - 1)
+    return [(kept[k], float(a), float(b), float(h)) for k, a, b, h in zip(nearest, x, y, heading, strict=True)]
+
+
+def _station(waypoint: Any, x: float, y: float, heading: float) -> Station:
+    junction = bool(waypoint.is_junction)
+    return Station(x, y, waypoint, junction, neighbours(waypoint, x, y, heading, alone=junction))
+
+
+def _strips(part: Sequence[Station], base_m: float, limit: float | None) -> list[LaneStrip]:
+    """Runs of stations in which a lane keeps its place beside the route, as strips."""
+    runs: dict[tuple[int, LaneKind, LaneDirection], list[list[tuple[int, Neighbour]]]] = {}
+    for i, station in enumerate(part):
+        for lane in station.lanes:
+            place = runs.setdefault((lane.place, lane.kind, lane.direction), [])
+            if place and place[-1][-1][0] == i - 1:
+                place[-1].append((i, lane))
+            else:
+                place.append([(i, lane)])
+    strips = []
+    for (place, kind, direction), stretches in runs.items():
+        for run in stretches:
+            start = run[0][0]
+            strips.append(
+                LaneStrip(
+                    id=f"{_name(place, kind, direction)}@{base_m + start * SPACING_M:.0f}",
+                    kind=kind,
+                    direction=direction,
+                    start=start,
+                    offset_m=tuple(round(lane.offset_m, 3) for _, lane in run),
+                    width_m=tuple(round(lane.width_m, 3) for _, lane in run),
+                    line=tuple(lane.line for _, lane in run),
+                    speed_limit_mps=limit if kind is LaneKind.DRIVING else None,
+                )
+            )
+    return sorted(strips, key=lambda s: abs(s.offset_m[0]))
+
+
+def _name(place: int, kind: LaneKind, direction: LaneDirection) -> str:
+    if place == 0:
+        return "own"
+    side = "left" if place > 0 else "right"
+    what = "oncoming" if direction is LaneDirection.OPPOSITE and kind is LaneKind.DRIVING else kind.value
+    return f"{side}{abs(place)}-{what}"
+
+
+def _junctions(part: Sequence[Station], arc: Any) -> list[Zone]:
+    zones: list[Zone] = []
+    start: float | None = None
+    for i, station in enumerate(part):
+        if station.junction and start is None:
+            start = float(arc[i])
+        if not station.junction and start is not None:
+            zones.append(Zone(kind=ZoneKind.JUNCTION, start_m=start, end_m=float(arc[i])))
+            start = None
+    if start is not None:
+        zones.append(Zone(kind=ZoneKind.JUNCTION, start_m=start, end_m=float(arc[len(part) - 1])))
+    return zones
+
+
+def _crosswalk_spans(carla_map: Any, points: Any, arc: Any) -> list[tuple[float, float]]:
+    """Where crosswalks of the map lie across the route, as spans of arc length."""
+    polygons: list[list[tuple[float, float]]] = [[]]
+    for location in carla_map.get_crosswalks():
+        place = to_local(location)
+        polygons[-1].append(place)
+        # The client lists polygons one after the other, each closed by its first point.
+        if len(polygons[-1]) > 2 and polygons[-1][0] == place:
+            polygons.append([])
+    spans = []
+    for polygon in polygons:
+        if len(polygon) < 3:
+            continue
+        corners = np.array(polygon)
+        away = np.hypot(points[:, None, 0] - corners[None, :, 0], points[:, None, 1] - corners[None, :, 1])
+        if float(away.min()) < 6.0:
+            near = arc[away.argmin(axis=0)]
+            spans.append((float(near.min()), float(near.max())))
+    return spans
+
+

@@ -1,0 +1,81 @@
+"""How far lanes are seen: straight lines of sight that stay above the road's own ground and pass no tall object."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+
+from stucksolver.scene import LaneKind, LaneSight
+from stucksolver.scene.frenet import RoadFrame
+from stucksolver.scene.surroundings import EgoState
+from stucksolver.scene.objects import TrackedObject
+
+SENSOR_HEIGHT_M = 2.0
+"""Objects lower than the roof sensors (about 2.5 m up, as Bench2Drive's LiDAR) do not hide the road behind them."""
+VERGE_M = 4.0
+"""Open ground assumed beside the outermost lane; what lies beyond may be a building or a hedge."""
+STEP_M = 4.0
+
+
+class Sight:
+    """Lines of sight on one road geometry."""
+
+    def __init__(self, frame: RoadFrame, range_m: float) -> None:
+        self._frame = frame
+        self._range_m = range_m
+        self._ground = _ground(frame)
+        shapely.prepare(self._ground)
+
+    def of_lanes(self, ego: EgoState, ego_s: float, objects: tuple[TrackedObject, ...]) -> tuple[LaneSight, ...]:
+        """For each driving lane beside the ego: the length seen without a break, ahead and behind."""
+        hidden = [_footprint(o) for o in objects if o.height_m > SENSOR_HEIGHT_M]
+        blocking = shapely.union_all(hidden) if hidden else None
+        found = []
+        for lane in self._frame.lanes:
+            if lane.strip.kind is not LaneKind.DRIVING or not lane.start_m - 2.0 <= ego_s <= lane.end_m + 2.0:
+                continue
+            ahead = np.arange(ego_s, min(lane.end_m, ego_s + self._range_m), STEP_M)
+            behind = np.arange(ego_s, max(lane.start_m, ego_s - self._range_m), -STEP_M)
+            seen = []
+            for stations in (ahead, behind):
+                centre = np.interp(stations, lane.s, lane.centre)
+                seen.append(self._unbroken(ego, stations, centre, blocking))
+            found.append(LaneSight(lane_id=lane.strip.id, ahead_m=seen[0], behind_m=seen[1]))
+        return tuple(found)
+
+    def _unbroken(
+        self, ego: EgoState, stations: np.ndarray, offsets: np.ndarray, blocking: shapely.Geometry | None
+    ) -> float:
+        if len(stations) < 2:
+            return 0.0
+        x, y, _ = self._frame.to_local(stations, offsets)
+        rays = np.empty((len(x), 2, 2))
+        rays[:, 0] = (ego.x_m, ego.y_m)
+        rays[:, 1, 0], rays[:, 1, 1] = x, y
+        lines = shapely.linestrings(rays)
+        free = shapely.covers(self._ground, lines)
+        if blocking is not None:
+            free &= ~shapely.intersects(blocking, lines)
+        # The first samples lie under the ego itself.
+        hidden = np.flatnonzero(~free[1:])
+        last = int(hidden[0]) if len(hidden) else len(stations) - 1
+        return round(float(abs(stations[last] - stations[0])), 1)
+
+
+def _ground(frame: RoadFrame) -> shapely.Geometry:
+    """The road with everything beside it that belongs to it, and a verge, as one area."""
+    areas = []
+    for lane in frame.lanes:
+        if len(lane.s) < 2:
+            continue
+        left = np.stack(frame.to_local(lane.s, lane.left + VERGE_M)[:2], axis=1)
+        right = np.stack(frame.to_local(lane.s, lane.right - VERGE_M)[:2], axis=1)
+        areas.append(shapely.polygons(np.concatenate([left, right[::-1]])))
+    return shapely.union_all(shapely.make_valid(np.array(areas)))
+
+
+def _footprint(thing: TrackedObject) -> shapely.Geometry:
+    c, n = np.cos(thing.yaw_rad), np.sin(thing.yaw_rad)
+    half_l, half_w = thing.length_m / 2, thing.width_m / 2
+    corners = [(half_l, half_w), (half_l, -half_w), (-half_l, -half_w), (-half_l, half_w)]
+    return shapely.polygons([(thing.x_m + a * c - b * n, thing.y_m + a * n + b * c) for a, b in corners])

@@ -1,0 +1,241 @@
+"""A CARLA vehicle with a driver, as StuckSolver meets it: status, surroundings, scene, and performing what it says."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import carla
+import numpy as np
+
+from stucksolver.decision import Directive, Execute, Replan, SafeStop
+from stucksolver.decision.behaviors import REGISTRY, describe
+from stucksolver.scene import (
+    AvailableBehavior,
+    CandidateWaypoint,
+    EgoState,
+    LaneDirection,
+    LaneKind,
+    RoadGeometry,
+    Scene,
+    Status,
+    Surroundings,
+    TrackedObject,
+    VehicleLimits,
+)
+from stucksolver.scene.build import build_scene
+from stucksolver.scene.frenet import road_frame
+from stucksolver.scene.view import View
+from stucksolver.stacks.carla_stack.controls import RouteControls
+from stucksolver.stacks.carla_stack.frames import to_local, to_world, yaw_to_local
+from stucksolver.stacks.carla_stack.route_road import SPACING_M, RouteRoad
+from stucksolver.stacks.carla_stack.sight import Sight
+from stucksolver.stacks.carla_stack.tracker import RANGE_M, Tracker
+from stucksolver.stacks.driver import DrivePoint, Driver, RouteError
+
+TRACK_EVERY_S = 0.5
+SIGHT_EVERY_S = 0.5
+EPISODE_REACH_M = 60.0
+"""After this much progress the road is fetched anew: the episode is another one."""
+CANDIDATES_M = (20.0, 40.0, 70.0, 110.0)
+DESTINATION_M = 5.0
+
+
+class CarlaStack:
+    """Ground truth from the client (`perception: privileged`), one driver, one ego.
+
+    `driver` must have its route when this is made. Call `status`, then `StuckSolver.step`, then `perform`, each tick.
+    """
+
+    perception = "privileged"
+
+    def __init__(self, vehicle: Any, driver: Driver, carla_map: Any | None = None, range_m: float = RANGE_M) -> None:
+        self._vehicle = vehicle
+        self._driver = driver
+        self._world = vehicle.get_world()
+        self._map = self._world.get_map() if carla_map is None else carla_map
+        self._range_m = range_m
+        self._tracker = Tracker(self._world, vehicle.id, range_m)
+        self._tracked_s = -math.inf
+        self._sight_s = -math.inf
+        self._performed: Directive | None = None
+        self._behaviors: tuple[AvailableBehavior, ...] = describe(tuple(REGISTRY))
+        box = vehicle.bounding_box
+        self._size = (2 * float(box.extent.x), 2 * float(box.extent.y))
+        self._limits = VehicleLimits()
+        self._candidates: dict[str, Any] = {}
+        self._take_route()
+
+    def _take_route(self) -> None:
+        """Read the road along the driver's route; done again whenever the route is planned anew."""
+        route = self._driver.route
+        self._road = RouteRoad(self._map, route)
+        lights = self._world.get_actors().filter("*traffic_light*")
+        self._controls = RouteControls(list(lights), self._road)
+        self._geometry: RoadGeometry | None = None
+        self._geometry_arc = 0.0
+        self._arc = self._best_arc = self._road.arc_of(*to_local(self._vehicle.get_location()), 0, 10**9)
+        self._station = 0
+
+    @property
+    def route_length_m(self) -> float:
+        """From where the ego is to the destination, along the route."""
+        return self._road.destination_arc - self._arc
+
+    # ---- told to the solver
+
+    def status(self) -> Status:
+        """Cheap: a projection on the route; twice a second the tracker looks around as well."""
+        snapshot = self._world.get_snapshot()
+        now = float(snapshot.timestamp.elapsed_seconds)
+        place = self._vehicle.get_location()
+        self._arc = self._locate(*to_local(place))
+        self._best_arc = max(self._best_arc, self._arc)
+        if now - self._tracked_s >= TRACK_EVERY_S:
+            self._tracked_s = now
+            self._tracker.update(place.x, place.y, now)
+        velocity = self._vehicle.get_velocity()
+        left = self._road.destination_arc - self._best_arc
+        return Status(
+            time_s=now,
+            speed_mps=math.hypot(velocity.x, velocity.y),
+            progress_m=self._best_arc,
+            at_destination=left < DESTINATION_M,
+        )
+
+    def surroundings(self) -> Surroundings:
+        """The world as it is at this tick."""
+        snapshot = self._world.get_snapshot()
+        now = float(snapshot.timestamp.elapsed_seconds)
+        ego = self._ego()
+        self._tracker.read_lights(now)
+        objects = self._tracker.update(*to_world(ego.x_m, ego.y_m), now)
+        road = self._episode_road()
+        front = self._arc + self._size[0] / 2
+        return Surroundings(
+            frame=int(snapshot.frame),
+            time_s=now,
+            ego=ego,
+            objects=objects,
+            controls=self._controls.ahead(front),
+            sight=self._sight(road, ego, objects, now),
+            road=road,
+        )
+
+    def scene(self) -> Scene:
+        """What a reasoner is told."""
+        view = View(self.surroundings())
+        return build_scene(
+            view,
+            self.status(),
+            self._behaviors,
+            waypoints=self._waypoints(view),
+            route_command=self._route_command(),
+        )
+
+    # ---- done for the solver
+
+    def perform(self, directive: Directive) -> Any:
+        """Have the driver do it, and return this tick's `carla.VehicleControl` (not applied)."""
+        if directive is not self._performed:
+            self._begin(directive)
+            self._performed = directive
+        return self._driver.run_step()
+
+    def _begin(self, directive: Directive) -> None:
+        if isinstance(directive, Execute) and directive.path:
+            points = [DrivePoint(*to_world(p.x_m, p.y_m), p.speed_mps) for p in directive.path]
+            self._driver.follow(points)
+        elif isinstance(directive, Execute):
+            self._driver.hold()
+        elif isinstance(directive, SafeStop):
+            self._driver.hold()
+            hazard = carla.VehicleLightState(carla.VehicleLightState.LeftBlinker | carla.VehicleLightState.RightBlinker)
+            self._vehicle.set_light_state(hazard)
+        else:
+            self._driver.release()
+            if isinstance(directive, Replan):
+                self._replan(directive)
+
+    def _replan(self, directive: Replan) -> None:
+        """Plan anew; where no route leads on from there, the present one stays."""
+        end = self._driver.route[-1].waypoint.transform.location
+        chosen = self._candidates.get(directive.route_start or "")
+        start = None if chosen is None else chosen.transform.location
+        try:
+            self._driver.set_destination(end, start)
+        except RouteError:
+            return
+        self._take_route()
+
+    # ---- parts
+
+    def _locate(self, x: float, y: float) -> float:
+        arc = self._road.arc_of(x, y, self._station - 5, self._station + 15)
+        self._station = max(0, int(arc / SPACING_M))
+        return arc
+
+    def _ego(self) -> EgoState:
+        transform, velocity = self._vehicle.get_transform(), self._vehicle.get_velocity()
+        x, y = to_local(transform.location)
+        yaw = yaw_to_local(transform.rotation.yaw)
+        return EgoState(
+            x_m=x,
+            y_m=y,
+            yaw_rad=yaw,
+            speed_mps=velocity.x * math.cos(yaw) - velocity.y * math.sin(yaw),
+            length_m=self._size[0],
+            width_m=self._size[1],
+            limits=self._limits,
+        )
+
+    def _episode_road(self) -> RoadGeometry:
+        if self._geometry is None or abs(self._arc - self._geometry_arc) > EPISODE_REACH_M:
+            limit = float(self._vehicle.get_speed_limit()) / 3.6
+            self._geometry = self._road.slice(self._arc, limit if limit > 0 else None)
+            self._geometry_arc = self._arc
+            self._lines = Sight(road_frame(self._geometry), self._range_m)
+            self._sight_s = -math.inf
+        return self._geometry
+
+    def _sight(self, road: RoadGeometry, ego: EgoState, objects: tuple[TrackedObject, ...], now: float) -> Any:
+        if now - self._sight_s >= SIGHT_EVERY_S:
+            self._sight_s = now
+            self._seen = self._lines.of_lanes(ego, self._arc - road.route_start_m, objects)
+        return self._seen
+
+    def _waypoints(self, view: View) -> tuple[CandidateWaypoint, ...]:
+        """Places ahead, in each lane of our direction, from which the route could be planned anew."""
+        found = []
+        height = self._vehicle.get_location().z
+        for lane in view.frame.lanes:
+            if lane.strip.kind is not LaneKind.DRIVING or lane.strip.direction is not LaneDirection.SAME:
+                continue
+            for ahead in CANDIDATES_M:
+                s = view.ego_s + ahead
+                if not lane.covers(s, s):
+                    continue
+                x, y, _ = (float(v[0]) for v in view.frame.to_local(np.array([s]), np.array([lane.at(s)[1]])))
+                where = self._map.get_waypoint(carla.Location(*to_world(x, y), height))
+                if where is not None:
+                    name = f"{lane.strip.id}+{ahead:.0f}"
+                    self._candidates[name] = where
+                    found.append(_candidate(name, lane.strip.id, x, y, ahead, view))
+        return tuple(found)
+
+    def _route_command(self) -> str | None:
+        route = self._driver.route
+        index = int(self._arc - self._road.route_start_m)
+        return route[index].command if 0 <= index < len(route) else None
+
+
+def _candidate(name: str, lane_id: str, x: float, y: float, ahead: float, view: View) -> CandidateWaypoint:
+    c, n = math.cos(view.ego.yaw_rad), math.sin(view.ego.yaw_rad)
+    dx, dy = x - view.ego.x_m, y - view.ego.y_m
+    return CandidateWaypoint(
+        id=name,
+        lane_id=lane_id,
+        x_m=round(dx * c + dy * n, 2),
+        y_m=round(dy * c - dx * n, 2),
+        distance_m=ahead,
+    )

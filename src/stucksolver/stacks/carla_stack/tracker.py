@@ -1,0 +1,97 @@
+"""Tracks what is around the ego from the client's ground truth: what each thing is, and since when it stands.
+
+This is the `privileged` perception: a sensor-based one will hand over the same `TrackedObject`s.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+from stucksolver.scene import ObjectKind, TrackedObject
+from stucksolver.stacks.carla_stack.kinds import attributes_of, kind_of
+from stucksolver.stacks.driver.perception import Perception
+
+RANGE_M = 250.0
+STANDING_MPS = 0.1
+LIGHTS_EVERY_S = 0.5
+_LEFT_BLINKER, _RIGHT_BLINKER, _BRAKE = 32, 16, 8
+_HAZARD = _LEFT_BLINKER | _RIGHT_BLINKER
+
+
+@dataclass
+class _Track:
+    kind: ObjectKind
+    first_seen_s: float
+    standing_since_s: float | None = None
+    last_moved_s: float | None = None
+    lights: int | None = field(default=None)
+
+
+class Tracker:
+    """Call `update` now and then (twice a second is enough), and `objects` when they are wanted."""
+
+    def __init__(self, world: Any, ego_id: int, range_m: float = RANGE_M) -> None:
+        self._world = world
+        self._perception = Perception(world, ego_id, range_m)
+        self._tracks: dict[int, _Track] = {}
+        self._lights_read_s = -math.inf
+
+    def update(self, ego_x: float, ego_y: float, now_s: float) -> tuple[TrackedObject, ...]:
+        """Everything within range of a point of CARLA's world, in the local frame."""
+        seen = self._perception.read(ego_x, ego_y)
+        self._meet(seen.actor_id, now_s)
+        objects = []
+        for i, actor_id in enumerate(seen.actor_id):
+            track = self._tracks.get(actor_id)
+            if track is None:
+                continue
+            vx, vy = float(seen.vx[i]), -float(seen.vy[i])
+            self._move(track, math.hypot(vx, vy) > STANDING_MPS, now_s)
+            objects.append(
+                TrackedObject(
+                    id=str(actor_id),
+                    kind=track.kind,
+                    x_m=float(seen.x[i]),
+                    y_m=-float(seen.y[i]),
+                    yaw_rad=-float(seen.yaw[i]),
+                    vx_mps=vx,
+                    vy_mps=vy,
+                    length_m=2 * float(seen.half_length[i]),
+                    width_m=2 * float(seen.half_width[i]),
+                    height_m=float(seen.top[i] - seen.bottom[i]),
+                    stationary_s=0.0 if track.standing_since_s is None else now_s - track.standing_since_s,
+                    moved_s_ago=None if track.last_moved_s is None else now_s - track.last_moved_s,
+                    hazard_lights=None if track.lights is None else track.lights & _HAZARD == _HAZARD,
+                    brake_lights=None if track.lights is None else bool(track.lights & _BRAKE),
+                )
+            )
+        return tuple(objects)
+
+    def read_lights(self, now_s: float) -> None:
+        """Refresh the lights of all vehicles, at most twice a second: it costs a call to the server."""
+        if now_s - self._lights_read_s < LIGHTS_EVERY_S:
+            return
+        self._lights_read_s = now_s
+        for actor_id, state in self._world.get_vehicles_light_states().items():
+            track = self._tracks.get(actor_id)
+            if track is not None:
+                track.lights = int(state)
+
+    def _meet(self, ids: tuple[int, ...], now_s: float) -> None:
+        new = [i for i in ids if i not in self._tracks]
+        if new:
+            for actor in self._world.get_actors(new):
+                kind = kind_of(actor.type_id, attributes_of(actor))
+                self._tracks[actor.id] = _Track(kind, now_s)
+        gone = self._tracks.keys() - set(ids)
+        for actor_id in gone:
+            del self._tracks[actor_id]
+
+    @staticmethod
+    def _move(track: _Track, moving: bool, now_s: float) -> None:
+        if moving:
+            track.last_moved_s, track.standing_since_s = now_s, None
+        elif track.standing_since_s is None:
+            track.standing_since_s = now_s
