@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from fakes import HALF_SIZE_M, FakeWorld, box
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from driver.fakes import HALF_SIZE_M, FakeWorld, box
 from stucksolver.stacks.driver.hazards import nearest_hazards, sweep
 from stucksolver.stacks.driver.path import Pose, make_path
 from stucksolver.stacks.driver.perception import Perception

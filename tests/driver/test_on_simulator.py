@@ -5,10 +5,10 @@ from __future__ import annotations
 import carla
 import numpy as np
 import pytest
-from conftest import town_file
-from stage import Stage, drive, simulator
 
 from carlette.maps import DEMO_TOWN
+from driver.conftest import town_file
+from driver.stage import Stage, drive, simulator
 from stucksolver.stacks.driver import BehaviorDriver, DrivePoint, DriverOptions
 
 AVENUE, STREET = (3, -1), (11, 1)

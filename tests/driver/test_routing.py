@@ -9,9 +9,9 @@ from itertools import pairwise
 
 import carla
 import pytest
-from roads import LANE_Y, straight_road
 
 from carlette.maps import DEMO_TOWN
+from driver.roads import LANE_Y, straight_road
 from stucksolver.stacks.driver import RouteError, trace_route
 from stucksolver.stacks.driver.lane_graph import LaneGraph, lane_graph
 
@@ -81,6 +81,7 @@ def test_a_route_changes_lane_once_where_the_marking_permits(from_lane, to_lane,
     route = trace_route(straight_road(), place(10.0, LANE_Y[from_lane]), place(200.0, LANE_Y[to_lane]))
     jumps = [b.command for a, b in pairwise(route) if a.waypoint.lane_id != b.waypoint.lane_id]
     assert jumps == [command]
+    assert route[30].waypoint.lane_id == to_lane
 
 
 def test_without_a_route_the_error_names_both_ends_and_a_remedy():

@@ -20,6 +20,8 @@ SAMPLING_M = 1.0
 NODE_STRIDE = 2
 LANE_CHANGE_LENGTH_M = 10
 LANE_CHANGE_COST_M = 15.0
+LATE_CHANGE_COST = 0.02
+"""Added for each metre of lane driven before the change: of two equal routes the one that changes early."""
 _MIN_CHANGE_LENGTH_M = 3
 _CACHED_MAPS = 4
 _SEED_SPACING_M = 50.0
@@ -146,11 +148,11 @@ class LaneGraph:
         abreast = self.locate(neighbour)
         if abreast is None:
             return
-        _, last = self.lane_span(abreast)
+        first, last = self.lane_span(abreast)
         if last - abreast < _MIN_CHANGE_LENGTH_M:
             return
         target = self.node_at_or_after(min(abreast + LANE_CHANGE_LENGTH_M, last))
-        cost = self.distance_m(node, target) + LANE_CHANGE_COST_M
+        cost = self.distance_m(node, target) + LANE_CHANGE_COST_M + LATE_CHANGE_COST * (abreast - first)
         self.graph.add_edge(node, target, length=cost, change=side, abreast=abreast)
 
 

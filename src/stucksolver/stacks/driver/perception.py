@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import carla
 import numpy as np
 
 from stucksolver.stacks.driver.path import Array
@@ -99,7 +100,8 @@ class Perception:
 
 def body_of(actor: Any) -> Body | None:
     """The box of a `carla.Actor`; None for one that is too flat to matter."""
-    box = actor.bounding_box
+    # Old clients know the boxes of vehicles and walkers only.
+    box = getattr(actor, "bounding_box", None) or carla.BoundingBox()
     size = [float(box.extent.x), float(box.extent.y), float(box.extent.z)]
     # Some props of CARLA report no or infinite size: then it is unknown, which must not mean harmless.
     if not all(map(math.isfinite, size)) or max(size[0], size[1]) <= 0.0:

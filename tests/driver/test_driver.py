@@ -1,0 +1,127 @@
+"""The whole driver in a world without a server: a bicycle, boxes and a straight road."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import carla
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from driver.fakes import TICK_S, FakeWorld, box
+from driver.roads import LANE_Y, straight_road
+from stucksolver.stacks.driver import BehaviorDriver, DrivePoint, DriverOptions
+
+HOME = LANE_Y[-1]
+
+
+def scene(behavior="normal", speed=0.0, x=10.0, y=HOME, to=(250.0, HOME)):
+    world = FakeWorld(straight_road())
+    ego = world.add_ego(x, y, 0.0, speed)
+    driver = BehaviorDriver(ego, behavior, DriverOptions(ignore_traffic_lights=True))
+    driver.set_destination(carla.Location(*to, 0.0))
+    return world, ego, driver
+
+
+def drive(world, ego, driver, seconds):
+    speeds = []
+    for _ in range(round(seconds / TICK_S)):
+        ego.apply_control(driver.run_step())
+        world.tick()
+        speeds.append(ego.speed)
+    return np.array(speeds)
+
+
+@pytest.mark.parametrize(("behavior", "kmh"), [("cautious", 40.0), ("normal", 47.0), ("aggressive", 49.0)])
+def test_each_profile_reaches_its_speed_and_stops_at_the_end(behavior, kmh):
+    world, ego, driver = scene(behavior)
+    speeds = drive(world, ego, driver, 40.0)
+    assert speeds.max() * 3.6 == pytest.approx(kmh, abs=1.0)
+    assert driver.done() and speeds[-1] < 0.1
+    assert abs(ego.x - 250.0) < 2.0
+
+
+@pytest.mark.parametrize(("behavior", "gap"), [("cautious", 6.0), ("normal", 5.0), ("aggressive", 4.0)])
+def test_each_profile_keeps_its_published_braking_distance(behavior, gap):
+    world, ego, driver = scene(behavior)
+    world.add("vehicle.a", 100.0, HOME)
+    drive(world, ego, driver, 30.0)
+    assert driver.hazard.gap == pytest.approx(gap, abs=0.4)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(3.0, 13.0), st.floats(0.0, 8.0), st.floats(1.0, 3.0))
+def test_it_never_runs_into_something_it_could_stop_for(speed, lead_speed, reserve):
+    world, ego, driver = scene(speed=speed)
+    free = reserve + max(speed**2 - lead_speed**2, 0.0) / (2.0 * 6.5) + 0.15 * speed
+    world.add("vehicle.a", 10.0 + 4.7 + free, HOME, speed=lead_speed)
+    for _ in range(200):
+        drive(world, ego, driver, TICK_S)
+        assert driver.hazard is None or driver.hazard.gap > 0.2
+
+
+def test_a_leader_that_brakes_hard_is_not_hit():
+    world, ego, driver = scene(speed=13.0)
+    leader = world.add("vehicle.a", 30.0, HOME, speed=12.0)
+    drive(world, ego, driver, 4.0)
+    while leader.speed > 0.0:
+        leader.speed = max(leader.speed - 8.0 * TICK_S, 0.0)
+        drive(world, ego, driver, TICK_S)
+    drive(world, ego, driver, 8.0)
+    assert ego.speed < 0.1
+    assert driver.hazard.gap > 1.5
+
+
+def test_a_lane_change_of_the_route_is_driven():
+    world, ego, driver = scene(to=(250.0, LANE_Y[-2]))
+    drive(world, ego, driver, 40.0)
+    assert driver.done()
+    assert ego.y == pytest.approx(LANE_Y[-2], abs=0.1)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(-3.5, 3.5), st.floats(0.0, 8.0))
+def test_release_returns_from_beside_the_lane_and_counts_what_was_passed(beside, speed):
+    world, ego, driver = scene()
+    ego.x, ego.y, ego.speed = 80.0, HOME + beside, speed
+    driver.follow([DrivePoint(80.0 + k, HOME + beside, 8.0) for k in range(30)])
+    drive(world, ego, driver, 2.0)
+    before = driver.path_left_m
+    driver.release()
+    assert driver.path_left_m == pytest.approx(250.0 - ego.x, abs=2.0) != before
+    drive(world, ego, driver, 5.0)
+    assert ego.y == pytest.approx(HOME, abs=0.35 + abs(beside) * 0.1)
+    assert abs(ego.yaw) < 0.25
+
+
+def test_an_ego_put_somewhere_else_goes_on_from_there():
+    world, ego, driver = scene()
+    drive(world, ego, driver, 2.0)
+    ego.x = 200.0
+    drive(world, ego, driver, 25.0)
+    assert driver.done()
+
+
+def test_without_a_route_it_brakes():
+    world = FakeWorld(straight_road())
+    ego = world.add_ego(10.0, HOME, 0.0, 5.0)
+    assert drive(world, ego, BehaviorDriver(ego), 4.0)[-1] < 0.1
+
+
+def test_a_tick_with_thirty_bodies_around_takes_under_two_milliseconds():
+    world, ego, driver = scene(speed=12.0)
+    for k in range(15):
+        world.add("vehicle.a", 20.0 + 5.0 * k, HOME + 3.2)
+        world.add("static.prop.trafficcone01", 20.0 + 5.0 * k, HOME - 1.8, bounding_box=box(0.2, 0.2, 0.4))
+    times = []
+    for _ in range(60):
+        began = time.perf_counter()
+        control = driver.run_step()
+        times.append(time.perf_counter() - began)
+        ego.apply_control(control)
+        world.tick()
+    assert np.median(times) < 2e-3
+    assert math.isfinite(ego.x)
