@@ -88,9 +88,7 @@ def test_short_sites_come_last():
 
 def test_a_seed_gives_one_order_and_seeds_differ():
     def order(seed):
-        return [
-            (s.start.road_id, s.start.lane_id, s.start.s) for s in find_sites(load("demo_town"), "any", seed)
-        ]
+        return [(s.start.road_id, s.start.lane_id, s.start.s) for s in find_sites(load("demo_town"), "any", seed)]
 
     assert order(5) == order(5)
     assert any(order(5) != order(seed) for seed in range(6, 10))

@@ -40,9 +40,7 @@ def test_check_mode_names_a_difference(tmp_path, monkeypatch, capsys):
 
 
 def test_the_map_is_found_without_the_generator_installed():
-    code = (
-        "import sys; sys.modules['scenariogeneration'] = None; from carlette.maps import DEMO_TOWN as town; "
-    )
+    code = "import sys; sys.modules['scenariogeneration'] = None; from carlette.maps import DEMO_TOWN as town; "
     code += "assert town.exists()"
     subprocess.run([sys.executable, "-c", code], check=True)
 

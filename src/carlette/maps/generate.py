@@ -1,5 +1,7 @@
 """Generates the demo town.
 
+Needs the extra `maps`.
+
     python -m carlette.maps.generate           writes demo_town.xodr
     python -m carlette.maps.generate --check   fails when the committed file differs from that
 

@@ -37,11 +37,7 @@ def map_view(carla_map: carla.Map, points: Sequence[tuple[float, float]], margin
     line = shapely.LineString(points) if len(points) > 1 else shapely.Point(points[0])
     region = line.buffer(margin_m)
     shapely.prepare(region)
-    pieces = [
-        piece
-        for span in lane_spans(carla_map, region)
-        for piece in _pieces(_sampled(carla_map, span), region)
-    ]
+    pieces = [piece for span in lane_spans(carla_map, region) for piece in _pieces(_sampled(carla_map, span), region)]
     for tolerance_m in _TOLERANCES_M:
         view = _view(carla_map.name, pieces, tolerance_m)
         if len(view.model_dump_json()) < _MAX_BYTES:

@@ -116,9 +116,7 @@ def _candidates(carla_map: carla.Map, road: str, length_m: int, obstacle_m: int)
     return found
 
 
-def _windows(
-    chain: list[carla.Waypoint], stretch: Stretch, length_m: int, obstacle_m: int
-) -> Iterator[_Candidate]:
+def _windows(chain: list[carla.Waypoint], stretch: Stretch, length_m: int, obstacle_m: int) -> Iterator[_Candidate]:
     """Places for the obstacle in one stretch, with as much of the lane around each as can be had."""
     for place in range(stretch.first + CLEAR_BEFORE_M, stretch.last - CLEAR_PAST_M + 1, _STEP_M):
         start = max(0, place - obstacle_m)

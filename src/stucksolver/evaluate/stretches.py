@@ -36,9 +36,7 @@ def lane_runs(carla_map: carla.Map) -> list[list[carla.Waypoint]]:
     entries = {_key(start): start for start, _ in carla_map.get_topology() if not start.is_junction}
     ordered = sorted(entries, key=lambda key: (not _follows_junction(entries[key]), key))
     visited: set[_LaneKey] = set()
-    return [
-        _chain(entries[key], visited) for key in ordered if key not in visited and _drivable(entries[key])
-    ]
+    return [_chain(entries[key], visited) for key in ordered if key not in visited and _drivable(entries[key])]
 
 
 def stretches(chain: Sequence[carla.Waypoint]) -> Iterator[Stretch]:

@@ -1,8 +1,11 @@
-// From metres on the map to pixels. The map is turned so that the route runs along the wide side.
+// From metres on the map to pixels. The map is turned so that the route runs along the wide side: all of it in
+// the whole view, the part around the ego while following.
 
 const FOLLOW_WIDTH_M = 62;
+const FOLLOW_HEIGHT_M = 28;
 const MARGIN_M = 14;
 const AHEAD_M = 8;
+const AROUND_M = 20;
 
 function extent(line, angle) {
   let [u0, u1, v0, v1] = [Infinity, -Infinity, Infinity, -Infinity];
@@ -28,10 +31,23 @@ function flattest(line) {
   return along < 0 ? best.angle + Math.PI : best.angle;
 }
 
+// The route's direction around a point, smoothed so that the view turns calmly.
+function directionAround(line, x, y, otherwise) {
+  const away = (i, px, py) => Math.hypot(line.x[i] - px, line.y[i] - py);
+  let nearest = 0;
+  for (let i = 1; i < line.count; i += 1) if (away(i, x, y) < away(nearest, x, y)) nearest = i;
+  let [back, ahead] = [nearest, nearest];
+  while (back > 0 && away(back, line.x[nearest], line.y[nearest]) < AROUND_M) back -= 1;
+  while (ahead < line.count - 1 && away(ahead, line.x[nearest], line.y[nearest]) < AROUND_M) ahead += 1;
+  const [dx, dy] = [line.x[ahead] - line.x[back], line.y[ahead] - line.y[back]];
+  return dx || dy ? Math.atan2(dy, dx) : otherwise;
+}
+
 class Camera {
   constructor(route) {
-    this.angle = route.count ? flattest(route) : 0;
-    this.route = route.count ? extent(route, this.angle) : { u: 0, v: 0, width: 100, height: 40 };
+    this.line = route;
+    this.wholeAngle = route.count ? flattest(route) : 0;
+    this.route = route.count ? extent(route, this.wholeAngle) : { u: 0, v: 0, width: 100, height: 40 };
     this.follow = true;
   }
 
@@ -39,13 +55,15 @@ class Camera {
   aim(pose, width, height) {
     this.width = width;
     this.height = height;
-    const [cos, sin] = [Math.cos(this.angle), Math.sin(this.angle)];
     if (this.follow && pose) {
-      this.scale = width / FOLLOW_WIDTH_M;
+      this.angle = directionAround(this.line, pose.x, pose.y, pose.yaw);
+      this.scale = Math.min(width / FOLLOW_WIDTH_M, height / FOLLOW_HEIGHT_M);
       this.x = pose.x + AHEAD_M * Math.cos(pose.yaw);
       this.y = pose.y + AHEAD_M * Math.sin(pose.yaw);
       return;
     }
+    this.angle = this.wholeAngle;
+    const [cos, sin] = [Math.cos(this.angle), Math.sin(this.angle)];
     this.scale = Math.min(width / (this.route.width + 2 * MARGIN_M), height / (this.route.height + 2 * MARGIN_M));
     this.x = this.route.u * cos - this.route.v * sin;
     this.y = this.route.u * sin + this.route.v * cos;

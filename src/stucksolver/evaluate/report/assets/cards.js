@@ -2,11 +2,11 @@
 
 function decisionCard(moment, seek) {
   const { decision } = moment;
-  const analysis = decision.analysis || {};
+  const analysis = recordOf(decision.analysis);
   const tone = verdictTone(moment.verdict);
   const body = h("details", { open: tone === "good" },
     h("summary", null, "Observation, analysis, decision"),
-    step("1", "Observation", observation(decision.observation || {})),
+    step("1", "Observation", observation(recordOf(decision.observation))),
     step("2", "Analysis", analysed(analysis)),
     step("3", "Decision", planned(decision)),
     otherFacts(decision, ["version", "observation", "analysis", "plan", "rationale"]));
@@ -26,8 +26,8 @@ function step(number, name, content) {
 
 // What was decided, in a line.
 function headline(decision) {
-  if (decision.plan) return decision.plan.behaviors.map((one) => capital(words(one.name))).join(", then ");
-  return capital(ground(decision.analysis || {}));
+  const names = listOf(recordOf(decision.plan).behaviors).map((one) => capital(words(one.name)));
+  return names.join(", then ") || capital(ground(recordOf(decision.analysis)));
 }
 
 function ground(analysis) {
@@ -37,17 +37,17 @@ function ground(analysis) {
 }
 
 function observation(seen) {
-  const controls = (seen.controls || []).map((control) => h("li", null,
+  const controls = listOf(seen.controls).map((control) => h("li", null,
     h("b", null, words(control.kind)), control.state ? ` ${words(control.state)}` : "",
     control.applies === false ? ", for others" : control.applies === null ? ", for us?" : "",
     control.distance_m === null || control.distance_m === undefined ? "" : `, ${figure(control.distance_m)} m`,
     otherFacts(control, ["kind", "state", "applies", "distance_m"])));
   const known = ["object_id", "kind", "lane", "distance_m", "intent"];
-  const participants = (seen.participants || []).map((one) => h("tr", null,
-    h("td", null, h("b", null, words(one.kind)), ` #${one.object_id}`, otherFacts(one, known)),
-    h("td", null, words(one.lane)),
+  const participants = listOf(seen.participants).map((one) => h("tr", null,
+    h("td", null, h("b", null, words(plain(one.kind))), ` #${plain(one.object_id)}`, otherFacts(one, known)),
+    h("td", null, words(plain(one.lane))),
     h("td", { class: "num" }, `${figure(one.distance_m)} m`),
-    h("td", null, words(one.intent))));
+    h("td", null, words(plain(one.intent)))));
   return [
     seen.summary && h("p", null, seen.summary),
     h("p", { class: "key" }, "Traffic controls: ", controls.length ? "" : "none"),
@@ -69,7 +69,7 @@ function answered(answer) {
 function analysed(analysis) {
   const known = ["steps", "immobilized", "cause", "wait", "guidance_intent", "reason"];
   return [
-    h("ol", { class: "chain" }, (analysis.steps || []).map((one) => h("li", null,
+    h("ol", { class: "chain" }, listOf(analysis.steps).map((one) => h("li", null,
       h("span", { class: "id" }, one.id),
       h("span", { class: "question" }, one.question),
       answered(one.answer),
@@ -85,7 +85,7 @@ function analysed(analysis) {
 function planned({ plan }) {
   if (!plan) return h("p", null, "No plan: the vehicle's own stack goes on.");
   return [
-    h("ol", { class: "behaviors" }, plan.behaviors.map((one) => h("li", null,
+    h("ol", { class: "behaviors" }, listOf(plan.behaviors).map((one) => h("li", null,
       h("b", null, words(one.name)), otherFacts(one, ["name"])))),
     h("p", null, plan.replan_route
       ? `Plan the route anew${plan.route_start ? ` from ${plan.route_start}` : ""}.`

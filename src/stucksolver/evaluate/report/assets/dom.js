@@ -52,9 +52,13 @@ function plain(value) {
   return String(value);
 }
 
+// What a decision of another version may lack or shape otherwise, as an empty list or record.
+const listOf = (value) => (Array.isArray(value) ? value : []);
+const recordOf = (value) => (value && typeof value === "object" && !Array.isArray(value) ? value : {});
+
 // All fields that `known` does not name, as "key: value", so that a newer decision still shows whole.
 function otherFacts(record, known) {
-  const rest = Object.entries(record || {}).filter(([key, value]) => !known.includes(key) && value !== null);
+  const rest = Object.entries(recordOf(record)).filter(([key, value]) => !known.includes(key) && value !== null);
   if (!rest.length) return null;
   return h("p", { class: "facts" }, rest.map(([key, value], index) => {
     const [name, text] = labelled(key, value);

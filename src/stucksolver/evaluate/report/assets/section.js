@@ -28,7 +28,6 @@ class Section {
       this.visible = entry.isIntersecting;
       this.refresh();
     }, { rootMargin: "200px" }).observe(this.element);
-    this.element.addEventListener("keydown", (event) => this.onKey(event));
   }
 
   header() {
@@ -90,14 +89,6 @@ class Section {
     this.scroll = scroll;
     this.time = Math.min(this.range.end, Math.max(this.range.start, time));
     this.refresh();
-  }
-
-  onKey(event) {
-    if (event.target.closest("input, select, summary, button") && event.key !== " ") return;
-    const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-    if (!step) return;
-    event.preventDefault();
-    this.seek(this.time + step);
   }
 
   // Draws once before the next screen refresh, however often it is asked for.

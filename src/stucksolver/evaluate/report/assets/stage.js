@@ -15,16 +15,22 @@ class Stage {
     this.ended = h("span", { class: "chip" });
     this.caption = h("div", { class: "caption" }, h("span"));
     this.bubble = h("div", { class: "bubble" }, h("p"));
-    this.element = h("div", { class: "stage" }, this.canvas,
-      h("div", { class: "chips" }, this.speed, this.stuck, this.recovering, this.ended, this.caption), this.bubble);
+    this.name = h("div", { class: "name", hidden: true });
+    this.stage = h("div", { class: "stage" }, this.canvas,
+      h("div", { class: "chips" }, this.speed, this.stuck, this.recovering, this.ended, this.caption),
+      this.bubble, this.name);
+    this.element = h("div", { class: "stage-box" }, this.stage);
+    this.stage.addEventListener("pointermove", (event) => this.nameAt(event.offsetX, event.offsetY));
+    this.stage.addEventListener("pointerleave", () => { this.name.hidden = true; });
   }
 
   draw(time) {
+    this.time = time;
     this.scene = this.scene || new Scene(this.run);
     const frame = frameAt(this.run, time);
     const pose = poseAt(this.run.tracks[0] || [], frame);
     const ratio = Math.min(devicePixelRatio || 1, 2);
-    const { clientWidth: width, clientHeight: height } = this.element;
+    const { clientWidth: width, clientHeight: height } = this.stage;
     const [w, hgt] = [Math.round(width * ratio), Math.round(height * ratio)];
     if (this.canvas.width !== w) this.canvas.width = w;
     if (this.canvas.height !== hgt) this.canvas.height = hgt;
@@ -67,12 +73,30 @@ class Stage {
     this.say(this.caption, latest(run.events, time, CAPTION_S, (event) => event.kind !== "guidance"));
     this.say(this.bubble, latest(run.events, time, BUBBLE_S, (event) => event.kind === "guidance"));
     if (pose && !this.bubble.hidden) {
-      const [x] = this.camera.project(pose.x, pose.y);
+      const [x, y] = this.camera.project(pose.x, pose.y);
+      this.bubble.classList.toggle("above", y + 14 > this.camera.height - this.bubble.offsetHeight);
       const half = this.bubble.offsetWidth / 2;
       const left = Math.min(Math.max(x - half, 8), this.camera.width - 2 * half - 8);
       this.bubble.style.left = `${left}px`;
       this.bubble.style.setProperty("--tail", `${Math.min(Math.max(x - left, 14), 2 * half - 14)}px`);
     }
+  }
+
+  // Names the actor under the pointer.
+  nameAt(x, y) {
+    const frame = frameAt(this.run, this.time);
+    const found = this.run.actors.findIndex((actor, index) => {
+      const pose = poseAt(this.run.tracks[index], frame);
+      if (!pose) return false;
+      const [px, py] = this.camera.project(pose.x, pose.y);
+      return Math.hypot(px - x, py - y) < Math.max(9, (actor.length_m / 2) * this.camera.scale);
+    });
+    this.name.hidden = found < 0;
+    if (found < 0) return;
+    const { label, kind } = this.run.actors[found];
+    this.name.textContent = label === kind ? label : `${label} (${words(kind)})`;
+    this.name.style.left = `${x}px`;
+    this.name.style.top = `${y - 10}px`;
   }
 
   say(element, event) {
