@@ -14,7 +14,7 @@ from carlette.errors import UsageError
 from carlette.versions import DEFAULT_VERSION, VERSIONS
 
 DEFAULT_PORT = 2000
-DEFAULT_MAP = "Town01"
+DEFAULT_MAP = "demo_town"
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 EXIT_USAGE = 2
 LAST_PORT = 65534
@@ -40,7 +40,7 @@ def _parser() -> argparse.ArgumentParser:
         "--port", type=_port, default=DEFAULT_PORT, help="request port; the next one streams; 0 = any (default: 2000)"
     )
     parser.add_argument(
-        "--map", default=DEFAULT_MAP, metavar="TOWN_OR_FILE", help="town's name or .xodr file (default: Town01)"
+        "--map", default=DEFAULT_MAP, metavar="TOWN_OR_FILE", help="town's name or .xodr file (default: demo_town)"
     )
     parser.add_argument(
         "--maps", action="append", default=[], metavar="DIRS", help=f"folders with towns, separated by '{os.pathsep}'"

@@ -14,6 +14,7 @@ from carlette.physics.overlap import Boxes, Indices, boxes_of, near_pairs, overl
 BOUNCE = 0.1
 FRICTION = 0.4
 SLOP_M = 0.005
+TOUCH_M = 0.001
 STILL_MPS = 0.01
 RESTING_MPS = 1e-3
 ROUNDS = 2
@@ -138,7 +139,7 @@ def _corners(boxes: Boxes, one: int) -> list[Planar]:
 def _within(boxes: Boxes, one: int, point: Planar) -> bool:
     (x, y), ahead, (half_x, half_y) = _shape(boxes, one)
     gap = (point[0] - x, point[1] - y)
-    return abs(_dot(gap, ahead)) <= half_x and abs(_cross(ahead, gap)) <= half_y
+    return abs(_dot(gap, ahead)) <= half_x + TOUCH_M and abs(_cross(ahead, gap)) <= half_y + TOUCH_M
 
 
 def _shape(boxes: Boxes, one: int) -> tuple[list[float], Planar, list[float]]:

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from carlette.geometry import Floats
 from carlette.physics.bodies import Bodies
 
+RESTING_MPS = 0.1
+"""Slower approaches count little against the depth when the direction of a contact is chosen."""
+
 Indices = NDArray[np.int64]
 
 
@@ -22,6 +25,7 @@ class Boxes(NamedTuple):
     half: Floats
     bottom: Floats
     top: Floats
+    velocity: Floats
 
 
 class Overlap(NamedTuple):
@@ -42,7 +46,8 @@ def boxes_of(bodies: Bodies, rows: Indices) -> Boxes:
     center = position[:, :2] + offset[:, :1] * ahead + offset[:, 1:2] * _left(ahead)
     middle = position[:, 2] + offset[:, 2]
     extent = bodies.extent[rows]
-    return Boxes(center, ahead, extent[:, :2], middle - extent[:, 2] + bodies.clearance[rows], middle + extent[:, 2])
+    bottom = middle - extent[:, 2] + bodies.clearance[rows]
+    return Boxes(center, ahead, extent[:, :2], bottom, middle + extent[:, 2], bodies.velocity[rows, :2])
 
 
 def near_pairs(boxes: Boxes, moving: NDArray[np.bool_]) -> tuple[Indices, Indices]:
@@ -62,15 +67,22 @@ def near_pairs(boxes: Boxes, moving: NDArray[np.bool_]) -> tuple[Indices, Indice
 
 
 def overlaps(boxes: Boxes, first: Indices, second: Indices) -> Overlap:
-    """The pairs that truly overlap, with the direction and depth of least penetration."""
+    """The pairs that truly overlap, with the direction in which they met and how deep they are in it.
+
+    That is the direction whose overlap began last, given the speed of approach; at rest, the least deep one.
+    """
     a, b = boxes.ahead[first], boxes.ahead[second]
     axes = np.stack([a, _left(a), b, _left(b)], axis=1)
     gap = boxes.center[second] - boxes.center[first]
     along = (axes * gap[:, None, :]).sum(axis=2)
     depth = _reach(axes, a, boxes.half[first]) + _reach(axes, b, boxes.half[second]) - np.abs(along)
     hit = np.flatnonzero((depth > 0.0).all(axis=1))
-    best = depth[hit].argmin(axis=1)
-    normal = axes[hit, best] * np.where(along[hit, best] < 0.0, -1.0, 1.0)[:, None]
+    sign = np.where(along < 0.0, -1.0, 1.0)
+    approach = boxes.velocity[first] - boxes.velocity[second]
+    closing = (axes * approach[:, None, :]).sum(axis=2) * sign
+    since = depth / (np.maximum(closing, 0.0) + RESTING_MPS)
+    best = since[hit].argmin(axis=1)
+    normal = axes[hit, best] * sign[hit, best][:, None]
     return Overlap(first[hit], second[hit], normal, depth[hit, best])
 
 

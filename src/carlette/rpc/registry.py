@@ -16,7 +16,7 @@ Call = Callable[..., Any]
 
 log = logging.getLogger(__name__)
 
-_BAD_ARGUMENTS = (TypeError, ValueError, IndexError, OverflowError, AttributeError, KeyError)
+BAD_ARGUMENTS = (TypeError, ValueError, IndexError, OverflowError, AttributeError, KeyError)
 """What reading arguments of the wrong shape raises."""
 
 
@@ -67,7 +67,7 @@ def _guarded(name: str, handler: Handler, success: Callable[[Any], Any], failure
             return success(handler(*arguments))
         except RequestError as error:
             return failure(str(error))
-        except _BAD_ARGUMENTS as error:
+        except BAD_ARGUMENTS as error:
             log.warning("bad arguments of %s: %s: %s", name, type(error).__name__, error)
             return failure(f"{name}: the arguments cannot be read ({type(error).__name__}: {error})")
 

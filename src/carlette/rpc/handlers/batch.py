@@ -7,7 +7,7 @@ from typing import Any
 
 from carlette.errors import RequestError
 from carlette.rpc.handlers import actors, lights, motion, vehicles, walkers
-from carlette.rpc.registry import Methods
+from carlette.rpc.registry import BAD_ARGUMENTS, Methods
 from carlette.rpc.session import Session
 from carlette.wire import encode
 
@@ -72,7 +72,7 @@ def _run(session: Session, index: int, payload: Payload) -> Any:
         return encode.value(payload[0])
     except RequestError as error:
         return encode.failure(str(error))
-    except (TypeError, ValueError, IndexError, OverflowError) as error:
+    except BAD_ARGUMENTS as error:
         return encode.failure(f"command {index}: the arguments cannot be read ({error})")
 
 

@@ -1,0 +1,26 @@
+"""Servers as subprocesses, for the real client to connect to."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+READY = re.compile(r"carlette: listening on (\S+):(\d+) map=(\S+)")
+
+
+@contextmanager
+def running_server(*arguments: str) -> Iterator[int]:
+    """A server on a free port, which it yields; ends with the block, and with this process."""
+    command = [sys.executable, "-m", "carlette", "--port", "0", "--exit-on-stdin-eof", *arguments]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            ready = READY.fullmatch(process.stdout.readline().strip())
+            assert ready, "the server did not come up"
+            yield int(ready[2])
+        finally:
+            process.terminate()
+            assert process.wait(10) == 0

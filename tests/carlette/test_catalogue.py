@@ -1,0 +1,74 @@
+"""The blueprint library holds what scenarios ask for, with CARLA's ids, types and sizes."""
+
+from __future__ import annotations
+
+import pytest
+
+from carlette.blueprints import AttributeType, load_catalogue
+
+ASKED_FOR = [
+    "vehicle.lincoln.mkz_2020",
+    "vehicle.dodge.charger_police_2020",
+    "vehicle.bh.crossbike",
+    "vehicle.diamondback.century",
+    "vehicle.gazelle.omafiets",
+    "vehicle.tesla.model3",
+    "walker.pedestrian.0001",
+    "walker.pedestrian.0049",
+    "static.prop.warningaccident",
+    "static.prop.warningconstruction",
+    "static.prop.trafficwarning",
+    "static.prop.dirtdebris01",
+    "static.prop.dirtdebris02",
+    "static.prop.constructioncone",
+    "static.prop.container",
+    "static.prop.advertisement",
+    "static.prop.busstoplb",
+    "static.prop.foodcart",
+    "static.prop.vendingmachine",
+    "static.prop.streetbarrier",
+    "static.prop.mesh",
+    "sensor.other.collision",
+    "sensor.other.lane_invasion",
+]
+
+
+def attributes(type_id: str) -> dict[str, str]:
+    return {one.id: one.value for one in load_catalogue().definitions[type_id].attributes}
+
+
+@pytest.mark.parametrize("type_id", ASKED_FOR)
+def test_scenarios_find_their_blueprint(type_id: str) -> None:
+    assert type_id in load_catalogue().definitions
+
+
+@pytest.mark.parametrize(
+    "wanted",
+    [
+        {"base_type": "car", "special_type": "", "has_lights": "true"},
+        {"base_type": "car", "generation": "2", "special_type": ""},
+        {"special_type": "emergency"},
+        {"has_dynamic_doors": "true", "base_type": "car"},
+        {"base_type": "bicycle"},
+        {"base_type": "motorcycle"},
+        {"base_type": "truck"},
+    ],
+)
+def test_every_filter_of_the_scenarios_finds_a_vehicle(wanted: dict[str, str]) -> None:
+    vehicles = load_catalogue().vehicles
+    assert any(wanted.items() <= attributes(one).items() for one in vehicles)
+
+
+def test_every_vehicle_offers_colours_and_typed_attributes() -> None:
+    for type_id in load_catalogue().vehicles:
+        by_id = {one.id: one for one in load_catalogue().definitions[type_id].attributes}
+        assert by_id["color"].recommended
+        assert by_id["generation"].type is AttributeType.INT
+        assert by_id["has_lights"].type is AttributeType.BOOL
+
+
+def test_sizes_are_those_of_the_real_simulator() -> None:
+    box = load_catalogue().vehicles["vehicle.lincoln.mkz_2020"].box
+    assert box.extent.x == pytest.approx(2.446, abs=0.01)
+    assert box.extent.y == pytest.approx(0.918, abs=0.01)
+    assert len(load_catalogue().vehicles) == 41

@@ -1,0 +1,43 @@
+"""A snapshot waits for the readers that are not ready, and for no longer than that."""
+
+from __future__ import annotations
+
+import pytest
+
+from carlette.pacing import HANDSHAKE_LIMIT_S, SETTLE_S, STEP_LIMIT_S, Pacing
+
+
+def test_without_traffic_manager_and_new_streams_nothing_waits() -> None:
+    pacing = Pacing()
+    pacing.cue(5.0)
+    assert pacing.hold_s(5.0, managers=0, awaited_streams=0) == 0.0
+
+
+def test_a_new_stream_is_waited_for_but_not_for_ever() -> None:
+    pacing = Pacing()
+    pacing.cue(5.0)
+    assert pacing.hold_s(5.0, 0, 1) == pytest.approx(HANDSHAKE_LIMIT_S)
+    assert pacing.hold_s(5.0 + HANDSHAKE_LIMIT_S, 0, 1) == 0.0
+
+
+def test_a_traffic_manager_gets_time_after_it_asked_for_the_settings() -> None:
+    pacing = Pacing()
+    pacing.cue(5.0)
+    assert pacing.hold_s(5.0, 1, 0) == pytest.approx(STEP_LIMIT_S)
+    pacing.settings_asked(5.001)
+    assert pacing.is_settling(1, 0)
+    assert pacing.hold_s(5.001, 1, 0) == pytest.approx(SETTLE_S)
+    assert pacing.hold_s(5.002, 1, 0) == 0.0
+
+
+def test_a_worker_that_asked_before_the_tick_still_gets_its_rest() -> None:
+    pacing = Pacing()
+    pacing.settings_asked(4.9)
+    pacing.cue(5.0)
+    assert pacing.hold_s(5.0, 1, 0) == pytest.approx(SETTLE_S)
+
+
+def test_a_silent_traffic_manager_does_not_stop_the_world() -> None:
+    pacing = Pacing()
+    pacing.cue(5.0)
+    assert pacing.hold_s(5.0 + STEP_LIMIT_S, 1, 0) == 0.0

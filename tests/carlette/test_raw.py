@@ -1,0 +1,87 @@
+"""Requests that no well-behaved client sends get an answer, never a hang."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator
+from typing import Any
+
+import msgpack
+import pytest
+from serving import running_server
+
+
+class Raw:
+    """A client of its own making."""
+
+    def __init__(self, port: int) -> None:
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=5)
+        self.unpacker = msgpack.Unpacker()
+        self.number = 0
+
+    def call(self, method: str, *arguments: Any) -> tuple[Any, Any]:
+        """The error and the result of a call."""
+        self.number += 1
+        self.socket.sendall(msgpack.packb([0, self.number, method, [[False], *arguments]]))
+        while True:
+            for message in self.unpacker:
+                kind, number, error, result = message
+                assert (kind, number) == (1, self.number)
+                return error, result
+            data = self.socket.recv(65536)
+            assert data, "the server closed the connection"
+            self.unpacker.feed(data)
+
+
+@pytest.fixture(scope="module")
+def port() -> Iterator[int]:
+    with running_server() as port:
+        yield port
+
+
+@pytest.fixture
+def raw(port: int) -> Iterator[Raw]:
+    client = Raw(port)
+    yield client
+    client.socket.close()
+
+
+def test_an_unknown_method_is_named_in_the_error(raw: Raw) -> None:
+    error, _ = raw.call("make_coffee")
+    assert "make_coffee" in error
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        ("destroy_actor",),
+        ("destroy_actor", "seven"),
+        ("spawn_actor", [], []),
+        ("spawn_actor", [1, "vehicle.tesla.model3", []], [[0, 0], [0]]),
+        ("spawn_actor", [1, "vehicle.tesla.model3", 5], [[0, 0, 0], [0, 0, 0]]),
+        ("get_actors_by_id", 5),
+        ("set_episode_settings", []),
+        ("set_episode_settings", [True, False, [True, -1.0], True, 0.1, 1, 0, True, 1, 1, True]),
+        ("apply_batch", 5),
+        ("project_point", [0, 0, 0], [0, 0, 0], 5.0),
+        ("set_traffic_light_state", 1, 99),
+        ("apply_control_to_vehicle", 1, [0]),
+        ("set_weather_parameters", [float("nan")] * 14),
+    ],
+)
+def test_bad_arguments_get_an_error_response(raw: Raw, call: tuple[Any, ...]) -> None:
+    error, result = raw.call(*call)
+    assert error is None
+    assert result[0][0] in (0, True)
+    assert raw.call("version") == (None, [[1, "0.9.16"]])
+
+
+def test_a_bad_command_does_not_spoil_its_batch(raw: Raw) -> None:
+    _, results = raw.call("apply_batch", [[[99, [1]]], [[1, ["x"]]], [[20, ["stat fps"]]]], False)
+    assert [one[0][0] for one in results] == [0, 0, 1]
+
+
+def test_big_messages_arrive_whole(raw: Raw) -> None:
+    error, result = raw.call("copy_opendrive_to_file", "<x>" + "y" * 12_000_000, [])
+    assert error is None
+    assert result[0][0] is True
