@@ -1,0 +1,121 @@
+"""Ticks per second of carlette through the real client: alone, and with traffic.
+
+Each figure is also given as a share of the same loop against an empty world without a traffic manager (whose
+presence makes the server pace its snapshots), so that runs on different machines can be compared.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+STEP_S = 0.05
+WARM_UP_TICKS = 40
+MANAGER_PORT = 8765
+LONGEST_RUN_S = 120.0
+FLEETS = (0, 20, 50)
+READY = re.compile(r"listening on \S+:(\d+) map=")
+
+
+def run(smoke: bool) -> dict[str, float]:
+    """The figures: `ticks_per_s_*` with 0, 20 and 50 cars, and `ratio_*` of each to `ticks_per_s_unpaced`."""
+    ticks = 100 if smoke else 2000
+    unpaced = _measure(None, ticks)
+    figures = {"ticks_per_s_unpaced": unpaced}
+    for cars in FLEETS:
+        rate = _measure(cars, ticks)
+        figures[f"ticks_per_s_{cars}_cars"] = rate
+        figures[f"ratio_{cars}_cars"] = rate / unpaced
+    return figures
+
+
+def _measure(cars: int | None, ticks: int) -> float:
+    """Ticks per second; the client runs in a process of its own and is ended where it hangs.
+
+    Raises `RuntimeError` when it brings no figure.
+    """
+    context = multiprocessing.get_context("spawn")
+    with _server() as port:
+        receiver, sender = context.Pipe(duplex=False)
+        client = context.Process(target=_drive, args=(port, cars, ticks, sender), daemon=True)
+        client.start()
+        sender.close()
+        try:
+            if not receiver.poll(LONGEST_RUN_S):
+                raise RuntimeError(f"the client with {cars} cars did not finish within {LONGEST_RUN_S:g} s")
+            return float(receiver.recv())
+        except EOFError:
+            raise RuntimeError(f"the client with {cars} cars ended without a figure; see its messages") from None
+        finally:
+            client.kill()
+            client.join()
+
+
+@contextmanager
+def _server() -> Iterator[int]:
+    """A server on the demo town and a free port."""
+    command = [sys.executable, "-m", "carlette", "--port", "0", "--map", "demo_town", "--exit-on-stdin-eof"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            ready = READY.search(process.stdout.readline() if process.stdout else "")
+            if ready is None:
+                raise RuntimeError("the server did not come up; see its message")
+            yield int(ready[1])
+        finally:
+            process.terminate()
+
+
+def _drive(port: int, cars: int | None, ticks: int, result: Any) -> None:
+    """Connects, spawns `cars` under a traffic manager (None = not even a manager), ticks, sends the rate."""
+    import carla
+
+    client = carla.Client("127.0.0.1", port)
+    client.set_timeout(20.0)
+    world = client.get_world()
+    settings = world.get_settings()
+    settings.synchronous_mode, settings.fixed_delta_seconds = True, STEP_S
+    world.apply_settings(settings)
+    if cars is not None:
+        manager = client.get_trafficmanager(MANAGER_PORT)
+        manager.set_synchronous_mode(True)
+        manager.set_random_device_seed(1)
+        for car in _spawn(world, cars):
+            car.set_autopilot(True, MANAGER_PORT)
+    for _ in range(WARM_UP_TICKS):
+        world.tick()
+    start = time.perf_counter()
+    for _ in range(ticks):
+        world.tick()
+    result.send(ticks / (time.perf_counter() - start))
+
+
+def _spawn(world: Any, count: int) -> list[Any]:
+    blueprint = world.get_blueprint_library().find("vehicle.tesla.model3")
+    cars: list[Any] = []
+    for spot in world.get_map().get_spawn_points():
+        car = world.try_spawn_actor(blueprint, spot) if len(cars) < count else None
+        if car is not None:
+            cars.append(car)
+    if len(cars) < count:
+        raise RuntimeError(f"the town has room for {len(cars)} cars only, not for {count}")
+    world.tick()
+    return cars
+
+
+def main() -> None:
+    """Prints the figures as JSON."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--smoke", action="store_true", help="a short run that only shows that it works")
+    print(json.dumps(run(parser.parse_args().smoke), indent=2))
+
+
+if __name__ == "__main__":
+    main()
