@@ -10,6 +10,8 @@ from stucksolver.scene.frenet import Array, Lane
 from stucksolver.scene.view import View
 
 STEP_M = 0.5
+HAND_BACK_BRAKING_MPS2 = 2.5
+"""No stack begins to brake for the end of a path later than this deceleration would need."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,11 @@ class Manoeuvre:
             self.passes + tuple(p for p in other.passes if p not in self.passes),
             other.returns,
         )
+
+
+def landing_m(speed_mps: float) -> float:
+    """Straight way that ends every path: there the stack takes over again, before it would brake for the end."""
+    return 2.0 + 0.5 * speed_mps + speed_mps**2 / (2 * HAND_BACK_BRAKING_MPS2)
 
 
 def shift(d_from: float, d_to: float, length_m: float) -> Array:

@@ -71,7 +71,7 @@ def drivable_area(case: Case) -> list[Reject]:
     over_left = case.path.d + case.reach - np.interp(s, stations, high)
     over_right = np.interp(s, stations, low) - (case.path.d - case.reach)
     beyond = np.maximum(over_left, over_right)
-    if case.path.end_s > case.view.frame.length_m:
+    if case.path.end_s > case.view.frame.end_m:
         detail = "the path runs beyond the known road"
         return [Reject(code=RejectCode.OFF_ROAD, detail=detail)]
     # Where the ego already stands over an edge, it may leave it, but not go further out.

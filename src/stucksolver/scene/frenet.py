@@ -1,4 +1,4 @@
-"""Road coordinates: arc length `s` along a reference line and lateral offset `d` from it, left positive, in metres."""
+"""Road coordinates: arc length `s` along the route and lateral offset `d` from it, left positive, in metres."""
 
 from __future__ import annotations
 
@@ -61,9 +61,9 @@ class RoadFrame:
         self.points: Array = np.asarray(road.reference, dtype=float)
         steps = np.diff(self.points, axis=0)
         lengths = np.maximum(np.hypot(steps[:, 0], steps[:, 1]), 1e-9)
-        self.s: Array = np.concatenate([[0.0], np.cumsum(lengths)])
+        self.s: Array = road.route_start_m + np.concatenate([[0.0], np.cumsum(lengths)])
         self.directions: Array = steps / lengths[:, None]
-        self.length_m = float(self.s[-1])
+        self.end_m = float(self.s[-1])
         headings = np.unwrap(np.arctan2(self.directions[:, 1], self.directions[:, 0]))
         self.headings: Array = np.concatenate([headings, headings[-1:]])
         self.lanes: tuple[Lane, ...] = tuple(self._lane(strip) for strip in road.lanes)

@@ -65,7 +65,7 @@ class LaneStrip(Model):
 
 
 class Zone(Model):
-    """A stretch of the reference line with rules of its own, as arc lengths along it."""
+    """A stretch of the route with rules of its own, as arc lengths along the route."""
 
     kind: ZoneKind
     start_m: float
@@ -83,6 +83,6 @@ class RoadGeometry(Model):
     lanes: tuple[LaneStrip, ...]
     zones: tuple[Zone, ...] = ()
     route_start_m: float = 0.0
-    """Arc length along the whole route at the first sample."""
+    """Arc length along the whole route at the first sample; all arc lengths are counted along the route."""
     destination_m: float | None = None
-    """Arc length along the reference of the destination, None when it lies beyond."""
+    """Arc length of the destination, None when it lies beyond."""

@@ -8,12 +8,12 @@ import numpy as np
 
 from stucksolver.decision import Execute, PathPoint, RecoveryPlan
 from stucksolver.decision.behaviors import Abort, Behavior, KeepLane, Wait
-from stucksolver.decision.manoeuvre import Manoeuvre
+from stucksolver.decision.manoeuvre import Manoeuvre, landing_m
 from stucksolver.guard import Guard, Proven, Verdict
 from stucksolver.scene.view import View
 
 ARRIVED_M = 1.5
-"""A stretch counts as driven this far before its end, so that the stack never brakes for the end of a path."""
+"""A behaviour counts as driven this far before its end, a whole path as far as `landing_m` says."""
 STOPPED_MPS = 0.15
 BACK_IN_LANE_M = 0.4
 
@@ -79,7 +79,7 @@ class Execution:
             return self._abort(verdict.abort or Abort.STOP, str(verdict), view)
         if now_s > self._until_s and not proven.committed(view.ego_s):
             return self._abort(Abort.STOP, "timeout: it took longer than its time allowance", view)
-        if view.ego_s >= proven.path.end_s - ARRIVED_M:
+        if view.ego_s >= proven.path.end_s - landing_m(view.ego.speed_mps):
             self._proven = None
             return self._next(view, now_s)
         while self._index < len(proven.ends_s) - 1 and view.ego_s >= proven.ends_s[self._index] - ARRIVED_M:
@@ -115,7 +115,7 @@ class Execution:
         if self._way_back is None:
             done = view.ego.speed_mps < STOPPED_MPS
         else:
-            done = abs(view.ego_d) < BACK_IN_LANE_M or view.ego_s >= self._way_back.end_s - ARRIVED_M
+            done = abs(view.ego_d) < BACK_IN_LANE_M or view.ego_s >= self._way_back.end_s - landing_m(view.ego.speed_mps)
         return self._ending if done else self._directive
 
     def _execute(self, behavior: Behavior, view: View) -> Execute:

@@ -117,7 +117,8 @@ class StuckSolver:
     def _ask(self, status: Status, trigger: Trigger | None) -> None:
         now = status.time_s
         if self._guidance is not None and now - self._guidance.time_s > self._settings.guidance_expires_s:
-            self._end_guidance(now, "expired")
+            last = self._attempts[-1].outcome if self._attempts else "no occasion"
+            self._end_guidance(now, f"expired ({last})")
         if now < self._ask_not_before_s or (trigger is None and self._guidance is None):
             return
         self._trigger = Trigger.GUIDANCE if self._guidance is not None else trigger

@@ -5,7 +5,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from stucksolver.decision.behaviors.base import MOVING_CHECKS, Abort, Behavior, CannotPlan, Check, Start
-from stucksolver.decision.manoeuvre import Manoeuvre, along_lane, lateral
+from stucksolver.decision.manoeuvre import Manoeuvre, along_lane, landing_m, lateral
 from stucksolver.decision.passing import Passing, borrowed_lane, find_passing, length_abreast
 from stucksolver.decision.swing import swing_out
 from stucksolver.scene.view import View
@@ -42,5 +42,5 @@ class BorrowOncomingLane(Behavior):
         beside = along_lane(None, out.end_s, out.end_d, abreast, self.speed_mps)
         back_m = max(2.5 * float(beside.speed[-1]), 12.0)
         back = lateral(beside.end_s, beside.end_d, 0.0, back_m, self.speed_mps, view)
-        path = out.then(beside).then(back).then(along_lane(None, back.end_s, 0.0, 5.0, self.speed_mps))
+        path = out.then(beside).then(back).then(along_lane(None, back.end_s, 0.0, landing_m(self.speed_mps) + 2.0, self.speed_mps))
         return Manoeuvre(path.s, path.d, path.speed, (lane,), passing.ids, returns=True)

@@ -5,7 +5,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from stucksolver.decision.behaviors.base import MOVING_CHECKS, Abort, Behavior, CannotPlan, Check, Start
-from stucksolver.decision.manoeuvre import Manoeuvre, along_lane
+from stucksolver.decision.manoeuvre import Manoeuvre, along_lane, landing_m
 from stucksolver.decision.swing import swing_out
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection, LaneKind
@@ -42,6 +42,6 @@ class ChangeLane(Behavior):
     def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
         lane = self.target(view, start)
         swing = swing_out(view, start, lane.at(start.s_m + 15.0)[1], self.speed_mps)
-        rest = max(start.s_m + self.distance_m - swing.end_s, 2.0)
+        rest = max(start.s_m + self.distance_m - swing.end_s, landing_m(self.speed_mps) + 2.0)
         path = swing.then(along_lane(lane, swing.end_s, swing.end_d, rest, self.speed_mps))
         return Manoeuvre(path.s, path.d, path.speed, (lane,), (), returns=abs(path.end_d) < 1.0)

@@ -77,10 +77,10 @@ class RouteRoad:
         part = self.stations[first:last]
         base = float(self.arc[first])
         end = float(self.arc[min(last, len(self.arc)) - 1])
-        destination = self.destination_arc - base if self.destination_arc <= end else None
-        zones = [*_junctions(part, self.arc[first:last] - base)]
+        destination = self.destination_arc if self.destination_arc <= end else None
+        zones = [*_junctions(part, self.arc[first:last])]
         zones += [
-            Zone(kind=ZoneKind.CROSSWALK, start_m=a - base, end_m=b - base)
+            Zone(kind=ZoneKind.CROSSWALK, start_m=a, end_m=b)
             for a, b in self._crosswalks
             if b > base and a < end
         ]

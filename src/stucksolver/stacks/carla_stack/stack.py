@@ -118,7 +118,7 @@ class CarlaStack:
             ego=ego,
             objects=objects,
             controls=self._controls.ahead(front),
-            sight=self._sight(road, ego, objects, now),
+            sight=self._sight(ego, objects, now),
             road=road,
         )
 
@@ -198,10 +198,10 @@ class CarlaStack:
             self._sight_s = -math.inf
         return self._geometry
 
-    def _sight(self, road: RoadGeometry, ego: EgoState, objects: tuple[TrackedObject, ...], now: float) -> Any:
+    def _sight(self, ego: EgoState, objects: tuple[TrackedObject, ...], now: float) -> Any:
         if now - self._sight_s >= SIGHT_EVERY_S:
             self._sight_s = now
-            self._seen = self._lines.of_lanes(ego, self._arc - road.route_start_m, objects)
+            self._seen = self._lines.of_lanes(ego, self._arc, objects)
         return self._seen
 
     def _waypoints(self, view: View) -> tuple[CandidateWaypoint, ...]:

@@ -13,7 +13,7 @@ from stucksolver.scene import ObjectKind, TrackedObject
 from stucksolver.stacks.carla_stack.kinds import attributes_of, kind_of
 from stucksolver.stacks.driver.perception import Perception
 
-RANGE_M = 250.0
+RANGE_M = 300.0
 STANDING_MPS = 0.1
 LIGHTS_EVERY_S = 0.5
 _LEFT_BLINKER, _RIGHT_BLINKER, _BRAKE = 32, 16, 8
