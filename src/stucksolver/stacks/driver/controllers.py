@@ -12,6 +12,7 @@ import math
 from typing import NamedTuple
 
 from stucksolver.stacks.driver.path import Path, Projection
+from stucksolver.stacks.driver.steer_map import SteerMap
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 MAX_THROTTLE = 0.75
@@ -34,34 +35,25 @@ class SteerController:
     REACH_S = 0.5
     """The centre returns to the path over about this much travel: the larger of the two."""
     MAX_APPROACH_RAD = 0.45
-    _LEARNING_RATE = 0.03
-    _LOCK_RANGE = (0.5, 1.8)
+    _STEADY_STEP = 0.02
 
     def __init__(self, model: VehicleModel, steer: float = 0.0) -> None:
         self._model = model
         self._steer = steer
-        self._lock = model.steer_lock
-
-    @property
-    def curvature(self) -> float:
-        """Curvature (1/m) on which the body's centre moves at the present steer input."""
-        return math.sin(self._model.slip(self._steer * self._lock)) / self._model.rear_axle
+        self._last_step = 0.0
+        self._map = SteerMap(model.wheel_lock)
 
     def observe(self, speed: float, yaw_rate: float) -> None:
-        """Learn the steering lock from the speed (m/s) and yaw rate (rad/s) the last input led to."""
-        if speed < 1.5 or abs(self._steer) < 0.08:
-            return
-        lock = math.atan(yaw_rate * self._model.wheelbase / speed) / self._steer
-        low, high = (factor * self._model.steer_lock for factor in self._LOCK_RANGE)
-        if low < lock < high:
-            self._lock += self._LEARNING_RATE * (lock - self._lock)
+        """Learn how far the wheels turn from the speed (m/s) and yaw rate (rad/s) the last input led to."""
+        if abs(self._last_step) < self._STEADY_STEP:
+            self._map.observe(self._steer, speed, yaw_rate, self._model.wheelbase)
 
     def step(self, path: Path, where: Projection, speed: float, limit: float = MAX_STEER) -> float:
         """The steer input in [-limit, limit], right positive, for the body's centre at `where` on `path`."""
         # No preview: the course already leads the heading by the slip of the present steering.
-        course = where.heading + self._model.slip(self._steer * self._lock)
+        course = where.heading + self._model.slip(self._map.angle(self._steer))
         curvature = self._wanted_curvature(path, where, course, speed)
-        return self._turn_to(self._model.steer_angle_for(curvature) / self._lock, limit)
+        return self._turn_to(self._map.steer(self._model.steer_angle_for(curvature)), limit)
 
     def step_backwards(self, path: Path, where: Projection, speed: float, limit: float = MAX_STEER) -> float:
         """The same for the rear axle at `where`, its heading flipped, on a path that is backed along.
@@ -69,7 +61,7 @@ class SteerController:
         The rear axle leads then, and moves where the body points; the centre's slip would answer the wrong way.
         """
         curvature = self._wanted_curvature(path, where, where.heading, speed)
-        return self._turn_to(-math.atan(self._model.wheelbase * curvature) / self._lock, limit)
+        return self._turn_to(self._map.steer(-math.atan(self._model.wheelbase * curvature)), limit)
 
     def straighten(self) -> float:
         """The steer input on the way to straight ahead, for a car that must first stop to turn back."""
@@ -81,8 +73,10 @@ class SteerController:
         return path.curvature_at(where.s) + 2.0 / reach * (approach - course)
 
     def _turn_to(self, wanted: float, limit: float) -> float:
-        step = min(max(wanted - self._steer, -MAX_STEER_STEP), MAX_STEER_STEP)
-        self._steer = min(max(self._steer + step, -limit), limit)
+        before = self._steer
+        step = min(max(wanted - before, -MAX_STEER_STEP), MAX_STEER_STEP)
+        self._steer = min(max(before + step, -limit), limit)
+        self._last_step = self._steer - before
         return self._steer
 
 

@@ -10,8 +10,9 @@ import numpy as np
 from stucksolver.stacks.driver.interface import DrivePoint, RoutePoint
 from stucksolver.stacks.driver.path import Array, Path, make_path
 
-LANE_CHANGE_M = 22.0
-"""Length over which a lane change of the route is driven."""
+LANE_CHANGE_M = 40.0
+"""Length over which a lane change of the route is driven, if no junction and not the route's end comes before."""
+_MIN_LANE_CHANGE_M = 10.0
 _LANE_STEP_M = 1.5
 _REJOIN_S = 3.0
 _REJOIN_PER_M = 4.0
@@ -40,10 +41,23 @@ def route_path(route: Sequence[RoutePoint]) -> Path:
         yaw = math.radians(transforms[0].rotation.yaw)
         x, y, z = np.append(x, x[0] + math.cos(yaw)), np.append(y, y[0] + math.sin(yaw)), np.append(z, z[0])
         return make_path(x, y, np.full(2, _UNBOUNDED_MPS), z)
+    heading = np.radians([t.rotation.yaw for t in transforms])
     shift_x, shift_y = np.zeros_like(x), np.zeros_like(y)
-    for k in _jumps(route, x, y):
-        _add_blend(k, math.radians(transforms[k].rotation.yaw), (x, y), (shift_x, shift_y))
+    for k in range(1, len(route)):
+        aside = (y[k - 1] - y[k]) * math.cos(heading[k]) - (x[k - 1] - x[k]) * math.sin(heading[k])
+        if route[k].command.startswith("change") and abs(aside) > _LANE_STEP_M:
+            # The line stays in the old lane at this point and is led over to the new one from here.
+            along = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x[k:]), np.diff(y[k:])))])
+            left = aside * (1.0 - smooth_step(along / _change_length(route, k)))
+            shift_x[k:] -= left * np.sin(heading[k:])
+            shift_y[k:] += left * np.cos(heading[k:])
     return make_path(x + shift_x, y + shift_y, np.full(len(x), _UNBOUNDED_MPS), z)
+
+
+def _change_length(route: Sequence[RoutePoint], k: int) -> float:
+    """Metres there are for the lane change at point `k`; points lie about a metre apart."""
+    end = next((j for j in range(k, len(route)) if route[j].waypoint.is_junction), len(route))
+    return min(max(end - k - 1.0, _MIN_LANE_CHANGE_M), LANE_CHANGE_M)
 
 
 def rejoining_path(path: Path, s: float, lateral: float, speed: float) -> Path:
@@ -67,26 +81,3 @@ def given_path(points: Sequence[DrivePoint], z: float) -> Path:
         first = int(np.argmax(array[:-1, 2] <= 0.0))
         raise ValueError(f"point {first} of the path bounds the speed to 0: the car would never pass it; use hold()")
     return make_path(array[:, 0], array[:, 1], array[:, 2], np.full(len(points), z))
-
-
-def _jumps(route: Sequence[RoutePoint], x: Array, y: Array) -> list[int]:
-    """Indices of the first points in a new lane."""
-    found = []
-    for k in range(1, len(route)):
-        if route[k].command.startswith("change"):
-            yaw = math.radians(route[k].waypoint.transform.rotation.yaw)
-            lateral = (y[k - 1] - y[k]) * math.cos(yaw) - (x[k - 1] - x[k]) * math.sin(yaw)
-            if abs(lateral) > _LANE_STEP_M:
-                found.append(k)
-    return found
-
-
-def _add_blend(k: int, yaw: float, xy: tuple[Array, Array], shift: tuple[Array, Array]) -> None:
-    """Keep the line in the old lane at point `k` and lead it over to the new one."""
-    x, y = xy
-    lateral = (y[k - 1] - y[k]) * math.cos(yaw) - (x[k - 1] - x[k]) * math.sin(yaw)
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x[k:]), np.diff(y[k:])))])
-    left = lateral * (1.0 - smooth_step(along / min(LANE_CHANGE_M, max(float(along[-1]), 1.0))))
-    heading = np.arctan2(np.gradient(y[k:]), np.gradient(x[k:])) if len(along) > 1 else np.array([yaw])
-    shift[0][k:] -= left * np.sin(heading)
-    shift[1][k:] += left * np.cos(heading)

@@ -6,9 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-PHYSX_STEER_RATIO = 0.6
-"""Steering lock of the equivalent bicycle over the inner wheel's: CARLA's 70 degree wheels steer like 42."""
-
 _WHEELBASE_RANGE_M = (0.8, 8.0)
 _WHEELBASE_PER_LENGTH = 0.6
 _DEFAULT_LOCK_DEG = 70.0
@@ -21,8 +18,8 @@ class VehicleModel:
     half_length: float
     half_width: float
     wheelbase: float
-    steer_lock: float
-    """Steering angle of the bicycle at full steer input, as first guess."""
+    wheel_lock: float
+    """Angle of a front wheel at full steer input."""
 
     @property
     def rear_axle(self) -> float:
@@ -48,7 +45,7 @@ def vehicle_model(vehicle: Any) -> VehicleModel:
         half_length=float(extent.x),
         half_width=float(extent.y),
         wheelbase=_wheelbase(wheels, 2.0 * float(extent.x)),
-        steer_lock=math.radians(lock) * PHYSX_STEER_RATIO,
+        wheel_lock=math.radians(lock),
     )
 
 
