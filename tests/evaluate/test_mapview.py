@@ -98,6 +98,11 @@ def test_the_surroundings_of_a_route_are_small_and_quick(town):
     assert all(driving.contains(shapely.Point(xy(waypoint))) for waypoint in site.waypoints)
 
 
+def test_the_name_is_the_towns_without_a_servers_folders():
+    served = carla.Map("Carla/Maps/demo_town", DEMO_TOWN.read_text(encoding="utf-8"))
+    assert map_view(served, [xy(DRIVING[0])], margin_m=10.0).name == "demo_town"
+
+
 def test_no_points_are_refused():
     with pytest.raises(ValueError, match="at least one point"):
         map_view(DEMO, [])

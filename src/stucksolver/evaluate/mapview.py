@@ -30,7 +30,8 @@ _Paint = tuple[str, str]
 def map_view(carla_map: carla.Map, points: Sequence[tuple[float, float]], margin_m: float = 60.0) -> MapView:
     """Lanes and markings within `margin_m` of a line of points (right-handed frame, metres).
 
-    Curves are simplified only as far as keeps the JSON form under 200 kB. Raises ValueError without points.
+    The map's name loses the folders that a server puts before it. Curves are simplified only as far as keeps the
+    JSON form under 200 kB. Raises ValueError without points.
     """
     if not points:
         raise ValueError("map_view needs at least one point, such as those of a route")
@@ -39,7 +40,7 @@ def map_view(carla_map: carla.Map, points: Sequence[tuple[float, float]], margin
     shapely.prepare(region)
     pieces = [piece for span in lane_spans(carla_map, region) for piece in _pieces(_sampled(carla_map, span), region)]
     for tolerance_m in _TOLERANCES_M:
-        view = _view(carla_map.name, pieces, tolerance_m)
+        view = _view(carla_map.name.rsplit("/", 1)[-1], pieces, tolerance_m)
         if len(view.model_dump_json()) < _MAX_BYTES:
             break
     return view

@@ -1,5 +1,7 @@
 // A decision as a card with the chain's three steps. Fields this page does not know are shown as key: value.
 
+const PARTICIPANT = ["Participant", "Lane", "Distance", "Intent"];
+
 function decisionCard(moment, seek) {
   const { decision } = moment;
   const analysis = recordOf(decision.analysis);
@@ -16,7 +18,7 @@ function decisionCard(moment, seek) {
       h("span", { class: "tag" }, moment.trigger),
       h("span", { class: `tag ${tone}` }, moment.verdict)),
     h("p", { class: "headline" }, headline(decision)),
-    decision.rationale && h("p", { class: "rationale" }, decision.rationale),
+    decision.rationale && h("p", { class: "rationale" }, capital(plain(decision.rationale))),
     body);
 }
 
@@ -26,14 +28,17 @@ function step(number, name, content) {
 
 // What was decided, in a line.
 function headline(decision) {
-  const names = listOf(recordOf(decision.plan).behaviors).map((one) => capital(words(one.name)));
-  return names.join(", then ") || capital(ground(recordOf(decision.analysis)));
+  const names = listOf(recordOf(decision.plan).behaviors)
+    .map((one) => words(one.name) + (typeof one.side === "string" ? ` ${words(one.side)}` : ""));
+  const { wait } = recordOf(decision.analysis);
+  if (!names.length && wait) return `Wait: ${words(wait)}`;
+  return capital(names.join(", then ") || ground(recordOf(decision.analysis)));
 }
 
 function ground(analysis) {
-  if (analysis.wait) return `wait: ${words(analysis.wait)}`;
-  if (analysis.cause) return `immobilized: ${words(analysis.cause)}`;
-  return analysis.immobilized ? "immobilized" : "not immobilized";
+  const state = analysis.immobilized ? "immobilized" : "not immobilized";
+  const cause = analysis.cause ? `: ${words(analysis.cause)}` : "";
+  return `${state}${cause}${analysis.wait ? `, wait: ${words(analysis.wait)}` : ""}`;
 }
 
 function observation(seen) {
@@ -49,12 +54,12 @@ function observation(seen) {
     h("td", { class: "num" }, `${figure(one.distance_m)} m`),
     h("td", null, words(plain(one.intent)))));
   return [
-    seen.summary && h("p", null, seen.summary),
+    seen.summary && h("p", null, capital(plain(seen.summary))),
     h("p", { class: "key" }, "Traffic controls: ", controls.length ? "" : "none"),
     controls.length ? h("ul", null, controls) : null,
     participants.length
       ? h("div", { class: "scroll" }, h("table", { class: "participants" },
-        h("thead", null, h("tr", null, ["Participant", "Lane", "Distance", "Intent"].map((name) => h("th", null, name)))),
+        h("thead", null, h("tr", null, PARTICIPANT.map((name) => h("th", null, name)))),
         h("tbody", null, participants)))
       : h("p", { class: "key" }, "Participants: none"),
     otherFacts(seen, ["summary", "controls", "participants"]),
@@ -77,7 +82,7 @@ function analysed(analysis) {
       otherFacts(one, ["id", "question", "answer", "evidence"])))),
     h("p", { class: "result" }, h("b", null, capital(ground(analysis))),
       analysis.guidance_intent ? ` · passenger asks: ${words(analysis.guidance_intent)}` : "",
-      analysis.reason ? `. ${analysis.reason}` : ""),
+      analysis.reason ? `. ${capital(analysis.reason)}` : ""),
     otherFacts(analysis, known),
   ];
 }

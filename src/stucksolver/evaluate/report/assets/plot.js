@@ -51,7 +51,8 @@ class SpeedPlot {
     const bottom = PLOT_HEIGHT - EDGE.bottom;
     const parts = [s("text", { class: "label", x: 2, y: 11 }, "m/s")];
     for (const speed of ticks(this.range.top, 3)) {
-      parts.push(s("line", { class: "grid", x1: EDGE.left, x2: this.width - EDGE.right, y1: this.y(speed), y2: this.y(speed) }));
+      const [x1, x2, y] = [EDGE.left, this.width - EDGE.right, this.y(speed)];
+      parts.push(s("line", { class: "grid", x1, x2, y1: y, y2: y }));
       parts.push(s("text", { class: "label", x: EDGE.left - 5, y: this.y(speed) + 4, "text-anchor": "end" }, speed));
     }
     const count = Math.max(2, Math.floor(this.width / 70));

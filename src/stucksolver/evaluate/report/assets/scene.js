@@ -68,7 +68,6 @@ class Scene {
     context.strokeStyle = colours().route;
     context.lineWidth = camera.stroke(1.3, 3);
     context.stroke(this.route);
-    this.drawTrail(context, camera, frame);
     const path = stateAt(this.paths, frame);
     if (path) {
       context.strokeStyle = colours().recovery;
@@ -77,6 +76,7 @@ class Scene {
       context.stroke(path);
       context.setLineDash([]);
     }
+    this.drawTrail(context, camera, frame);
     context.lineCap = "butt";
   }
 

@@ -6,7 +6,7 @@ const COLUMNS = [
   ["Route", (run) => `${figure(run.result.route_completion_pct, 0)} %`, "num"],
   ["Infractions", (run) => infractions(run.result.infractions), "wrap"],
   ["Stopped", (run) => `${figure(run.result.stopped_s)} s`, "num"],
-  ["Time to recover", (run) => (run.result.time_to_recover_s === null ? "–" : seconds(run.result.time_to_recover_s)), "num"],
+  ["Time to recover", ({ result }) => (result.time_to_recover_s === null ? "–" : seconds(result.time_to_recover_s)), "num"],
   ["Immobilized", (run) => run.result.immobilizations, "num"],
   ["Decisions", (run) => run.result.decisions, "num"],
   ["Plans accepted", (run) => run.result.plans_accepted, "num"],
