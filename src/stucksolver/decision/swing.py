@@ -11,8 +11,8 @@ from stucksolver.scene.view import View
 
 SHIFT_TIME_S = 3.0
 """A lane change at speed takes about this long."""
-CORNER_CLEARANCE_M = 0.4
-"""Planned clearance of the body's corners while swinging out; the guard asks for a little less."""
+CORNER_CLEARANCES_M = (0.7, 0.4)
+"""Planned clearance of the body's corners while swinging out: wished for, and enough where room is scarce."""
 
 
 def swing_out(view: View, start: Start, d_to: float, speed_mps: float) -> Manoeuvre:
@@ -23,10 +23,11 @@ def swing_out(view: View, start: Start, d_to: float, speed_mps: float) -> Manoeu
     side = d_to - start.d_m
     shortest = max(shortest_shift(side, view.ego.limits.min_turn_radius_m), 4.0)
     gentle = max(min(SHIFT_TIME_S * max(start.speed_mps, 4.0), 40.0), shortest)
-    for length in np.linspace(gentle, shortest, 8):
-        path = lateral(start.s_m, start.d_m, d_to, float(length), speed_mps, view)
-        if not touches_standing(view, path, CORNER_CLEARANCE_M):
-            return path
+    for clearance in CORNER_CLEARANCES_M:
+        for length in np.linspace(gentle, shortest, 8):
+            path = lateral(start.s_m, start.d_m, d_to, float(length), speed_mps, view)
+            if not touches_standing(view, path, clearance):
+                return path
     raise CannotPlan(f"no room to swing out by {abs(side):.1f} m: the obstacle ahead is too near")
 
 

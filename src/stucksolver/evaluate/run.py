@@ -6,13 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from stucksolver.decision import CONTINUE, Directive
 from stucksolver.evaluate.mapview import map_view
 from stucksolver.evaluate.measure import BLOCKED_S, CollisionWatch, Measures
 from stucksolver.evaluate.runlog import RunLog, RunResult
 from stucksolver.evaluate.scribe import Scribe
-from stucksolver.evaluate.server import Server
 from stucksolver.evaluate.sites import Site
 from stucksolver.evaluate.situation import Scenario, Situation, build
+from stucksolver.evaluate.traffic import Traffic
 from stucksolver.guard import Guard, GuardPolicy
 from stucksolver.reason import RuleReasoner
 from stucksolver.scene import Status
@@ -41,12 +42,14 @@ class RunSpec:
     clock: str = "lockstep"
 
 
-def run(spec: RunSpec, server: Server, client: Any, on_tick: Callable[[float], None] = lambda t: None) -> RunLog:
-    """One run in a fresh world. Raises `SituationError`, `RouteError`, `ServerError`; `RuntimeError` from the client."""
-    world, traffic_manager = _fresh_world(client, spec.seed)
-    situation = build(world, spec.site, spec.scenario, spec.oncoming, traffic_manager)
+def run(
+    spec: RunSpec, client: Any, traffic: Traffic, on_tick: Callable[[float], None] = lambda elapsed_s: None
+) -> RunLog:
+    """One run in a fresh world. Raises `SituationError`, `RouteError`, and `RuntimeError` from the client."""
+    world = _fresh_world(client)
+    situation = build(world, spec.site, spec.scenario, spec.oncoming, traffic, spec.seed)
     for _ in range(SETTLE_TICKS):
-        world.tick()
+        traffic.tick(world)
     carla_map = world.get_map()
     driver = BehaviorDriver(situation.ego, spec.driver, carla_map=carla_map)
     driver.set_destination(spec.site.destination.transform.location)
@@ -55,7 +58,7 @@ def run(spec: RunSpec, server: Server, client: Any, on_tick: Callable[[float], N
     scribe = Scribe(world, situation)
     solver = _solver(spec, stack, scribe) if spec.with_solver else None
     try:
-        loop = _Loop(spec, world, situation, stack, solver, scribe, collisions)
+        loop = _Loop(spec, world, traffic, situation, stack, solver, scribe, collisions)
         status = loop.go(on_tick)
         return _log(spec, carla_map, driver, loop, status)
     finally:
@@ -64,38 +67,19 @@ def run(spec: RunSpec, server: Server, client: Any, on_tick: Callable[[float], N
         collisions.close()
 
 
-def _fresh_world(client: Any, seed: int) -> tuple[Any, Any]:
-    """A world without anyone in it, in synchronous mode, with a seeded traffic manager."""
+def _fresh_world(client: Any) -> Any:
+    """A world without anyone in it, in synchronous mode."""
     world = client.reload_world()
     settings = world.get_settings()
     settings.synchronous_mode, settings.fixed_delta_seconds = True, DT_S
     world.apply_settings(settings)
-    traffic_manager = client.get_trafficmanager(_tm_port())
-    traffic_manager.set_synchronous_mode(True)
-    traffic_manager.set_random_device_seed(seed)
-    return world, traffic_manager
-
-
-_tm_ports: list[int] = []
-
-
-def _tm_port() -> int:
-    """One traffic manager for this process, on a port that is free."""
-    if not _tm_ports:
-        import socket
-
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            _tm_ports.append(int(probe.getsockname()[1]))
-    return _tm_ports[0]
+    return world
 
 
 def _solver(spec: RunSpec, stack: CarlaStack, scribe: Scribe) -> StuckSolver:
     # The evaluation profile: a solid line may be crossed past a stationary obstruction without asking.
     guard = Guard(GuardPolicy(solid_line="autonomous"))
-    return StuckSolver(
-        stack.scene, reasoner=RuleReasoner(), guard=guard, clock=spec.clock, on_event=scribe.hear
-    )
+    return StuckSolver(stack.scene, reasoner=RuleReasoner(), guard=guard, clock=spec.clock, on_event=scribe.hear)
 
 
 class _Loop:
@@ -105,13 +89,14 @@ class _Loop:
         self,
         spec: RunSpec,
         world: Any,
+        traffic: Traffic,
         situation: Situation,
         stack: CarlaStack,
         solver: StuckSolver | None,
         scribe: Scribe,
         collisions: CollisionWatch,
     ) -> None:
-        self._spec, self._world, self._ego = spec, world, situation.ego
+        self._world, self._traffic, self._ego = world, traffic, situation.ego
         self._stack, self._solver = stack, solver
         self.scribe, self.collisions = scribe, collisions
         first = stack.status()
@@ -122,22 +107,20 @@ class _Loop:
 
     def go(self, on_tick: Callable[[float], None]) -> str:
         """Until the destination, a block of 60 s, or the time limit; returns which."""
-        from stucksolver.decision import CONTINUE
-
         while True:
             status = self._stack.status()
             self.elapsed_s = status.time_s - self.start_s
             ending = self._note(status)
             if ending is not None:
                 return ending
-            directive = CONTINUE
+            directive: Directive = CONTINUE
             if self._solver is not None:
                 while self._words and self.elapsed_s >= self._words[0][0]:
                     self._solver.guide(self._words.pop(0)[1])
                 directive = self._solver.step(status, self._stack.surroundings)
                 self.scribe.directive(status.time_s - self.start_s, directive)
             self._ego.apply_control(self._stack.perform(directive))
-            self._world.tick()
+            self._traffic.tick(self._world)
             on_tick(self.elapsed_s)
 
     def _note(self, status: Status) -> str | None:
@@ -192,5 +175,3 @@ def _log(spec: RunSpec, carla_map: Any, driver: BehaviorDriver, loop: _Loop, sta
         events=tuple(sorted(scribe.events, key=lambda e: e.time_s)),
         result=result,
     )
-
-

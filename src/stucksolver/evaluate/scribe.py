@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from stucksolver.decision import Directive, Execute
+from stucksolver.decision import Directive, Execute, Replan, SafeStop
 from stucksolver.evaluate.runlog import ActorInfo, DecisionMoment, Frame, LogEvent, Polyline
 from stucksolver.evaluate.situation import Situation
 from stucksolver.scene import EgoState, TrackedObject
@@ -19,11 +19,11 @@ LIGHT_RANGE_M = 120.0
 Kind = Literal["guidance", "directive", "abort", "outcome", "infraction", "stuck", "run"]
 _KINDS: dict[EventKind, Kind] = {
     EventKind.GUIDANCE: "guidance",
-    EventKind.STARTED: "directive",
     EventKind.ABORTED: "abort",
     EventKind.FINISHED: "outcome",
     EventKind.RECOVERED: "outcome",
     EventKind.FAILED: "outcome",
+    EventKind.GUIDANCE_ENDED: "outcome",
 }
 
 
@@ -36,7 +36,9 @@ class Scribe:
         self._tracker = Tracker(world, situation.ego.id, RANGE_M)
         self._roles = {str(a.id): "scenario" for a in situation.others}
         self._roles |= {str(a.id): "traffic" for a in situation.traffic}
-        self._lights = [(light, to_local(light.get_location())) for light in world.get_actors().filter("*traffic_light*")]
+        self._lights = [
+            (light, to_local(light.get_location())) for light in world.get_actors().filter("*traffic_light*")
+        ]
         self._index: dict[str, int] = {}
         self._next_frame_s = 0.0
         self._path: Polyline = ()
@@ -44,9 +46,7 @@ class Scribe:
         self._start_s = float(world.get_snapshot().timestamp.elapsed_seconds)
         box = situation.ego.bounding_box.extent
         self._size = (2 * float(box.x), 2 * float(box.y))
-        self.actors = [
-            ActorInfo(label="ego", kind="car", length_m=self._size[0], width_m=self._size[1], role="ego")
-        ]
+        self.actors = [ActorInfo(label="ego", kind="car", length_m=self._size[0], width_m=self._size[1], role="ego")]
         self.frames: list[Frame] = []
         self.decisions: list[DecisionMoment] = []
         self.events: list[LogEvent] = []
@@ -61,9 +61,7 @@ class Scribe:
         yaw = yaw_to_local(transform.rotation.yaw)
         objects = self._tracker.update(transform.location.x, transform.location.y, self._start_s + time_s)
         poses = [(0, round(x, 2), round(y, 2), round(-transform.rotation.yaw, 1))]
-        poses += [
-            (self._actor(o), round(o.x_m, 2), round(o.y_m, 2), round(o.yaw_rad * 57.29578, 1)) for o in objects
-        ]
+        poses += [(self._actor(o), round(o.x_m, 2), round(o.y_m, 2), round(o.yaw_rad * 57.29578, 1)) for o in objects]
         lights = tuple(
             (round(p[0], 1), round(p[1], 1), str(light.get_state()).lower())
             for light, p in self._lights
@@ -105,6 +103,10 @@ class Scribe:
         if isinstance(directive, Execute):
             self._path = tuple((round(p.x_m, 2), round(p.y_m, 2)) for p in directive.path[::4])
             self.event(time_s, "directive", f"execute {directive.behavior.name}")
+        elif isinstance(directive, Replan):
+            self.event(time_s, "directive", f"plan the route anew from {directive.route_start or 'here'}")
+        elif isinstance(directive, SafeStop):
+            self.event(time_s, "directive", f"safe stop: {directive.reason}")
 
     def event(self, time_s: float, kind: Kind, text: str) -> None:
         self.events.append(LogEvent(time_s=round(time_s, 2), kind=kind, text=text))

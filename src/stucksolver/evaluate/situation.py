@@ -9,6 +9,7 @@ from typing import Any
 import carla
 
 from stucksolver.evaluate.sites import Site
+from stucksolver.evaluate.traffic import Traffic
 
 LIFT_M = 0.3
 """Vehicles are put down from a little above the road, as CARLA's own scenarios do."""
@@ -36,9 +37,7 @@ class Situation:
     traffic: list[Any]
 
 
-def build(
-    world: Any, site: Site, scenario: Scenario, oncoming: int, traffic_manager: Any
-) -> Situation:
+def build(world: Any, site: Site, scenario: Scenario, oncoming: int, traffic: Traffic, seed: int) -> Situation:
     """Spawn the ego at the site's start and the scenario ahead of it. Raises `SituationError`."""
     ego = _spawn(world, "vehicle.lincoln.mkz_2020", site.start, "hero")
     if scenario is Scenario.PARKED_CAR:
@@ -51,16 +50,21 @@ def build(
         cyclists = [_spawn(world, b, w, "scenario") for b, w in zip(blueprints, places, strict=True)]
         others = cyclists
     cars = _oncoming(world, site, oncoming)
-    world.tick()
-    for rider in cyclists:
-        rider.set_autopilot(True, traffic_manager.get_port())
-        traffic_manager.set_desired_speed(rider, CYCLIST_KMH)
-        traffic_manager.auto_lane_change(rider, False)
-    for car in cars:
-        car.set_autopilot(True, traffic_manager.get_port())
-        traffic_manager.vehicle_percentage_speed_difference(car, ONCOMING_SLOWER_PCT)
-        traffic_manager.auto_lane_change(car, False)
+    traffic.tick(world)
+    if cyclists or cars:
+        _set_off(cyclists, cars, traffic.manager(seed))
     return Situation(ego, others, cars)
+
+
+def _set_off(cyclists: list[Any], cars: list[Any], manager: Any) -> None:
+    """Hand riders and cars to the client's TrafficManager."""
+    for actor in (*cyclists, *cars):
+        actor.set_autopilot(True, manager.get_port())
+        manager.auto_lane_change(actor, False)
+    for rider in cyclists:
+        manager.set_desired_speed(rider, CYCLIST_KMH)
+    for car in cars:
+        manager.vehicle_percentage_speed_difference(car, ONCOMING_SLOWER_PCT)
 
 
 def _oncoming(world: Any, site: Site, count: int) -> list[Any]:

@@ -19,6 +19,7 @@ class EventKind(str, Enum):
     FINISHED = "finished"
     RECOVERED = "recovered"
     GUIDANCE = "guidance"
+    GUIDANCE_ENDED = "guidance_ended"
     FAILED = "failed"
 
 

@@ -115,7 +115,9 @@ class Execution:
         if self._way_back is None:
             done = view.ego.speed_mps < STOPPED_MPS
         else:
-            done = abs(view.ego_d) < BACK_IN_LANE_M or view.ego_s >= self._way_back.end_s - landing_m(view.ego.speed_mps)
+            done = abs(view.ego_d) < BACK_IN_LANE_M or view.ego_s >= self._way_back.end_s - landing_m(
+                view.ego.speed_mps
+            )
         return self._ending if done else self._directive
 
     def _execute(self, behavior: Behavior, view: View) -> Execute:

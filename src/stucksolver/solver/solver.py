@@ -227,7 +227,7 @@ class StuckSolver:
 
     def _end_guidance(self, now: float, how: str) -> None:
         assert self._guidance is not None
-        self._tell(now, EventKind.GUIDANCE, f'"{self._guidance.text}": {how}')
+        self._tell(now, EventKind.GUIDANCE_ENDED, f'"{self._guidance.text}": {how}')
         self._guidance = None
         self._attempts = ()
 

@@ -6,7 +6,7 @@ import time
 from concurrent.futures import Future, ThreadPoolExecutor
 
 from stucksolver.decision import Decision
-from stucksolver.reason import Reasoner
+from stucksolver.reason import Reasoner, ReasonerError
 from stucksolver.scene import Scene
 from stucksolver.solver.clock import Clock, Query
 
@@ -35,14 +35,19 @@ class Thinking:
         self._answer.add_done_callback(lambda _: setattr(query, "took_s", time.monotonic() - query.asked_wall_s))
 
     def poll(self, now_s: float) -> Decision | None:
-        """The answer when the clock delivers it. Raises what the reasoner raised."""
+        """The answer when the clock delivers it. Raises `ReasonerError`, whatever went wrong in the reasoner."""
         if self._answer is None or self._query is None:
             return None
         self._query.ticks += 1
         if not self.clock.due(self._query, now_s, self._answer):
             return None
         answer, self._answer = self._answer, None
-        return answer.result()
+        try:
+            return answer.result()
+        except ReasonerError:
+            raise
+        except Exception as error:  # noqa: BLE001 - a reasoner is not trusted; whatever it does, the car drives on
+            raise ReasonerError(f"{self.reasoner.name} failed: {type(error).__name__}: {error}") from error
 
     def drop(self) -> None:
         """Forget the question under way; its answer is not wanted any more."""

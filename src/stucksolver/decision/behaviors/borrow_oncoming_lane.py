@@ -42,5 +42,9 @@ class BorrowOncomingLane(Behavior):
         beside = along_lane(None, out.end_s, out.end_d, abreast, self.speed_mps)
         back_m = max(2.5 * float(beside.speed[-1]), 12.0)
         back = lateral(beside.end_s, beside.end_d, 0.0, back_m, self.speed_mps, view)
-        path = out.then(beside).then(back).then(along_lane(None, back.end_s, 0.0, landing_m(self.speed_mps) + 2.0, self.speed_mps))
+        path = (
+            out.then(beside)
+            .then(back)
+            .then(along_lane(None, back.end_s, 0.0, landing_m(self.speed_mps) + 2.0, self.speed_mps))
+        )
         return Manoeuvre(path.s, path.d, path.speed, (lane,), passing.ids, returns=True)

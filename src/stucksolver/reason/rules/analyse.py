@@ -49,8 +49,8 @@ def _with_guidance(scene: Scene) -> Analysis:
     wanted = guidance_intent(scene.guidance.text)
     step = AnalysisStep(
         id="S2.1",
-        question="What does the passenger ask for?",
-        answer=None,
+        question="Does the passenger ask for something that can be done?",
+        answer=wanted not in (GuidanceIntent.WAIT, GuidanceIntent.UNCLEAR),
         evidence=f'"{scene.guidance.text}" is read as: {wanted.value}',
     )
     stuck = scene.ego.speed_mps < MOVING_MPS and not scene.ego.at_destination

@@ -17,6 +17,8 @@ MERGE_ROOM_M = 12.0
 ACCELERATION_MPS2 = 1.2
 LEAD_RANGE_M = 45.0
 SAME_MOMENT_S = 0.5
+PASSED_M = 2.0
+"""Oncoming traffic whose rear is less than this ahead of our front bumper will be past before we are beside it."""
 
 
 Way = tuple[RecoveryPlan | None, tuple[WaitReason, str]]
@@ -167,9 +169,10 @@ def _oncoming_blocked(scene: Scene, lane: SceneLane, target: Target, speed: floa
     """Who comes, or stands, in the oncoming lane before we would be back."""
     way, time = way_to_pass_m(scene, target, speed)
     for o in scene.objects:
-        if o.lane_id != lane.id or o.gap_m is None or end_of(o) < 0:
-            continue
         coming = max(-o.speed_along_mps, 0.0)
+        passed = PASSED_M if coming > 0.5 else -scene.ego.length_m
+        if o.lane_id != lane.id or o.gap_m is None or end_of(o) < passed:
+            continue
         if o.gap_m - (coming + 1.0 if coming > 0.5 else 0.0) * (time + 2.0) < way:
             return f"{o.kind.value} {o.id} in the oncoming lane, {o.gap_m:.0f} m ahead at {coming:.1f} m/s"
     return None

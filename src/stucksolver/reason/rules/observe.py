@@ -44,6 +44,8 @@ def matters(o: SceneObject) -> bool:
         return True
     if o.kind in (ObjectKind.PEDESTRIAN, ObjectKind.ANIMAL):
         return -5.0 < gap < 30.0 and near_path(o)
+    if o.speed_along_mps < -MOVING_MPS and gap + o.length_m < 0.0:
+        return False  # came towards us and has passed
     return abs(o.speed_along_mps) > MOVING_MPS and o.lane in (
         LaneRelation.LEFT,
         LaneRelation.RIGHT,

@@ -43,5 +43,3 @@ class RouteControls:
             for arc, light in self._lines
             if -PASSED_M < arc - front_arc_m < AHEAD_M
         )
-
-

@@ -67,9 +67,7 @@ def _walk(start: Any, x: float, y: float, heading: float, side: int) -> list[Nei
         if kind is not None:
             direction = LaneDirection.SAME if same else LaneDirection.OPPOSITE
             place = side * (len(found) + 1)
-            found.append(
-                Neighbour(place, kind, direction, offset, float(beside.lane_width), line_kind(marking, kind))
-            )
+            found.append(Neighbour(place, kind, direction, offset, float(beside.lane_width), line_kind(marking, kind)))
         elif found and found[-1].kind is not LaneKind.DRIVING:
             break
         here = beside

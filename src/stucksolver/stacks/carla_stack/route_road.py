@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stucksolver.scene import LaneDirection, LaneKind, LaneStrip, LineKind, RoadGeometry, Zone, ZoneKind
+from stucksolver.scene import LaneDirection, LaneKind, LaneStrip, RoadGeometry, Zone, ZoneKind
 from stucksolver.stacks.carla_stack.frames import to_local, yaw_to_local
 from stucksolver.stacks.carla_stack.lane_walk import Neighbour, neighbours
 from stucksolver.stacks.driver import RoutePoint
@@ -80,9 +80,7 @@ class RouteRoad:
         destination = self.destination_arc if self.destination_arc <= end else None
         zones = [*_junctions(part, self.arc[first:last])]
         zones += [
-            Zone(kind=ZoneKind.CROSSWALK, start_m=a, end_m=b)
-            for a, b in self._crosswalks
-            if b > base and a < end
+            Zone(kind=ZoneKind.CROSSWALK, start_m=a, end_m=b) for a, b in self._crosswalks if b > base and a < end
         ]
         return RoadGeometry(
             key=f"{id(self)}-{first}-{last}-{speed_limit_mps}",
@@ -135,11 +133,11 @@ def _strips(part: Sequence[Station], base_m: float, limit: float | None) -> list
     runs: dict[tuple[int, LaneKind, LaneDirection], list[list[tuple[int, Neighbour]]]] = {}
     for i, station in enumerate(part):
         for lane in station.lanes:
-            place = runs.setdefault((lane.place, lane.kind, lane.direction), [])
-            if place and place[-1][-1][0] == i - 1:
-                place[-1].append((i, lane))
+            known = runs.setdefault((lane.place, lane.kind, lane.direction), [])
+            if known and known[-1][-1][0] == i - 1:
+                known[-1].append((i, lane))
             else:
-                place.append([(i, lane)])
+                known.append([(i, lane)])
     strips = []
     for (place, kind, direction), stretches in runs.items():
         for run in stretches:
@@ -200,5 +198,3 @@ def _crosswalk_spans(carla_map: Any, points: Any, arc: Any) -> list[tuple[float,
             near = arc[away.argmin(axis=0)]
             spans.append((float(near.min()), float(near.max())))
     return spans
-
-

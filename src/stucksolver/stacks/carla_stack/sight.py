@@ -7,8 +7,8 @@ import shapely
 
 from stucksolver.scene import LaneKind, LaneSight
 from stucksolver.scene.frenet import RoadFrame
-from stucksolver.scene.surroundings import EgoState
 from stucksolver.scene.objects import TrackedObject
+from stucksolver.scene.surroundings import EgoState
 
 SENSOR_HEIGHT_M = 2.0
 """Objects lower than the roof sensors (about 2.5 m up, as Bench2Drive's LiDAR) do not hide the road behind them."""
