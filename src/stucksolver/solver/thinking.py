@@ -46,7 +46,7 @@ class Thinking:
             return answer.result()
         except ReasonerError:
             raise
-        except Exception as error:  # noqa: BLE001 - a reasoner is not trusted; whatever it does, the car drives on
+        except Exception as error:
             raise ReasonerError(f"{self.reasoner.name} failed: {type(error).__name__}: {error}") from error
 
     def drop(self) -> None:

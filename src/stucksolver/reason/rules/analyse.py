@@ -8,6 +8,7 @@ from stucksolver.decision import (
     Analysis,
     AnalysisStep,
     CauseCode,
+    GuidanceIntent,
     Intent,
     Observation,
     WaitLimits,
