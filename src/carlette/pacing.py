@@ -7,14 +7,20 @@ Two races of the client library make this necessary; both are wide open with a s
 * The traffic manager's worker thread ends a step by asking for the episode's settings and then waits on a
   condition variable, which `world.tick()` notifies without holding its mutex. If the snapshot wakes the main
   thread in just that moment, the notification is lost and the client hangs for ever. So while a traffic
-  manager is registered, a snapshot waits until the settings were asked for and a little longer.
+  manager is registered, a snapshot waits until the settings were asked for and a little longer; and the
+  answer to a worker that asks only after the snapshot is put off as long.
 """
 
 from __future__ import annotations
 
+from collections import deque
+
 HANDSHAKE_LIMIT_S = 1.0
 SETTLE_S = 0.0005
 """The worker's way from the reply to its condition variable."""
+DOUBT_S = 0.003
+"""Instead, while it is open whether the worker or the client's own code asked for the settings."""
+MEMORY_TICKS = 200
 STEP_LIMIT_S = 0.025
 """Send after this time even if the worker never asked: it may be gone or in asynchronous mode."""
 
@@ -26,6 +32,9 @@ class Pacing:
         self._cue = 0.0
         self._asked = 0.0
         self._asked_since_publish = 0
+        self._published = -SETTLE_S
+        self._recent = deque([0], maxlen=MEMORY_TICKS)
+        """How often the settings were asked for between two snapshots."""
 
     def cue(self, now: float) -> None:
         """A client asked for a tick."""
@@ -36,9 +45,26 @@ class Pacing:
         self._asked = now
         self._asked_since_publish += 1
 
-    def published(self) -> None:
-        """The snapshot is out."""
+    def step_begun(self) -> None:
+        """A worker is in the middle of a step (it asked for the light states, which others hardly do).
+
+        What was asked before belongs to the step's begin: a late worker must not be taken for a waiting one.
+        """
         self._asked_since_publish = 0
+
+    def published(self, now: float) -> None:
+        """The snapshot is out."""
+        self._recent.append(self._asked_since_publish)
+        self._asked_since_publish = 0
+        self._published = now
+
+    def answer_after_s(self, now: float, managers: int) -> float:
+        """Seconds by which the answer to a settings request is put off.
+
+        A worker that was late and asks just after the snapshot must not reach its condition variable in the
+        very moment in which the snapshot wakes the main thread.
+        """
+        return max(0.0, self._published + SETTLE_S - now) if managers else 0.0
 
     def hold_s(self, now: float, managers: int, awaited_streams: int) -> float:
         """Seconds to wait at most before asking again; 0 = publish now."""
@@ -48,7 +74,8 @@ class Pacing:
             return 0.0
         if self._asked_since_publish < managers and now < self._cue + STEP_LIMIT_S:
             return self._cue + STEP_LIMIT_S - now
-        return max(0.0, max(self._cue, self._asked) + SETTLE_S - now)
+        is_doubtful = self._asked_since_publish < max(self._recent) and self._asked < self._cue
+        return max(0.0, max(self._cue, self._asked) + (DOUBT_S if is_doubtful else SETTLE_S) - now)
 
     def is_settling(self, managers: int, awaited_streams: int) -> bool:
         """True when only the short rest after the settings is left."""

@@ -62,8 +62,7 @@ class Server:
             self._close()
 
     def _turn(self) -> None:
-        for key, events in self._selector.select(self._wait_s()):
-            key.data(events)
+        self._handle_ready(self._wait_s())
         now = time.monotonic()
         while self.simulator.ticks_wanted:
             self.simulator.ticks_wanted -= 1
@@ -75,6 +74,10 @@ class Server:
             self._next_tick = max(self._next_tick + settings.step_s, now)
             self._tick(now)
             self._try_publish(now)
+
+    def _handle_ready(self, wait_s: float) -> None:
+        for key, events in self._selector.select(wait_s):
+            key.data(events)
 
     def _wait_s(self) -> float:
         now = time.monotonic()
@@ -97,18 +100,23 @@ class Server:
         return self._pacing.hold_s(now, managers, len(self.simulator.hub.awaited))
 
     def _try_publish(self, now: float) -> None:
-        hold = self._hold_s(now)
-        if hold > 0.0:
-            managers = len(self.simulator.traffic_managers)
-            if not self._pacing.is_settling(managers, len(self.simulator.hub.awaited)):
+        """Sends the pending snapshot once its readers are ready; waits itself when only the short rest is left."""
+        while self._is_pending:
+            hold = self._hold_s(now)
+            if hold <= 0.0:
+                self._publish()
+                return
+            if not self._pacing.is_settling(len(self.simulator.traffic_managers), len(self.simulator.hub.awaited)):
                 return
             # The selector's clock ticks in milliseconds, and spinning would take the worker's core.
             time.sleep(hold)
-        self._publish()
+            # Whoever asked for the settings meanwhile gets its own rest.
+            self._handle_ready(0.0)
+            now = time.monotonic()
 
     def _publish(self) -> None:
         self._is_pending = False
-        self._pacing.published()
+        self._pacing.published(time.monotonic())
         self.simulator.publish()
         for one in list(self.simulator.hub.subscribers):
             if one.lags:
@@ -141,6 +149,8 @@ class Server:
         if method == "tick_cue":
             connection.reply(number, [[1, self._tick(time.monotonic())]])
             return
+        if method == "get_episode_settings":
+            time.sleep(self._pacing.answer_after_s(time.monotonic(), len(self.simulator.traffic_managers)))
         call = ALL.calls.get(method)
         if call is None:
             log.warning("a client called '%s', which this server does not know", method)
@@ -149,6 +159,8 @@ class Server:
         connection.reply(number, call(self._sessions[connection], *arguments))
         if method == "get_episode_settings":
             self._pacing.settings_asked(time.monotonic())
+        elif method == "get_vehicle_light_states":
+            self._pacing.step_begun()
 
     def _drop_client(self, connection: RpcConnection) -> None:
         # A stale registration would make other clients wait for a traffic manager that is gone.
