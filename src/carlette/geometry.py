@@ -14,6 +14,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
+FARTHEST = 1e7
+"""No map, speed or force is larger; far beyond it float32 and the carla library lose their footing."""
+
+
 class Vector(NamedTuple):
     """A location or direction in the world or in an actor's frame."""
 
@@ -22,8 +26,9 @@ class Vector(NamedTuple):
     z: float = 0.0
 
     def is_finite(self) -> bool:
-        """False when a component is NaN or infinite."""
-        return math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.z)
+        """False when a component is NaN, infinite or absurdly large."""
+        # Written so that NaN, which compares false with everything, fails.
+        return abs(self.x) < FARTHEST and abs(self.y) < FARTHEST and abs(self.z) < FARTHEST
 
     def plus(self, other: Vector) -> Vector:
         """Component-wise sum."""

@@ -116,6 +116,8 @@ class Server:
 
     def _publish(self) -> None:
         self._is_pending = False
+        # A stream that did not come in time is not waited for again.
+        self.simulator.hub.awaited.clear()
         self._pacing.published(time.monotonic())
         self.simulator.publish()
         for one in list(self.simulator.hub.subscribers):

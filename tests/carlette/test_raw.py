@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -79,6 +80,25 @@ def test_bad_arguments_get_an_error_response(raw: Raw, call: tuple[Any, ...]) ->
 def test_a_bad_command_does_not_spoil_its_batch(raw: Raw) -> None:
     _, results = raw.call("apply_batch", [[[99, [1]]], [[1, ["x"]]], [[20, ["stat fps"]]]], False)
     assert [one[0][0] for one in results] == [0, 0, 1]
+
+
+def test_a_stream_that_never_comes_delays_one_tick_only(raw: Raw) -> None:
+    raw.call("set_episode_settings", [True, False, [True, 0.05], True, 0.1, 1, 0, True, 1, 1, True])
+    raw.call("get_sensor_token", 4711)
+    start = time.monotonic()
+    frames = [raw.call("tick_cue")[1][0][1] for _ in range(20)]
+    assert frames == list(range(frames[0], frames[0] + 20))
+    assert time.monotonic() - start < 2.0
+
+
+def test_absurd_numbers_do_not_end_the_server(raw: Raw) -> None:
+    spectator = raw.call("get_spectator")[1][0][1][0]
+    for number in (1e30, -1e300, float("inf"), float("nan")):
+        raw.call("set_actor_location", spectator, [number, 0.0, 0.0])
+        raw.call("project_point", [number, 0.0, 0.0], [0.0, 0.0, -1.0], number)
+        raw.call("spawn_actor", [1, "vehicle.tesla.model3", []], [[number, 0.0, 0.0], [0.0, number, 0.0]])
+    raw.call("tick_cue")
+    assert raw.call("version") == (None, [[1, "0.9.16"]])
 
 
 def test_big_messages_arrive_whole(raw: Raw) -> None:

@@ -106,9 +106,10 @@ class Fleet(Table):
         rate = np.radians(bodies.angular[row, 2])
         pitch = np.radians(bodies.rotation[row, 0])
 
-        side = np.minimum(np.abs(ahead * rate), TYRE_GRIP_MPS2)
+        wanted = self._steered_rate(control, ahead, dt)
+        side = np.minimum(np.abs(ahead) * np.maximum(np.abs(rate), np.abs(wanted)), TYRE_GRIP_MPS2)
         ahead = self._longitudinal(control, ahead, pitch, side, dt)
-        rate, aside = self._lateral(control, ahead, aside, rate, dt)
+        rate, aside = self._lateral(wanted, ahead, aside, rate, dt)
         held = self.is_constant
         if held.any():
             ahead = np.where(held, self.constant[:, 0], ahead)
@@ -158,15 +159,18 @@ class Fleet(Table):
         slowed: Floats = np.sign(ahead) * np.maximum(np.abs(ahead) - friction * dt, 0.0)
         return slowed
 
-    def _lateral(self, control: Floats, ahead: Floats, aside: Floats, rate: Floats, dt: float) -> tuple[Floats, Floats]:
-        """Yaw rate (rad/s) and sideways speed after `dt`."""
+    def _steered_rate(self, control: Floats, ahead: Floats, dt: float) -> Floats:
+        """Yaw rate (rad/s) of the path that the wheels point along, as far as the tyres hold it."""
         limit = STEER_RATE_PER_S * dt
         self.steer += np.clip(control[:, STEER] - self.steer, -limit, limit)
-        speed = np.abs(ahead)
         sharpest = RADIUS_WHEELBASE_M / (TIGHTEST_RADIUS_M * self.wheelbase)
         curvature = sharpest * np.tanh(np.tan(self._wheel_angle(ahead)) / (self.wheelbase * sharpest))
-        grip_rate = TYRE_GRIP_MPS2 / np.maximum(speed, 0.5)
-        wanted = np.clip(ahead * curvature, -grip_rate, grip_rate)
+        grip_rate = TYRE_GRIP_MPS2 / np.maximum(np.abs(ahead), 0.5)
+        held: Floats = np.clip(ahead * curvature, -grip_rate, grip_rate)
+        return held
+
+    def _lateral(self, wanted: Floats, ahead: Floats, aside: Floats, rate: Floats, dt: float) -> tuple[Floats, Floats]:
+        """Yaw rate (rad/s) and sideways speed after `dt`, on the way to those of the steered path."""
         change = (wanted - rate) * min(1.0, dt / YAW_LAG_S)
         rate = rate + np.clip(change, -MAX_YAW_ACCELERATION * dt, MAX_YAW_ACCELERATION * dt)
         slip = 0.5 * self.wheelbase * rate - aside

@@ -16,8 +16,8 @@ Call = Callable[..., Any]
 
 log = logging.getLogger(__name__)
 
-BAD_ARGUMENTS = (TypeError, ValueError, IndexError, OverflowError, AttributeError, KeyError)
-"""What reading arguments of the wrong shape raises."""
+BAD_ARGUMENTS = (TypeError, ValueError, IndexError, OverflowError, AttributeError, KeyError, RuntimeError)
+"""What reading arguments of the wrong shape raises; RuntimeError comes from the carla library's map queries."""
 
 
 class Methods:
