@@ -11,6 +11,7 @@ from typing import Any
 
 from carlette.errors import UsageError
 from carlette.pacing import Pacing
+from carlette.rescue import Rescue
 from carlette.rpc.connection import RpcConnection
 from carlette.rpc.handlers import ALL
 from carlette.rpc.session import Session
@@ -39,6 +40,8 @@ class Server:
         self._selector.register(self._stream_socket, selectors.EVENT_READ, self._accept_stream)
         self._sessions: dict[RpcConnection, Session] = {}
         self._pacing = Pacing()
+        self._rescue = Rescue()
+        self._cued_by: RpcConnection | None = None
         self._is_pending = False
         """A tick is done whose snapshot is still held back."""
         self._next_tick = time.monotonic()
@@ -67,6 +70,7 @@ class Server:
         while self.simulator.ticks_wanted:
             self.simulator.ticks_wanted -= 1
             self._tick(now)
+        self._rescue.look(now)
         settings = self.simulator.world.settings
         if self._is_pending:
             self._try_publish(now)
@@ -120,6 +124,8 @@ class Server:
         self.simulator.hub.awaited.clear()
         self._pacing.published(time.monotonic())
         self.simulator.publish()
+        if self._cued_by is not None:
+            self._rescue.published(time.monotonic(), self._cued_by.host, self._cued_by.traffic_managers)
         for one in list(self.simulator.hub.subscribers):
             if one.lags:
                 self._drop_subscriber(one)
@@ -148,7 +154,10 @@ class Server:
         return handle
 
     def _dispatch(self, connection: RpcConnection, number: int, method: str, arguments: list[Any]) -> None:
+        if connection is self._cued_by:
+            self._rescue.heard()
         if method == "tick_cue":
+            self._cued_by = connection
             connection.reply(number, [[1, self._tick(time.monotonic())]])
             return
         if method == "get_episode_settings":
@@ -169,6 +178,9 @@ class Server:
         for port in connection.traffic_managers:
             self.simulator.traffic_managers.pop(port, None)
         self._sessions.pop(connection, None)
+        if connection is self._cued_by:
+            self._cued_by = None
+            self._rescue.heard()
         self._selector.unregister(connection.socket)
         connection.socket.close()
 

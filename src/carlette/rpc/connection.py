@@ -23,6 +23,7 @@ class RpcConnection:
 
     def __init__(self, sock: socket.socket, dispatch: Dispatch) -> None:
         self.socket = sock
+        self.host = str(sock.getpeername()[0])
         self.dispatch = dispatch
         self.traffic_managers: set[int] = set()
         """Ports of the traffic managers that this client registered."""

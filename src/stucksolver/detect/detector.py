@@ -44,12 +44,12 @@ class Detector:
     def update(self, status: Status) -> Trigger | None:
         """The trigger that holds at this tick, None while all is well or at the destination."""
         if status.at_destination:
-            self.slow_since_s = None
+            self.forget()
             return None
         now = status.time_s
         self._mark(now, status.progress_m)
         if status.speed_mps >= self.settings.v_min_mps:
-            self.slow_since_s = None
+            self._at_speed(now)
         elif self.slow_since_s is None:
             self.slow_since_s = now
         if self.slow_since_s is not None and now - self.slow_since_s >= self.settings.dwell_s - 1e-9:
@@ -71,6 +71,12 @@ class Detector:
         """Start afresh: what went before a finished plan says nothing about what comes after it."""
         self.slow_since_s = None
         self._marks.clear()
+
+    def _at_speed(self, now_s: float) -> None:
+        """A standstill, which the speed has told of, says nothing about the progress of the drive that follows it."""
+        if self.slow_since_s is not None and now_s - self.slow_since_s >= self.settings.dwell_s:
+            self._marks.clear()
+        self.slow_since_s = None
 
     def _mark(self, now_s: float, progress_m: float) -> None:
         """Keep one mark each half second: enough for a window of many seconds, and cheap."""

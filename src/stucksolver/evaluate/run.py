@@ -38,7 +38,7 @@ class RunSpec:
     guidance: tuple[tuple[float, str], ...] = ()
     oncoming: int = 0
     seed: int = 0
-    driver: str = "normal"
+    profile: str = "normal"
     clock: str = "lockstep"
 
 
@@ -49,16 +49,16 @@ def run(
     world = _fresh_world(client)
     situation = build(world, spec.site, spec.scenario, spec.oncoming, traffic, spec.seed)
     for _ in range(SETTLE_TICKS):
-        traffic.tick(world)
+        world.tick()
     carla_map = world.get_map()
-    driver = BehaviorDriver(situation.ego, spec.driver, carla_map=carla_map)
+    driver = BehaviorDriver(situation.ego, spec.profile, carla_map=carla_map)
     driver.set_destination(spec.site.destination.transform.location)
     stack = CarlaStack(situation.ego, driver, carla_map)
     collisions = CollisionWatch(world, situation.ego)
     scribe = Scribe(world, situation)
     solver = _solver(spec, stack, scribe) if spec.with_solver else None
     try:
-        loop = _Loop(spec, world, traffic, situation, stack, solver, scribe, collisions)
+        loop = _Loop(spec, world, situation, stack, solver, scribe, collisions)
         status = loop.go(on_tick)
         return _log(spec, carla_map, driver, loop, status)
     finally:
@@ -89,14 +89,13 @@ class _Loop:
         self,
         spec: RunSpec,
         world: Any,
-        traffic: Traffic,
         situation: Situation,
         stack: CarlaStack,
         solver: StuckSolver | None,
         scribe: Scribe,
         collisions: CollisionWatch,
     ) -> None:
-        self._world, self._traffic, self._ego = world, traffic, situation.ego
+        self._world, self._ego = world, situation.ego
         self._stack, self._solver = stack, solver
         self.scribe, self.collisions = scribe, collisions
         first = stack.status()
@@ -120,7 +119,7 @@ class _Loop:
                 directive = self._solver.step(status, self._stack.surroundings)
                 self.scribe.directive(status.time_s - self.start_s, directive)
             self._ego.apply_control(self._stack.perform(directive))
-            self._traffic.tick(self._world)
+            self._world.tick()
             on_tick(self.elapsed_s)
 
     def _note(self, status: Status) -> str | None:
@@ -162,7 +161,7 @@ def _log(spec: RunSpec, carla_map: Any, driver: BehaviorDriver, loop: _Loop, sta
         scenario=spec.title,
         arm=spec.arm,
         seed=spec.seed,
-        driver=f"behavior ({spec.driver})",
+        driver=f"behavior:{spec.profile}",
         reasoner="rules" if spec.with_solver else "none",
         clock=spec.clock,
         perception=CarlaStack.perception,

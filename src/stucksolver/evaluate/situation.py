@@ -50,7 +50,7 @@ def build(world: Any, site: Site, scenario: Scenario, oncoming: int, traffic: Tr
         cyclists = [_spawn(world, b, w, "scenario") for b, w in zip(blueprints, places, strict=True)]
         others = cyclists
     cars = _oncoming(world, site, oncoming)
-    traffic.tick(world)
+    world.tick()
     if cyclists or cars:
         _set_off(cyclists, cars, traffic.manager(seed))
     return Situation(ego, others, cars)

@@ -11,17 +11,22 @@ from stucksolver.decision.manoeuvre import Manoeuvre
 from stucksolver.decision.rollout import Rollout, rollout, sluggish
 from stucksolver.guard.policy import GuardPolicy
 from stucksolver.scene.frenet import Array, Lane
+from stucksolver.scene.road import LaneDirection, LaneKind
 from stucksolver.scene.view import View
 
 
 @dataclass(frozen=True)
 class Case:
-    """Two speed hypotheses are carried: the ego as quick as comfort allows, and a sluggish one."""
+    """Two speed hypotheses are carried: the ego as quick as comfort allows, and a sluggish one.
+
+    `running`: the plan is under way, so that it is also a question what can still be done.
+    """
 
     view: View
     path: Manoeuvre
     policy: GuardPolicy
     guided: bool = False
+    running: bool = False
 
     @cached_property
     def quick(self) -> Rollout:
@@ -51,6 +56,23 @@ class Case:
         left = np.interp(self.path.s, lane.s, lane.left)
         touches = (self.path.d + self.reach > right + 0.05) & (self.path.d - self.reach < left - 0.05)
         return np.where(touches, 1.0, 0.0)
+
+    def entries(self, lane: Lane) -> Array:
+        """Stations at which the body, until then outside a lane, reaches into it."""
+        inside = self.inside(lane)
+        return np.flatnonzero((inside[1:] > 0) & (inside[:-1] == 0)) + 1
+
+    @cached_property
+    def in_oncoming_lane(self) -> bool:
+        """Does the body reach into a lane of the oncoming traffic now?"""
+        here = float(self.path.s[0])
+        return any(
+            lane.strip.kind is LaneKind.DRIVING
+            and lane.strip.direction is LaneDirection.OPPOSITE
+            and lane.covers(here, here)
+            and self.inside(lane)[0] > 0
+            for lane in self.view.frame.lanes
+        )
 
     @cached_property
     def start_lane(self) -> Lane | None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.guard.case import Case
-from stucksolver.guard.predict import gaps, relevant, times
+from stucksolver.guard.predict import moving_gaps, profiles, relevant, standing_gaps, times
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Array, Lane
 from stucksolver.scene.road import LaneDirection, LineKind
 from stucksolver.scene.surroundings import ControlKind, LightState
+from stucksolver.scene.view import MOVING_MPS
 
 
 def collision(case: Case) -> list[Reject]:
@@ -17,23 +18,32 @@ def collision(case: Case) -> list[Reject]:
     which = relevant(case)
     if not len(which):
         return []
-    t = times(case)
+    view = case.view
+    stands = np.hypot(view.vs[which], view.vd[which]) <= MOVING_MPS
+    standing, moving = which[stands], which[~stands]
+    found: list[Reject] = []
+    if len(standing):
+        found += _too_near(case, standing, standing_gaps(case, standing), case.slow.t)
+    if len(moving):
+        t = times(case)
+        stations = profiles(case, t)
+        gap = moving_gaps(case, stations, moving, t)
+        gap = np.where(_will_be_followed(case, stations, moving), np.maximum(gap, gap[:, :1]), gap)
+        found += _too_near(case, moving, gap.min(axis=0), t)
+    return found
+
+
+def _too_near(case: Case, which: Array, gap: Array, t: Array) -> list[Reject]:
+    """The objects whose gap (instants, objects) falls below the bound for what they are."""
     view, policy = case.view, case.policy
     margin = np.where(view.moving[which] > 0, policy.moving_gap_m, policy.standing_gap_m)
     margin = np.where(view.vulnerable[which] > 0, policy.vulnerable_gap_m, margin)
-    found: list[Reject] = []
-    for run in (case.quick, case.slow):
-        gap = gaps(case, run, which, t)
-        # What is already nearer than the bound counts only when the plan brings it nearer still.
-        bad = (gap < margin) & (gap < gap[0] - 0.05)
-        bad &= ~_will_be_followed(case, run.station_at(t, case.path), which)
-        for k in np.flatnonzero(bad.any(axis=0)):
-            first = int(bad[:, k].argmax())
-            worst = float(gap[:, k][bad[:, k]].min())
-            found.append(_reject(case, int(which[k]), float(t[first]), worst))
-        if found:
-            return found
-    return found
+    # What is already nearer than the bound counts only when the plan brings it nearer still.
+    bad = (gap < margin) & (gap < gap[0] - 0.05)
+    return [
+        _reject(case, int(which[k]), float(t[bad[:, k].argmax()]), float(gap[bad[:, k], k].min()))
+        for k in np.flatnonzero(bad.any(axis=0))
+    ]
 
 
 def _reject(case: Case, index: int, time_s: float, gap_m: float) -> Reject:
@@ -46,7 +56,7 @@ def _reject(case: Case, index: int, time_s: float, gap_m: float) -> Reject:
 
 
 def _will_be_followed(case: Case, station: Array, which: Array) -> Array:
-    """(times, objects): traffic ahead in a lane of our direction, which the stack follows rather than hits.
+    """(profiles, times, objects): traffic ahead in a lane of our direction, which the stack follows rather than hits.
 
     It does not hold while the ego is in an oncoming lane: there it cannot slow down and follow.
     """
@@ -58,7 +68,7 @@ def _will_be_followed(case: Case, station: Array, which: Array) -> Array:
         if lane.strip.direction is LaneDirection.OPPOSITE:
             oncoming = np.maximum(oncoming, case.inside(lane))
     own_side = np.interp(station, case.path.s, oncoming) < 0.5
-    result: Array = own_side[:, None] & leads[None, :]
+    result: Array = own_side[..., None] & leads
     return result
 
 
@@ -74,10 +84,11 @@ def drivable_area(case: Case) -> list[Reject]:
     if case.path.end_s > case.view.frame.end_m:
         detail = "the path runs beyond the known road"
         return [Reject(code=RejectCode.OFF_ROAD, detail=detail)]
-    # Where the ego already stands over an edge, it may leave it, but not go further out.
-    allowed = max(tolerance, float(beyond[0]) + 0.05)
-    worst = int(beyond.argmax())
-    if beyond[worst] <= allowed:
+    # Where the ego already stands over an edge, it may leave it, but not go further out, and must end on the road.
+    allowed = np.full(len(s), max(tolerance, float(beyond[0]) + 0.05))
+    allowed[-1] = tolerance
+    worst = int((beyond - allowed).argmax())
+    if beyond[worst] <= allowed[worst]:
         return []
     detail = f"{beyond[worst]:.1f} m off the driving lanes, {s[worst] - s[0]:.0f} m ahead"
     return [Reject(code=RejectCode.OFF_ROAD, detail=detail, gap_m=-float(beyond[worst]))]
@@ -93,13 +104,24 @@ def speed(case: Case) -> list[Reject]:
     return [Reject(code=RejectCode.OVERSPEED, detail=f"asks {asked:.1f} m/s, the cap is {cap:.1f} m/s")]
 
 
+OVER_THE_LINE_M = 1.0
+"""A vehicle that stands with its bumper this far past a light's line has not passed the light."""
+
+
 def stop_line(case: Case) -> list[Reject]:
-    """No stop line is crossed unless its light is green; stop signs are left to the stack's own driving."""
-    reach = case.path.end_s + case.view.ego.length_m / 2 - case.view.ego_front_s
+    """No stop line is crossed unless its light is green; stop signs are left to the stack's own driving.
+
+    While a plan runs, a line before which comfortable braking cannot stop any more is past mending.
+    """
+    ego = case.view.ego
+    reach = case.path.end_s + ego.length_m / 2 - case.view.ego_front_s
+    nearest = ego.speed_mps**2 / (2 * ego.limits.comfort_braking_mps2) if case.running else 0.0
     for control in case.view.surroundings.controls:
-        if control.applies is False or not 0.0 <= control.distance_m < reach:
+        light = control.kind is ControlKind.TRAFFIC_LIGHT
+        least = nearest - (OVER_THE_LINE_M if light else 0.0)
+        if control.applies is False or not least <= control.distance_m < reach:
             continue
-        if control.kind is ControlKind.TRAFFIC_LIGHT and control.state is not LightState.GREEN:
+        if light and control.state is not LightState.GREEN:
             state = control.state.value if control.state else "unknown"
             detail = f"{state} light {control.distance_m:.0f} m ahead"
             return [Reject(code=RejectCode.RED_LIGHT, detail=detail)]
@@ -146,5 +168,6 @@ def _against_solid(case: Case, speed_mps: float) -> str | None:
         for o in (view.objects[int(i)] for i in ahead)
     ]
     if not case.path.passes and not standing:
-        return None if case.path.returns else "nothing stands in the way"
+        comes_back = case.path.returns and abs(float(case.path.d[0])) > 1.0
+        return None if comes_back else "nothing stands in the way"
     return None if all(standing) else "what is ahead is not a stationary obstruction"

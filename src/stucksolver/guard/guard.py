@@ -13,6 +13,7 @@ from stucksolver.guard import checks, traffic
 from stucksolver.guard.case import Case
 from stucksolver.guard.policy import GuardPolicy
 from stucksolver.guard.verdict import OK, Reject, RejectCode, Verdict
+from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import View
 
 CHECKS: dict[Check, Callable[[Case], list[Reject]]] = {
@@ -79,10 +80,15 @@ class Guard:
         """Judge a running plan on this tick; a verdict with reasons names the abort."""
         off = self._off_path(proven, view)
         rest = proven.path.from_station(view.ego_s)
-        case = Case(view, rest, self.policy, proven.guided)
+        case = Case(view, rest, self.policy, proven.guided, running=True)
         if not proven.committed(view.ego_s):
-            rejects = ([off] if off else []) or self._run(proven.checks, case)
-            return Verdict(rejects=tuple(rejects), abort=Abort.STOP) if rejects else OK
+            known = [reject for reject in (self._stale(view), off) if reject]
+            rejects = known or self._run(proven.checks, case)
+            return Verdict(rejects=tuple(rejects), abort=self._before_commit(view)) if rejects else OK
+        if not case.in_oncoming_lane:
+            red = checks.stop_line(case)
+            if red:
+                return Verdict(rejects=tuple(red), abort=Abort.STOP)
         rejects = ([off] if off else []) + checks.collision(case)
         if not rejects:
             return OK
@@ -91,6 +97,13 @@ class Guard:
         if Abort.RETURN_TO_LANE in wanted and self.way_back(view) is not None:
             way = Abort.RETURN_TO_LANE
         return Verdict(rejects=tuple(rejects), abort=way)
+
+    def _before_commit(self, view: View) -> Abort:
+        """A stop, unless the stack has strayed into an oncoming lane, where a stop is never the way out."""
+        lane = view.ego_lane
+        if lane is None or lane.strip.direction is not LaneDirection.OPPOSITE:
+            return Abort.STOP
+        return Abort.FINISH if self.way_back(view) is None else Abort.RETURN_TO_LANE
 
     def way_back(self, view: View) -> Manoeuvre | None:
         """A collision-free path from here back into the route's own lane, None where there is none."""
@@ -135,7 +148,7 @@ class Guard:
 
 def _commit(case: Case) -> float | None:
     """Where the ego can for the last time stop inside its own lane, by comfortable braking."""
-    leaves = [np.flatnonzero(case.inside(lane)) for lane in case.path.enters]
+    leaves = [np.flatnonzero(case.inside(lane)) for lane in case.path.enters if lane is not case.start_lane]
     first = min((int(k[0]) for k in leaves if len(k)), default=None)
     if first is None:
         return None

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from stucksolver.decision.rollout import Rollout
 from stucksolver.guard.case import Case
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import View
 
 BRAKING_MPS2 = 3.5
+BETWEEN_PROFILES_M = 2.5
 CROSSING_MPS = 0.3
 """A lateral speed above this is taken for real and carried on."""
 
@@ -40,29 +42,55 @@ def relevant(case: Case) -> Array:
     return found
 
 
-def predictions(view: View, which: Array, t: Array) -> tuple[Array, Array]:
-    """(s, d) of objects under the hypotheses along-lane, straight, braking: arrays (3, times, objects)."""
-    s, d, vs, vd = view.s[which], view.d[which], view.vs[which], view.vd[which]
-    crossing = np.where(np.abs(vd) > CROSSING_MPS, vd, 0.0)
-    until = np.minimum(t[:, None], np.abs(vs)[None, :] / BRAKING_MPS2)
-    braked = s + np.sign(vs) * (np.abs(vs) * until - 0.5 * BRAKING_MPS2 * until**2)
-    steady = s + vs * t[:, None]
-    still = np.broadcast_to(d, steady.shape)
-    return np.stack([steady, steady, braked]), np.stack([still, d + crossing * t[:, None], still])
+def profiles(case: Case, t: Array) -> Array:
+    """(profiles, times): arc lengths that leave no room for a body between them, from the slow to the quick rollout.
+
+    Two bounds alone would not do: what crosses behind the quick ego and in front of the slow one meets one in between.
+    """
+    slow = np.interp(t, case.slow.t, case.path.s)
+    spread = np.interp(t, case.quick.t, case.path.s) - slow
+    count = 2 + int(spread.max() / BETWEEN_PROFILES_M)
+    result: Array = slow + np.linspace(0.0, 1.0, count)[:, None] * spread
+    return result
 
 
-def gaps(case: Case, run: Rollout, which: Array, t: Array) -> Array:
-    """Separation from objects, least over the hypotheses: (times, objects), metres."""
-    view = case.view
-    station = run.station_at(t, case.path)
-    offset = np.interp(station, case.path.s, case.path.d)
-    heading = np.interp(station, case.path.s, case.heading)
-    s, d = predictions(view, which, t)
-    all_gaps = separation(
-        (station[:, None], offset[:, None], heading[:, None]),
+def standing_gaps(case: Case, which: Array) -> Array:
+    """(stations, objects): gaps to what stands, wherever on the path and whenever the ego is there."""
+    view, path = case.view, case.path
+    return separation(
+        (path.s[:, None], path.d[:, None], case.heading[:, None]),
         (view.ego.length_m / 2, view.ego.width_m / 2),
-        (s, d, view.yaw[which]),
+        (view.s[which], view.d[which], view.yaw[which]),
         (view.half_length[which], view.half_width[which]),
     )
-    least: Array = all_gaps.min(axis=0)
+
+
+def moving_gaps(case: Case, stations: Array, which: Array, t: Array) -> Array:
+    """(profiles, times, objects): gaps to what moves, least over the hypotheses about it."""
+    view = case.view
+    offset = np.interp(stations, case.path.s, case.path.d)
+    heading = np.interp(stations, case.path.s, case.heading)
+    least: Array | None = None
+    for s, d in predictions(view, which, t):
+        gap = separation(
+            (stations[..., None], offset[..., None], heading[..., None]),
+            (view.ego.length_m / 2, view.ego.width_m / 2),
+            (s, d, view.yaw[which]),
+            (view.half_length[which], view.half_width[which]),
+        )
+        least = gap if least is None else np.minimum(least, gap)
+    assert least is not None
     return least
+
+
+def predictions(view: View, which: Array, t: Array) -> Iterator[tuple[Array, Array]]:
+    """(s, d) of objects, each (times, objects): steadily along the lane, braking, and straight on where one crosses."""
+    s, d, vs, vd = view.s[which], view.d[which], view.vs[which], view.vd[which]
+    steady = s + vs * t[:, None]
+    still = np.broadcast_to(d, steady.shape)
+    yield steady, still
+    until = np.minimum(t[:, None], np.abs(vs) / BRAKING_MPS2)
+    yield s + np.sign(vs) * (np.abs(vs) * until - 0.5 * BRAKING_MPS2 * until**2), still
+    crossing = np.where(np.abs(vd) > CROSSING_MPS, vd, 0.0)
+    if crossing.any():
+        yield steady, d + crossing * t[:, None]

@@ -81,40 +81,52 @@ def _gap(case: Case, lane: Lane, last: int) -> list[Reject]:
 
 
 def lane_entry(case: Case) -> list[Reject]:
-    """RSS distances to those ahead and behind in each lane of our direction, at the moment the body enters it."""
-    lanes = [x for x in case.path.enters if x.strip.direction is LaneDirection.SAME]
-    crossed = [x for x in case.path.enters if x.strip.direction is LaneDirection.OPPOSITE]
+    """RSS distances to those of our direction ahead and behind in each lane, at the moment the body enters it.
+
+    In a borrowed lane too: somebody behind may already be passing us there.
+    """
     found: list[Reject] = []
-    for lane in lanes:
-        inside = np.flatnonzero(case.inside(lane))
-        if len(inside) and inside[0] > 0:
-            found += _entry(case, lane, int(inside[0]))
     home = case.start_lane
-    if crossed and case.path.returns and home is not None:
-        # The way back begins where the body first reaches into the own lane again after having left it.
-        outside = np.flatnonzero(case.inside(home) == 0)
-        if len(outside) and outside[-1] + 1 < len(case.path.s):
-            found += _entry(case, home, int(outside[-1]) + 1)
+    for lane in case.path.enters:
+        inside = np.flatnonzero(case.inside(lane)) if lane is not home else case.entries(lane)
+        if len(inside):
+            found += _entry(case, lane, int(inside[0]))
+    if case.path.returns and home is not None and home not in case.path.enters:
+        # The way back begins where the body last reaches into the own lane again after having left it.
+        back = case.entries(home)
+        if len(back):
+            found += _entry(case, home, int(back[-1]))
     return found
 
 
 def _entry(case: Case, lane: Lane, k: int) -> list[Reject]:
-    view, policy = case.view, case.policy
+    view = case.view
     right, _, left = lane.at(float(case.path.s[k]))
-    when, own = float(case.slow.t[k]), float(case.slow.v[k])
-    half = view.ego.length_m / 2
+    borrowed = lane.strip.direction is LaneDirection.OPPOSITE
     for i, thing in enumerate(view.objects):
         in_band = view.d[i] + view.across[i] > right + 0.1 and view.d[i] - view.across[i] < left - 0.1
-        speed = float(view.vs[i])
-        if not in_band or speed < 0.5:
+        if not in_band or view.vs[i] < 0.5 or (borrowed and thing.id in case.path.passes):
             continue
+        reject = _too_close(case, k, i)
+        if reject is not None:
+            return [reject]
+    return []
+
+
+def _too_close(case: Case, k: int, i: int) -> Reject | None:
+    """An object against the ego at station `k`, for the quick and the slow ego, and for all in between."""
+    view, policy, thing = case.view, case.policy, case.view.objects[i]
+    half, speed = view.ego.length_m / 2, float(view.vs[i])
+    sides = set()
+    for run in (case.slow, case.quick):
+        when, own = float(run.t[k]), float(run.v[k])
         place = float(view.s[i]) + speed * when
         behind = float(case.path.s[k]) - half - (place + float(view.along[i]))
         ahead = place - float(view.along[i]) - (float(case.path.s[k]) + half)
-        gap = max(behind, ahead)
-        needed = rss_distance(speed, own, policy) if behind > ahead else rss_distance(own, speed, policy)
-        if gap < needed:
-            where = "behind" if behind > ahead else "ahead"
+        gap, where = max((behind, "behind"), (ahead, "ahead"))
+        needed = rss_distance(speed, own, policy) if where == "behind" else rss_distance(own, speed, policy)
+        sides.add(where)
+        if gap < needed or len(sides) > 1:
             detail = f"{thing.kind.value} {thing.id} {where}: {gap:.1f} m, needs {needed:.1f} m"
-            return [Reject(code=RejectCode.LANE_ENTRY, detail=detail, object_id=thing.id, time_s=when, gap_m=gap)]
-    return []
+            return Reject(code=RejectCode.LANE_ENTRY, detail=detail, object_id=thing.id, time_s=when, gap_m=gap)
+    return None

@@ -65,7 +65,8 @@ class RoadFrame:
         self.directions: Array = steps / lengths[:, None]
         self.end_m = float(self.s[-1])
         headings = np.unwrap(np.arctan2(self.directions[:, 1], self.directions[:, 0]))
-        self.headings: Array = np.concatenate([headings, headings[-1:]])
+        at_joints = (headings[:-1] + headings[1:]) / 2
+        self.headings: Array = np.concatenate([headings[:1], at_joints, headings[-1:]])
         self.lanes: tuple[Lane, ...] = tuple(self._lane(strip) for strip in road.lanes)
 
     def _lane(self, strip: LaneStrip) -> Lane:

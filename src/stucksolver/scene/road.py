@@ -86,3 +86,10 @@ class RoadGeometry(Model):
     """Arc length along the whole route at the first sample; all arc lengths are counted along the route."""
     destination_m: float | None = None
     """Arc length of the destination, None when it lies beyond."""
+
+    @model_validator(mode="after")
+    def _lanes_lie_beside_it(self) -> "RoadGeometry":
+        for lane in self.lanes:
+            if lane.start + len(lane.offset_m) > len(self.reference):
+                raise ValueError(f"lane {lane.id} has stations beyond the reference line's {len(self.reference)}")
+        return self

@@ -46,8 +46,8 @@ class Latency:
     """Delivered after a fixed time of a world that goes on."""
 
     def __init__(self, latency_s: float) -> None:
-        if not latency_s >= 0:
-            raise ValueError(f"latency must be 0 s or more, not {latency_s}")
+        if not 0 <= latency_s < math.inf:
+            raise ValueError(f"latency must be 0 s or more, and finite, not {latency_s}")
         self.latency_s = latency_s
         self.name = f"latency:{latency_s:g}"
 
@@ -91,6 +91,9 @@ def _wait(answer: Future[T], timeout_s: float | None) -> None:
         return
 
 
+CHOICES = "lockstep, latency:SECONDS, latency:measured or wall"
+
+
 def make_clock(text: str) -> Clock:
     """`lockstep`, `latency:SECONDS`, `latency:measured` or `wall`. Raises `ValueError` for anything else."""
     if text == "lockstep":
@@ -103,5 +106,5 @@ def make_clock(text: str) -> Clock:
         try:
             return Latency(float(text.removeprefix("latency:")))
         except ValueError as error:
-            raise ValueError(f"clock {text!r}: {error}") from error
-    raise ValueError(f"unknown clock {text!r}: use lockstep, latency:SECONDS, latency:measured or wall")
+            raise ValueError(f"clock {text!r}: {error}; use {CHOICES}") from error
+    raise ValueError(f"unknown clock {text!r}: use {CHOICES}")

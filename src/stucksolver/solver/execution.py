@@ -9,7 +9,7 @@ import numpy as np
 from stucksolver.decision import Execute, PathPoint, RecoveryPlan
 from stucksolver.decision.behaviors import Abort, Behavior, KeepLane, Wait
 from stucksolver.decision.manoeuvre import Manoeuvre, landing_m
-from stucksolver.guard import Guard, Proven, Verdict
+from stucksolver.guard import Guard, Proven, Reject, RejectCode, Verdict
 from stucksolver.scene.view import View
 
 ARRIVED_M = 1.5
@@ -78,7 +78,9 @@ class Execution:
         if not verdict.accepted and verdict.abort is not Abort.FINISH:
             return self._abort(verdict.abort or Abort.STOP, str(verdict), view)
         if now_s > self._until_s and not proven.committed(view.ego_s):
-            return self._abort(Abort.STOP, "timeout: it took longer than its time allowance", view)
+            late = Reject(code=RejectCode.TIMEOUT, detail="it took longer than its time allowance")
+            self.last_verdict = Verdict(rejects=(late,), abort=Abort.STOP)
+            return self._abort(Abort.STOP, str(self.last_verdict), view)
         if view.ego_s >= proven.path.end_s - landing_m(view.ego.speed_mps):
             self._proven = None
             return self._next(view, now_s)

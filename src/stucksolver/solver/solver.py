@@ -58,6 +58,7 @@ class StuckSolver:
         self._emit = on_event or (lambda event: None)
         self._progress = ProgressWatch()
         self._guidance: Guidance | None = None
+        self._doing: Guidance | None = None
         self._words: str | None = None
         self._execution: Execution | None = None
         self._attempts: tuple[PastAttempt, ...] = ()
@@ -74,6 +75,7 @@ class StuckSolver:
         trigger = self._detector.update(status)
         if self._words is not None:
             self._take_guidance(status.time_s)
+        self._expire_guidance(status.time_s)
         if trigger is None and self._guidance is None and self._execution is None and not self._thinking.busy:
             self._watch(status, None)
             return CONTINUE
@@ -106,6 +108,16 @@ class StuckSolver:
             self._thinking.drop()
         self._tell(now_s, EventKind.GUIDANCE, self._guidance.text)
 
+    def _expire_guidance(self, now_s: float) -> None:
+        """Words that led to nothing in time are dropped, with the last reason; a question about them too."""
+        words = self._guidance
+        if words is None or words is self._doing or now_s - words.time_s <= self._settings.guidance_expires_s:
+            return
+        if self._execution is None:
+            self._thinking.drop()
+        last = self._attempts[-1].outcome if self._attempts else "no occasion"
+        self._end_guidance(now_s, f"expired ({last})")
+
     def _watch(self, status: Status, trigger: Trigger | None) -> None:
         recovered_after = self._progress.update(status, self._detector.slow_since_s, trigger)
         if recovered_after is not None:
@@ -116,9 +128,6 @@ class StuckSolver:
 
     def _ask(self, status: Status, trigger: Trigger | None) -> None:
         now = status.time_s
-        if self._guidance is not None and now - self._guidance.time_s > self._settings.guidance_expires_s:
-            last = self._attempts[-1].outcome if self._attempts else "no occasion"
-            self._end_guidance(now, f"expired ({last})")
         if now < self._ask_not_before_s or (trigger is None and self._guidance is None):
             return
         self._trigger = Trigger.GUIDANCE if self._guidance is not None else trigger
@@ -155,7 +164,8 @@ class StuckSolver:
         self._ask_not_before_s = now + self._settings.recheck_s
         self._repairs = 0
         self._tell_decision(now, decision, None)
-        if decision.analysis.guidance_intent in (GuidanceIntent.WAIT, GuidanceIntent.UNCLEAR):
+        intent = decision.analysis.guidance_intent
+        if self._guidance is not None and intent in (GuidanceIntent.WAIT, GuidanceIntent.UNCLEAR):
             self._end_guidance(now, "nothing to do")
         return CONTINUE
 
@@ -176,12 +186,12 @@ class StuckSolver:
             return CONTINUE
         view = View(surroundings())
         execution = Execution(plan, self._guard, guided)
-        verdict = execution.start(view, now)
+        verdict = _against_offers(plan, self._thinking.scene) or execution.start(view, now)
         self._tell_decision(now, decision, verdict)
         if not verdict.accepted:
             return self._refused(plan, verdict, status, trigger)
         self._repairs = 0
-        self._execution = execution
+        self._execution, self._doing = execution, self._guidance
         self._tell(now, EventKind.STARTED, ", ".join(b.name for b in plan.behaviors))
         return self._execute(status, surroundings, view)
 
@@ -205,16 +215,17 @@ class StuckSolver:
         if not isinstance(result, Outcome):
             return result
         plan, self._execution = self._execution.plan, None
-        return self._ended(plan, result, status.time_s)
+        spoken, self._doing = self._doing, None
+        return self._ended(plan, result, status.time_s, spoken)
 
-    def _ended(self, plan: RecoveryPlan, outcome: Outcome, now: float) -> Directive:
+    def _ended(self, plan: RecoveryPlan, outcome: Outcome, now: float, spoken: Guidance | None) -> Directive:
         kind = EventKind.FINISHED if outcome.finished else EventKind.ABORTED
         self._tell(now, kind, outcome.text)
         if not outcome.finished:
             self._remember(plan, f"aborted: {outcome.text}", now)
             self._ask_not_before_s = now + self._settings.recheck_s
             return CONTINUE
-        if self._guidance is not None:
+        if spoken is not None and spoken is self._guidance:
             self._end_guidance(now, "done")
         self._detector.forget()
         return Replan(route_start=plan.route_start) if plan.replan_route else CONTINUE
@@ -246,3 +257,14 @@ class StuckSolver:
 
     def _tell(self, now: float, kind: EventKind, text: str) -> None:
         self._emit(Event(time_s=now, kind=kind, text=text))
+
+
+def _against_offers(plan: RecoveryPlan, scene: Scene | None) -> Verdict | None:
+    """Refuses what the stack did not offer in the scene: a behaviour, or a start for a new route."""
+    if scene is None:
+        return None
+    offered = {b.name for b in scene.behaviors}
+    lacking = [f"behaviour {b.name} is not offered" for b in plan.behaviors if b.name not in offered]
+    if plan.route_start is not None and plan.route_start not in {w.id for w in scene.waypoints}:
+        lacking.append(f"waypoint {plan.route_start} is not among the scene's")
+    return Verdict(rejects=tuple(Reject(code=RejectCode.PRECONDITION, detail=x) for x in lacking)) if lacking else None

@@ -42,12 +42,15 @@ class Thinking:
         if not self.clock.due(self._query, now_s, self._answer):
             return None
         answer, self._answer = self._answer, None
-        try:
-            return answer.result()
-        except ReasonerError:
-            raise
-        except Exception as error:
+        error = answer.exception()
+        if isinstance(error, ReasonerError):
+            raise error
+        if error is not None:
             raise ReasonerError(f"{self.reasoner.name} failed: {type(error).__name__}: {error}") from error
+        decision = answer.result()
+        if not isinstance(decision, Decision):
+            raise ReasonerError(f"{self.reasoner.name} answered with a {type(decision).__name__}, not a Decision")
+        return decision
 
     def drop(self) -> None:
         """Forget the question under way; its answer is not wanted any more."""

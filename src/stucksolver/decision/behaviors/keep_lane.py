@@ -4,8 +4,9 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, Check, Start
+from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, along_lane
+from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import View
 
 
@@ -24,4 +25,6 @@ class KeepLane(Behavior):
 
     def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
         lane = view.frame.lane_at(start.s_m, start.d_m)
+        if lane is not None and lane.strip.direction is LaneDirection.OPPOSITE:
+            raise CannotPlan("the vehicle is in an oncoming lane, which is left, not kept")
         return along_lane(lane, start.s_m, start.d_m, self.distance_m, self.speed_mps)

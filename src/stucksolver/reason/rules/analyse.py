@@ -41,11 +41,11 @@ class Hold:
 def analyse(scene: Scene, observation: Observation, limits: WaitLimits) -> Analysis:
     """S2.1 where a passenger has spoken, else S2.2 to S2.5."""
     if scene.guidance is not None:
-        return _with_guidance(scene)
+        return _with_guidance(scene, limits)
     return _without_guidance(scene, observation, limits)
 
 
-def _with_guidance(scene: Scene) -> Analysis:
+def _with_guidance(scene: Scene, limits: WaitLimits) -> Analysis:
     assert scene.guidance is not None
     wanted = guidance_intent(scene.guidance.text)
     step = AnalysisStep(
@@ -55,8 +55,14 @@ def _with_guidance(scene: Scene) -> Analysis:
         evidence=f'"{scene.guidance.text}" is read as: {wanted.value}',
     )
     stuck = scene.ego.speed_mps < MOVING_MPS and not scene.ego.at_destination
+    # No words release the vehicle from a light, a stop line, or people in front of it.
+    hold = _held_by_control(scene, limits) or _held_by_people(scene, limits)
     return Analysis(
-        steps=(step,), immobilized=stuck, guidance_intent=wanted, reason=f"the passenger asks: {wanted.value}"
+        steps=(step,),
+        immobilized=stuck and hold is None,
+        wait=hold.reason if hold else None,
+        guidance_intent=wanted,
+        reason=f"the passenger asks: {wanted.value}" + (f"; but {hold.evidence}" if hold else ""),
     )
 
 
@@ -126,6 +132,15 @@ def _held_by_control(scene: Scene, limits: WaitLimits) -> Hold | None:
             return Hold(WaitReason.LIGHT, f"{state} light {control.distance_m:.0f} m ahead")
         if control.kind is ControlKind.STOP_SIGN and scene.ego.stopped_for_s < 3.0:
             return Hold(WaitReason.STOP_SIGN, f"stop sign {control.distance_m:.0f} m ahead")
+    return None
+
+
+def red_light_within(scene: Scene, way_m: float) -> str | None:
+    """A red or yellow light whose line lies within a way ahead, in words; a plan must not lead past it."""
+    for control in scene.controls:
+        lit = control.kind is ControlKind.TRAFFIC_LIGHT and control.state in (LightState.RED, LightState.YELLOW)
+        if lit and control.state and control.applies is not False and -1.0 < control.distance_m < way_m:
+            return f"{control.state.value} light {control.distance_m:.0f} m ahead"
     return None
 
 

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 from stucksolver.decision import Analysis, CauseCode, Decision, GuidanceIntent, Observation, RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane
-from stucksolver.reason.rules.analyse import blocker
+from stucksolver.reason.rules.analyse import blocker, red_light_within
 from stucksolver.scene import CandidateWaypoint, LaneRelation, LineKind, Scene, SceneLane, SceneObject
 
 RECOVERY_SPEED_MPS = 5.0
 GUIDED_SPEED_MPS = 11.0
+LEAST_SPEED_MPS = 2.0
 GROUP_GAP_M = 14.0
 """Objects nearer to each other than this are passed together."""
 MERGE_ROOM_M = 12.0
@@ -86,7 +87,7 @@ def _why_nothing(analysis: Analysis) -> str:
 def _lead(scene: Scene, analysis: Analysis) -> SceneObject | None:
     """What should be passed, None where nothing should be done."""
     if analysis.guidance_intent is not None:
-        if analysis.guidance_intent in (GuidanceIntent.WAIT, GuidanceIntent.UNCLEAR):
+        if analysis.wait is not None or analysis.guidance_intent in (GuidanceIntent.WAIT, GuidanceIntent.UNCLEAR):
             return None
         ahead = [o for o in scene.objects if o.in_path and o.gap_m is not None and -0.5 < o.gap_m < LEAD_RANGE_M]
         return min(ahead, key=lambda o: o.gap_m or 0.0, default=None)
@@ -109,13 +110,16 @@ def group_of(scene: Scene, lead: SceneObject) -> Target:
 def _speed(scene: Scene, target: Target) -> float:
     if scene.guidance is None or target.speed_mps < 0.5:
         return RECOVERY_SPEED_MPS
-    return round(min(scene.speed_limit_mps or 8.0, GUIDED_SPEED_MPS), 1)
+    return round(min(max(scene.speed_limit_mps or 8.0, LEAST_SPEED_MPS), GUIDED_SPEED_MPS), 1)
 
 
 def _way_past(scene: Scene, target: Target, speed: float) -> Way:
     """The first way past that is open: a lane of our direction on the left, on the right, the oncoming lane."""
     available = {b.name for b in scene.behaviors}
-    why = (WaitReason.NO_SAFE_WAY, "there is no lane to go round in")
+    light = red_light_within(scene, way_to_pass_m(scene, target, speed)[0])
+    if light is not None:
+        return None, (WaitReason.LIGHT, light)
+    why: tuple[WaitReason, str] = (WaitReason.NO_SAFE_WAY, "there is no lane to go round in")
     if "change_lane" in available:
         for where in (LaneRelation.LEFT, LaneRelation.RIGHT):
             lane = _lane(scene, where)

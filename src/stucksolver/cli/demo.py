@@ -1,0 +1,76 @@
+"""`stucksolver demo`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from stucksolver.cli.main import UsageError
+from stucksolver.evaluate.demo import DemoSpec, demo
+from stucksolver.evaluate.files import OutputError
+from stucksolver.evaluate.report import ReportError
+from stucksolver.evaluate.server import ServerError
+from stucksolver.evaluate.sites import SiteError
+from stucksolver.evaluate.situation import SituationError
+from stucksolver.evaluate.table import table
+from stucksolver.solver import make_clock
+from stucksolver.stacks.driver import RouteError
+
+PROFILES = ("cautious", "normal", "aggressive")
+
+
+def run_demo(options: argparse.Namespace) -> int:
+    """Run it, print the table, say where the report is. Raises `UsageError` for what cannot be done."""
+    spec = DemoSpec(
+        map_name=options.map,
+        maps=options.maps,
+        seed=options.seed,
+        profile=_profile(options.driver),
+        road=options.road,
+        oncoming=options.oncoming,
+        clock=_clock(options.clock),
+        out=options.out,
+        host=options.host,
+        port=options.port,
+    )
+    try:
+        runs, report = demo(spec, _say)
+    except (ServerError, SiteError, SituationError, RouteError, ReportError, OutputError) as error:
+        _end_line()
+        raise UsageError(str(error)) from error
+    print(table(runs))
+    print(f"\nreport: {report}")
+    return 0
+
+
+def _profile(text: str) -> str:
+    name, _, profile = text.partition(":")
+    if name != "behavior" or (profile or "normal") not in PROFILES:
+        raise UsageError(f"unknown driver {text!r}: use behavior, or behavior: with one of {', '.join(PROFILES)}")
+    return profile or "normal"
+
+
+def _clock(text: str) -> str:
+    try:
+        return make_clock(text).name
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+
+
+_written = 0
+
+
+def _say(text: str) -> None:
+    """Progress in place on a terminal; whole lines only elsewhere."""
+    global _written
+    if not sys.stderr.isatty():
+        if text.endswith("\n"):
+            print(text, end="", file=sys.stderr, flush=True)
+        return
+    print("\r" + text.ljust(_written), end="", file=sys.stderr, flush=True)
+    _written = 0 if text.endswith("\n") else len(text)
+
+
+def _end_line() -> None:
+    if sys.stderr.isatty() and _written:
+        print(file=sys.stderr)

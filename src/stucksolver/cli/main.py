@@ -1,0 +1,60 @@
+"""`stucksolver`: the commands."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+SUPPORTED = "Python 3.10, 3.11 or 3.12 on Linux x86-64"
+
+
+class UsageError(Exception):
+    """The command cannot be run like this; the message says why and what to do."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point of the `stucksolver` command; returns the exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.run(options))
+    except KeyboardInterrupt:
+        print("\ninterrupted", file=sys.stderr)
+        return 130
+    except UsageError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="stucksolver", description="Gets immobilized vehicles moving again.")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    demo = commands.add_parser("demo", help="drive a parked car and two cyclists without and with help, and report")
+    demo.add_argument("--map", default="demo_town", help="a town's name or an OpenDRIVE file (default: %(default)s)")
+    demo.add_argument("--maps", help="folders to search for towns, separated by ':'")
+    demo.add_argument("--seed", type=int, default=1, help="of places and traffic (default: %(default)s)")
+    demo.add_argument(
+        "--driver",
+        default="behavior",
+        help="behavior, or behavior:cautious, behavior:normal, behavior:aggressive (default: %(default)s)",
+    )
+    demo.add_argument("--road", choices=("any", "one_lane", "multi_lane"), default="any", help="kind of street")
+    demo.add_argument("--oncoming", type=int, default=0, metavar="N", help="cars that come towards us")
+    demo.add_argument("--clock", default="lockstep", help="lockstep, latency:SECONDS or latency:measured")
+    demo.add_argument("--out", type=Path, default=Path("out/demo"), help="folder for results (default: %(default)s)")
+    demo.add_argument("--host", help="use the CARLA server at this address instead of starting carlette")
+    demo.add_argument("--port", type=int, default=2000, help="of that server (default: %(default)s)")
+    demo.set_defaults(run=_demo)
+    return parser
+
+
+def _demo(options: argparse.Namespace) -> int:
+    if importlib.util.find_spec("carla") is None:
+        raise UsageError(
+            f"the carla package is not installed; it exists for {SUPPORTED}: pip install 'stucksolver[sim]'"
+        )
+    from stucksolver.cli.demo import run_demo
+
+    return run_demo(options)
