@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,11 +11,13 @@ import numpy as np
 from stucksolver.decision import Directive, Execute
 from stucksolver.decision.behaviors import REGISTRY, describe
 from stucksolver.scene import (
+    ControlKind,
     EgoState,
     LaneDirection,
     LaneKind,
     LaneSight,
     LaneStrip,
+    LightState,
     LineKind,
     ObjectKind,
     RoadGeometry,
@@ -25,8 +28,10 @@ from stucksolver.scene import (
     TrafficControl,
     Zone,
 )
+from stucksolver.scene.boxes import separation
 from stucksolver.scene.build import build_scene
 from stucksolver.scene.view import View
+from stucksolver.solver import Event, EventKind, StuckSolver
 
 LANE_M = 3.5
 NAMES = tuple(REGISTRY)
@@ -61,6 +66,18 @@ def straight_road(
     reference = tuple((float(x), 0.0) for x in range(count))
     key = f"straight-{oncoming}-{left}-{zones}"
     return RoadGeometry(key=key, spacing_m=1.0, reference=reference, lanes=tuple(lanes), zones=zones)
+
+
+def bent_road(radius_m: float, *, count: int = 60, lanes: tuple[LaneStrip, ...] = ()) -> RoadGeometry:
+    """An arc that turns left about (0, radius); negative radii turn right."""
+    angles = np.arange(count) / radius_m
+    reference = tuple((float(radius_m * np.sin(a)), float(radius_m * (1 - np.cos(a)))) for a in angles)
+    own = strip("own", 0.0, LaneDirection.SAME, LineKind.NONE, count)
+    return RoadGeometry(key=f"arc-{radius_m}-{count}", spacing_m=1.0, reference=reference, lanes=(own, *lanes))
+
+
+def red_light(distance: float, state: LightState = LightState.RED, applies: bool | None = True) -> TrafficControl:
+    return TrafficControl(kind=ControlKind.TRAFFIC_LIGHT, distance_m=distance, applies=applies, state=state)
 
 
 def thing(
@@ -115,6 +132,7 @@ class World:
     cruise_mps: float = 8.0
     dt: float = 0.05
     age_s: float = 0.0
+    offers: tuple[str, ...] = NAMES
 
     def ego(self) -> EgoState:
         return EgoState(x_m=self.x, y_m=self.y, yaw_rad=self.yaw, speed_mps=self.speed, length_m=4.9, width_m=1.85)
@@ -139,7 +157,23 @@ class World:
         return Status(time_s=self.time_s, speed_mps=abs(self.speed), progress_m=self.x)
 
     def scene(self) -> Scene:
-        return build_scene(self.view(), self.status(), describe(NAMES))
+        return build_scene(self.view(), self.status(), describe(self.offers))
+
+    def clearance(self) -> float:
+        """Gap between the ego's body and the nearest object now, metres; negative in contact."""
+        ego = self.ego()
+        gaps = [
+            float(
+                separation(
+                    (ego.x_m, ego.y_m, ego.yaw_rad),
+                    (ego.length_m / 2, ego.width_m / 2),
+                    (o.x_m, o.y_m, o.yaw_rad),
+                    (o.length_m / 2, o.width_m / 2),
+                )
+            )
+            for o in self.objects
+        ]
+        return min(gaps, default=math.inf)
 
     def drive(self, directive: Directive) -> None:
         """One tick: the directive's path is followed to the point; else straight on, behind what is in the way."""
@@ -180,3 +214,42 @@ class World:
         stood = 0.0 if moving else (o.stationary_s or 0.0) + self.dt
         update = {"x_m": o.x_m + o.vx_mps * self.dt, "y_m": o.y_m + o.vy_mps * self.dt, "stationary_s": stood}
         return o.model_copy(update=update)
+
+
+@dataclass
+class Drive:
+    """What a drive with the solver brought to light."""
+
+    events: list[Event] = field(default_factory=list)
+    directives: list[Directive] = field(default_factory=list)
+    nearest_m: float = math.inf
+
+    def kinds(self) -> list[EventKind]:
+        return [e.kind for e in self.events]
+
+    def texts(self, kind: EventKind) -> list[str]:
+        return [e.text for e in self.events if e.kind is kind]
+
+
+def drive(
+    world: World,
+    seconds: float,
+    *,
+    words: dict[float, str] | None = None,
+    every_tick: Callable[[World], None] | None = None,
+    **options: object,
+) -> Drive:
+    """Drives a world with a solver, lockstep if not told otherwise; `words` are said at their time."""
+    seen = Drive()
+    said = dict(words or {})
+    with StuckSolver(world.scene, on_event=seen.events.append, **{"clock": "lockstep", **options}) as solver:
+        for _ in range(round(seconds / world.dt)):
+            for when in [when for when in said if when <= world.time_s]:
+                solver.guide(said.pop(when))
+            directive = solver.step(world.status(), world.surroundings)
+            seen.directives.append(directive)
+            world.drive(directive)
+            seen.nearest_m = min(seen.nearest_m, world.clearance())
+            if every_tick is not None:
+                every_tick(world)
+    return seen
