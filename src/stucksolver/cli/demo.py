@@ -5,16 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 
-from stucksolver.cli.main import UsageError
+from stucksolver.cli.errors import UsageError
 from stucksolver.evaluate.demo import DemoSpec, demo
-from stucksolver.evaluate.files import OutputError
+from stucksolver.evaluate.jobs import RunError
 from stucksolver.evaluate.report import ReportError
-from stucksolver.evaluate.server import ServerError
-from stucksolver.evaluate.sites import SiteError
-from stucksolver.evaluate.situation import SituationError
 from stucksolver.evaluate.table import table
 from stucksolver.solver import make_clock
-from stucksolver.stacks.driver import RouteError
 
 PROFILES = ("cautious", "normal", "aggressive")
 
@@ -35,7 +31,7 @@ def run_demo(options: argparse.Namespace) -> int:
     )
     try:
         runs, report = demo(spec, _say)
-    except (ServerError, SiteError, SituationError, RouteError, ReportError, OutputError) as error:
+    except (RunError, ReportError) as error:
         _end_line()
         raise UsageError(str(error)) from error
     print(table(runs))

@@ -8,11 +8,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from stucksolver.cli.errors import UsageError
+
 SUPPORTED = "Python 3.10, 3.11 or 3.12 on Linux x86-64"
-
-
-class UsageError(Exception):
-    """The command cannot be run like this; the message says why and what to do."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -41,7 +39,13 @@ def _parser() -> argparse.ArgumentParser:
         help="behavior, or behavior:cautious, behavior:normal, behavior:aggressive (default: %(default)s)",
     )
     demo.add_argument("--road", choices=("any", "one_lane", "multi_lane"), default="any", help="kind of street")
-    demo.add_argument("--oncoming", type=int, default=0, metavar="N", help="cars that come towards us")
+    demo.add_argument(
+        "--oncoming",
+        type=int,
+        default=3,
+        metavar="N",
+        help="cars that come towards us where there is one lane each way (default: %(default)s)",
+    )
     demo.add_argument("--clock", default="lockstep", help="lockstep, latency:SECONDS or latency:measured")
     demo.add_argument("--out", type=Path, default=Path("out/demo"), help="folder for results (default: %(default)s)")
     demo.add_argument("--host", help="use the CARLA server at this address instead of starting carlette")

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
+import carla
+
 from stucksolver.decision import CONTINUE, Directive
+from stucksolver.evaluate.jobs import CLIENT_TIMEOUT_S, PROGRESS_EVERY_S, Job
 from stucksolver.evaluate.mapview import map_view
 from stucksolver.evaluate.measure import BLOCKED_S, CollisionWatch, Measures
 from stucksolver.evaluate.runlog import RunLog, RunResult
 from stucksolver.evaluate.scribe import Scribe
-from stucksolver.evaluate.sites import Site
+from stucksolver.evaluate.server import Server
+from stucksolver.evaluate.sites import Site, choose_site
 from stucksolver.evaluate.situation import Scenario, Situation, build
 from stucksolver.evaluate.traffic import Traffic
 from stucksolver.guard import Guard, GuardPolicy
@@ -26,60 +29,65 @@ TIME_LIMIT_S = 200.0
 SETTLE_TICKS = 10
 
 
-@dataclass(frozen=True)
-class RunSpec:
-    """What to run. `guidance`: (seconds after the start, the passenger's words)."""
-
-    scenario: Scenario
-    site: Site
-    title: str
-    arm: str
-    with_solver: bool
-    guidance: tuple[tuple[float, str], ...] = ()
-    oncoming: int = 0
-    seed: int = 0
-    profile: str = "normal"
-    clock: str = "lockstep"
+KINDS = {"one_lane": "one lane each way", "multi_lane": "several lanes"}
+LENGTH_M = {Scenario.PARKED_CAR: 170, Scenario.CYCLISTS: 260}
+NAMES = {Scenario.PARKED_CAR: "parked car", Scenario.CYCLISTS: "two slow cyclists"}
 
 
-def run(
-    spec: RunSpec, client: Any, traffic: Traffic, on_tick: Callable[[float], None] = lambda elapsed_s: None
+def run_job(job: Job, server: Server, progress: Callable[[float], None]) -> RunLog:
+    """One run on a server, in a fresh world.
+
+    Raises `SiteError`, `SituationError`, `RouteError`, and `RuntimeError` from the client when the server is gone.
+    """
+    client = carla.Client(server.host, server.port)
+    client.set_timeout(CLIENT_TIMEOUT_S)
+    world = _fresh_world(client, job)
+    carla_map = world.get_map()
+    site = choose_site(carla_map, job.road, job.seed, LENGTH_M[job.scenario])
+    traffic = Traffic(client)
+    try:
+        return _run(job, world, carla_map, site, traffic, progress)
+    finally:
+        traffic.close()
+
+
+def _run(
+    job: Job, world: Any, carla_map: Any, site: Site, traffic: Traffic, progress: Callable[[float], None]
 ) -> RunLog:
-    """One run in a fresh world. Raises `SituationError`, `RouteError`, and `RuntimeError` from the client."""
-    world = _fresh_world(client)
-    situation = build(world, spec.site, spec.scenario, spec.oncoming, traffic, spec.seed)
+    oncoming = job.oncoming if site.kind == "one_lane" else 0
+    situation = build(world, site, job.scenario, oncoming, traffic, job.seed)
     for _ in range(SETTLE_TICKS):
         world.tick()
-    carla_map = world.get_map()
-    driver = BehaviorDriver(situation.ego, spec.profile, carla_map=carla_map)
-    driver.set_destination(spec.site.destination.transform.location)
+    driver = BehaviorDriver(situation.ego, job.profile, carla_map=carla_map)
+    driver.set_destination(site.destination.transform.location)
     stack = CarlaStack(situation.ego, driver, carla_map)
     collisions = CollisionWatch(world, situation.ego)
     scribe = Scribe(world, situation)
-    solver = _solver(spec, stack, scribe) if spec.with_solver else None
+    solver = _solver(job, stack, scribe) if job.with_solver else None
     try:
-        loop = _Loop(spec, world, situation, stack, solver, scribe, collisions)
-        status = loop.go(on_tick)
-        return _log(spec, carla_map, driver, loop, status)
+        loop = _Loop(job, world, situation, stack, solver, scribe, collisions)
+        status = loop.go(progress)
+        title = f"{NAMES[job.scenario]}, {KINDS[site.kind]}" + (f", {oncoming} oncoming" if oncoming else "")
+        return _log(job, title, site, carla_map, loop, status)
     finally:
         if solver is not None:
             solver.close()
         collisions.close()
 
 
-def _fresh_world(client: Any) -> Any:
-    """A world without anyone in it, in synchronous mode."""
-    world = client.reload_world()
+def _fresh_world(client: Any, job: Job) -> Any:
+    """A world without anyone in it, in synchronous mode. A server of our own has just made one."""
+    world = client.get_world() if job.host is None else client.load_world(job.map_name)
     settings = world.get_settings()
     settings.synchronous_mode, settings.fixed_delta_seconds = True, DT_S
     world.apply_settings(settings)
     return world
 
 
-def _solver(spec: RunSpec, stack: CarlaStack, scribe: Scribe) -> StuckSolver:
+def _solver(job: Job, stack: CarlaStack, scribe: Scribe) -> StuckSolver:
     # The evaluation profile: a solid line may be crossed past a stationary obstruction without asking.
     guard = Guard(GuardPolicy(solid_line="autonomous"))
-    return StuckSolver(stack.scene, reasoner=RuleReasoner(), guard=guard, clock=spec.clock, on_event=scribe.hear)
+    return StuckSolver(stack.scene, reasoner=RuleReasoner(), guard=guard, clock=job.clock, on_event=scribe.hear)
 
 
 class _Loop:
@@ -87,7 +95,7 @@ class _Loop:
 
     def __init__(
         self,
-        spec: RunSpec,
+        job: Job,
         world: Any,
         situation: Situation,
         stack: CarlaStack,
@@ -101,10 +109,11 @@ class _Loop:
         first = stack.status()
         self.start_s = first.time_s
         self.measures = Measures(length_m=stack.route_length_m, start_m=first.progress_m)
-        self._words = sorted(spec.guidance)
+        self._words = sorted(job.guidance)
         self.elapsed_s = 0.0
+        self._next_progress_s = 0.0
 
-    def go(self, on_tick: Callable[[float], None]) -> str:
+    def go(self, progress: Callable[[float], None]) -> str:
         """Until the destination, a block of 60 s, or the time limit; returns which."""
         while True:
             status = self._stack.status()
@@ -120,7 +129,9 @@ class _Loop:
                 self.scribe.directive(status.time_s - self.start_s, directive)
             self._ego.apply_control(self._stack.perform(directive))
             self._world.tick()
-            on_tick(self.elapsed_s)
+            if self.elapsed_s >= self._next_progress_s:
+                self._next_progress_s += PROGRESS_EVERY_S
+                progress(self.elapsed_s)
 
     def _note(self, status: Status) -> str | None:
         self.measures.update(status)
@@ -138,10 +149,10 @@ class _Loop:
         return "timeout" if self.elapsed_s > TIME_LIMIT_S else None
 
 
-def _log(spec: RunSpec, carla_map: Any, driver: BehaviorDriver, loop: _Loop, status: str) -> RunLog:
+def _log(job: Job, title: str, site: Site, carla_map: Any, loop: _Loop, status: str) -> RunLog:
     m, scribe = loop.measures, loop.scribe
     scribe.event(loop.elapsed_s, "run", status)
-    route = [(w.transform.location.x, -w.transform.location.y) for w in spec.site.waypoints]
+    route = [(w.transform.location.x, -w.transform.location.y) for w in site.waypoints]
     infractions = dict(loop.collisions.counts)
     if m.near_misses:
         infractions["near_miss"] = m.near_misses
@@ -158,12 +169,12 @@ def _log(spec: RunSpec, carla_map: Any, driver: BehaviorDriver, loop: _Loop, sta
         distance_m=round(m.completion_pct / 100 * m.length_m, 1),
     )
     return RunLog(
-        scenario=spec.title,
-        arm=spec.arm,
-        seed=spec.seed,
-        driver=f"behavior:{spec.profile}",
-        reasoner="rules" if spec.with_solver else "none",
-        clock=spec.clock,
+        scenario=title,
+        arm=job.arm,
+        seed=job.seed,
+        driver=f"behavior:{job.profile}",
+        reasoner="rules" if job.with_solver else "none",
+        clock=job.clock,
         perception=CarlaStack.perception,
         map=map_view(carla_map, route),
         route=tuple((round(x, 2), round(y, 2)) for x, y in route[::2]),

@@ -19,6 +19,7 @@ CLEAR_BEFORE_M, CLEAR_PAST_M = 20, 60
 MIN_LENGTH_M = 110
 _STRAIGHT_DEG, _FLAT_DEG = 15.0, 3.0
 _LONG_SIGHT_M = 150.0
+_SIGHT_TO_PASS_M = 250.0
 _RUN_UP_M = 40
 _APART_M = 40.0
 _STEP_M = 10
@@ -91,6 +92,22 @@ def find_sites(
     if not sites:
         raise SiteError(_nothing_found(carla_map, road, length_m))
     return sites
+
+
+def choose_site(carla_map: carla.Map, road: SiteKind | Literal["any"], seed: int, length_m: int) -> Site:
+    """The best site to show something: where the oncoming lane is seen far enough to pass in it, else any.
+
+    Where any road will do, streets with one lane each way come first. Raises SiteError when there is none.
+    """
+    sites = find_sites(carla_map, road, seed, length_m)
+    if road == "any":
+        sites.sort(key=lambda site: site.kind != "one_lane")
+    return next((site for site in sites if _is_open(site)), sites[0])
+
+
+def _is_open(site: Site) -> bool:
+    far = site.oncoming_m >= _SIGHT_TO_PASS_M and site.bend_deg < _STRAIGHT_DEG
+    return site.junction_free and (far or site.kind == "multi_lane")
 
 
 @dataclass(frozen=True)

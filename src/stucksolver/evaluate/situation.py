@@ -15,7 +15,7 @@ LIFT_M = 0.3
 """Vehicles are put down from a little above the road, as CARLA's own scenarios do."""
 CYCLIST_KMH = 9.0
 CYCLISTS_AHEAD_M = (18, 23)
-ONCOMING_FIRST_M, ONCOMING_SPACING_M = 30, 28
+ONCOMING_FIRST_M, ONCOMING_SPACING_M = 60, 40
 ONCOMING_SLOWER_PCT = 30.0
 
 

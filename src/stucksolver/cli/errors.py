@@ -1,0 +1,5 @@
+"""What a command says when it cannot be run."""
+
+
+class UsageError(Exception):
+    """The command cannot be run like this; the message says why and what to do."""

@@ -1,0 +1,126 @@
+"""One run, one process, one server: a crash of the client library or the simulator costs that run alone."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import signal
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, Literal
+
+from stucksolver.evaluate.files import OutputError, write_text
+from stucksolver.evaluate.runlog import RunLog
+from stucksolver.evaluate.server import Server, ServerError, carlette_server
+from stucksolver.evaluate.situation import Scenario, SituationError
+
+CLIENT_TIMEOUT_S = 15.0
+PROGRESS_EVERY_S = 5.0
+TRIES = 2
+"""A run whose process was killed by a signal (the client library can crash) is made once more."""
+
+
+class RunError(RuntimeError):
+    """A run could not be made; the message says why and what to do."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """Everything that one run needs, so that it can be made in another process.
+
+    `host`, `port`: a running CARLA server instead of a carlette of our own. `log`: where its log is written.
+    """
+
+    scenario: Scenario
+    arm: str
+    with_solver: bool
+    guidance: tuple[tuple[float, str], ...]
+    map_name: str
+    maps: str | None
+    road: Literal["one_lane", "multi_lane", "any"]
+    oncoming: int
+    seed: int
+    profile: str
+    clock: str
+    log: Path
+    host: str | None = None
+    port: int = 2000
+
+
+def make(job: Job, progress: Callable[[float], None]) -> tuple[RunLog, int]:
+    """Make a run in a process of its own; gives its log and how often it had to be repeated. Raises `RunError`."""
+    for attempt in range(TRIES):
+        code = _attempt(job, progress)
+        if code == 0:
+            return RunLog.model_validate_json(job.log.read_text(encoding="utf-8")), attempt
+        if code > 0:
+            raise RunError(f"the run ended with exit code {code}; what happened is printed above")
+    raise RunError(f"the run's process was killed by {signal.Signals(-code).name}, {TRIES} times in a row")
+
+
+def _attempt(job: Job, progress: Callable[[float], None]) -> int:
+    """The exit code of one attempt; negative: the signal that killed it."""
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe(duplex=False)
+    process = context.Process(target=_work, args=(job, theirs), daemon=True)
+    process.start()
+    theirs.close()
+    try:
+        _listen(ours, progress)
+        process.join()
+    finally:
+        if process.is_alive():
+            process.terminate()
+            process.join()
+        ours.close()
+    return int(process.exitcode or 0)
+
+
+def _listen(ours: Connection, progress: Callable[[float], None]) -> None:
+    """Take progress until the run is over. Raises `RunError` with what it says went wrong."""
+    while True:
+        try:
+            message: Any = ours.recv()
+        except EOFError:
+            return
+        if isinstance(message, str):
+            raise RunError(message)
+        progress(float(message))
+
+
+def _work(job: Job, theirs: Connection) -> None:
+    """The body of the run's process."""
+    # Ctrl-C is the parent's business: it ends us. Its death is noticed by the pipe.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _leave)
+    from stucksolver.evaluate.run import run_job
+    from stucksolver.evaluate.sites import SiteError
+    from stucksolver.stacks.driver import RouteError
+
+    try:
+        with _server(job) as server:
+            try:
+                log = run_job(job, server, theirs.send)
+            except RuntimeError as error:
+                if isinstance(error, SituationError):
+                    raise
+                server.check()
+                raise ServerError(f"the simulator at {server.host}:{server.port} does not answer: {error}") from error
+        write_text(job.log, log.model_dump_json())
+    except BrokenPipeError:
+        raise SystemExit(1) from None
+    except (ServerError, SiteError, SituationError, RouteError, OutputError) as error:
+        theirs.send(str(error))
+
+
+def _leave(number: int, frame: object) -> None:
+    """On SIGTERM: unwind, so that the server is ended too."""
+    raise SystemExit(1)
+
+
+def _server(job: Job) -> contextlib.AbstractContextManager[Server]:
+    if job.host is not None:
+        return contextlib.nullcontext(Server(job.host, job.port))
+    return carlette_server(job.map_name, job.maps, job.seed)
