@@ -1,0 +1,204 @@
+"""What the rules make of a scene, without a passenger."""
+
+from __future__ import annotations
+
+import pytest
+from worlds import LANE_M, World, red_light, straight_road, thing
+
+from stucksolver.decision import CauseCode, Intent, WaitLimits, WaitReason
+from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane
+from stucksolver.reason import RuleReasoner
+from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl
+
+TWO_WAY = straight_road()
+MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
+
+
+def decide(world, *, stopped_s=30.0, limits=None, **ego):
+    scene = world.scene()
+    ego = scene.ego.model_copy(update={"stopped_for_s": stopped_s, **ego})
+    return RuleReasoner(limits).decide(scene.model_copy(update={"ego": ego}))
+
+
+def blocked(**lead):
+    """A road with one thing standing 10 m ahead."""
+    return World(TWO_WAY, [thing("lead", 64.75, **lead)])
+
+
+def wait_of(decision):
+    assert decision.plan is None
+    return decision.analysis.wait
+
+
+def behaviors_of(decision):
+    assert decision.plan is not None, decision.rationale
+    return decision.plan.behaviors
+
+
+# ---- waiting is right
+
+
+@pytest.mark.parametrize("state", [LightState.RED, LightState.YELLOW])
+def test_it_waits_at_a_red_light(state):
+    assert wait_of(decide(World(TWO_WAY, controls=(red_light(5.0, state),)))) is WaitReason.LIGHT
+
+
+@pytest.mark.parametrize("distance", [-1.5, 21.0])
+def test_a_red_light_behind_or_far_away_is_no_reason_to_wait(distance):
+    decision = decide(World(TWO_WAY, controls=(red_light(distance),)))
+    assert decision.analysis.cause is CauseCode.UNKNOWN
+
+
+def test_a_red_light_for_others_is_no_reason_to_wait():
+    decision = decide(World(TWO_WAY, controls=(red_light(5.0, applies=False),)))
+    assert decision.analysis.wait is None
+
+
+@pytest.mark.parametrize("stopped_s", [10.0, 179.0, 181.0, 3600.0])
+def test_nothing_leads_past_a_red_light_however_long_it_lasts(stopped_s):
+    world = World(TWO_WAY, [thing("lead", 60.0, hazard=True)], controls=(red_light(18.0),))
+    assert decide(world, stopped_s=stopped_s).plan is None
+
+
+def test_a_parked_car_before_a_light_is_passed_once_it_is_green():
+    world = World(TWO_WAY, [thing("lead", 60.0, hazard=True)], controls=(red_light(18.0, LightState.GREEN),))
+    assert behaviors_of(decide(world))[0].name == "borrow_oncoming_lane"
+
+
+def test_it_looks_around_for_three_seconds_at_a_stop_sign():
+    sign = TrafficControl(kind=ControlKind.STOP_SIGN, distance_m=3.0, applies=True)
+    world = World(TWO_WAY, controls=(sign,))
+    assert wait_of(decide(world, stopped_s=1.0)) is WaitReason.STOP_SIGN
+    assert decide(world, stopped_s=4.0).analysis.wait is None
+
+
+@pytest.mark.parametrize(("moved_s_ago", "waits"), [(0.0, True), (59.0, True), (61.0, False), (None, False)])
+def test_a_leader_that_moved_within_a_minute_is_a_queue(moved_s_ago, waits):
+    decision = decide(blocked(moved_s_ago=moved_s_ago, stationary_s=59.0))
+    assert (decision.analysis.wait is WaitReason.QUEUE) == waits
+    assert (decision.plan is None) == waits
+
+
+def test_a_leader_at_a_red_light_is_a_queue():
+    world = blocked(stationary_s=100.0)
+    world.controls = (red_light(25.0),)
+    assert wait_of(decide(world)) is WaitReason.QUEUE
+
+
+def test_a_leader_behind_one_that_moved_lately_is_a_queue():
+    world = World(TWO_WAY, [thing("lead", 64.75), thing("next", 72.0, moved_s_ago=20.0)])
+    assert wait_of(decide(world)) is WaitReason.QUEUE
+
+
+def test_a_leader_that_moves_is_followed():
+    assert wait_of(decide(blocked(speed=2.0))) is WaitReason.QUEUE
+
+
+@pytest.mark.parametrize("kind", [ObjectKind.PEDESTRIAN, ObjectKind.ANIMAL])
+def test_it_waits_for_whoever_crosses(kind):
+    assert wait_of(decide(blocked(kind=kind))) is WaitReason.PEOPLE
+    stepping = World(TWO_WAY, [thing("walker", 60.0, -3.0, kind=kind, sideways=1.2)])
+    assert wait_of(decide(stepping)) is WaitReason.PEOPLE
+
+
+def test_people_who_walk_away_hold_nobody_up():
+    away = World(TWO_WAY, [thing("walker", 60.0, -3.0, kind=ObjectKind.PEDESTRIAN, sideways=-1.2)])
+    assert decide(away).analysis.wait is None
+
+
+@pytest.mark.parametrize(
+    ("lead", "needed_s"), [({}, 10.0), ({"hazard": True}, 3.0), ({"y": -0.6}, 3.0)], ids=["unknown", "hazard", "parked"]
+)
+def test_a_stopped_vehicle_is_given_its_time_first(lead, needed_s):
+    early, late = blocked(**lead, stationary_s=needed_s - 0.5), blocked(**lead, stationary_s=needed_s + 0.5)
+    assert wait_of(decide(early)) is WaitReason.UNKNOWN_STOPPED
+    assert behaviors_of(decide(late)) == (BorrowOncomingLane(past_object_id="lead", speed_mps=5.0),)
+
+
+def test_the_limits_are_a_matter_of_policy():
+    world = blocked(stationary_s=15.0)
+    assert decide(world).plan is not None
+    assert decide(world, limits=WaitLimits(unknown_vehicle_s=20.0)).plan is None
+
+
+def test_at_the_destination_there_is_nothing_to_do():
+    assert wait_of(decide(blocked(), at_destination=True)) is WaitReason.AT_DESTINATION
+
+
+def test_while_it_moves_there_is_nothing_to_do():
+    decision = decide(blocked(), speed_mps=3.0)
+    assert decision.plan is None
+    assert not decision.analysis.immobilized
+
+
+def test_moving_without_getting_on_is_a_loop():
+    decision = decide(blocked(), speed_mps=3.0, progress_20s_m=2.0)
+    assert decision.analysis.cause is CauseCode.LOOP
+    assert decision.plan is None
+
+
+def test_nothing_in_the_path_leaves_the_cause_unknown():
+    decision = decide(World(TWO_WAY))
+    assert decision.analysis.cause is CauseCode.UNKNOWN
+    assert decision.plan is None
+
+
+# ---- ways past
+
+
+@pytest.mark.parametrize(
+    ("lead", "cause"),
+    [
+        ({"kind": ObjectKind.CONE}, CauseCode.STATIC_OBSTACLE),
+        ({"kind": ObjectKind.DEBRIS}, CauseCode.STATIC_OBSTACLE),
+        ({"hazard": True}, CauseCode.DISABLED_VEHICLE),
+        ({}, CauseCode.PARKED_VEHICLE),
+    ],
+)
+def test_the_cause_is_named(lead, cause):
+    decision = decide(blocked(**lead))
+    assert decision.analysis.cause is cause
+    assert behaviors_of(decision)[0].past_object_id == "lead"
+
+
+def test_an_oncoming_car_is_let_pass_first():
+    world = blocked()
+    world.objects.append(thing("oncoming", 110.0, LANE_M, speed=-10.0))
+    assert wait_of(decide(world)) is WaitReason.YIELD
+    world.objects[1] = thing("oncoming", 44.0, LANE_M, speed=-10.0)
+    assert behaviors_of(decide(world))[0].name == "borrow_oncoming_lane"
+
+
+def test_with_a_lane_of_our_own_beside_it_changes_there_and_back():
+    out, back = behaviors_of(decide(World(MULTI, [thing("lead", 64.75)])))
+    assert isinstance(out, ChangeLane) and isinstance(back, ChangeLane)
+    assert (out.side, back.side) == ("left", "right")
+
+
+def test_a_car_that_comes_from_behind_in_the_lane_beside_is_let_pass_first():
+    world = World(MULTI, [thing("lead", 64.75), thing("quick", 35.0, LANE_M, speed=12.0)])
+    assert wait_of(decide(world)) is WaitReason.YIELD
+
+
+def test_what_stands_close_together_is_passed_in_one_go():
+    row = World(TWO_WAY, [thing("first", 62.0), thing("second", 70.0), thing("far", 110.0)])
+    assert behaviors_of(decide(row))[0].past_object_id == "second"
+
+
+def test_without_a_lane_to_go_round_in_it_says_so():
+    decision = decide(World(straight_road(oncoming=None), [thing("lead", 64.75)]))
+    assert wait_of(decision) is WaitReason.NO_SAFE_WAY
+    assert decision.analysis.cause is CauseCode.PARKED_VEHICLE
+
+
+@pytest.mark.parametrize("offers", [("wait",), ("wait", "keep_lane", "change_lane")])
+def test_only_what_the_stack_offers_is_planned(offers):
+    world = World(TWO_WAY, [thing("lead", 64.75)], offers=offers)
+    assert wait_of(decide(world)) is WaitReason.NO_SAFE_WAY
+
+
+def test_the_observation_names_who_matters_and_what_they_are_about_to_do():
+    world = blocked()
+    world.objects += [thing("oncoming", 120.0, LANE_M, speed=-8.0), thing("far away", 200.0, -9.0)]
+    seen = {p.object_id: p.intent for p in decide(world).observation.participants}
+    assert seen == {"lead": Intent.STOPPED, "oncoming": Intent.ONCOMING}
