@@ -93,7 +93,7 @@ class CarlaStack:
         self._best_arc = max(self._best_arc, self._arc)
         if now - self._tracked_s >= TRACK_EVERY_S:
             self._tracked_s = now
-            self._tracker.update(place.x, place.y, now)
+            self._tracker.watch(place.x, place.y, now)
         velocity = self._vehicle.get_velocity()
         left = self._road.destination_arc - self._best_arc
         return Status(

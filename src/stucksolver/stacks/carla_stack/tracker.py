@@ -9,9 +9,12 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from stucksolver.scene import ObjectKind, TrackedObject
 from stucksolver.stacks.carla_stack.kinds import attributes_of, kind_of
 from stucksolver.stacks.driver.perception import Perception
+from stucksolver.stacks.driver.perception import Surroundings as Seen
 
 RANGE_M = 300.0
 STANDING_MPS = 0.1
@@ -38,35 +41,25 @@ class Tracker:
         self._tracks: dict[int, _Track] = {}
         self._lights_read_s = -math.inf
 
-    def update(self, ego_x: float, ego_y: float, now_s: float) -> tuple[TrackedObject, ...]:
-        """Everything within range of a point of CARLA's world, in the local frame."""
+    def watch(self, ego_x: float, ego_y: float, now_s: float) -> Seen:
+        """Look around a point of CARLA's world and note who moves; cheap."""
         seen = self._perception.read(ego_x, ego_y)
         self._meet(seen.actor_id, now_s)
+        moving = np.hypot(seen.vx, seen.vy) > STANDING_MPS
+        for actor_id, moves in zip(seen.actor_id, moving.tolist(), strict=True):
+            track = self._tracks.get(actor_id)
+            if track is not None:
+                self._move(track, moves, now_s)
+        return seen
+
+    def update(self, ego_x: float, ego_y: float, now_s: float) -> tuple[TrackedObject, ...]:
+        """Everything within range of a point of CARLA's world, in the local frame."""
+        seen = self.watch(ego_x, ego_y, now_s)
         objects = []
         for i, actor_id in enumerate(seen.actor_id):
             track = self._tracks.get(actor_id)
-            if track is None:
-                continue
-            vx, vy = float(seen.vx[i]), -float(seen.vy[i])
-            self._move(track, math.hypot(vx, vy) > STANDING_MPS, now_s)
-            objects.append(
-                TrackedObject(
-                    id=str(actor_id),
-                    kind=track.kind,
-                    x_m=float(seen.x[i]),
-                    y_m=-float(seen.y[i]),
-                    yaw_rad=-float(seen.yaw[i]),
-                    vx_mps=vx,
-                    vy_mps=vy,
-                    length_m=2 * float(seen.half_length[i]),
-                    width_m=2 * float(seen.half_width[i]),
-                    height_m=float(seen.top[i] - seen.bottom[i]),
-                    stationary_s=0.0 if track.standing_since_s is None else now_s - track.standing_since_s,
-                    moved_s_ago=None if track.last_moved_s is None else now_s - track.last_moved_s,
-                    hazard_lights=None if track.lights is None else track.lights & _HAZARD == _HAZARD,
-                    brake_lights=None if track.lights is None else bool(track.lights & _BRAKE),
-                )
-            )
+            if track is not None:
+                objects.append(_tracked(seen, i, track, now_s))
         return tuple(objects)
 
     def read_lights(self, now_s: float) -> None:
@@ -95,3 +88,22 @@ class Tracker:
             track.last_moved_s, track.standing_since_s = now_s, None
         elif track.standing_since_s is None:
             track.standing_since_s = now_s
+
+
+def _tracked(seen: Seen, i: int, track: _Track, now_s: float) -> TrackedObject:
+    return TrackedObject(
+        id=str(seen.actor_id[i]),
+        kind=track.kind,
+        x_m=float(seen.x[i]),
+        y_m=-float(seen.y[i]),
+        yaw_rad=-float(seen.yaw[i]),
+        vx_mps=float(seen.vx[i]),
+        vy_mps=-float(seen.vy[i]),
+        length_m=2 * float(seen.half_length[i]),
+        width_m=2 * float(seen.half_width[i]),
+        height_m=float(seen.top[i] - seen.bottom[i]),
+        stationary_s=0.0 if track.standing_since_s is None else now_s - track.standing_since_s,
+        moved_s_ago=None if track.last_moved_s is None else now_s - track.last_moved_s,
+        hazard_lights=None if track.lights is None else track.lights & _HAZARD == _HAZARD,
+        brake_lights=None if track.lights is None else bool(track.lights & _BRAKE),
+    )

@@ -1,0 +1,24 @@
+"""All benchmarks: `python -m benchmarks [--smoke] [NAME ...]`. Figures are printed as JSON, one object a benchmark."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+
+NAMES = ("solver_overhead", "addon_overhead", "carlette_ticks")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("names", nargs="*", choices=[*NAMES, []], help="which (default: all)")
+    parser.add_argument("--smoke", action="store_true", help="few repetitions: shows that they run, not how fast")
+    options = parser.parse_args()
+    for name in options.names or NAMES:
+        figures = importlib.import_module(f"benchmarks.{name}").run(options.smoke)
+        rounded = {key: float(f"{value:.4g}") for key, value in figures.items()}
+        print(json.dumps({name: rounded}, indent=2), flush=True)
+
+
+if __name__ == "__main__":
+    main()

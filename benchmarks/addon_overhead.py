@@ -1,0 +1,103 @@
+"""What the whole add-on costs on each tick while driving freely, beside what the driver itself costs.
+
+A car of our driver drives through carlette's demo town among 20 cars of the TrafficManager; every part is timed on
+every tick with the real client. The add-on is the stack's status (route projection, tracker) and `StuckSolver.step`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import time
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import carla
+
+from stucksolver.evaluate.server import carlette_server
+from stucksolver.evaluate.sites import choose_site
+from stucksolver.evaluate.traffic import Traffic
+from stucksolver.solver import StuckSolver
+from stucksolver.stacks.carla_stack import CarlaStack
+from stucksolver.stacks.driver import BehaviorDriver
+
+CARS = 20
+STEP_S = 0.05
+T = TypeVar("T")
+
+
+def run(smoke: bool) -> dict[str, float]:
+    """Medians and 99th percentiles in microseconds, and the add-on's share of the driver's own time."""
+    ticks = 100 if smoke else 600
+    with carlette_server("demo_town") as server:
+        client = carla.Client(server.host, server.port)
+        client.set_timeout(20.0)
+        traffic = Traffic(client)
+        try:
+            return _figures(_drive(client, traffic, ticks))
+        finally:
+            traffic.close()
+
+
+class Times(dict[str, list[float]]):
+    """Durations in microseconds by name."""
+
+    def take(self, name: str, call: Callable[[], T]) -> T:
+        start = time.perf_counter()
+        result = call()
+        self.setdefault(name, []).append(1e6 * (time.perf_counter() - start))
+        return result
+
+
+def _drive(client: Any, traffic: Traffic, ticks: int) -> Times:
+    world = client.get_world()
+    settings = world.get_settings()
+    settings.synchronous_mode, settings.fixed_delta_seconds = True, STEP_S
+    world.apply_settings(settings)
+    carla_map = world.get_map()
+    site = choose_site(carla_map, "one_lane", 1, 260)
+    library = world.get_blueprint_library()
+    place = site.start.transform
+    place.location.z += 0.3
+    ego = world.spawn_actor(library.find("vehicle.lincoln.mkz_2020"), place)
+    model = library.find("vehicle.tesla.model3")
+    spots = [s for s in carla_map.get_spawn_points() if s.location.distance(place.location) > 15.0]
+    cars = [car for car in (world.try_spawn_actor(model, spot) for spot in spots[: 2 * CARS]) if car][:CARS]
+    world.tick()
+    manager = traffic.manager(1)
+    for car in cars:
+        car.set_autopilot(True, manager.get_port())
+    driver = BehaviorDriver(ego, carla_map=carla_map)
+    driver.set_destination(site.destination.transform.location)
+    stack = CarlaStack(ego, driver, carla_map)
+    times = Times()
+    with StuckSolver(stack.scene, clock="lockstep") as solver:
+        for _ in range(ticks):
+            status = times.take("status", stack.status)
+            directive = times.take("step", lambda status=status: solver.step(status, stack.surroundings))  # type: ignore[misc]
+            ego.apply_control(times.take("driver", lambda directive=directive: stack.perform(directive)))  # type: ignore[misc]
+            world.tick()
+            if status.at_destination:
+                break
+    return times
+
+
+def _figures(times: Times) -> dict[str, float]:
+    addon = [a + b for a, b in zip(times["status"], times["step"], strict=True)]
+    figures = {f"{name}_us": statistics.median(values) for name, values in times.items()}
+    figures["addon_us"] = statistics.median(addon)
+    figures["addon_p99_us"] = statistics.quantiles(addon, n=100)[98]
+    figures["ratio_addon_to_driver"] = statistics.median(addon) / figures["driver_us"]
+    return figures
+
+
+def main() -> None:
+    """Prints the figures as JSON."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--smoke", action="store_true", help="a short run that only shows that it works")
+    print(json.dumps(run(parser.parse_args().smoke), indent=2))
+
+
+if __name__ == "__main__":
+    main()
