@@ -16,6 +16,8 @@ from stucksolver.stacks.driver import RoutePoint
 
 SPACING_M = 2.0
 BEHIND_M, AHEAD_M = 60.0, 320.0
+RUN_UP_M = 120.0
+"""How far the road is known before the route: a route planned anew may begin this far ahead of the ego."""
 ON_ROUTE_M = 2.2
 """A stop line's waypoint this near to a station belongs to the route's lane."""
 BEYOND_M = 80.0
@@ -38,16 +40,16 @@ class RouteRoad:
 
     def __init__(self, carla_map: Any, route: Sequence[RoutePoint]) -> None:
         waypoints = [p.waypoint for p in route]
-        before = _prolonged(waypoints[0], BEHIND_M, forward=False)[::-1]
+        before = _prolonged(waypoints[0], RUN_UP_M, forward=False)[::-1]
         after = _prolonged(waypoints[-1], BEYOND_M, forward=True)
-        line = _resampled([*before, *waypoints, *after])
+        line, arcs = _resampled([*before, *waypoints, *after])
         self.stations = tuple(_station(w, x, y, heading) for w, x, y, heading in line)
-        self.route_start_m = len(_resampled(before + waypoints[:1])) * SPACING_M - SPACING_M if before else 0.0
+        self.start_arc, self.destination_arc = arcs[len(before)], arcs[len(before) + len(waypoints) - 1]
+        """Arc lengths at which the route itself begins and ends."""
         points = np.array([(s.x, s.y) for s in self.stations])
         steps = np.hypot(*np.diff(points, axis=0).T)
         self.arc: np.ndarray[Any, Any] = np.concatenate([[0.0], np.cumsum(steps)])
         self._points = points
-        self.destination_arc = self.arc_of(*to_local(waypoints[-1].transform.location), 0, len(points))
         self._crosswalks = _crosswalk_spans(carla_map, points, self.arc)
 
     def arc_of(self, x: float, y: float, first: int, last: int) -> float:
@@ -107,20 +109,19 @@ def _prolonged(waypoint: Any, length_m: float, *, forward: bool) -> list[Any]:
     return found
 
 
-def _resampled(waypoints: list[Any]) -> list[tuple[Any, float, float, float]]:
-    """(waypoint, x, y, heading) every `SPACING_M` along the line through waypoints, in the local frame."""
+def _resampled(waypoints: list[Any]) -> tuple[list[tuple[Any, float, float, float]], list[float]]:
+    """(waypoint, x, y, heading) every `SPACING_M` along the line through waypoints, and the arc length of each.
+
+    In the local frame. There must be two waypoints at different places.
+    """
     points = np.array([to_local(w.transform.location) for w in waypoints])
-    if len(points) < 2:
-        return [(w, float(p[0]), float(p[1]), 0.0) for w, p in zip(waypoints, points, strict=True)]
-    steps = np.hypot(*np.diff(points, axis=0).T)
-    keep = np.concatenate([[True], steps > 0.05])
-    points, kept = points[keep], [w for w, k in zip(waypoints, keep, strict=True) if k]
     arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     at = np.arange(0.0, arc[-1] + 1e-6, SPACING_M)
     x, y = np.interp(at, arc, points[:, 0]), np.interp(at, arc, points[:, 1])
-    heading = np.arctan2(np.gradient(y), np.gradient(x)) if len(at) > 1 else np.zeros(1)
-    nearest = np.clip(np.searchsorted(arc, at), 0, len(kept) - 1)
-    return [(kept[k], float(a), float(b), float(h)) for k, a, b, h in zip(nearest, x, y, heading, strict=True)]
+    heading = np.arctan2(np.gradient(y), np.gradient(x))
+    nearest = np.clip(np.searchsorted(arc, at), 0, len(waypoints) - 1)
+    line = [(waypoints[k], float(a), float(b), float(h)) for k, a, b, h in zip(nearest, x, y, heading, strict=True)]
+    return line, arc.tolist()
 
 
 def _station(waypoint: Any, x: float, y: float, heading: float) -> Station:

@@ -39,6 +39,7 @@ EPISODE_REACH_M = 60.0
 """After this much progress the road is fetched anew: the episode is another one."""
 CANDIDATES_M = (20.0, 40.0, 70.0, 110.0)
 DESTINATION_M = 5.0
+STARTS_WITHIN_M = 30.0
 
 
 class CarlaStack:
@@ -64,6 +65,7 @@ class CarlaStack:
         self._size = (2 * float(box.extent.x), 2 * float(box.extent.y))
         self._limits = VehicleLimits()
         self._candidates: dict[str, Any] = {}
+        self._progress_offset_m = self._best_arc = 0.0
         self._take_route()
 
     def _take_route(self) -> None:
@@ -74,8 +76,16 @@ class CarlaStack:
         self._controls = RouteControls(list(lights), self._road)
         self._geometry: RoadGeometry | None = None
         self._geometry_arc = 0.0
-        self._arc = self._best_arc = self._road.arc_of(*to_local(self._vehicle.get_location()), 0, 10**9)
-        self._station = 0
+        # The ego is at the route's start, or short of it; a route that comes by here again must not confuse that.
+        last = int((self._road.start_arc + STARTS_WITHIN_M) / SPACING_M)
+        self._arc = self._road.arc_of(*to_local(self._vehicle.get_location()), 0, last)
+        self._station = int(self._arc / SPACING_M)
+        self._progress_offset_m, self._best_arc = self._progress_m - self._arc, self._arc
+
+    @property
+    def _progress_m(self) -> float:
+        """New ground covered so far; goes on from where it was when the route is planned anew."""
+        return self._progress_offset_m + self._best_arc
 
     @property
     def route_length_m(self) -> float:
@@ -99,7 +109,7 @@ class CarlaStack:
         return Status(
             time_s=now,
             speed_mps=math.hypot(velocity.x, velocity.y),
-            progress_m=self._best_arc,
+            progress_m=self._progress_m,
             at_destination=left < DESTINATION_M,
         )
 
@@ -225,7 +235,7 @@ class CarlaStack:
 
     def _route_command(self) -> str | None:
         route = self._driver.route
-        index = int(self._arc - self._road.route_start_m)
+        index = int(self._arc - self._road.start_arc)
         return route[index].command if 0 <= index < len(route) else None
 
 
