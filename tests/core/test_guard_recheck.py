@@ -1,0 +1,163 @@
+"""While a plan runs: what ends it before the commit point, and what may still end it afterwards."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from worlds import LANE_M, World, red_light, straight_road, thing
+
+from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, ChangeLane, KeepLane
+from stucksolver.guard import Guard, RejectCode
+from stucksolver.scene import LightState, LineKind, ObjectKind
+
+TWO_WAY = straight_road()
+MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
+GUARD = Guard()
+BORROW = BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)
+LEFT = ChangeLane(side="left", distance_m=60.0, speed_mps=5.0)
+RIGHT = ChangeLane(side="right", distance_m=25.0, speed_mps=5.0)
+ONCOMING = thing("oncoming", 120.0, LANE_M, speed=-10.0)
+
+
+def begin(behaviors, world):
+    verdict, proven = GUARD.accept(behaviors, world.view(), guided=False)
+    assert proven is not None, str(verdict)
+    return proven
+
+
+def borrowing():
+    world = World(TWO_WAY, [thing("lead", 72.0)])
+    return world, begin([BORROW], world)
+
+
+def put(world, proven, s, speed=None):
+    """The ego on its path at an arc length, as quick as the path lets it be if not told."""
+    world.x, world.y = s, float(np.interp(s, proven.path.s, proven.path.d))
+    world.speed = 3.0 if speed is None else speed
+    return world
+
+
+def stations(proven, start, end, step=1.0):
+    """Arc lengths on the path between two of them."""
+    return np.arange(max(start, proven.path.s[0]), min(end, proven.path.end_s - 1.0), step)
+
+
+def test_while_nothing_changes_the_plan_stands_from_start_to_end():
+    world, proven = borrowing()
+    for s in stations(proven, 0.0, 1e9):
+        assert GUARD.recheck(proven, put(world, proven, s).view()).accepted, s
+
+
+def test_an_oncoming_car_before_the_commit_point_means_stop():
+    world, proven = borrowing()
+    world.objects.append(ONCOMING)
+    for s in stations(proven, 0.0, proven.commit_s - 0.01, 0.2):
+        verdict = GUARD.recheck(proven, put(world, proven, s, 1.0).view())
+        assert verdict.abort is Abort.STOP
+        assert RejectCode.ONCOMING_GAP in {r.code for r in verdict.rejects}
+
+
+@pytest.mark.parametrize("others", [[ONCOMING], [thing("wreck", 85.0, LANE_M, kind=ObjectKind.BARRIER)]])
+def test_after_the_commit_point_there_is_no_stop_in_the_oncoming_lane(others):
+    world, proven = borrowing()
+    world.objects += others
+    world.controls = (red_light(60.0),)
+    lane = proven.path.enters[0]
+    aborts = set()
+    for s in stations(proven, proven.commit_s, 1e9):
+        view = put(world, proven, s).view()
+        verdict = GUARD.recheck(proven, view)
+        aborts.add(verdict.abort)
+        reaches_in = view.ego_d + view.ego.width_m / 2 > lane.at(s)[0] + 0.2
+        assert not (reaches_in and verdict.abort is Abort.STOP)
+    assert aborts - {None, Abort.STOP}
+
+
+def test_with_room_behind_the_obstacle_the_way_out_is_back_to_the_lane():
+    world, proven = borrowing()
+    world.objects.append(thing("oncoming", 150.0, LANE_M, speed=-12.0))
+    beyond = 72.0 + 2.3 + 2.45 + 3.0
+    verdict = GUARD.recheck(proven, put(world, proven, beyond, 4.0).view())
+    if not verdict.accepted:
+        assert verdict.abort in (Abort.RETURN_TO_LANE, Abort.FINISH)
+    assert GUARD.way_back(world.view()) is not None
+
+
+def test_beside_the_obstacle_there_is_no_way_back():
+    world, proven = borrowing()
+    assert GUARD.way_back(put(world, proven, 70.0).view()) is None
+
+
+def test_the_commit_point_comes_before_the_body_enters_the_other_lane():
+    world, proven = borrowing()
+    lane = proven.path.enters[0]
+    first = next(
+        s
+        for s, d in zip(proven.path.s, proven.path.d, strict=True)
+        if d + world.ego().width_m / 2 > lane.at(float(s))[0] + 0.05
+    )
+    assert world.x <= proven.commit_s < first
+
+
+def test_a_change_there_and_back_commits_only_when_it_leaves_the_lane():
+    world = World(MULTI, [thing("lead", 72.0)])
+    proven = begin([LEFT, RIGHT], world)
+    assert proven.commit_s > world.x
+    world.objects.append(thing("quick", 20.0, LANE_M, speed=13.0))
+    verdict = GUARD.recheck(proven, put(world, proven, world.x, 0.5).view())
+    assert verdict.abort is Abort.STOP
+    assert {r.code for r in verdict.rejects} == {RejectCode.LANE_ENTRY}
+
+
+def test_a_way_that_never_leaves_the_lane_has_no_commit_point():
+    assert begin([KeepLane(distance_m=30.0, speed_mps=5.0)], World(TWO_WAY)).commit_s is None
+
+
+@pytest.mark.parametrize("committed", [False, True])
+def test_a_light_that_turns_red_ahead_is_stopped_for(committed):
+    world = World(MULTI, controls=(red_light(50.0, LightState.GREEN),))
+    proven = begin([LEFT], world)
+    at = proven.path.s[0] if not committed else proven.commit_s + 20.0
+    put(world, proven, at)
+    world.controls = (red_light(30.0, LightState.GREEN),)
+    assert GUARD.recheck(proven, world.view()).accepted
+    world.controls = (red_light(20.0, LightState.YELLOW),)
+    verdict = GUARD.recheck(proven, world.view())
+    assert verdict.abort is Abort.STOP
+    assert RejectCode.RED_LIGHT in {r.code for r in verdict.rejects}
+
+
+def test_a_light_too_near_to_stop_at_is_past_mending():
+    world = World(TWO_WAY)
+    proven = begin([KeepLane(distance_m=40.0, speed_mps=5.0)], world)
+    put(world, proven, 60.0, speed=5.0)
+    world.controls = (red_light(1.0, LightState.YELLOW),)
+    assert GUARD.recheck(proven, world.view()).accepted
+    world.controls = (red_light(6.0, LightState.YELLOW),)
+    assert GUARD.recheck(proven, world.view()).abort is Abort.STOP
+
+
+def test_old_news_before_the_commit_point_means_stop():
+    world, proven = borrowing()
+    world.age_s = 1.0
+    verdict = GUARD.recheck(proven, world.view())
+    assert verdict.abort is Abort.STOP
+    assert [r.code for r in verdict.rejects] == [RejectCode.STALE]
+
+
+def test_strayed_into_the_oncoming_lane_there_is_no_stop():
+    world = World(TWO_WAY, y=0.0)
+    proven = begin([KeepLane(distance_m=40.0, speed_mps=5.0)], world)
+    world.x, world.y = 60.0, 2.5
+    verdict = GUARD.recheck(proven, world.view())
+    assert [r.code for r in verdict.rejects] == [RejectCode.DEVIATION]
+    assert verdict.abort is Abort.RETURN_TO_LANE
+
+
+def test_a_walker_who_steps_out_stops_a_way_in_the_own_lane():
+    world = World(TWO_WAY)
+    proven = begin([KeepLane(distance_m=40.0, speed_mps=5.0)], world)
+    world.objects.append(thing("walker", 75.0, -3.0, kind=ObjectKind.PEDESTRIAN, sideways=1.0))
+    verdict = GUARD.recheck(proven, put(world, proven, 60.0).view())
+    assert verdict.abort is Abort.STOP
+    assert verdict.rejects[0].object_id == "walker"
