@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Annotated
 
 from pydantic import Field, TypeAdapter
@@ -27,6 +28,7 @@ def parse_behavior(data: object) -> Behavior:
     return _adapter.validate_python(data)
 
 
+@lru_cache(maxsize=32)
 def describe(names: tuple[str, ...]) -> tuple[AvailableBehavior, ...]:
     """What a reasoner is told of behaviours. Raises `KeyError` for a name that is not in the list."""
     found = []
