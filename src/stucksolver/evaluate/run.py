@@ -13,7 +13,7 @@ from stucksolver.evaluate.mapview import map_view
 from stucksolver.evaluate.measure import BLOCKED_S, CollisionWatch, Measures
 from stucksolver.evaluate.runlog import RunLog, RunResult
 from stucksolver.evaluate.scribe import Scribe
-from stucksolver.evaluate.server import Server
+from stucksolver.evaluate.server import Server, check_versions
 from stucksolver.evaluate.sites import Site, choose_site
 from stucksolver.evaluate.situation import Scenario, Situation, build
 from stucksolver.evaluate.traffic import Traffic
@@ -41,6 +41,7 @@ def run_job(job: Job, server: Server, progress: Callable[[float], None]) -> RunL
     """
     client = carla.Client(server.host, server.port)
     client.set_timeout(CLIENT_TIMEOUT_S)
+    check_versions(client)
     world = _fresh_world(client, job)
     carla_map = world.get_map()
     site = choose_site(carla_map, job.road, job.seed, LENGTH_M[job.scenario])

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.metadata
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 START_LIMIT_S = 60.0
+SERVED = ("0.9.15", "0.9.16")
 
 
 class ServerError(RuntimeError):
@@ -33,7 +36,9 @@ class Server:
 @contextlib.contextmanager
 def carlette_server(map_name: str, maps: str | None = None, seed: int = 0) -> Iterator[Server]:
     """A carlette on a free port, ended on exit, and by itself should we die. Raises `ServerError`."""
+    version = _client_version()
     command = [sys.executable, "-m", "carlette", "--port", "0", "--map", map_name, "--seed", str(seed)]
+    command += ["--client-version", version]
     if maps:
         command += ["--maps", maps]
     process = subprocess.Popen(
@@ -48,6 +53,24 @@ def carlette_server(map_name: str, maps: str | None = None, seed: int = 0) -> It
         yield _listening(process)
     finally:
         _end(process)
+
+
+def _client_version() -> str:
+    """The installed client's version, which carlette must be told."""
+    version = importlib.metadata.version("carla")
+    served = next((known for known in SERVED if version.startswith(known)), None)
+    if served is None:
+        raise ServerError(
+            f"carlette serves the carla clients {' and '.join(SERVED)}, installed is {version}: pip install carla=={SERVED[-1]}"
+        )
+    return served
+
+
+def check_versions(client: Any) -> None:
+    """Raises `ServerError` where a client and the server it is connected to are of different versions."""
+    ours, theirs = str(client.get_client_version()), str(client.get_server_version())
+    if ours != theirs:
+        raise ServerError(f"the carla client is {ours} but the server is {theirs}: pip install carla=={theirs}")
 
 
 def _listening(process: subprocess.Popen[str]) -> Server:
