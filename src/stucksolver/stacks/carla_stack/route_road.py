@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import shapely
 
 from stucksolver.scene import LaneDirection, LaneKind, LaneStrip, RoadGeometry, Zone, ZoneKind
 from stucksolver.stacks.carla_stack.frames import to_local, yaw_to_local
@@ -20,6 +21,8 @@ RUN_UP_M = 120.0
 """How far the road is known before the route: a route planned anew may begin this far ahead of the ego."""
 ON_ROUTE_M = 2.2
 """A stop line's waypoint this near to a station belongs to the route's lane."""
+BODY_M = 1.0
+"""From the route to the ego's side: so near to it a crosswalk is on its way."""
 BEYOND_M = 80.0
 """How far the road is known past the destination, so that a plan may end there."""
 
@@ -181,21 +184,27 @@ def _junctions(part: Sequence[Station], arc: Any) -> list[Zone]:
 
 
 def _crosswalk_spans(carla_map: Any, points: Any, arc: Any) -> list[tuple[float, float]]:
-    """Where crosswalks of the map lie across the route, as spans of arc length."""
-    polygons: list[list[tuple[float, float]]] = [[]]
+    """Where the ego's body meets crosswalks of the map, as spans of arc length; each crossing is one span."""
+    steps = shapely.linestrings(np.stack([points[:-1], points[1:]], axis=1))
+    spans = []
+    for polygon in _crosswalks(carla_map):
+        met = np.flatnonzero(shapely.intersects(steps, polygon))
+        for run in np.split(met, np.flatnonzero(np.diff(met) > 1) + 1) if len(met) else []:
+            first, last = int(run[0]), int(run[-1]) + 1
+            line = shapely.LineString(points[first : last + 1])
+            ends = shapely.get_coordinates(line.intersection(polygon))
+            along = [line.project(shapely.Point(end)) for end in ends]
+            spans.append((float(arc[first] + min(along)), float(arc[first] + max(along))))
+    return spans
+
+
+def _crosswalks(carla_map: Any) -> list[Any]:
+    """The map's crosswalks as areas, a little wider than they are painted."""
+    outlines: list[list[tuple[float, float]]] = [[]]
     for location in carla_map.get_crosswalks():
         place = to_local(location)
-        polygons[-1].append(place)
+        outlines[-1].append(place)
         # The client lists polygons one after the other, each closed by its first point.
-        if len(polygons[-1]) > 2 and polygons[-1][0] == place:
-            polygons.append([])
-    spans = []
-    for polygon in polygons:
-        if len(polygon) < 3:
-            continue
-        corners = np.array(polygon)
-        away = np.hypot(points[:, None, 0] - corners[None, :, 0], points[:, None, 1] - corners[None, :, 1])
-        if float(away.min()) < 6.0:
-            near = arc[away.argmin(axis=0)]
-            spans.append((float(near.min()), float(near.max())))
-    return spans
+        if len(outlines[-1]) > 2 and outlines[-1][0] == place:
+            outlines.append([])
+    return [shapely.MultiPoint(outline).convex_hull.buffer(BODY_M) for outline in outlines if len(outline) > 2]
