@@ -1,0 +1,88 @@
+"""The rooms keep their doors: who imports whom, and that the core needs no simulator."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import stucksolver
+
+ROOT = Path(stucksolver.__file__).parent
+CORE = {"scene", "decision", "detect", "reason", "guard", "ladder"}
+MAY_IMPORT = {
+    "scene": set(),
+    "decision": {"scene"},
+    "detect": {"scene"},
+    "reason": {"scene", "decision"},
+    "guard": {"scene", "decision"},
+    "ladder": {"scene", "decision", "detect", "reason", "guard"},
+    "solver": CORE,
+    "record": {"scene", "decision"},
+    "perception": {"scene"},
+}
+"""The design's table; rooms that are not listed may import the product at will."""
+IMPORTED_BY_THE_CORE = ["stucksolver", *(f"stucksolver.{room}" for room in MAY_IMPORT)]
+SIMULATORS = {"carla", "carlette"}
+
+
+def modules(room):
+    return sorted((ROOT / room).rglob("*.py"))
+
+
+def imports_of(file):
+    """Every module that a file imports, by full name, wherever in it the import stands."""
+    found = set()
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{file.name} imports relatively"
+            found |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+    return found
+
+
+def rooms_of(names):
+    return {parts[1] for parts in (name.split(".") for name in names) if parts[0] == "stucksolver" and len(parts) > 1}
+
+
+@pytest.mark.parametrize("room", [room for room in MAY_IMPORT if (ROOT / room).is_dir()])
+def test_a_room_imports_only_what_the_design_lets_it(room):
+    for file in modules(room):
+        beyond = rooms_of(imports_of(file)) - MAY_IMPORT[room] - {room}
+        assert not beyond, f"{file.relative_to(ROOT)} imports {', '.join(sorted(beyond))}"
+
+
+@pytest.mark.parametrize("room", [room for room in MAY_IMPORT if (ROOT / room).is_dir()])
+def test_no_file_of_the_core_names_a_simulator(room):
+    for file in modules(room):
+        assert not {name.split(".")[0] for name in imports_of(file)} & SIMULATORS, file.name
+
+
+def test_nobody_but_the_one_who_starts_it_imports_the_embedded_simulator():
+    allowed = {Path("evaluate"), Path("cli"), Path("distill")}
+    for file in sorted(ROOT.rglob("*.py")):
+        if "carlette" in {name.split(".")[0] for name in imports_of(file)}:
+            assert Path(file.relative_to(ROOT).parts[0]) in allowed, file
+
+
+@pytest.mark.parametrize("room", [m for m in IMPORTED_BY_THE_CORE if (ROOT / m.rpartition(".")[2]).is_dir()])
+def test_importing_it_loads_no_simulator(room):
+    code = f"import sys, {room}; print(sorted(set(sys.modules) & {SIMULATORS!r}))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_product_itself_can_be_imported_without_a_simulator():
+    code = f"import sys, stucksolver; print(sorted(set(sys.modules) & {SIMULATORS!r}))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("room", [room for room in MAY_IMPORT if (ROOT / room).is_dir()])
+def test_a_file_of_the_core_stays_short(room):
+    for file in modules(room):
+        assert len(file.read_text(encoding="utf-8").splitlines()) < 400, file.name
