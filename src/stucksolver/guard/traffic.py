@@ -60,9 +60,10 @@ def _gap(case: Case, lane: Lane, last: int) -> list[Reject]:
     front = float(case.path.s[last]) + view.ego.length_m / 2
     for i, thing in enumerate(view.objects):
         coming = -float(view.vs[i])
+        if coming < 0.5 or view.s[i] + view.along[i] < view.ego_s:
+            continue
         right, _, left = lane.at(float(view.s[i]))
-        beside = view.d[i] + view.across[i] > right and view.d[i] - view.across[i] < left
-        if coming < 0.5 or not beside or view.s[i] + view.along[i] < view.ego_s:
+        if view.d[i] + view.across[i] <= right or view.d[i] - view.across[i] >= left:
             continue
         speed = coming + policy.oncoming_speedup_mps
         place = float(view.s[i] - view.along[i]) - speed * (back + policy.oncoming_time_gap_s)
@@ -104,8 +105,9 @@ def _entry(case: Case, lane: Lane, k: int) -> list[Reject]:
     right, _, left = lane.at(float(case.path.s[k]))
     borrowed = lane.strip.direction is LaneDirection.OPPOSITE
     for i, thing in enumerate(view.objects):
-        in_band = view.d[i] + view.across[i] > right + 0.1 and view.d[i] - view.across[i] < left - 0.1
-        if not in_band or view.vs[i] < 0.5 or (borrowed and thing.id in case.path.passes):
+        if view.vs[i] < 0.5 or (borrowed and thing.id in case.path.passes):
+            continue
+        if view.d[i] + view.across[i] <= right + 0.1 or view.d[i] - view.across[i] >= left - 0.1:
             continue
         reject = _too_close(case, k, i)
         if reject is not None:

@@ -36,14 +36,14 @@ class Lane:
 
     def at(self, s: float) -> tuple[float, float, float]:
         """(right border, centre, left border) at `s`, held constant beyond the ends."""
-        i = float(np.clip((s - self.start_m) / self.spacing, 0, len(self.s) - 1))
-        k = min(int(i), len(self.s) - 2) if len(self.s) > 1 else 0
-        f = i - k
-        j = min(k + 1, len(self.s) - 1)
+        last = len(self.s) - 1
+        i = min(max((s - self.start_m) / self.spacing, 0.0), float(last))
+        k = min(int(i), max(last - 1, 0))
+        j, f = min(k + 1, last), i - k
         right, centre, left = (float(a[k] * (1 - f) + a[j] * f) for a in (self.right, self.centre, self.left))
         return right, centre, left
 
-    @property
+    @cached_property
     def spacing(self) -> float:
         return float(self.s[1] - self.s[0]) if len(self.s) > 1 else 1.0
 
@@ -79,8 +79,8 @@ class RoadFrame:
     def to_road(self, xy: Array) -> tuple[Array, Array, Array]:
         """Local points (n, 2) as (s, d, heading of the road there); beyond the ends the line is prolonged."""
         xy = np.atleast_2d(xy)
-        squared = ((xy[:, None, :] - self.points[None, :, :]) ** 2).sum(axis=2)
-        nearest = squared.argmin(axis=1)
+        dx, dy = xy[:, :1] - self.points[:, 0], xy[:, 1:] - self.points[:, 1]
+        nearest = (dx * dx + dy * dy).argmin(axis=1)
         best: tuple[Array, Array, Array] | None = None
         for segment in (np.maximum(nearest - 1, 0), np.minimum(nearest, len(self.directions) - 1)):
             candidate = self._project(xy, segment)
