@@ -13,10 +13,10 @@ from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection, LaneKind
 from stucksolver.scene.view import View
 
-CLEARANCE_M = 0.9
-"""Planned lateral clearance beside what stands: room for a door ajar and for the turn out."""
-VULNERABLE_CLEARANCE_M = 1.6
-"""Planned lateral clearance beside pedestrians and cyclists."""
+CLEARANCE_M, NARROW_CLEARANCE_M = 1.2, 0.5
+"""Planned lateral clearance beside what stands (room for a door ajar), and the least where the road is narrow."""
+VULNERABLE_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M = 1.6, 1.2
+"""The same beside pedestrians and cyclists."""
 ROOM_TO_RETURN_M = 14.0
 """A gap shorter than this behind the passed object does not let the ego come back: what follows is passed too."""
 AHEAD_OF_MOVING_M = 6.0
@@ -51,22 +51,31 @@ def find_passing(view: View, start: Start, object_id: str, lane: Lane) -> Passin
     which = _group(view, start, target)
     if not which:
         raise CannotPlan(f"object {object_id} is not in the way")
-    clearance = [VULNERABLE_CLEARANCE_M if view.vulnerable[i] else CLEARANCE_M for i in which]
-    needed = max(float(view.d[i] + view.across[i]) + c for i, c in zip(which, clearance, strict=True))
     half = view.ego.width_m / 2
     _, centre, left = lane.at(float(view.s[target]))
-    if needed + half > left - half + 0.1:
-        raise CannotPlan(f"the oncoming lane is too narrow to keep {max(clearance):.1f} m from {object_id}")
+    limit = left - half - 0.1
+    if _beside(view, which, NARROW_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M) > limit:
+        raise CannotPlan(f"the oncoming lane is too narrow to pass {object_id} with enough clearance")
+    wished = _beside(view, which, CLEARANCE_M, VULNERABLE_CLEARANCE_M)
     moving = max(float(view.vs[i]) for i in which)
     # Beside something that moves we want all of the other lane; beside something that stands no more than needed.
-    offset = max(needed + half, centre) if moving > 0.5 else needed + half
+    offset = max(wished, centre) if moving > 0.5 else wished
     far = max(which, key=lambda i: float(view.s[i] + view.along[i]))
     return Passing(
         tuple(view.objects[i].id for i in which),
-        min(offset, left - half - 0.1),
+        min(offset, limit),
         float(view.s[far] + view.along[far]),
         max(moving, 0.0),
     )
+
+
+def _beside(view: View, which: list[int], clearance_m: float, vulnerable_clearance_m: float) -> float:
+    """Lateral offset of the ego's centre that keeps a clearance from all of them."""
+    edges = [
+        float(view.d[i] + view.across[i]) + (vulnerable_clearance_m if view.vulnerable[i] else clearance_m)
+        for i in which
+    ]
+    return max(edges) + view.ego.width_m / 2
 
 
 def _group(view: View, start: Start, target: int) -> list[int]:

@@ -11,8 +11,8 @@ from stucksolver.scene.view import View
 
 SHIFT_TIME_S = 3.0
 """A lane change at speed takes about this long."""
-CORNER_CLEARANCES_M = (0.7, 0.4)
-"""Planned clearance of the body's corners while swinging out: wished for, and enough where room is scarce."""
+CORNER_CLEARANCES_M = (0.8, 0.65, 0.5, 0.4)
+"""Planned clearances of the body's corners while swinging out: from what is wished for to what is just enough."""
 
 
 def swing_out(view: View, start: Start, d_to: float, speed_mps: float) -> Manoeuvre:

@@ -61,7 +61,8 @@ def _client_version() -> str:
     served = next((known for known in SERVED if version.startswith(known)), None)
     if served is None:
         raise ServerError(
-            f"carlette serves the carla clients {' and '.join(SERVED)}, installed is {version}: pip install carla=={SERVED[-1]}"
+            f"carlette serves the carla clients {' and '.join(SERVED)}, installed is {version}: "
+            f"pip install carla=={SERVED[-1]}"
         )
     return served
 
