@@ -71,11 +71,12 @@ def _looks(batches: int, calls: int) -> dict[str, float]:
     verdict, proven = guard.accept(plan, view, guided=False)
     if proven is None:
         raise RuntimeError(f"the benchmark's own plan was refused: {verdict}")
-    again = proven
+    again, crowd = proven, _crowd(surroundings)
     return {
         "us_view": _median(batches, calls, lambda: View(surroundings)),
         "us_accept": _median(batches, calls, lambda: guard.accept(plan, View(surroundings), guided=False)),
         "us_recheck": _median(batches, calls, lambda: guard.recheck(again, View(surroundings))),
+        "us_recheck_crowd": _median(batches, calls, lambda: guard.recheck(again, View(crowd))),
         "us_rules": _median(batches, calls, lambda: rules.decide(scene)),
     }
 
@@ -132,6 +133,15 @@ def _surroundings() -> Surroundings:
         sight=tuple(LaneSight(lane_id=lane.id, ahead_m=300.0, behind_m=80.0) for lane in road.lanes),
         road=road,
     )
+
+
+def _crowd(surroundings: Surroundings) -> Surroundings:
+    """The worst that can be met: everybody walks towards the path, so that nobody can be left out."""
+    walkers = [
+        _object(f"walker {k}", 62.0 + 2.0 * k, 6.0 + k % 10, ObjectKind.PEDESTRIAN).model_copy(update={"vy_mps": -1.2})
+        for k in range(ACTORS - 1)
+    ]
+    return surroundings.model_copy(update={"objects": (surroundings.objects[0], *walkers)})
 
 
 def _object(name: str, x: float, y: float, kind: ObjectKind, speed: float = 0.0) -> TrackedObject:

@@ -13,6 +13,8 @@ from stucksolver.scene.view import View
 
 BRAKING_MPS2 = 3.5
 BETWEEN_PROFILES_M = 2.5
+FAR_M = 2.0
+"""More than any gap that the policy asks for: beyond it nobody need know how far exactly."""
 CROSSING_MPS = 0.3
 """A lateral speed above this is taken for real and carried on."""
 
@@ -66,20 +68,23 @@ def standing_gaps(case: Case, which: Array) -> Array:
 
 
 def moving_gaps(case: Case, stations: Array, which: Array, t: Array) -> Array:
-    """(profiles, times, objects): gaps to what moves, least over the hypotheses about it."""
+    """(profiles, times, objects): gaps to what moves, least over the hypotheses; infinite where it is far away."""
     view = case.view
+    half_length, half_width = view.ego.length_m / 2, view.ego.width_m / 2
     offset = np.interp(stations, case.path.s, case.path.d)
     heading = np.interp(stations, case.path.s, case.heading)
-    least: Array | None = None
+    far = np.hypot(half_length, half_width) + np.hypot(view.half_length[which], view.half_width[which]) + FAR_M
+    least = np.full((*stations.shape, len(which)), np.inf)
     for s, d in predictions(view, which, t):
+        near = np.nonzero((np.abs(s - stations[..., None]) < far) & (np.abs(d - offset[..., None]) < far))
+        ego, (_, when, who) = near[:2], near
         gap = separation(
-            (stations[..., None], offset[..., None], heading[..., None]),
-            (view.ego.length_m / 2, view.ego.width_m / 2),
-            (s, d, view.yaw[which]),
-            (view.half_length[which], view.half_width[which]),
+            (stations[ego], offset[ego], heading[ego]),
+            (half_length, half_width),
+            (s[when, who], d[when, who], view.yaw[which][who]),
+            (view.half_length[which][who], view.half_width[which][who]),
         )
-        least = gap if least is None else np.minimum(least, gap)
-    assert least is not None
+        least[near] = np.minimum(least[near], gap)
     return least
 
 
