@@ -60,7 +60,7 @@ class Rescue:
             log.info("the traffic manager at %s:%d was not woken: %s", host, port, error)
             return
         self.count += 1
-        log.info("woke the traffic manager at %s:%d from a lost wake-up", host, port)
+        log.warning("woke the traffic manager at %s:%d from a lost wake-up", host, port)
 
 
 def wake(host: str, port: int) -> None:

@@ -1,0 +1,134 @@
+"""Many thousand ticks of the client's traffic manager against carlette: how many hang, how many had to be rescued.
+
+    python -m benchmarks.carlette_soak --ticks 20000 --cars 20 --map demo_town
+
+Every client is a process of its own and the server counts its rescues in its log. Prints progress to standard
+error and one line of JSON to standard output.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import random
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import IO, Any
+
+import psutil
+
+STEP_S = 0.05
+MANAGER_PORT = 8771
+HANG_S = 30.0
+"""A client that makes no tick for so long hangs: a rescue takes about half a second."""
+REPORT_TICKS = 500
+READY = re.compile(r"listening on \S+:(\d+) map=")
+WOKEN = "from a lost wake-up"
+
+
+def soak(ticks: int, cars: int, town: str, seed: int) -> dict[str, Any]:
+    """Ticks until `ticks` are done or the client hangs; what happened."""
+    with tempfile.TemporaryFile("a+") as log, _server(town, log) as (port, server):
+        receiver, sender = multiprocessing.get_context("spawn").Pipe(duplex=False)
+        arguments = (port, cars, ticks, seed, sender)
+        client = multiprocessing.get_context("spawn").Process(target=_drive, args=arguments, daemon=True)
+        start = time.perf_counter()
+        client.start()
+        sender.close()
+        done, moved_m, hung = 0, 0.0, False
+        try:
+            while done < ticks:
+                if not receiver.poll(HANG_S):
+                    hung = True
+                    break
+                done, moved_m = receiver.recv()
+                print(f"{town}: {done} of {ticks} ticks, {_woken(log)} rescues", file=sys.stderr, flush=True)
+        except EOFError:
+            raise RuntimeError(f"the client ended after about {done} ticks; see its messages") from None
+        finally:
+            client.kill()
+            client.join()
+        seconds = time.perf_counter() - start
+        return {
+            "map": town,
+            "cars": cars,
+            "ticks": done,
+            "hangs": int(hung),
+            "rescues": _woken(log),
+            "rescues_per_10000": 1e4 * _woken(log) / max(done, 1),
+            "ticks_per_s": done / seconds,
+            "mean_distance_m": moved_m / max(cars, 1),
+            "server_memory_mb": psutil.Process(server).memory_info().rss / 1e6,
+        }
+
+
+@contextmanager
+def _server(town: str, log: IO[str]) -> Iterator[tuple[int, int]]:
+    """A server's port and process id; its log goes into a file, as a pipe that nobody reads would stop it."""
+    command = [sys.executable, "-m", "carlette", "--port", "0", "--map", town, "--exit-on-stdin-eof"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log, text=True) as process:
+        try:
+            ready = READY.search(process.stdout.readline() if process.stdout else "")
+            if ready is None:
+                raise RuntimeError("the server did not come up; see its message")
+            yield int(ready[1]), process.pid
+        finally:
+            process.terminate()
+
+
+def _woken(log: IO[str]) -> int:
+    log.seek(0)
+    return sum(WOKEN in line for line in log)
+
+
+def _drive(port: int, cars: int, ticks: int, seed: int, result: Any) -> None:
+    """Ticks a town with traffic and reports how far it is and how far all cars came in sum."""
+    import carla
+
+    client = carla.Client("127.0.0.1", port)
+    client.set_timeout(HANG_S)
+    world = client.get_world()
+    settings = world.get_settings()
+    settings.synchronous_mode, settings.fixed_delta_seconds = True, STEP_S
+    world.apply_settings(settings)
+    manager = client.get_trafficmanager(MANAGER_PORT)
+    manager.set_synchronous_mode(True)
+    manager.set_random_device_seed(seed)
+    blueprint = world.get_blueprint_library().find("vehicle.tesla.model3")
+    spots = world.get_map().get_spawn_points()
+    random.Random(seed).shuffle(spots)
+    spawned = (world.try_spawn_actor(blueprint, spot) for spot in spots)
+    fleet = [car for _, car in zip(range(cars), (one for one in spawned if one is not None), strict=False)]
+    world.tick()
+    for car in fleet:
+        car.set_autopilot(True, MANAGER_PORT)
+    moved_m = 0.0
+    for tick in range(1, ticks + 1):
+        world.tick()
+        snapshot = world.get_snapshot()
+        moved_m += STEP_S * sum(snapshot.find(car.id).get_velocity().length() for car in fleet)
+        if tick % REPORT_TICKS == 0 or tick == ticks:
+            result.send((tick, moved_m))
+
+
+def main() -> None:
+    """Prints one line of JSON."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--ticks", type=int, default=20000)
+    parser.add_argument("--cars", type=int, default=20)
+    parser.add_argument("--map", default="demo_town", help="a town, or a .xodr file")
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    result = soak(options.ticks, options.cars, options.map, options.seed)
+    print(json.dumps(result), flush=True)
+    sys.exit(bool(result["hangs"]))
+
+
+if __name__ == "__main__":
+    main()
