@@ -20,7 +20,6 @@ _PROPS = (
     ("barrier", ObjectKind.BARRIER),
     ("warning", ObjectKind.BARRIER),
     ("dirtdebris", ObjectKind.DEBRIS),
-    ("trash", ObjectKind.DEBRIS),
     ("bag", ObjectKind.DEBRIS),
 )
 

@@ -39,6 +39,8 @@ EPISODE_REACH_M = 60.0
 """After this much progress the road is fetched anew: the episode is another one."""
 CANDIDATES_M = (20.0, 40.0, 70.0, 110.0)
 DESTINATION_M = 5.0
+HAZARD = 32 | 16
+"""Both blinkers, as bits of `carla.VehicleLightState`."""
 STARTS_WITHIN_M = 30.0
 
 
@@ -60,6 +62,7 @@ class CarlaStack:
         self._tracked_s = -math.inf
         self._sight_s = -math.inf
         self._performed: Directive | None = None
+        self._lights_before: Any | None = None
         self._behaviors: tuple[AvailableBehavior, ...] = describe(tuple(REGISTRY))
         box = vehicle.bounding_box
         self._size = (2 * float(box.extent.x), 2 * float(box.extent.y))
@@ -153,6 +156,9 @@ class CarlaStack:
         return self._driver.run_step()
 
     def _begin(self, directive: Directive) -> None:
+        if self._lights_before is not None:
+            self._vehicle.set_light_state(self._lights_before)
+            self._lights_before = None
         if isinstance(directive, Execute) and directive.path:
             points = [DrivePoint(*to_world(p.x_m, p.y_m), p.speed_mps) for p in directive.path]
             self._driver.follow(points)
@@ -160,8 +166,8 @@ class CarlaStack:
             self._driver.hold()
         elif isinstance(directive, SafeStop):
             self._driver.hold()
-            hazard = carla.VehicleLightState(carla.VehicleLightState.LeftBlinker | carla.VehicleLightState.RightBlinker)
-            self._vehicle.set_light_state(hazard)
+            self._lights_before = self._vehicle.get_light_state()
+            self._vehicle.set_light_state(carla.VehicleLightState(int(self._lights_before) | HAZARD))
         else:
             self._driver.release()
             if isinstance(directive, Replan):
