@@ -19,11 +19,13 @@ from carlette.physics.props import LooseProps
 from carlette.physics.surface import Surface
 from carlette.physics.walkers import Walkers
 from carlette.world.actor import Actor, Attributes, Kind
+from carlette.world.fork import forked, shared
 from carlette.world.lights import Signals
 from carlette.world.settings import CLEAR_NOON, EpisodeSettings
 from carlette.world.triggers import watch_lights
 
 SPECTATOR = "spectator"
+shared(RoadNetwork)
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,13 @@ class World:
     def step_s(self) -> float:
         """Seconds of the next tick, as the snapshot's float32 has them."""
         return float(np.float32(self.settings.step_s))
+
+    def fork(self) -> World:
+        """An independent world in the same state: with the same commands it goes the same way, bit for bit.
+
+        It needs no server: `tick` moves it on. Only the map, which never changes, is shared.
+        """
+        return forked(self)
 
     def actor(self, actor_id: int, method: str) -> Actor:
         """The actor of that id; `method` is named in the `UnknownActor` raised where there is none."""
