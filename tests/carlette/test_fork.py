@@ -18,12 +18,6 @@ from carlette.world.spawn import spawn
 from carlette.world.world import World
 
 TYPES = (CAR, "vehicle.bh.crossbike", "walker.pedestrian.0001", "static.prop.constructioncone")
-    CAR,
-    "vehicle.bh.crossbike",
-    "walker.pedestrian.0001",
-    "static.prop.constructioncone",
-    "sensor.other.collision",
-)
 unit = st.floats(-1.0, 1.0)
 commands = st.one_of(
     st.tuples(st.just("spawn"), st.integers(0, len(TYPES) - 1), st.floats(10.0, 90.0)),
