@@ -94,3 +94,34 @@ def test_words_may_make_an_oncoming_car_no_smaller():
 def test_how_long_words_last_is_a_setting():
     seen = drive(cyclists(sight_m=60.0), 20.0, words={5.0: "overtake"}, settings=SolverSettings(guidance_expires_s=4.0))
     assert next(e.time_s for e in seen.events if e.kind is EventKind.GUIDANCE_ENDED) == pytest.approx(9.05, abs=0.06)
+
+
+def test_words_taken_back_before_the_commit_point_end_the_plan_at_once():
+    world = World(TWO_WAY, [thing("lead", 100.0)], x=60.0)
+    started = next(
+        e.time_s
+        for e in drive(World(TWO_WAY, [thing("lead", 100.0)], x=60.0), 30.0).events
+        if e.kind is EventKind.STARTED
+    )
+    seen = drive(world, started + 10.0, words={round(started + 0.1, 2): "no, stop, wait"})
+    assert seen.texts(EventKind.ABORTED)[0] == "withdrawn"
+    assert endings(seen)[0] == '"no, stop, wait": the plan is given up'
+
+
+def test_words_taken_back_in_the_oncoming_lane_let_the_plan_finish():
+    def world():
+        return World(TWO_WAY, [thing("lead", 100.0)], x=60.0)
+
+    started = next(e.time_s for e in drive(world(), 30.0).events if e.kind is EventKind.STARTED)
+    seen = drive(world(), started + 15.0, words={round(started + 4.0, 2): "no, stop, wait"})
+    assert not seen.texts(EventKind.ABORTED)
+    assert seen.texts(EventKind.FINISHED) == ["the plan is done"]
+
+
+def test_going_on_by_oneself_is_no_recovery():
+    def let_go(world):
+        world.cruise_mps = 0.0 if world.time_s < 8.0 else 8.0
+
+    seen = drive(World(TWO_WAY, controls=(red_light(5.0),), x=60.0, cruise_mps=0.0), 20.0, every_tick=let_go)
+    assert EventKind.TRIGGERED in seen.kinds()
+    assert EventKind.RECOVERED not in seen.kinds()

@@ -8,7 +8,7 @@ from stucksolver.guard.case import Case
 from stucksolver.guard.predict import moving_gaps, profiles, relevant, standing_gaps, times
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Array, Lane
-from stucksolver.scene.road import LaneDirection, LineKind
+from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 from stucksolver.scene.surroundings import ControlKind, LightState
 from stucksolver.scene.view import MOVING_MPS
 
@@ -142,7 +142,7 @@ def marking(case: Case) -> list[Reject]:
             if LineKind.KERB in lines:
                 return [Reject(code=RejectCode.OFF_ROAD, detail="the way leads over a kerb")]
             if LineKind.SOLID in lines:
-                why = _against_solid(case, float(case.path.speed[k]))
+                why = _against_solid(case, lane, int(k))
                 if why:
                     return [Reject(code=RejectCode.SOLID_LINE, detail=f"solid line: {why}")]
     return []
@@ -155,19 +155,43 @@ def _outer(lane: Lane, start: Lane | None, s: float) -> Lane:
     return start
 
 
-def _against_solid(case: Case, speed_mps: float) -> str | None:
-    view, policy = case.view, case.policy
+def _against_solid(case: Case, lane: Lane, k: int) -> str | None:
+    """Why a solid line may not be crossed into a lane at station `k`, None where it may."""
+    policy, here = case.policy, float(case.path.s[k])
     if policy.solid_line == "forbid":
         return "crossing needs a person's yes"
-    if speed_mps > policy.recovery_speed_mps:
+    if case.path.speed[k] > policy.recovery_speed_mps:
         return "only at 20 km/h or less"
-    half = view.ego.width_m / 2
-    ahead = np.flatnonzero((view.gap > -1.0) & (view.gap < 40.0) & (view.in_corridor(half) > 0))
-    standing = [
-        o.stationary_s is not None and o.stationary_s >= policy.solid_line_standing_s
-        for o in (view.objects[int(i)] for i in ahead)
-    ]
-    if not case.path.passes and not standing:
+    if any(z.start_m - 3.0 < here < z.end_m + 3.0 for z in case.view.surroundings.road.zones):
+        return "not in or at a junction or crossing"
+    if lane.strip.direction is LaneDirection.OPPOSITE and _legal_way(case, here):
+        return "there is a lane of our direction beside it"
+    return _no_obstruction(case)
+
+
+def _legal_way(case: Case, s: float) -> bool:
+    """Is there a lane of our direction that may be entered from the route's own?"""
+    for side in (+1, -1):
+        lane = case.view.frame.beside(s, 0.0, side)
+        if lane is None or lane.strip.kind is not LaneKind.DRIVING or lane.strip.direction is LaneDirection.OPPOSITE:
+            continue
+        if not lane.lines(s - 2.0, s + 2.0) & {LineKind.SOLID, LineKind.KERB}:
+            return True
+    return False
+
+
+def _no_obstruction(case: Case) -> str | None:
+    """Why what lies ahead is no stationary obstruction: nothing does, it moves, or it is a queue."""
+    view, policy = case.view, case.policy
+    ahead = np.flatnonzero((view.gap > -1.0) & (view.gap < 40.0) & (view.in_corridor(view.ego.width_m / 2) > 0))
+    if not case.path.passes and not len(ahead):
         comes_back = case.path.returns and abs(float(case.path.d[0])) > 1.0
         return None if comes_back else "nothing stands in the way"
-    return None if all(standing) else "what is ahead is not a stationary obstruction"
+    for i in ahead:
+        thing = view.objects[int(i)]
+        if thing.stationary_s is None or thing.stationary_s < policy.solid_line_standing_s:
+            return "what is ahead is not a stationary obstruction"
+        moved = thing.moved_s_ago
+        if not thing.hazard_lights and moved is not None and moved < policy.queue_moved_within_s:
+            return "what is ahead moved a moment ago: it may be a queue"
+    return None

@@ -106,11 +106,12 @@ class Guard:
         return Abort.FINISH if self.way_back(view) is None else Abort.RETURN_TO_LANE
 
     def way_back(self, view: View) -> Manoeuvre | None:
-        """A collision-free path from here back into the route's own lane, None where there is none."""
+        """A path without collision, on the road, from here back into the route's own lane, None where there is none."""
         speed = max(view.ego.speed_mps, 3.0)
         length = max(2.0 * speed, shortest_shift(view.ego_d, view.ego.limits.min_turn_radius_m), 4.0)
         path = lateral(view.ego_s, view.ego_d, 0.0, length, speed, view)
-        return None if checks.collision(Case(view, path, self.policy)) else path
+        case = Case(view, path, self.policy)
+        return None if checks.collision(case) or checks.drivable_area(case) else path
 
     def _plan(self, behaviors: Sequence[Behavior], view: View, guided: bool) -> Proven:
         start = Start(view.ego_s, view.ego_d, view.ego.speed_mps)

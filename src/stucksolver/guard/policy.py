@@ -29,6 +29,7 @@ class GuardPolicy:
     zone_margin_m: float = 3.0
     tracking_error_m: float = 0.9
     solid_line_standing_s: float = 3.0
+    queue_moved_within_s: float = 60.0
     horizon_s: float = 30.0
     step_s: float = 0.2
     reaction_s: float = 1.0

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 T = TypeVar("T")
+WAIT_LIMIT_S = 60.0
+"""Wall time for which a simulated world is held up at most; after that the answer counts as missing."""
 
 
 @dataclass
@@ -29,7 +31,7 @@ class Clock(Protocol):
     name: str
 
     def due(self, query: Query, now_s: float, answer: Future[T]) -> bool:
-        """True when the answer is to be taken now; then it is there."""
+        """True when the answer is to be taken now. It is there, unless the reasoner hangs."""
 
 
 class Lockstep:
@@ -38,7 +40,7 @@ class Lockstep:
     name = "lockstep"
 
     def due(self, query: Query, now_s: float, answer: Future[T]) -> bool:
-        _wait(answer, None)
+        _wait(answer, WAIT_LIMIT_S)
         return True
 
 
@@ -54,7 +56,7 @@ class Latency:
     def due(self, query: Query, now_s: float, answer: Future[T]) -> bool:
         if now_s - query.asked_s < self.latency_s - 1e-6:
             return False
-        _wait(answer, None)
+        _wait(answer, WAIT_LIMIT_S)
         return True
 
 
@@ -83,7 +85,7 @@ class Wall:
         return answer.done()
 
 
-def _wait(answer: Future[T], timeout_s: float | None) -> None:
+def _wait(answer: Future[T], timeout_s: float) -> None:
     """Until the answer is there (or failed, which the taker finds out), or the time is up."""
     try:
         answer.exception(timeout=timeout_s)

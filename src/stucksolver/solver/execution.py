@@ -38,6 +38,7 @@ class Execution:
         self._directive: Execute | None = None
         self._until_s = 0.0
         self._index = 0
+        self._withdrawn = False
         self._ending: Outcome | None = None
         self._way_back: Manoeuvre | None = None
         self.last_verdict = Verdict()
@@ -58,10 +59,16 @@ class Execution:
             self._directive = self._execute(segment[0], view)
         return verdict
 
+    def withdraw(self) -> None:
+        """Give the plan up as soon as that is safe: at once before the commit point, else at its end."""
+        self._withdrawn = True
+
     def tick(self, view: View, now_s: float) -> Execute | Outcome:
         """What to do at this tick, or how it ended."""
         if self._ending is not None:
             return self._end(view)
+        if self._withdrawn and (self._proven is None or not self._proven.committed(view.ego_s)):
+            return self._abort(Abort.STOP, "withdrawn", view)
         if self._proven is None:
             return self._stand(view, now_s)
         return self._move(self._proven, view, now_s)

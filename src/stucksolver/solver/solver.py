@@ -59,6 +59,11 @@ class StuckSolver:
         self._progress = ProgressWatch()
         self._guidance: Guidance | None = None
         self._doing: Guidance | None = None
+        """The words that the running plan follows."""
+        self._heard: Guidance | None = None
+        """The words that were asked about while a plan runs."""
+        self._helped = False
+        """Has a plan been started since the last recovery?"""
         self._words: str | None = None
         self._execution: Execution | None = None
         self._attempts: tuple[PastAttempt, ...] = ()
@@ -81,6 +86,7 @@ class StuckSolver:
             return CONTINUE
         self._watch(status, trigger)
         if self._execution is not None:
+            self._listen(self._execution, status)
             return self._execute(status, surroundings)
         if self._thinking.busy:
             return self._take_answer(status, trigger, surroundings)
@@ -88,8 +94,8 @@ class StuckSolver:
         return CONTINUE
 
     def close(self) -> None:
-        """End the worker thread."""
-        self._thinking.close()
+        """Forget the question under way; nothing is asked any more unless `step` is called again."""
+        self._thinking.drop()
 
     def __enter__(self) -> StuckSolver:
         return self
@@ -122,7 +128,10 @@ class StuckSolver:
         recovered_after = self._progress.update(status, self._detector.slow_since_s, trigger)
         if recovered_after is not None:
             self._attempts = ()
-            self._tell(status.time_s, EventKind.RECOVERED, f"15 m of new progress, {recovered_after:.1f} s after onset")
+            if self._helped:
+                text = f"15 m of new progress, {recovered_after:.1f} s after onset"
+                self._tell(status.time_s, EventKind.RECOVERED, text)
+            self._helped = False
 
     # ---- asking
 
@@ -192,6 +201,7 @@ class StuckSolver:
             return self._refused(plan, verdict, status, trigger)
         self._repairs = 0
         self._execution, self._doing = execution, self._guidance
+        self._helped = True
         self._tell(now, EventKind.STARTED, ", ".join(b.name for b in plan.behaviors))
         return self._execute(status, surroundings, view)
 
@@ -208,6 +218,28 @@ class StuckSolver:
         return CONTINUE
 
     # ---- executing
+
+    def _listen(self, execution: Execution, status: Status) -> None:
+        """New words while a plan runs: if they take it back, it is given up as soon as that is safe."""
+        words = self._guidance
+        if words is None or words is self._doing or words is self._heard:
+            return
+        if not self._thinking.busy:
+            self._ask(status, None)
+            return
+        try:
+            decision = self._thinking.poll(status.time_s)
+        except ReasonerError as error:
+            self._heard = words
+            self._tell(status.time_s, EventKind.FAILED, f"the reasoner gave no answer: {error}")
+            return
+        if decision is None:
+            return
+        self._heard = words
+        self._tell_decision(status.time_s, decision, None)
+        if decision.analysis.guidance_intent is GuidanceIntent.WAIT:
+            execution.withdraw()
+            self._end_guidance(status.time_s, "the plan is given up")
 
     def _execute(self, status: Status, surroundings: Callable[[], Surroundings], view: View | None = None) -> Directive:
         assert self._execution is not None

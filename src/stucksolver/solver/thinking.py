@@ -1,14 +1,18 @@
-"""Asks a reasoner off the control loop: one question at a time, in a worker of its own."""
+"""Asks a reasoner off the control loop: one question at a time, in a thread of its own."""
 
 from __future__ import annotations
 
+import threading
 import time
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 
 from stucksolver.decision import Decision
 from stucksolver.reason import Reasoner, ReasonerError
 from stucksolver.scene import Scene
-from stucksolver.solver.clock import Clock, Query
+from stucksolver.solver.clock import WAIT_LIMIT_S, Clock, Query
+
+ANSWER_LIMIT_S = 10.0
+"""A question is given up after this much time of the stack's clock, whoever may still be working on it."""
 
 
 class Thinking:
@@ -18,7 +22,6 @@ class Thinking:
         self.reasoner = reasoner
         self.clock = clock
         self.scene: Scene | None = None
-        self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="stucksolver-reasoner")
         self._query: Query | None = None
         self._answer: Future[Decision] | None = None
 
@@ -30,9 +33,22 @@ class Thinking:
         """Start a question. One must not be under way."""
         assert self._answer is None, "one question at a time"
         self.scene = scene
-        query = self._query = Query(scene.time_s, time.monotonic())
-        self._answer = self._worker.submit(self.reasoner.decide, scene)
-        self._answer.add_done_callback(lambda _: setattr(query, "took_s", time.monotonic() - query.asked_wall_s))
+        self._query = query = Query(scene.time_s, time.monotonic())
+        self._answer = answer = Future[Decision]()
+        # A daemon, so that a reasoner that never answers does not keep the process from ending.
+        threading.Thread(
+            target=self._think, args=(scene, query, answer), name="stucksolver-reasoner", daemon=True
+        ).start()
+
+    def _think(self, scene: Scene, query: Query, answer: Future[Decision]) -> None:
+        try:
+            decision = self.reasoner.decide(scene)
+        except BaseException as error:  # noqa: BLE001 - kept for the taker, whatever a reasoner raises
+            query.took_s = time.monotonic() - query.asked_wall_s
+            answer.set_exception(error)
+        else:
+            query.took_s = time.monotonic() - query.asked_wall_s
+            answer.set_result(decision)
 
     def poll(self, now_s: float) -> Decision | None:
         """The answer when the clock delivers it. Raises `ReasonerError`, whatever went wrong in the reasoner."""
@@ -40,8 +56,13 @@ class Thinking:
             return None
         self._query.ticks += 1
         if not self.clock.due(self._query, now_s, self._answer):
-            return None
+            if self._answer.done() or now_s - self._query.asked_s <= ANSWER_LIMIT_S:
+                return None
+            self.drop()
+            raise ReasonerError(f"{self.reasoner.name} gave no answer within {ANSWER_LIMIT_S:g} s")
         answer, self._answer = self._answer, None
+        if not answer.done():
+            raise ReasonerError(f"{self.reasoner.name} hangs: no answer within {WAIT_LIMIT_S:g} s of wall time")
         error = answer.exception()
         if isinstance(error, ReasonerError):
             raise error
@@ -54,11 +75,4 @@ class Thinking:
 
     def drop(self) -> None:
         """Forget the question under way; its answer is not wanted any more."""
-        if self._answer is not None:
-            self._answer.cancel()
         self._answer = None
-
-    def close(self) -> None:
-        """End the worker. A question still under way is not waited for."""
-        self.drop()
-        self._worker.shutdown(wait=False, cancel_futures=True)

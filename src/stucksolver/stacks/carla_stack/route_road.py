@@ -47,6 +47,7 @@ class RouteRoad:
         after = _prolonged(waypoints[-1], BEYOND_M, forward=True)
         line, arcs = _resampled([*before, *waypoints, *after])
         self.stations = tuple(_station(w, x, y, heading) for w, x, y, heading in line)
+        self._lanes = _named(self.stations)
         self.start_arc, self.destination_arc = arcs[len(before)], arcs[len(before) + len(waypoints) - 1]
         """Arc lengths at which the route itself begins and ends."""
         points = np.array([(s.x, s.y) for s in self.stations])
@@ -91,7 +92,7 @@ class RouteRoad:
             key=f"{id(self)}-{first}-{last}-{speed_limit_mps}",
             spacing_m=SPACING_M,
             reference=tuple((round(s.x, 3), round(s.y, 3)) for s in part),
-            lanes=tuple(_strips(part, base, speed_limit_mps)),
+            lanes=tuple(_strips(self._lanes[first:last], speed_limit_mps)),
             zones=tuple(zones),
             route_start_m=base,
             destination_m=destination,
@@ -132,32 +133,39 @@ def _station(waypoint: Any, x: float, y: float, heading: float) -> Station:
     return Station(x, y, waypoint, junction, neighbours(waypoint, x, y, heading, alone=junction))
 
 
-def _strips(part: Sequence[Station], base_m: float, limit: float | None) -> list[LaneStrip]:
-    """Runs of stations in which a lane keeps its place beside the route, as strips."""
-    runs: dict[tuple[int, LaneKind, LaneDirection], list[list[tuple[int, Neighbour]]]] = {}
-    for i, station in enumerate(part):
+def _named(stations: Sequence[Station]) -> list[list[tuple[str, Neighbour]]]:
+    """The lanes of each station with a name that stays the same for as long as a lane keeps its place."""
+    named: list[list[tuple[str, Neighbour]]] = []
+    before: dict[str, str] = {}
+    for i, station in enumerate(stations):
+        here = {}
         for lane in station.lanes:
-            known = runs.setdefault((lane.place, lane.kind, lane.direction), [])
-            if known and known[-1][-1][0] == i - 1:
-                known[-1].append((i, lane))
-            else:
-                known.append([(i, lane)])
-    strips = []
-    for (place, kind, direction), stretches in runs.items():
-        for run in stretches:
-            start = run[0][0]
-            strips.append(
-                LaneStrip(
-                    id=f"{_name(place, kind, direction)}@{base_m + start * SPACING_M:.0f}",
-                    kind=kind,
-                    direction=direction,
-                    start=start,
-                    offset_m=tuple(round(lane.offset_m, 3) for _, lane in run),
-                    width_m=tuple(round(lane.width_m, 3) for _, lane in run),
-                    line=tuple(lane.line for _, lane in run),
-                    speed_limit_mps=limit if kind is LaneKind.DRIVING else None,
-                )
-            )
+            place = _name(lane.place, lane.kind, lane.direction)
+            here[place] = (before.get(place, f"{place}@{i * SPACING_M:.0f}"), lane)
+        before = {place: name for place, (name, _) in here.items()}
+        named.append(list(here.values()))
+    return named
+
+
+def _strips(part: Sequence[Sequence[tuple[str, Neighbour]]], limit: float | None) -> list[LaneStrip]:
+    """Runs of stations in which a lane keeps its place beside the route, as strips, from the route outwards."""
+    runs: dict[str, list[tuple[int, Neighbour]]] = {}
+    for i, lanes in enumerate(part):
+        for name, lane in lanes:
+            runs.setdefault(name, []).append((i, lane))
+    strips = [
+        LaneStrip(
+            id=name,
+            kind=run[0][1].kind,
+            direction=run[0][1].direction,
+            start=run[0][0],
+            offset_m=tuple(round(lane.offset_m, 3) for _, lane in run),
+            width_m=tuple(round(lane.width_m, 3) for _, lane in run),
+            line=tuple(lane.line for _, lane in run),
+            speed_limit_mps=limit if run[0][1].kind is LaneKind.DRIVING else None,
+        )
+        for name, run in runs.items()
+    ]
     return sorted(strips, key=lambda s: abs(s.offset_m[0]))
 
 
