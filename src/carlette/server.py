@@ -81,7 +81,9 @@ class Server:
 
     def _handle_ready(self, wait_s: float) -> None:
         for key, events in self._selector.select(wait_s):
-            key.data(events)
+            # What one peer asks for may have closed another's connection meanwhile.
+            if self._selector.get_map().get(key.fd) is key:
+                key.data(events)
 
     def _wait_s(self) -> float:
         now = time.monotonic()
@@ -234,7 +236,13 @@ def _accept(listener: socket.socket) -> socket.socket | None:
         # The peer gave up between its request and now.
         return None
     sock.setblocking(False)
-    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    try:
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        # A machine that went away without a word is noticed in the end.
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    except OSError:
+        sock.close()
+        return None
     return sock
 
 

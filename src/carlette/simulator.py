@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,10 @@ from carlette.world.settings import EpisodeSettings
 from carlette.world.world import World
 
 MAP_PREFIX = "Carla/Maps/"
+SENT_MAP = "OpenDriveMap"
+"""What a map is called that a client sent as text."""
+STREAMS_OF_AN_EPISODE = 1 << 20
+EPISODES_BEFORE_STREAMS_REPEAT = 1 << 11
 
 
 class Simulator:
@@ -39,6 +42,7 @@ class Simulator:
         """Ticks asked for by a batch."""
         self.world = World(roads, seed)
         self._flags = 0
+        self._sent: MapFile | None = None
         self.start_episode(roads)
 
     def start_episode(self, roads: RoadNetwork, settings: EpisodeSettings | None = None) -> None:
@@ -55,17 +59,15 @@ class Simulator:
         """Starts an episode on a town (empty name = the current one); raises `MapError`."""
         roads = self.world.roads
         if name and name.rsplit("/", 1)[-1] != roads.file.name:
-            roads = RoadNetwork(find_map(name, self.folders))
-        self.start_episode(roads, self._next_settings(reset_settings))
+            is_sent = name.rsplit("/", 1)[-1] == SENT_MAP and self._sent is not None
+            roads = RoadNetwork(self._sent if is_sent and self._sent else find_map(name, self.folders))
+        self.start_episode(roads, None if reset_settings else self.world.settings)
 
     def load_text(self, text: str) -> None:
         """Starts an episode on an OpenDRIVE text that a client sent; raises `MapError`."""
-        roads = RoadNetwork(MapFile("OpenDriveMap", text))
-        self.start_episode(roads, self._next_settings(False))
-
-    def _next_settings(self, reset: bool) -> EpisodeSettings:
-        kept = self.world.settings
-        return replace(kept, synchronous=False, fixed_delta_s=None) if reset else kept
+        sent = MapFile(SENT_MAP, text)
+        self.start_episode(RoadNetwork(sent), self.world.settings)
+        self._sent = sent
 
     @property
     def map_names(self) -> list[str]:
@@ -76,11 +78,19 @@ class Simulator:
         """The token of a stream."""
         return stream_token(stream_id, self.stream_port)
 
+    def stream_of(self, actor: Actor) -> int:
+        """The number of a sensor's stream: new in each episode, as actor ids are not.
+
+        A client that still listens to a sensor of the last episode would take the data of another for its own.
+        """
+        episode = self.episode_id % EPISODES_BEFORE_STREAMS_REPEAT
+        return episode * STREAMS_OF_AN_EPISODE + actor.stream_id
+
     def actor_wire(self, actor: Actor) -> Any:
         """An `Actor` as the client reads it."""
         attributes = [(name, int(kind), text) for name, (kind, text) in actor.attributes.items()]
         described = encode.description(self.uids.get(actor.type_id, 0), actor.type_id, attributes, self.version)
-        token = self.token(actor.stream_id) if actor.stream_id else b""
+        token = self.token(self.stream_of(actor)) if actor.stream_id else b""
         return [actor.id, actor.parent_id, described, encode.box(actor.box), actor.tags, token]
 
     def publish(self) -> None:
@@ -97,9 +107,12 @@ class Simulator:
     def _publish_collision(self, sensor_id: int, actor_id: int, other_id: int, impulse: Any) -> None:
         actors = self.world.actors
         sensor, actor, other = (actors.get(one) for one in (sensor_id, actor_id, other_id))
-        if sensor is None or actor is None or other is None or not self.hub.listens(sensor.stream_id):
+        if sensor is None or actor is None or other is None:
+            return
+        stream = self.stream_of(sensor)
+        if not self.hub.listens(stream):
             return
         place, turn = self.world.pose(sensor)
         header = sensor_header(collision.SENSOR_TYPE, self.world.frame, self.world.elapsed_s, (*place, *turn))
         body = collision.encode(self.actor_wire(actor), self.actor_wire(other), impulse)
-        self.hub.publish(sensor.stream_id, header, body)
+        self.hub.publish(stream, header, body)

@@ -12,9 +12,12 @@ from carlette.geometry import Box, Pose, Rotation, Vector, wrap_degrees
 from carlette.opendrive.roads import RoadNetwork
 
 LIGHT_TYPE = "1000001"
-STOP_TYPE = "206"
+ACTOR_TYPES = {LIGHT_TYPE: "traffic.traffic_light", "206": "traffic.stop", "205": "traffic.yield"}
+"""OpenDRIVE type of a signal to the actor that stands for it; CARLA's maps use the German numbers."""
 BOX_HALF_DEPTH_M = 2.0
 BOX_HALF_HEIGHT_M = 2.0
+ROAD_END_M = 0.01
+"""A signal at the very end of a road is looked up this far before it: there is no waypoint at the end itself."""
 BACK_FROM_JUNCTION_M = 2.5
 """The middle of a trigger box lies this far before the junction."""
 
@@ -39,7 +42,8 @@ class Signal:
 def read_signals(roads: RoadNetwork, root: ElementTree.Element) -> list[Signal]:
     """The signals that govern at least one driving lane, one for each id, in the order of the file."""
     phases = _phases(root)
-    governed = _governed_lanes(roads)
+    lengths = {int(road.get("id", "0")): float(road.get("length", "0")) for road in root.iter("road")}
+    governed = _governed_lanes(roads, lengths)
     signals = []
     for key in _signal_ids(root):
         lanes = governed.get(key, [])
@@ -50,7 +54,7 @@ def read_signals(roads: RoadNetwork, root: ElementTree.Element) -> list[Signal]:
 
 def _signal_ids(root: ElementTree.Element) -> list[tuple[str, str]]:
     found = [(one.get("type", ""), one.get("id", "")) for one in root.iter("signal")]
-    return [key for key in dict.fromkeys(found) if key[0] in (LIGHT_TYPE, STOP_TYPE)]
+    return [key for key in dict.fromkeys(found) if key[0] in ACTOR_TYPES]
 
 
 def _phases(root: ElementTree.Element) -> dict[str, tuple[str, int]]:
@@ -67,22 +71,24 @@ def _phases(root: ElementTree.Element) -> dict[str, tuple[str, int]]:
     return phases
 
 
-def _governed_lanes(roads: RoadNetwork) -> dict[tuple[str, str], list[Any]]:
+def _governed_lanes(roads: RoadNetwork, lengths: dict[int, float]) -> dict[tuple[str, str], list[Any]]:
     """Waypoints just before each signal, one for each lane that it governs."""
     lanes: dict[tuple[str, str], dict[tuple[int, int], Any]] = defaultdict(dict)
-    for kind in (LIGHT_TYPE, STOP_TYPE):
+    for kind in ACTOR_TYPES:
         for landmark in roads.map.get_all_landmarks_of_type(kind):
-            for waypoint in _landmark_lanes(roads, landmark):
+            end_m = lengths.get(landmark.road_id, 0.0) - ROAD_END_M
+            for waypoint in _landmark_lanes(roads, landmark, max(0.0, min(landmark.s, end_m))):
                 before = _approach(waypoint)
                 lanes[kind, landmark.id].setdefault((before.road_id, before.lane_id), before)
     return {key: list(value.values()) for key, value in lanes.items()}
 
 
-def _landmark_lanes(roads: RoadNetwork, landmark: Any) -> list[Any]:
+def _landmark_lanes(roads: RoadNetwork, landmark: Any, s: float) -> list[Any]:
+    """Waypoints at `s` of the landmark's road on the driving lanes that it is valid for."""
     found = []
     for first, last in landmark.get_lane_validities():
         for lane in range(min(first, last), max(first, last) + 1):
-            waypoint = roads.map.get_waypoint_xodr(landmark.road_id, lane, landmark.s) if lane else None
+            waypoint = roads.map.get_waypoint_xodr(landmark.road_id, lane, s) if lane else None
             if waypoint is not None and waypoint.lane_type == roads.carla.LaneType.Driving:
                 found.append(waypoint)
     return found

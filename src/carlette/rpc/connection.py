@@ -12,6 +12,8 @@ import msgpack
 MAX_MESSAGE_BYTES = 256 * 1024 * 1024
 """OpenDRIVE texts arrive in one message."""
 READ_BYTES = 1 << 20
+MAX_UNREAD_BYTES = 256 * 1024 * 1024
+"""A client that asks and never reads its answers is dropped here."""
 
 log = logging.getLogger(__name__)
 
@@ -23,7 +25,7 @@ class RpcConnection:
 
     def __init__(self, sock: socket.socket, dispatch: Dispatch) -> None:
         self.socket = sock
-        self.host = str(sock.getpeername()[0])
+        self.host = _peer(sock)
         self.dispatch = dispatch
         self.traffic_managers: set[int] = set()
         """Ports of the traffic managers that this client registered."""
@@ -55,7 +57,7 @@ class RpcConnection:
         except (msgpack.UnpackException, ValueError) as error:
             log.warning("closing a connection that does not speak msgpack-rpc: %s", error)
             return False
-        return True
+        return len(self._unsent) <= MAX_UNREAD_BYTES
 
     def _handle(self, message: Any) -> None:
         if not (isinstance(message, list) and len(message) == 4 and message[0] == 0):
@@ -82,3 +84,11 @@ class RpcConnection:
             self._unsent.clear()
             return
         del self._unsent[:sent]
+
+
+def _peer(sock: socket.socket) -> str:
+    """The other end's address; empty when it has gone since it was accepted."""
+    try:
+        return str(sock.getpeername()[0])
+    except OSError:
+        return ""

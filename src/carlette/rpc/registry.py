@@ -70,5 +70,9 @@ def _guarded(name: str, handler: Handler, success: Callable[[Any], Any], failure
         except BAD_ARGUMENTS as error:
             log.warning("bad arguments of %s: %s: %s", name, type(error).__name__, error)
             return failure(f"{name}: the arguments cannot be read ({type(error).__name__}: {error})")
+        except Exception as error:
+            # One client's request must not end the server for all others.
+            log.exception("%s failed", name)
+            return failure(f"{name} failed in the server ({type(error).__name__}: {error}); its log says where")
 
     return call

@@ -11,7 +11,7 @@ from carlette.errors import UnknownActor
 from carlette.geometry import Box, Pose, Vector
 from carlette.opendrive.document import check_opendrive
 from carlette.opendrive.roads import RoadNetwork
-from carlette.opendrive.signals import LIGHT_TYPE, read_signals
+from carlette.opendrive.signals import ACTOR_TYPES, LIGHT_TYPE, read_signals
 from carlette.physics.bodies import Bodies
 from carlette.physics.contacts import Contact, collide
 from carlette.physics.fleet import Fleet
@@ -185,8 +185,7 @@ class World:
         phases = []
         for signal in read_signals(self.roads, root):
             is_light = signal.type == LIGHT_TYPE
-            type_id = "traffic.traffic_light" if is_light else "traffic.stop"
-            actor = self.enter(type_id, Kind.LIGHT if is_light else Kind.SIGN, signal.pose, signal.box)
+            actor = self.enter(ACTOR_TYPES[signal.type], Kind.LIGHT if is_light else Kind.SIGN, signal.pose, signal.box)
             self.bodies.record["sign_id"][actor.row] = signal.id.encode()[:31]
             if is_light:
                 yaw = np.radians(signal.pose.rotation.yaw)
