@@ -11,11 +11,12 @@ from carlette.geometry import Vector
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import Session
 from carlette.wire import encode
+from carlette.world import rays
+from carlette.world.settings import CLEAR_NOON
 
 methods = Methods()
 
-ROADS_LABEL = 1
-RAY_STEP_M = 0.5
+ANY_LABEL = 255
 
 
 @methods.value("get_weather_parameters")
@@ -25,9 +26,10 @@ def get_weather_parameters(session: Session) -> list[float]:
 
 @methods.void("set_weather_parameters")
 def set_weather_parameters(session: Session, weather: Sequence[float]) -> None:
-    if not all(map(math.isfinite, weather)):
-        raise RequestError("set_weather_parameters: a value is not finite; give real numbers")
-    session.world.weather = tuple(map(float, weather))
+    values = tuple(map(float, weather))
+    if len(values) != len(CLEAR_NOON) or not all(map(math.isfinite, values)):
+        raise RequestError(f"set_weather_parameters: give {len(CLEAR_NOON)} finite numbers, not {list(weather)}")
+    session.world.weather = values
 
 
 @methods.void("update_day_night_cycle", "update_lights_state", "enable_environment_objects", "draw_debug_shape")
@@ -41,10 +43,22 @@ def ignore_translucency(session: Session, *_: Any) -> None:
     del session
 
 
-@methods.value("query_lights_state", "get_names_of_all_objects", "get_environment_objects", "get_all_level_BBs")
+@methods.value("query_lights_state", "get_names_of_all_objects", "get_environment_objects")
 def nothing_there(session: Session, *_: Any) -> list[Any]:
+    """There are no street lights and no scenery beside the actors."""
     del session
     return []
+
+
+@methods.value("get_all_level_BBs")
+def get_all_level_boxes(session: Session, label: int) -> Any:
+    """The boxes, in the world's frame, of the actors that carry a `CityObjectLabel`; in CARLA of scenery, too."""
+    world = session.world
+    return [
+        encode.box(actor.box._replace(center=pose.apply(actor.box.center), rotation=pose.rotation))
+        for actor in world.actors.values()
+        if actor.tags and (label == ANY_LABEL or label in actor.tags) and (pose := world.pose(actor))
+    ]
 
 
 @methods.value("get_imui_gravity")
@@ -60,9 +74,8 @@ def ignore_gravity(session: Session, gravity: float) -> None:
 
 @methods.value("project_point")
 def project_point(session: Session, origin: Sequence[float], direction: Sequence[float], distance: float) -> Any:
-    start, way = encode.read_vector(origin), encode.read_vector(direction)
-    hit = ground_hit(session, start, way, distance)
-    return [hit is not None, [list(hit or Vector()), ROADS_LABEL if hit else 0]]
+    hits = _cast(session, encode.read_vector(origin), encode.read_vector(direction), distance)
+    return [bool(hits), [list(hits[0].place if hits else Vector()), hits[0].label if hits else 0]]
 
 
 @methods.value("cast_ray")
@@ -70,25 +83,10 @@ def cast_ray(session: Session, start: Sequence[float], end: Sequence[float]) -> 
     first, last = encode.read_vector(start), encode.read_vector(end)
     way = Vector(last.x - first.x, last.y - first.y, last.z - first.z)
     length = math.sqrt(way.x**2 + way.y**2 + way.z**2)
-    hit = ground_hit(session, first, way, length) if length else None
-    return [[list(hit), ROADS_LABEL]] if hit else []
+    return [[list(hit.place), hit.label] for hit in _cast(session, first, way, length)] if length else []
 
 
-def ground_hit(session: Session, start: Vector, way: Vector, distance_m: float) -> Vector | None:
-    """Where a ray meets the road's surface from above; None where it does not within the distance."""
-    length = math.sqrt(way.x**2 + way.y**2 + way.z**2)
-    if not (start.is_finite() and way.is_finite() and math.isfinite(distance_m)) or length == 0.0:
+def _cast(session: Session, start: Vector, way: Vector, distance_m: float) -> list[rays.Hit]:
+    if not (start.is_finite() and way.is_finite() and math.isfinite(distance_m)) or not any(way):
         raise RequestError("a ray needs finite points and a direction; give real numbers")
-    steps = max(1, min(4000, math.ceil(distance_m / RAY_STEP_M)))
-    above: float | None = None
-    for step in range(steps + 1):
-        reach = distance_m * step / steps / length
-        point = Vector(start.x + way.x * reach, start.y + way.y * reach, start.z + way.z * reach)
-        ground = session.world.roads.ground(point)
-        surface = ground.origin.z + (point.x - ground.origin.x) * ground.slope_x
-        surface += (point.y - ground.origin.y) * ground.slope_y
-        height = point.z - surface
-        if (above is not None and above >= 0.0 > height) or height == 0.0:
-            return Vector(point.x, point.y, surface)
-        above = height
-    return None
+    return rays.cast(session.world, start, way, distance_m)

@@ -9,6 +9,7 @@ from carlette.errors import RequestError
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import Session
 from carlette.wire import encode
+from carlette.world.skeleton import bones
 
 methods = Methods()
 
@@ -32,8 +33,10 @@ def apply_walker_state(session: Session, actor_id: int, transform: Sequence[Any]
 
 @methods.value("get_bones_transform")
 def get_bones_transform(session: Session, actor_id: int) -> Any:
-    session.walker(actor_id, "get_bones_transform")
-    return [[]]
+    """Joints of a standing figure; the limbs of walkers do not swing here."""
+    actor = session.walker(actor_id, "get_bones_transform")
+    joints = bones(session.world.pose(actor), actor.box.extent.z)
+    return [[[one.name, *map(encode.pose, (one.world, one.component, one.relative))] for one in joints]]
 
 
 @methods.void("set_bones_transform", "blend_pose", "get_pose_from_animation")
