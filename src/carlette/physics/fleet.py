@@ -178,6 +178,24 @@ class Fleet(Table):
         aside = aside + np.clip(slip, (-TYRE_GRIP_MPS2 - turning) * dt, (TYRE_GRIP_MPS2 - turning) * dt)
         return rate, aside
 
+    def steer_for(self, curvature: Floats, ahead: Floats) -> Floats:
+        """The steer (-1 to 1) of all vehicles whose path has this curvature (1/m): the model turned round."""
+        sharpest = RADIUS_WHEELBASE_M / (TIGHTEST_RADIUS_M * self.wheelbase)
+        share = np.arctanh(np.clip(curvature / sharpest, -0.98, 0.98))
+        factor = np.interp(np.abs(ahead) * 3.6, STEER_SPEEDS_KMH, STEER_FACTORS)
+        angle = np.arctan(share * self.wheelbase * sharpest)
+        steer: Floats = np.clip(angle / (self.max_steer * factor), -1.0, 1.0)
+        return steer
+
+    def pedals_for(self, acceleration: Floats, ahead: Floats) -> tuple[Floats, Floats]:
+        """Throttle and brake of all vehicles for an acceleration (m/s²) on a level road."""
+        drag = ROLLING_MPS2 + self.drag * ahead * ahead
+        push = np.minimum(self.launch, self.power / np.maximum(ahead, 1.0))
+        throttle = np.clip((acceleration + drag) / push, 0.0, 1.0)
+        coasting = drag + ENGINE_BRAKE_MPS2 + ENGINE_BRAKE_PER_MPS * ahead
+        brake = np.clip((-acceleration - coasting) / BRAKE_MPS2, 0.0, 1.0)
+        return np.where(acceleration + drag > 0.0, throttle, 0.0), brake
+
     def _publish(self, bodies: Bodies, control: Floats, ahead: Floats) -> None:
         """Writes what the snapshot says of the controls."""
         record = bodies.record

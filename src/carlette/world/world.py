@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from random import Random
+from typing import Protocol
 
 import numpy as np
 
@@ -26,6 +27,12 @@ from carlette.world.triggers import watch_lights
 
 SPECTATOR = "spectator"
 shared(RoadNetwork)
+
+
+class Drivers(Protocol):
+    """Sets the controls of cars at the begin of a tick."""
+
+    def step(self, world: World, /) -> None: ...
 
 
 @dataclass(frozen=True)
@@ -55,6 +62,8 @@ class World:
         self.signals = Signals()
         self.actors: dict[int, Actor] = {}
         self.collisions: list[Collision] = []
+        self.traffic: Drivers | None = None
+        """Who drives cars from inside the world, as in forks (`carlette.traffic.Traffic`); None = only clients."""
         self._next_id = 1
         self.spectator = self.enter(SPECTATOR, Kind.OTHER, Pose(), Box(Vector(), Vector()))
         self._install_signals(Random(seed))
@@ -130,6 +139,8 @@ class World:
         """Moves the world on by one step and returns the new frame number."""
         dt = self.step_s
         bodies = self.bodies
+        if self.traffic is not None:
+            self.traffic.step(self)
         before = bodies.velocity.copy()
         self.signals.step(bodies, dt)
         if len(self.surface):

@@ -1,0 +1,80 @@
+"""Which lane points lie under or beside each body: how cars see leaders, crossing traffic and things on the road."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carlette.geometry import Floats
+from carlette.physics.bodies import Bodies
+from carlette.world.fork import shared
+
+Ints = NDArray[np.int64]
+
+CELL_M = 4.0
+BESIDE_M = 1.15
+"""Half a car's width and some air: a lane whose middle is nearer than this to a body is blocked there."""
+OTHER_LEVEL_M = 3.0
+"""What is so much higher or lower is on another level of the road."""
+
+
+@shared
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Lane points sorted by square cells; never changes."""
+
+    low: Ints
+    """Column and row of the first cell."""
+    shape: tuple[int, int]
+    first: Ints
+    """(cells + 1) Where each cell's points begin in `points`."""
+    points: Ints
+
+    def candidates(self, place: Floats, reach_m: float) -> tuple[Ints, Ints]:
+        """Pairs (row of `place`, lane point) within about `reach_m`."""
+        radius = int(np.ceil(reach_m / CELL_M))
+        span = np.arange(-radius, radius + 1)
+        cell = np.floor(place[:, :2] / CELL_M).astype(np.int64) - self.low
+        columns = (cell[:, 0, None] + span)[:, :, None]
+        rows = (cell[:, 1, None] + span)[:, None, :]
+        valid = (columns >= 0) & (columns < self.shape[0]) & (rows >= 0) & (rows < self.shape[1])
+        who, x, y = np.nonzero(valid)
+        number = columns[who, x, 0] * self.shape[1] + rows[who, 0, y]
+        begin = self.first[number]
+        count = self.first[number + 1] - begin
+        keep = count > 0
+        who, begin, count = who[keep], begin[keep], count[keep]
+        offset = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        return np.repeat(who, count), self.points[np.repeat(begin, count) + offset]
+
+
+def make_grid(place: Floats) -> Grid:
+    """The grid of some points."""
+    cell = np.floor(place[:, :2] / CELL_M).astype(np.int64)
+    low = cell.min(axis=0)
+    shape = cell.max(axis=0) - low + 1
+    number = (cell[:, 0] - low[0]) * shape[1] + cell[:, 1] - low[1]
+    order = np.argsort(number, kind="stable")
+    first = np.searchsorted(number[order], np.arange(int(shape[0] * shape[1]) + 1))
+    return Grid(low, (int(shape[0]), int(shape[1])), first, order)
+
+
+def blocked_points(grid: Grid, place: Floats, bodies: Bodies) -> tuple[Ints, Ints]:
+    """Pairs (row of `Bodies`, lane point) for all solid bodies that are in the way of a car at that point."""
+    rows = np.flatnonzero(bodies.solid)
+    yaw = np.radians(bodies.rotation[rows, 1])
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    offset, half = bodies.center[rows], bodies.extent[rows]
+    middle = bodies.position[rows]
+    middle[:, 0] += offset[:, 0] * cos - offset[:, 1] * sin
+    middle[:, 1] += offset[:, 0] * sin + offset[:, 1] * cos
+    reach = np.hypot(half[:, 0], half[:, 1]) + BESIDE_M
+    who, point = grid.candidates(middle, float(reach.max(initial=0.0)))
+    gap = place[point] - middle[who]
+    cos, sin = cos[who], sin[who]
+    inside = np.abs(gap[:, 0] * cos + gap[:, 1] * sin) <= half[who, 0]
+    inside &= np.abs(gap[:, 1] * cos - gap[:, 0] * sin) <= half[who, 1] + BESIDE_M
+    inside &= np.abs(gap[:, 2]) <= OTHER_LEVEL_M
+    return rows[who[inside]], point[inside]
