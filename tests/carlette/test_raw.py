@@ -2,36 +2,13 @@
 
 from __future__ import annotations
 
-import socket
 import time
 from collections.abc import Iterator
 from typing import Any
 
-import msgpack
 import pytest
+from raw_client import SYNCHRONOUS, Raw
 from serving import running_server
-
-
-class Raw:
-    """A client of its own making."""
-
-    def __init__(self, port: int) -> None:
-        self.socket = socket.create_connection(("127.0.0.1", port), timeout=5)
-        self.unpacker = msgpack.Unpacker()
-        self.number = 0
-
-    def call(self, method: str, *arguments: Any) -> tuple[Any, Any]:
-        """The error and the result of a call."""
-        self.number += 1
-        self.socket.sendall(msgpack.packb([0, self.number, method, [[False], *arguments]]))
-        while True:
-            for message in self.unpacker:
-                kind, number, error, result = message
-                assert (kind, number) == (1, self.number)
-                return error, result
-            data = self.socket.recv(65536)
-            assert data, "the server closed the connection"
-            self.unpacker.feed(data)
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +60,7 @@ def test_a_bad_command_does_not_spoil_its_batch(raw: Raw) -> None:
 
 
 def test_a_stream_that_never_comes_delays_one_tick_only(raw: Raw) -> None:
-    raw.call("set_episode_settings", [True, False, [True, 0.05], True, 0.1, 1, 0, True, 1, 1, True])
+    raw.call("set_episode_settings", SYNCHRONOUS)
     raw.call("get_sensor_token", 4711)
     start = time.monotonic()
     frames = [raw.call("tick_cue")[1][0][1] for _ in range(20)]

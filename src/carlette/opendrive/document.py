@@ -4,13 +4,25 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.etree import ElementTree
 
 from carlette.errors import MapError
 
 MAPS_VARIABLE = "STUCKSOLVER_MAPS"
+LAYOUTS = (
+    "*.xodr",
+    "OpenDrive/*.xodr",
+    "*/OpenDrive/*.xodr",
+    "CarlaUE4/Content/Carla/Maps/OpenDrive/*.xodr",
+    "CarlaUE4/Content/Carla/Maps/*/OpenDrive/*.xodr",
+    "Unreal/CarlaUE4/Content/Carla/Maps/OpenDrive/*.xodr",
+    "Unreal/CarlaUE4/Content/Carla/Maps/*/OpenDrive/*.xodr",
+)
+"""Where towns lie in a folder: loose, or as in CARLA's `Maps` folder, in its packages, or in its sources."""
+OPTIMISED = "_Opt"
+"""CARLA's variants with layers have this after the town's name, and the same roads."""
 
 
 @dataclass(frozen=True)
@@ -29,11 +41,12 @@ def map_folders(extra: Sequence[str]) -> list[Path]:
 
 
 def available_towns(folders: Sequence[Path]) -> dict[str, Path]:
-    """Town name to file; the first folder that has a town wins."""
+    """Town name to file; the first folder that has a town wins. A folder may be a CARLA installation."""
     towns: dict[str, Path] = {}
     for folder in folders:
-        for path in sorted(folder.glob("*.xodr")):
-            towns.setdefault(path.stem, path)
+        for layout in LAYOUTS:
+            for path in sorted(folder.glob(layout)):
+                towns.setdefault(path.stem, path)
     return towns
 
 
@@ -46,11 +59,12 @@ def find_map(town_or_file: str, folders: Sequence[Path]) -> MapFile:
         return load_map(Path(town_or_file))
     name = town_or_file.rsplit("/", 1)[-1]
     towns = available_towns(folders)
-    if name not in towns:
-        places = ", ".join(map(str, folders))
+    path = towns.get(name) or towns.get(name.removesuffix(OPTIMISED))
+    if path is None:
+        places = ", ".join(f"{one}" if one.is_dir() else f"{one} (no such folder)" for one in folders)
         known = ", ".join(sorted(towns)) or "none"
         raise MapError(f"map '{name}' not found in {places} (towns there: {known}); name one of them or a .xodr file")
-    return load_map(towns[name])
+    return replace(load_map(path), name=name)
 
 
 def load_map(path: Path) -> MapFile:
