@@ -58,6 +58,7 @@ def test_a_cone_flies_and_the_car_hardly_notices() -> None:
     world = straight_world()
     car, cone = add(world, CAR, 50.0), add(world, CONE, 60.0)
     launch(world, car, 10.0)
+    drive(world, car, throttle=0.5)
     list(ticks(world, 40))
     assert world.pose(cone).location.x > 65.0
     assert speed_of(world, car) > 7.0

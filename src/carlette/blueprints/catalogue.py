@@ -20,6 +20,7 @@ from carlette.blueprints.tables import (
     PropModel,
     VehicleModel,
     WalkerModel,
+    animal_models,
     prop_models,
     vehicle_models,
     walker_models,
@@ -28,7 +29,11 @@ from carlette.blueprints.tables import (
 COLORS = ("255,255,255", "17,17,17", "88,88,88", "180,44,44", "22,62,120", "178,174,162")
 BIKE_COLORS = ("0,0,0", "120,20,20", "30,70,140")
 POLICE_COLORS = ("255,255,255",)
+GESTURES = ("none", "stop", "go", "slow")
+"""What a flagger can show."""
 SENSORS = ("sensor.other.collision", "sensor.other.lane_invasion")
+EXTRA = "carlette_extra"
+"""Tag and attribute of what CARLA does not have."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,7 @@ class Catalogue:
     vehicles: dict[str, VehicleModel] = field(default_factory=dict)
     props: dict[str, PropModel] = field(default_factory=dict)
     walkers: dict[str, WalkerModel] = field(default_factory=dict)
+    """Pedestrians and animals: whatever takes a walker's control."""
 
 
 @lru_cache(maxsize=1)
@@ -47,15 +53,17 @@ def load_catalogue() -> Catalogue:
     vehicles = {model.id: model for model in vehicle_models()}
     props = {model.id: model for model in prop_models()}
     walkers = {model.id: model for model in walker_models()}
+    animals = {model.id: model for model in animal_models()}
     definitions = [
         *map(vehicle_definition, vehicles.values()),
         *map(walker_definition, walkers.values()),
+        *map(animal_definition, animals.values()),
         *map(prop_definition, props.values()),
         *(Definition(id, (role_name("front"),)) for id in SENSORS),
         mesh_definition(),
         Definition("controller.ai.walker", (role_name("walker"),)),
     ]
-    return Catalogue({one.id: one for one in definitions}, vehicles, props, walkers)
+    return Catalogue({one.id: one for one in definitions}, vehicles, props, walkers | animals)
 
 
 def vehicle_definition(model: VehicleModel) -> Definition:
@@ -76,34 +84,41 @@ def vehicle_definition(model: VehicleModel) -> Definition:
     ]
     if model.is_two_wheeler:
         attributes.append(option("driver_id", AttributeType.INT, "0", "0", "1", "2"))
-    return Definition(model.id, tuple(attributes))
+    return _definition(model.id, attributes, model.is_extra)
 
 
 def walker_definition(model: WalkerModel) -> Definition:
     """The blueprint of a pedestrian."""
-    walk_mps = model.run_speed_mps / 2.5
-    speed = Attribute(
-        "speed", AttributeType.FLOAT, f"{walk_mps:g}", ("0", f"{walk_mps:g}", f"{model.run_speed_mps:g}"), True
-    )
-    return Definition(
-        model.id,
-        (
-            text("gender", model.gender),
-            text("age", model.age),
-            integer("generation", 2 if int(model.id[-4:]) > 14 else 1),
-            role_name("pedestrian"),
-            option("is_invincible", AttributeType.BOOL, "true"),
-            option("can_use_wheelchair", AttributeType.BOOL, "false"),
-            option("use_wheelchair", AttributeType.BOOL, "false"),
-            speed,
-        ),
-    )
+    attributes = [
+        text("gender", model.gender),
+        text("age", model.age),
+        integer("generation", model.generation),
+        role_name("pedestrian"),
+        option("is_invincible", AttributeType.BOOL, "true"),
+        flag("can_use_wheelchair", model.can_use_wheelchair),
+        _speed(model),
+    ]
+    if model.can_use_wheelchair:
+        attributes.append(option("use_wheelchair", AttributeType.BOOL, "false"))
+    if model.is_extra:
+        attributes.append(option("gesture", AttributeType.STRING, GESTURES[0], *GESTURES))
+    return _definition(model.id, attributes, model.is_extra)
+
+
+def animal_definition(model: WalkerModel) -> Definition:
+    """The blueprint of an animal.
+
+    Its id does not begin with `walker.`, so that programs that pick one of `walker.*` at random get people, as in
+    CARLA; `carla.command.ApplyWalkerControl` moves it all the same.
+    """
+    attributes = [role_name("animal"), option("is_invincible", AttributeType.BOOL, "true"), _speed(model)]
+    return _definition(model.id, attributes, model.is_extra)
 
 
 def prop_definition(model: PropModel) -> Definition:
     """The blueprint of a static prop."""
     size_m = max(model.length_m, model.width_m, model.height_m)
-    return Definition(model.id, (role_name("prop"), text("size", _size_class(size_m))))
+    return _definition(model.id, [role_name("prop"), text("size", _size_class(size_m))], model.is_extra)
 
 
 def mesh_definition() -> Definition:
@@ -117,6 +132,18 @@ def mesh_definition() -> Definition:
             number("mass", 0.0, modifiable=True),
         ),
     )
+
+
+def _definition(id: str, attributes: list[Attribute], is_extra: bool) -> Definition:
+    if is_extra:
+        return Definition(id, (*attributes, flag(EXTRA, True)), (EXTRA,))
+    return Definition(id, tuple(attributes))
+
+
+def _speed(model: WalkerModel) -> Attribute:
+    """Standing, walking and running, m/s: the order in which traffic generators expect them."""
+    walk, run = f"{model.walk_mps:g}", f"{model.run_mps:g}"
+    return Attribute("speed", AttributeType.FLOAT, walk, ("0", walk, run), True)
 
 
 def _color(values: tuple[str, ...]) -> Attribute:

@@ -34,11 +34,12 @@ class Definition:
 
     id: str
     attributes: tuple[Attribute, ...]
+    more_tags: tuple[str, ...] = ()
 
     @property
     def tags(self) -> str:
-        """CARLA's tags are the parts of the id."""
-        return ",".join(self.id.split("."))
+        """CARLA's tags are the parts of the id; carlette's own blueprints carry one more."""
+        return ",".join((*self.id.split("."), *self.more_tags))
 
 
 def text(id: str, value: str) -> Attribute:

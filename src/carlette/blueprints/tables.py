@@ -1,7 +1,7 @@
 """The physical side of the catalogue, read from the CSV tables beside this file.
 
-Sizes of vehicles are the bounding boxes of CARLA 0.9.15; masses and powers those of the real cars; sizes of
-props are estimates from their pictures.
+Boxes of vehicles, walkers and (where the table says `measured`) props are those of CARLA 0.9.15 and 0.9.16, as public
+tools that asked the simulator have written them down; masses and powers are those of the real things.
 """
 
 from __future__ import annotations
@@ -24,18 +24,13 @@ class VehicleModel:
     wheels: int
     has_lights: bool
     has_doors: bool
-    length_m: float
-    width_m: float
-    height_m: float
+    box: Box
+    """Bounding box; the actor's origin lies on the ground, not always exactly below the centre."""
     wheelbase_m: float
     mass_kg: float
     power_kw: float
     top_speed_kmh: float
-
-    @property
-    def box(self) -> Box:
-        """Bounding box; the actor's origin lies on the ground below the centre."""
-        return standing_box(self.length_m, self.width_m, self.height_m)
+    is_extra: bool = False
 
     @property
     def is_two_wheeler(self) -> bool:
@@ -45,14 +40,16 @@ class VehicleModel:
 
 @dataclass(frozen=True)
 class PropModel:
-    """Size and mass of one kind of static prop; a movable one is pushed away by a car."""
+    """Size and mass of one kind of static prop."""
 
     id: str
     length_m: float
     width_m: float
     height_m: float
     mass_kg: float
-    movable: bool
+    contact: str
+    """`fixed`: stops a car; `loose`: is pushed away; `passable`: seen, but driven over without a touch."""
+    is_extra: bool = False
 
     @property
     def box(self) -> Box:
@@ -62,19 +59,18 @@ class PropModel:
 
 @dataclass(frozen=True)
 class WalkerModel:
-    """One kind of pedestrian; the actor's origin is the middle of the body, as in CARLA."""
+    """One kind of pedestrian or animal; the actor's origin is the middle of the body, as in CARLA."""
 
     id: str
-    gender: str
     age: str
-    half_height_m: float
-    radius_m: float
-    run_speed_mps: float
-
-    @property
-    def box(self) -> Box:
-        """Bounding box around the origin."""
-        return Box(Vector(), Vector(self.radius_m, self.radius_m, self.half_height_m))
+    gender: str
+    generation: int
+    can_use_wheelchair: bool
+    box: Box
+    walk_mps: float
+    run_mps: float
+    mass_kg: float
+    is_extra: bool = False
 
 
 def standing_box(length_m: float, width_m: float, height_m: float) -> Box:
@@ -83,7 +79,7 @@ def standing_box(length_m: float, width_m: float, height_m: float) -> Box:
 
 
 def vehicle_models() -> list[VehicleModel]:
-    """All vehicles, in the order of CARLA's ids."""
+    """All vehicles, in the order of their ids, carlette's own at the end."""
     return [
         VehicleModel(
             row["id"],
@@ -93,8 +89,15 @@ def vehicle_models() -> list[VehicleModel]:
             int(row["wheels"]),
             row["lights"] == "true",
             row["doors"] == "true",
-            *(float(row[key]) for key in ("length_m", "width_m", "height_m", "wheelbase_m")),
-            *(float(row[key]) for key in ("mass_kg", "power_kw", "top_speed_kmh")),
+            Box(
+                Vector(*(float(row[f"center_{axis}_m"]) for axis in "xyz")),
+                Vector(*(float(row[key]) / 2 for key in ("length_m", "width_m", "height_m"))),
+            ),
+            float(row["wheelbase_m"]),
+            float(row["mass_kg"]),
+            float(row["power_kw"]),
+            float(row["top_speed_kmh"]),
+            row["extra"] == "true",
         )
         for row in _rows("vehicles.csv")
     ]
@@ -109,31 +112,49 @@ def prop_models() -> list[PropModel]:
             float(row["width_m"]),
             float(row["height_m"]),
             float(row["mass_kg"]),
-            row["movable"] == "true",
+            row["contact"],
+            row["extra"] == "true",
         )
         for row in _rows("props.csv")
     ]
 
 
-CHILDREN = frozenset({9, 10, 11, 12, 13, 14, 48, 49})
-WOMEN = frozenset({1, 4, 5, 8, 9, 10, 15, 18, 19, 20, 22, 24, 28, 31, 32, 33, 35, 36, 38, 41, 43, 45, 47, 48})
-
-
 def walker_models() -> list[WalkerModel]:
-    """The pedestrians 0001 to 0049."""
-    return [_walker(number) for number in range(1, 50)]
+    """The pedestrians, carlette's own at the end."""
+    return [
+        WalkerModel(
+            row["id"],
+            row["age"],
+            row["gender"],
+            int(row["generation"]),
+            row["can_use_wheelchair"] == "true",
+            Box(Vector(), Vector(float(row["radius_m"]), float(row["radius_m"]), float(row["half_height_m"]))),
+            float(row["walk_mps"]),
+            float(row["run_mps"]),
+            float(row["mass_kg"]),
+            row["extra"] == "true",
+        )
+        for row in _rows("walkers.csv")
+    ]
 
 
-def _walker(number: int) -> WalkerModel:
-    child = number in CHILDREN
-    return WalkerModel(
-        f"walker.pedestrian.{number:04d}",
-        "female" if number in WOMEN else "male",
-        "child" if child else "adult",
-        half_height_m=0.55 if child else 0.93,
-        radius_m=0.25 if child else 0.19,
-        run_speed_mps=2.0 if child else 4.0,
-    )
+def animal_models() -> list[WalkerModel]:
+    """The animals, which CARLA has none of."""
+    return [
+        WalkerModel(
+            row["id"],
+            "adult",
+            "other",
+            1,
+            False,
+            Box(Vector(), Vector(*(float(row[key]) / 2 for key in ("length_m", "width_m", "height_m")))),
+            float(row["walk_mps"]),
+            float(row["run_mps"]),
+            float(row["mass_kg"]),
+            is_extra=True,
+        )
+        for row in _rows("animals.csv")
+    ]
 
 
 def _rows(name: str) -> list[dict[str, str]]:

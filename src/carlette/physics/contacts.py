@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carlette.geometry import Vector
+from carlette.geometry import Floats, Vector
 from carlette.physics.bodies import Bodies
+from carlette.physics.doors import Doors
 from carlette.physics.overlap import Boxes, Indices, boxes_of, near_pairs, overlaps
 
 BOUNCE = 0.1
@@ -45,21 +46,36 @@ class Side(NamedTuple):
     """From the box's centre to the point of contact."""
 
 
-def collide(bodies: Bodies) -> list[Contact]:
+class Shapes(NamedTuple):
+    """The boxes that can touch: one for each solid body, and one more for each open door."""
+
+    rows: Indices
+    """Of the body that each box belongs to."""
+    owner: Indices
+    """Index of that body's own box."""
+    center: Floats
+    extent: Floats
+
+
+def collide(bodies: Bodies, doors: Doors | None = None) -> list[Contact]:
     """Resolves all contacts between solid bodies and reports those with an impulse."""
-    rows = np.flatnonzero(bodies.solid)
+    shapes = _shapes(bodies, doors)
+    rows = shapes.rows
     hits: dict[tuple[int, int], Vector] = {}
     for _ in range(ROUNDS):
         speed = np.abs(bodies.velocity[rows, :2]).max(axis=1, initial=0.0)
         moving = (speed > STILL_MPS) & (bodies.mass[rows] > 0)
-        boxes = boxes_of(bodies, rows)
+        boxes = boxes_of(bodies, rows, (shapes.center, shapes.extent))
         first, second = near_pairs(boxes, moving)
+        if doors is not None and len(doors):
+            apart = shapes.owner[first] != shapes.owner[second]
+            first, second = first[apart], second[apart]
         if not len(first):
             break
         found = overlaps(boxes, first, second)
         for i, j, normal, depth in zip(*(one.tolist() for one in found), strict=True):
             pair = (int(rows[i]), int(rows[j]))
-            impulse = _resolve(bodies, boxes, (i, j), pair, (normal[0], normal[1]), depth)
+            impulse = _resolve(bodies, boxes, shapes.owner, (i, j), pair, (normal[0], normal[1]), depth)
             if impulse is not None:
                 hits[pair] = impulse.plus(hits.get(pair, Vector()))
         if not len(found.first):
@@ -67,8 +83,30 @@ def collide(bodies: Bodies) -> list[Contact]:
     return [Contact(*pair, impulse) for pair, impulse in hits.items()]
 
 
+def _shapes(bodies: Bodies, doors: Doors | None) -> Shapes:
+    rows: Indices = np.flatnonzero(bodies.solid)
+    own = np.arange(len(rows))
+    if doors is None or not len(doors):
+        return Shapes(rows, own, bodies.center[rows], bodies.extent[rows])
+    there = bodies.solid[doors.row]
+    center, extent = doors.boxes(bodies)
+    carriers = doors.row[there]
+    return Shapes(
+        np.concatenate([rows, carriers]),
+        np.concatenate([own, np.searchsorted(rows, carriers)]),
+        np.concatenate([bodies.center[rows], center[there]]),
+        np.concatenate([bodies.extent[rows], extent[there]]),
+    )
+
+
 def _resolve(
-    bodies: Bodies, boxes: Boxes, index: tuple[int, int], pair: tuple[int, int], away: Planar, depth: float
+    bodies: Bodies,
+    boxes: Boxes,
+    owner: Indices,
+    index: tuple[int, int],
+    pair: tuple[int, int],
+    away: Planar,
+    depth: float,
 ) -> Vector | None:
     """Separates a pair and applies the impulse of the hit; None where they only rest on each other."""
     inverse = (_inverse_mass(bodies, pair[0]), _inverse_mass(bodies, pair[1]))
@@ -80,8 +118,8 @@ def _resolve(
     for sign, one, row, share in zip((-1.0, 1.0), index, pair, inverse, strict=True):
         shift = sign * share / total * max(depth - SLOP_M, 0.0)
         bodies.position[row, :2] += (shift * away[0], shift * away[1])
-        x, y = boxes.center[one].tolist()
-        half_x, half_y = boxes.half[one].tolist()
+        x, y = boxes.center[owner[one]].tolist()
+        half_x, half_y = boxes.half[owner[one]].tolist()
         inertia = 3.0 * share / (half_x**2 + half_y**2)
         sides.append(Side(row, share, inertia, (point[0] - x, point[1] - y)))
     return _exchange(bodies, sides[0], sides[1], away)
@@ -98,12 +136,23 @@ def _exchange(bodies: Bodies, first: Side, second: Side, away: Planar) -> Vector
     along = (-away[1], away[0])
     drag = -_dot(closing, along) / _give(first, second, along)
     drag = min(max(drag, -FRICTION * size), FRICTION * size)
-    impulse = (size * away[0] + drag * along[0], size * away[1] + drag * along[1])
+    impulse = _passive((size * away[0] + drag * along[0], size * away[1] + drag * along[1]), first, second, closing)
     for sign, side in ((-1.0, first), (1.0, second)):
         push = sign * side.inverse_mass
         bodies.velocity[side.row, :2] += (push * impulse[0], push * impulse[1])
         bodies.angular[side.row, 2] += sign * math.degrees(side.inverse_inertia * _cross(side.arm, impulse))
     return Vector(impulse[0], impulse[1], 0.0)
+
+
+def _passive(impulse: Planar, first: Side, second: Side, closing: Planar) -> Planar:
+    """The impulse, made smaller where normal and friction part together would add energy to the pair."""
+    work = _dot(closing, impulse)
+    size = math.hypot(*impulse)
+    along = (impulse[0] / size, impulse[1] / size)
+    gain = 0.5 * size * size * _give(first, second, along)
+    # Half the step at which the energy would be back where it was loses the most.
+    share = 1.0 if work + gain <= 0.0 else max(-work / (2.0 * gain), 0.0)
+    return share * impulse[0], share * impulse[1]
 
 
 def _give(first: Side, second: Side, along: Planar) -> float:

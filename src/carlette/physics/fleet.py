@@ -1,11 +1,17 @@
 """Vehicles: their controls, engines, tyres and steering, stepped together.
 
 The model is a bicycle with a sliding body: the tyres pull the lateral velocity and the yaw rate towards those
-of the steered path as hard as they can hold, so a car slides when it is hit or steered too fast.
+of the steered path as hard as they can hold, so a car slides when it is hit or steered too fast. It has no
+suspension and cannot roll over.
+
+How throttle, speed and acceleration hang together follows the public regression of the Lincoln MKZ 2020 in CARLA
+0.9.15 (CARLA garage, PDM-Lite): push with the square of the throttle, drag of the engine with the square of what is
+missing of it. Other vehicles have the same curves, scaled by their own power and mass.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,18 +20,33 @@ from numpy.typing import NDArray
 from carlette.blueprints import VehicleModel
 from carlette.geometry import Floats
 from carlette.physics.bodies import Bodies
+from carlette.physics.sheet import (
+    DAMPING_IDLE,
+    DRAG_COEFFICIENT,
+    FRICTION,
+    HEAVY_KG,
+    LAUNCH_MOST_MPS2,
+    Sheet,
+    Wheel,
+    sheet_of,
+)
 from carlette.world.table import Table, flags, indices, numbers
 
 GRAVITY = 9.81
 BRAKE_MPS2 = 8.5
+HEAVY_BRAKE_MPS2 = 6.5
 HAND_BRAKE_MPS2 = 6.0
 TYRE_GRIP_MPS2 = 9.0
+"""With the friction that CARLA's tyres have; it grows and shrinks with that."""
+MOST_GRIP_MPS2 = 12.0
 ROLLING_MPS2 = 0.12
-ENGINE_BRAKE_MPS2 = 0.5
-ENGINE_BRAKE_PER_MPS = 0.03
-HOLD_MPS2 = 3.0
-"""Keeps a car at rest on a slope while nobody gives throttle, as a parked car is."""
-HOLD_BELOW_MPS = 0.3
+COAST_MPS2 = 3.9
+"""Engine drag without throttle at its largest, for a vehicle that launches with `LAUNCH_MOST_MPS2`."""
+COAST_RISE_MPS, COAST_FALL_MPS = 2.5, 18.0
+NEUTRAL_COAST = 0.1
+HOLD_MPS2 = 5.0
+"""Keeps a vehicle at rest on a slope while nobody touches a pedal or the wheel: Unreal puts it to sleep."""
+HOLD_BELOW_MPS = 0.1
 MAX_WHEEL_RAD = 1.5
 STEER_RATE_PER_S = 4.0
 DRIVE_LAG_S = 0.10
@@ -36,10 +57,12 @@ YAW_LAG_S = 0.06
 MAX_YAW_ACCELERATION = 20.0
 TIGHTEST_RADIUS_M = 5.5
 RADIUS_WHEELBASE_M = 2.88
-STEER_SPEEDS_KMH = (0.0, 20.0, 60.0, 120.0)
-STEER_FACTORS = (1.0, 0.9, 0.8, 0.7)
+STEER_KNOTS_KMH = np.array([0.0, 10.0, 20.0, 40.0, 60.0, 90.0, 120.0, 180.0])
+"""Where a vehicle's steering curve is kept."""
+SLIP_SHARE = 0.72
+"""Of the path that the wheels point along: CARLA's tyres slip, more than those of a slow bicycle model."""
 REVERSE_TOP_MPS = 12.0
-GEAR_SPEEDS_MPS = np.array([6.0, 11.0, 17.0, 24.0])
+MOST_GEARS = 8
 
 THROTTLE, STEER, BRAKE, HAND_BRAKE, REVERSE, MANUAL, GEAR = range(7)
 
@@ -68,24 +91,59 @@ class Fleet(Table):
     """Largest acceleration, m/s²."""
     drag: Floats = field(default_factory=numbers())
     """Deceleration by air for each (m/s)²."""
+    coast: Floats = field(default_factory=numbers())
+    """Engine drag without throttle at its largest, m/s²."""
+    brake: Floats = field(default_factory=numbers())
+    """Deceleration at full brake, m/s²."""
+    hand_brake: Floats = field(default_factory=numbers())
+    grip: Floats = field(default_factory=numbers())
+    """Largest acceleration that the tyres hold, m/s²."""
+    factors: Floats = field(default_factory=numbers(len(STEER_KNOTS_KMH)))
+    """Share of the full wheel angle at each of `STEER_KNOTS_KMH`."""
+    shift_mps: Floats = field(default_factory=numbers(MOST_GEARS))
+    """Speed at which the automatic gearbox leaves each gear; infinity = never."""
+    top_mps: Floats = field(default_factory=numbers(MOST_GEARS))
+    """Speed at which the engine pushes no more in each gear."""
+    ratio: Floats = field(default_factory=numbers(MOST_GEARS))
+    """Push in each gear, as a share of that in the first."""
     max_steer: Floats = field(default_factory=numbers())
     """Wheel angle at full lock, radians."""
     light_state: NDArray[np.int64] = field(default_factory=indices())
     """Flags of `carla.VehicleLightState`."""
 
-    def add(self, row: int, model: VehicleModel) -> int:
+    def add(self, row: int, model: VehicleModel, sheet: Sheet) -> int:
         """Adds a vehicle of `model` whose body is `row`."""
-        power = 750.0 * model.power_kw / model.mass_kg
+        index = self.append(row=row, wheelbase=model.wheelbase_m, control=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+        self.take(index, model, sheet)
+        return index
+
+    def take(self, index: int, model: VehicleModel, sheet: Sheet) -> None:
+        """Takes over a vehicle's technical data; what they do not name stays as the `model` has it."""
+        mass, usual = sheet.mass_kg, sheet_of(model)
+        lighter = model.mass_kg / mass
+        power = sheet.power_w / mass
+        launch = sheet.launch_n / mass
+        usual_launch = usual.launch_n / model.mass_kg
+        full_brake = HEAVY_BRAKE_MPS2 if model.mass_kg > HEAVY_KG else BRAKE_MPS2
+        friction = sum(one.friction for one in sheet.wheels) / len(sheet.wheels) / FRICTION
         top_mps = model.top_speed_kmh / 3.6
-        return self.append(
-            row=row,
-            wheelbase=model.wheelbase_m,
-            power=power,
-            launch=min(5.5, 2.0 + 25.0 * model.power_kw / model.mass_kg),
-            drag=power / top_mps**3,
-            max_steer=np.radians(70.0),
-            control=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0),
-        )
+        gears = len(sheet.gears)
+        self.power[index], self.launch[index] = power, launch
+        air = usual.power_w / model.mass_kg / top_mps**3
+        self.drag[index] = air * lighter * sheet.drag / DRAG_COEFFICIENT
+        idle = sheet.damping_idle / DAMPING_IDLE
+        self.coast[index] = COAST_MPS2 * usual_launch / LAUNCH_MOST_MPS2 * idle * lighter
+        self.brake[index] = full_brake * lighter * _share(sheet, usual, lambda one: one.brake_nm)
+        self.hand_brake[index] = HAND_BRAKE_MPS2 * lighter * _share(sheet, usual, lambda one: one.hand_brake_nm)
+        self.grip[index] = min(TYRE_GRIP_MPS2 * friction, MOST_GRIP_MPS2)
+        self.max_steer[index] = np.radians(max(one.max_steer_deg for one in sheet.wheels))
+        speeds, factors = zip(*sorted(sheet.steering_curve), strict=True)
+        self.factors[index] = np.interp(STEER_KNOTS_KMH, speeds, factors)
+        self.shift_mps[index] = np.inf
+        shifts = [top * up for top, (_, _, up) in zip(sheet.gear_tops(1.0), sheet.gears, strict=True)]
+        self.shift_mps[index, : gears - 1] = shifts[: gears - 1]
+        self.top_mps[index, :gears] = sheet.gear_tops(1.0)
+        self.ratio[index, :gears] = [ratio / sheet.gears[0][0] for ratio, _, _ in sheet.gears]
 
     def clean_controls(self) -> Floats:
         """The controls with NaN as full (as Unreal's clamp has it) and all within their bounds."""
@@ -107,7 +165,7 @@ class Fleet(Table):
         pitch = np.radians(bodies.rotation[row, 0])
 
         wanted = self._steered_rate(control, ahead, dt)
-        side = np.minimum(np.abs(ahead) * np.maximum(np.abs(rate), np.abs(wanted)), TYRE_GRIP_MPS2)
+        side = np.minimum(np.abs(ahead) * np.maximum(np.abs(rate), np.abs(wanted)), self.grip)
         ahead = self._longitudinal(control, ahead, pitch, side, dt)
         rate, aside = self._lateral(wanted, ahead, aside, rate, dt)
         held = self.is_constant
@@ -126,46 +184,78 @@ class Fleet(Table):
         bodies.angular[row, 2] = np.degrees(rate)
         self._publish(bodies, control, ahead)
 
-    def _wheel_angle(self, ahead: Floats) -> Floats:
-        """Angle of the front wheels in radians; less of it at speed, as CARLA's steering curve has it."""
-        factor = np.interp(np.abs(ahead) * 3.6, STEER_SPEEDS_KMH, STEER_FACTORS)
-        angle: Floats = np.clip(self.steer * self.max_steer * factor, -MAX_WHEEL_RAD, MAX_WHEEL_RAD)
+    def wheel_angle(self, ahead: Floats) -> Floats:
+        """Angle of the front wheels in radians; less of it at speed, by the vehicle's steering curve."""
+        angle: Floats = np.clip(self.steer * self.max_steer * self._factor(ahead), -MAX_WHEEL_RAD, MAX_WHEEL_RAD)
         return angle
+
+    def _factor(self, ahead: Floats) -> Floats:
+        kmh = np.minimum(np.abs(ahead) * 3.6, STEER_KNOTS_KMH[-1])
+        knot = np.clip(np.searchsorted(STEER_KNOTS_KMH, kmh, side="right") - 1, 0, len(STEER_KNOTS_KMH) - 2)
+        low, high = STEER_KNOTS_KMH[knot], STEER_KNOTS_KMH[knot + 1]
+        share = (kmh - low) / (high - low)
+        every = np.arange(len(self))
+        factor: Floats = (1.0 - share) * self.factors[every, knot] + share * self.factors[every, knot + 1]
+        return factor
+
+    def _full_push(self, speed: Floats) -> Floats:
+        """Acceleration at full throttle, m/s²: the launch at rest, the power at speed, smoothly between."""
+        push: Floats = self.launch * self.power / np.hypot(self.launch * speed, self.power)
+        return push
+
+    def _idle_drag(self, speed: Floats) -> Floats:
+        """Deceleration by the engine without throttle, m/s²."""
+        rise = 1.0 - np.exp(-speed / COAST_RISE_MPS)
+        drag: Floats = self.coast * rise / (1.0 + (speed / COAST_FALL_MPS) ** 4)
+        return drag
 
     def _longitudinal(self, control: Floats, ahead: Floats, pitch: Floats, side: Floats, dt: float) -> Floats:
         """Speed along the vehicle after `dt`: engine and slope push, friction only ever slows down.
 
         `side` is the lateral acceleration, which uses up grip.
         """
-        grip = np.sqrt(np.maximum(TYRE_GRIP_MPS2**2 - side * side, (BRAKING_SHARE * TYRE_GRIP_MPS2) ** 2))
+        grip = np.sqrt(np.maximum(self.grip**2 - side * side, (BRAKING_SHARE * self.grip) ** 2))
         throttle = control[:, THROTTLE]
         self.drive += (throttle - self.drive) * min(1.0, dt / DRIVE_LAG_S)
         self.drive[throttle == 0.0] = 0.0
+        self.pressure += (control[:, BRAKE] - self.pressure) * min(1.0, dt / BRAKE_LAG_S)
+        hand = control[:, HAND_BRAKE] > 0
         manual = control[:, MANUAL] > 0
-        backward = np.where(manual, control[:, GEAR] < 0, control[:, REVERSE] > 0)
-        neutral = manual & (control[:, GEAR] == 0)
+        gear = control[:, GEAR]
+        backward = np.where(manual, gear < 0, control[:, REVERSE] > 0)
+        neutral = manual & (gear == 0)
         speed = np.abs(ahead)
-        push = self.drive * np.minimum(self.launch, self.power / np.maximum(speed, 1.0))
+        push = np.minimum(self.drive**2 * self._full_push(speed), grip)
+        if manual.any():
+            push = push * np.where(manual, self._in_gear(gear, speed), 1.0)
         push[neutral | (backward & (ahead < -REVERSE_TOP_MPS))] = 0.0
         push = np.where(backward, -push, push) - GRAVITY * np.sin(pitch)
-        resting = (throttle == 0.0) & (speed < HOLD_BELOW_MPS)
-        coasting = (throttle == 0.0) * (ENGINE_BRAKE_MPS2 + ENGINE_BRAKE_PER_MPS * speed)
-        self.pressure += (control[:, BRAKE] - self.pressure) * min(1.0, dt / BRAKE_LAG_S)
-        friction = BRAKE_MPS2 * self.pressure + HAND_BRAKE_MPS2 * (control[:, HAND_BRAKE] > 0)
-        friction = np.minimum(friction, grip) + ROLLING_MPS2 + coasting + HOLD_MPS2 * resting
+        untouched = (throttle == 0.0) & (control[:, STEER] == 0.0)
+        idle = (1.0 - self.drive) ** 2 * self._idle_drag(speed) * np.where(neutral, NEUTRAL_COAST, 1.0)
+        friction = np.minimum(self.brake * self.pressure + self.hand_brake * hand + idle, grip) + ROLLING_MPS2
+        friction += HOLD_MPS2 * (untouched & (speed < HOLD_BELOW_MPS))
         # The front wheels carry half of the side force and stand across the way.
-        friction += self.drag * speed * speed + 0.5 * side * np.abs(np.sin(self._wheel_angle(ahead)))
+        friction += self.drag * speed * speed + 0.5 * side * np.abs(np.sin(self.wheel_angle(ahead)))
         ahead = ahead + push * dt
         slowed: Floats = np.sign(ahead) * np.maximum(np.abs(ahead) - friction * dt, 0.0)
         return slowed
+
+    def _in_gear(self, gear: Floats, speed: Floats) -> Floats:
+        """What a gear chosen by hand leaves of the automatic gearbox's push."""
+        place = np.clip(np.abs(gear).astype(int) - 1, 0, MOST_GEARS - 1)
+        every = np.arange(len(self))
+        weaker = np.minimum(self.ratio[every, place] * self.launch / np.maximum(self._full_push(speed), 1e-6), 1.0)
+        share: Floats = weaker * (speed < self.top_mps[every, place])
+        return share
 
     def _steered_rate(self, control: Floats, ahead: Floats, dt: float) -> Floats:
         """Yaw rate (rad/s) of the path that the wheels point along, as far as the tyres hold it."""
         limit = STEER_RATE_PER_S * dt
         self.steer += np.clip(control[:, STEER] - self.steer, -limit, limit)
         sharpest = RADIUS_WHEELBASE_M / (TIGHTEST_RADIUS_M * self.wheelbase)
-        curvature = sharpest * np.tanh(np.tan(self._wheel_angle(ahead)) / (self.wheelbase * sharpest))
-        grip_rate = TYRE_GRIP_MPS2 / np.maximum(np.abs(ahead), 0.5)
+        pointed = SLIP_SHARE * np.tan(self.wheel_angle(ahead)) / (self.wheelbase * sharpest)
+        curvature = sharpest * np.tanh(pointed)
+        grip_rate = self.grip / np.maximum(np.abs(ahead), 0.5)
         held: Floats = np.clip(ahead * curvature, -grip_rate, grip_rate)
         return held
 
@@ -175,32 +265,40 @@ class Fleet(Table):
         rate = rate + np.clip(change, -MAX_YAW_ACCELERATION * dt, MAX_YAW_ACCELERATION * dt)
         slip = 0.5 * self.wheelbase * rate - aside
         turning = ahead * rate  # takes its share of the grip first
-        aside = aside + np.clip(slip, (-TYRE_GRIP_MPS2 - turning) * dt, (TYRE_GRIP_MPS2 - turning) * dt)
+        aside = aside + np.clip(slip, (-self.grip - turning) * dt, (self.grip - turning) * dt)
         return rate, aside
 
     def steer_for(self, curvature: Floats, ahead: Floats) -> Floats:
         """The steer (-1 to 1) of all vehicles whose path has this curvature (1/m): the model turned round."""
         sharpest = RADIUS_WHEELBASE_M / (TIGHTEST_RADIUS_M * self.wheelbase)
         share = np.arctanh(np.clip(curvature / sharpest, -0.98, 0.98))
-        factor = np.interp(np.abs(ahead) * 3.6, STEER_SPEEDS_KMH, STEER_FACTORS)
-        angle = np.arctan(share * self.wheelbase * sharpest)
-        steer: Floats = np.clip(angle / (self.max_steer * factor), -1.0, 1.0)
+        angle = np.arctan(share * self.wheelbase * sharpest / SLIP_SHARE)
+        steer: Floats = np.clip(angle / (self.max_steer * self._factor(ahead)), -1.0, 1.0)
         return steer
 
     def pedals_for(self, acceleration: Floats, ahead: Floats) -> tuple[Floats, Floats]:
         """Throttle and brake of all vehicles for an acceleration (m/s²) on a level road."""
-        drag = ROLLING_MPS2 + self.drag * ahead * ahead
-        push = np.minimum(self.launch, self.power / np.maximum(ahead, 1.0))
-        throttle = np.clip((acceleration + drag) / push, 0.0, 1.0)
-        coasting = drag + ENGINE_BRAKE_MPS2 + ENGINE_BRAKE_PER_MPS * ahead
-        brake = np.clip((-acceleration - coasting) / BRAKE_MPS2, 0.0, 1.0)
-        return np.where(acceleration + drag > 0.0, throttle, 0.0), brake
+        speed = np.abs(ahead)
+        full, idle = self._full_push(speed), self._idle_drag(speed)
+        wanted = acceleration + ROLLING_MPS2 + self.drag * speed * speed
+        # wanted = throttle² full - (1 - throttle)² idle, solved for the throttle.
+        square = full - idle
+        root = np.sqrt(np.maximum(idle * idle + square * (wanted + idle), 0.0))
+        throttle = np.where(np.abs(square) > 1e-6, (root - idle) / np.where(square == 0.0, 1.0, square), 0.5)
+        throttle = np.where(wanted > -idle, np.clip(throttle, 0.0, 1.0), 0.0)
+        brake = np.clip((-wanted - idle) / self.brake, 0.0, 1.0)
+        return throttle, brake
 
     def _publish(self, bodies: Bodies, control: Floats, ahead: Floats) -> None:
         """Writes what the snapshot says of the controls."""
         record = bodies.record
         record["pedals"][self.row] = control[:, :3]
         record["switches"][self.row] = control[:, 3:6] > 0
-        automatic = 1 + np.searchsorted(GEAR_SPEEDS_MPS, np.abs(ahead))
+        automatic = 1 + (np.abs(ahead)[:, None] > self.shift_mps).sum(axis=1)
         automatic = np.where(control[:, REVERSE] > 0, -1, automatic)
         record["gear"][self.row] = np.where(control[:, MANUAL] > 0, control[:, GEAR], automatic)
+
+
+def _share(sheet: Sheet, usual: Sheet, of: Callable[[Wheel], float]) -> float:
+    """How much of the usual force of the wheels the sheet leaves."""
+    return sum(map(of, sheet.wheels)) / max(sum(map(of, usual.wheels)), 1.0)

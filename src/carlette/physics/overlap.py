@@ -37,15 +37,17 @@ class Overlap(NamedTuple):
     depth: Floats
 
 
-def boxes_of(bodies: Bodies, rows: Indices) -> Boxes:
-    """The bounding boxes of some bodies, without what passes under them."""
+def boxes_of(bodies: Bodies, rows: Indices, shapes: tuple[Floats, Floats] | None = None) -> Boxes:
+    """The bounding boxes of some bodies (or other `shapes` in their frames: centres and half sizes).
+
+    What passes under a body is left out.
+    """
+    offset, extent = (bodies.center[rows], bodies.extent[rows]) if shapes is None else shapes
     yaw = np.radians(bodies.rotation[rows, 1])
     ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
-    offset = bodies.center[rows]
     position = bodies.position[rows]
     center = position[:, :2] + offset[:, :1] * ahead + offset[:, 1:2] * _left(ahead)
     middle = position[:, 2] + offset[:, 2]
-    extent = bodies.extent[rows]
     bottom = middle - extent[:, 2] + bodies.clearance[rows]
     return Boxes(center, ahead, extent[:, :2], bottom, middle + extent[:, 2], bodies.velocity[rows, :2])
 

@@ -3,83 +3,146 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
+from carlette.blueprints import load_catalogue
 from carlette.errors import RequestError
 from carlette.geometry import Vector
-from carlette.physics.fleet import STEER_FACTORS, STEER_SPEEDS_KMH
+from carlette.physics.sheet import Sheet, Wheel
 from carlette.world.actor import Actor
 from carlette.world.world import World
 
-MASS, WHEELS = 11, 15
-WHEEL_MAX_STEER = 2
+Wire = Sequence[Any]
 TRACK_SHARE = 0.42
 """Half the track width, as a share of the vehicle's width."""
-WHEEL_RADIUS_CM = 35.0
+WHEEL_FIELDS = 9
+"""Of a wheel, before its position."""
+ABOVE_ZERO = ("mass_kg", "max_rpm", "final_ratio")
 
 
 def physics_control(world: World, actor: Actor) -> list[Any]:
     """The 17 fields; wheel positions are in the world, in centimetres."""
-    fleet = world.fleet
-    power = float(fleet.power[actor.index] * world.bodies.mass[actor.row])
-    torque = power / 400.0
+    sheet = sheet_of_actor(actor)
     return [
-        [[0.0, torque], [4000.0, torque], [6000.0, torque / 2]],
-        6000.0,
-        1.0,
-        0.15,
-        2.0,
-        0.35,
-        True,
-        0.5,
-        10.0,
-        4.0,
-        [[ratio, 0.5, 0.65] for ratio in (4.0, 2.5, 1.8, 1.3, 1.0)],
-        float(world.bodies.mass[actor.row]),
-        0.3,
-        [0.0, 0.0, 0.0],
-        [list(pair) for pair in zip(STEER_SPEEDS_KMH, STEER_FACTORS, strict=True)],
-        _wheels(world, actor),
-        True,
+        _points(sheet.torque_curve),
+        sheet.max_rpm,
+        sheet.inertia,
+        sheet.damping_full,
+        sheet.damping_idle,
+        sheet.damping_open,
+        sheet.automatic,
+        sheet.switch_s,
+        sheet.clutch,
+        sheet.final_ratio,
+        _points(sheet.gears),
+        sheet.mass_kg,
+        sheet.drag,
+        list(sheet.center_of_mass),
+        _points(sheet.steering_curve),
+        [[*_wheel_fields(wheel), place] for wheel, place in zip(sheet.wheels, wheel_places(world, actor), strict=True)],
+        sheet.sweeps_wheels,
     ]
 
 
-def _wheels(world: World, actor: Actor) -> list[Any]:
+def sheet_of_actor(actor: Actor) -> Sheet:
+    """A vehicle's technical data; raises `RequestError` for anything else."""
+    if actor.sheet is None:
+        raise RequestError(f"actor {actor.id} ({actor.type_id}) is no vehicle and has no physics control")
+    return actor.sheet
+
+
+def wheel_places(world: World, actor: Actor) -> list[list[float]]:
+    """The middle of each wheel in the world, in centimetres: front left, front right, rear left, rear right."""
+    sheet = sheet_of_actor(actor)
     half_base = float(world.fleet.wheelbase[actor.index]) / 2
     half_track = actor.box.extent.y * 2 * TRACK_SHARE
-    steer_deg = math.degrees(world.fleet.max_steer[actor.index])
     pose = world.pose(actor)
-    wheels = []
-    for along, across in ((1, -1), (1, 1), (-1, -1), (-1, 1)):
-        place = pose.apply(Vector(along * half_base, across * half_track, WHEEL_RADIUS_CM / 100))
-        position = [100 * one for one in place]
-        front = along > 0
-        wheels.append(
-            [
-                3.5,
-                0.25,
-                steer_deg if front else 0.0,
-                WHEEL_RADIUS_CM,
-                1500.0,
-                0.0 if front else 3000.0,
-                3.0,
-                20.0,
-                3000.0,
-                position,
-            ]
-        )
-    return wheels
+    if len(sheet.wheels) == 2:
+        offsets = [(half_base, 0.0), (-half_base, 0.0)]
+    else:
+        rows = [half_base, *(-half_base - 1.3 * extra for extra in range(len(sheet.wheels) // 2 - 1))]
+        offsets = [(along, side * half_track) for along in rows for side in (-1, 1)]
+    return [[100 * one for one in pose.apply(Vector(along, across, sheet.radius_m))] for along, across in offsets]
 
 
-def take_physics_control(world: World, actor: Actor, wire: Sequence[Any]) -> None:
-    """Takes over mass and largest wheel angle; the rest of the drive train stays the model's own.
+def take_physics_control(world: World, actor: Actor, wire: Wire) -> None:
+    """Takes over what a client wrote; the motion follows from the next tick on.
 
-    Raises `RequestError` when either is not a number above zero.
+    Raises `RequestError` when a number is not finite or one that must be above zero is not.
     """
-    mass_kg = float(wire[MASS])
-    steer_deg = max((float(wheel[WHEEL_MAX_STEER]) for wheel in wire[WHEELS]), default=70.0)
-    if not (math.isfinite(mass_kg) and mass_kg > 0 and 0 < steer_deg < 90):
-        raise RequestError(f"apply_physics_control: mass {mass_kg} kg and wheel angle {steer_deg}° must be above 0")
-    world.bodies.mass[actor.row] = mass_kg
-    world.fleet.max_steer[actor.index] = math.radians(steer_deg)
+    wheels = tuple(Wheel(*map(float, one[:WHEEL_FIELDS])) for one in wire[15])
+    old = sheet_of_actor(actor)
+    sheet = replace(
+        old,
+        torque_curve=_pairs(wire[0]) or old.torque_curve,
+        max_rpm=float(wire[1]),
+        inertia=float(wire[2]),
+        damping_full=float(wire[3]),
+        damping_idle=float(wire[4]),
+        damping_open=float(wire[5]),
+        automatic=bool(wire[6]),
+        switch_s=float(wire[7]),
+        clutch=float(wire[8]),
+        final_ratio=float(wire[9]),
+        gears=_gears(wire[10]) or old.gears,
+        mass_kg=float(wire[11]),
+        drag=float(wire[12]),
+        center_of_mass=_triple(wire[13]),
+        steering_curve=_pairs(wire[14]) or old.steering_curve,
+        # Programs build a list of four wheels for every vehicle; the rest keeps what it had.
+        wheels=(*wheels, *old.wheels[len(wheels) :])[: len(old.wheels)],
+        sweeps_wheels=bool(wire[16]),
+    )
+    _check(sheet)
+    actor.sheet = sheet
+    world.bodies.mass[actor.row] = sheet.mass_kg
+    world.fleet.take(actor.index, load_catalogue().vehicles[actor.type_id], sheet)
+
+
+def _check(sheet: Sheet) -> None:
+    for name in ABOVE_ZERO:
+        value = getattr(sheet, name)
+        if not (math.isfinite(value) and value > 0.0):
+            raise RequestError(f"apply_physics_control: {name} is {value}; it must be a number above 0")
+    for wheel in sheet.wheels:
+        if not (0.0 <= wheel.max_steer_deg < 90.0 and wheel.radius_cm > 0.0 and wheel.friction >= 0.0):
+            raise RequestError(
+                f"apply_physics_control: a wheel with angle {wheel.max_steer_deg}° (0 to 90), radius {wheel.radius_cm} "
+                f"cm (above 0) and friction {wheel.friction} (from 0) cannot be"
+            )
+    numbers = [one for curve in (sheet.torque_curve, sheet.steering_curve, sheet.gears) for row in curve for one in row]
+    numbers += [sheet.drag, sheet.damping_idle, *(one for wheel in sheet.wheels for one in _wheel_fields(wheel))]
+    if not all(math.isfinite(one) and abs(one) < 1e7 for one in numbers) or sheet.gears[0][0] == 0.0:
+        raise RequestError("apply_physics_control: a number is not finite or the first gear's ratio is 0")
+
+
+def _wheel_fields(wheel: Wheel) -> list[float]:
+    return [
+        wheel.friction,
+        wheel.damping,
+        wheel.max_steer_deg,
+        wheel.radius_cm,
+        wheel.brake_nm,
+        wheel.hand_brake_nm,
+        wheel.lateral_load,
+        wheel.lateral_stiffness,
+        wheel.longitudinal_stiffness,
+    ]
+
+
+def _points(rows: Iterable[tuple[float, ...]]) -> list[list[float]]:
+    return [list(one) for one in rows]
+
+
+def _pairs(wire: Wire) -> tuple[tuple[float, float], ...]:
+    return tuple((float(one[0]), float(one[1])) for one in wire)
+
+
+def _gears(wire: Wire) -> tuple[tuple[float, float, float], ...]:
+    return tuple((float(one[0]), float(one[1]), float(one[2])) for one in wire[:8])
+
+
+def _triple(wire: Wire) -> tuple[float, float, float]:
+    return (float(wire[0]), float(wire[1]), float(wire[2]))

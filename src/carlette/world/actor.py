@@ -7,6 +7,7 @@ from enum import IntEnum
 
 from carlette.blueprints import AttributeType
 from carlette.geometry import Box, Pose
+from carlette.physics.sheet import Sheet
 
 
 class Kind(IntEnum):
@@ -43,5 +44,9 @@ class Actor:
     """The stream of a sensor; 0 = none."""
     index: int = -1
     """Row in the table of its kind (fleet, walkers, lights)."""
+    touches: bool = False
+    """Has a shape that others can run into, unless a client switches its collisions off."""
+    sheet: Sheet | None = None
+    """A vehicle's technical data, as a client reads them back."""
     surface: int = -1
     """Row in the table of the ground below; -1 = does not stand on the ground."""

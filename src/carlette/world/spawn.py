@@ -7,12 +7,12 @@ from carlette.errors import RequestError, SpawnCollision
 from carlette.geometry import Box, Pose, Vector
 from carlette.physics.bodies import Bodies
 from carlette.physics.contacts import is_free
+from carlette.physics.sheet import sheet_of
 from carlette.world.actor import Actor, Attributes, Kind
 from carlette.world.world import World
 
 VEHICLE_CLEARANCE_M = 0.15
 """Height of what a car drives over without touching it."""
-WALKER_MASS_KG = 75.0
 CAR_TAG, TRUCK_TAG, BUS_TAG, MOTORCYCLE_TAG, BICYCLE_TAG, PEDESTRIAN_TAG, PROP_TAG = 14, 15, 16, 18, 19, 12, 21
 _VEHICLE_TAGS = {"truck": TRUCK_TAG, "bus": BUS_TAG, "motorcycle": MOTORCYCLE_TAG, "bicycle": BICYCLE_TAG}
 
@@ -64,7 +64,8 @@ def _enter_vehicle(world: World, catalogue: Catalogue, type_id: str, attributes:
     actor = world.enter(type_id, Kind.VEHICLE, pose, model.box, attributes)
     actor.tags = bytes([_VEHICLE_TAGS.get(model.base_type, CAR_TAG)])
     _make_solid(world, actor, model.mass_kg, VEHICLE_CLEARANCE_M)
-    actor.index = world.fleet.add(actor.row, model)
+    actor.sheet = sheet_of(model)
+    actor.index = world.fleet.add(actor.row, model, actor.sheet)
     actor.surface = world.surface.add(actor.row, 0.0, tilts=True)
     world.surface.look(world.bodies, world.roads)
     return actor
@@ -75,9 +76,9 @@ def _enter_walker(world: World, catalogue: Catalogue, type_id: str, attributes: 
     _require_free(world, pose, model.box, 0.0)
     actor = world.enter(type_id, Kind.WALKER, pose, model.box, attributes)
     actor.tags = bytes([PEDESTRIAN_TAG])
-    _make_solid(world, actor, WALKER_MASS_KG, 0.0)
+    _make_solid(world, actor, model.mass_kg, 0.0)
     actor.index = world.walkers.append(row=actor.row)
-    actor.surface = world.surface.add(actor.row, model.half_height_m, tilts=False)
+    actor.surface = world.surface.add(actor.row, model.box.extent.z, tilts=False)
     return actor
 
 
@@ -86,8 +87,9 @@ def _enter_prop(world: World, catalogue: Catalogue, type_id: str, attributes: At
     box = model.box if model else Box(Vector(z=0.25), Vector(0.25, 0.25, 0.25))
     actor = world.enter(type_id, Kind.PROP, pose, box, attributes)
     actor.tags = bytes([PROP_TAG])
-    movable = model is not None and model.movable
-    _make_solid(world, actor, model.mass_kg if model and movable else 0.0, 0.0)
+    movable = model is not None and model.contact == "loose"
+    if model is None or model.contact != "passable":
+        _make_solid(world, actor, model.mass_kg if model and movable else 0.0, 0.0)
     if movable:
         actor.index = world.props.append(row=actor.row)
         actor.surface = world.surface.add(actor.row, 0.0, tilts=False)
@@ -98,7 +100,7 @@ def _make_solid(world: World, actor: Actor, mass_kg: float, clearance_m: float) 
     bodies = world.bodies
     bodies.mass[actor.row] = mass_kg
     bodies.clearance[actor.row] = clearance_m
-    bodies.solid[actor.row] = True
+    bodies.solid[actor.row] = actor.touches = True
     bodies.simulated[actor.row] = mass_kg > 0
 
 

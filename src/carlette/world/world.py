@@ -13,9 +13,11 @@ from carlette.geometry import Box, Pose, Vector
 from carlette.opendrive.document import check_opendrive
 from carlette.opendrive.roads import RoadNetwork
 from carlette.opendrive.signals import ACTOR_TYPES, LIGHT_TYPE, read_signals
+from carlette.physics.ackermann import Ackermann
 from carlette.physics.bodies import Bodies
 from carlette.physics.contacts import Contact, collide
-from carlette.physics.fleet import Fleet
+from carlette.physics.doors import Doors
+from carlette.physics.fleet import STEER, Fleet
 from carlette.physics.props import LooseProps
 from carlette.physics.surface import Surface
 from carlette.physics.walkers import Walkers
@@ -59,6 +61,9 @@ class World:
         self.walkers = Walkers()
         self.props = LooseProps()
         self.surface = Surface()
+        self.doors = Doors()
+        self.ackermanns: dict[int, Ackermann] = {}
+        """The Ackermann controllers of the vehicles that ever had one, by id."""
         self.signals = Signals()
         self.actors: dict[int, Actor] = {}
         self.collisions: list[Collision] = []
@@ -108,6 +113,8 @@ class World:
             table.delete(actor.index)
         if actor.surface >= 0:
             self.surface.delete(actor.surface)
+        self.doors.forget(actor.row)
+        self.ackermanns.pop(actor_id, None)
         self.bodies.delete(actor.row)
         self._close_gaps(actor)
         return True
@@ -119,7 +126,7 @@ class World:
                 other.index -= other.index > gone.index
             if gone.surface >= 0:
                 other.surface -= other.surface > gone.surface
-        for table in (self.fleet, self.walkers, self.props, self.surface, self.signals.lights):
+        for table in (self.fleet, self.walkers, self.props, self.surface, self.doors, self.signals.lights):
             table.row[table.row > gone.row] -= 1
 
     def pose(self, actor: Actor) -> Pose:
@@ -146,11 +153,14 @@ class World:
         if len(self.surface):
             self.surface.look(bodies, self.roads)
         if len(self.fleet):
+            self._steer_by_ackermann(dt)
             self.fleet.step(bodies, dt)
         if len(self.walkers):
             self.walkers.step(bodies, dt)
         if len(self.props):
             self.props.step(bodies, dt)
+        if len(self.doors):
+            self.doors.step(dt)
         self._collide()
         if len(self.surface):
             self.surface.settle(bodies, dt)
@@ -162,11 +172,20 @@ class World:
         self.elapsed_s += dt
         return self.frame
 
+    def _steer_by_ackermann(self, dt: float) -> None:
+        for actor_id, controller in self.ackermanns.items():
+            if controller.active:
+                index, row = self.actors[actor_id].index, self.actors[actor_id].row
+                yaw = np.radians(self.bodies.rotation[row, 1])
+                ahead = float(self.bodies.velocity[row, 0] * np.cos(yaw) + self.bodies.velocity[row, 1] * np.sin(yaw))
+                steer, lock = float(self.fleet.control[index, STEER]), float(self.fleet.max_steer[index])
+                self.fleet.control[index] = controller.control(ahead, steer, lock, dt)
+
     def _collide(self) -> None:
         self.collisions = []
         if not self.bodies.solid.any():
             return
-        contacts = collide(self.bodies)
+        contacts = collide(self.bodies, self.doors)
         if contacts:
             self.walkers.take_push(self.bodies)
             self._report(contacts)

@@ -13,7 +13,7 @@ from carlette.geometry import Pose, Vector
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import Session
 from carlette.wire import encode
-from carlette.world.actor import Actor, Kind
+from carlette.world.actor import Actor
 
 methods = Methods()
 
@@ -154,8 +154,7 @@ def set_actor_simulate_physics(session: Session, actor_id: int, enabled: bool) -
 @methods.void("set_actor_collisions")
 def set_actor_collisions(session: Session, actor_id: int, enabled: bool) -> None:
     actor = session.actor(actor_id, "set_actor_collisions")
-    is_body = actor.kind in (Kind.VEHICLE, Kind.WALKER, Kind.PROP)
-    session.world.bodies.solid[actor.row] = enabled and is_body
+    session.world.bodies.solid[actor.row] = enabled and actor.touches
 
 
 @methods.void("set_actor_enable_gravity", "set_actor_dead", "set_actor_autopilot")

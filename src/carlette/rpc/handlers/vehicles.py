@@ -6,22 +6,25 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from carlette.blueprints import load_catalogue
 from carlette.errors import RequestError
-from carlette.physics.ackermann import ackermann_control
-from carlette.physics.fleet import STEER
+from carlette.physics.ackermann import GAINS, Ackermann
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import Session
+from carlette.wire.telemetry import telemetry, wheel_angle
 from carlette.wire.vehicle_physics import physics_control, take_physics_control
+from carlette.world.actor import Actor
 
 methods = Methods()
 
 Wire = Sequence[Any]
-ACKERMANN_GAINS = [0.15, 0.0, 0.25, 0.01, 0.0, 0.01]
 
 
 @methods.void("apply_control_to_vehicle")
 def apply_control_to_vehicle(session: Session, actor_id: int, control: Wire) -> None:
     actor = session.vehicle(actor_id, "apply_control_to_vehicle")
+    if actor_id in session.world.ackermanns:
+        session.world.ackermanns[actor_id].active = False
     session.world.fleet.control[actor.index] = control
 
 
@@ -30,20 +33,27 @@ def apply_ackermann_control_to_vehicle(session: Session, actor_id: int, control:
     actor = session.vehicle(actor_id, "apply_ackermann_control_to_vehicle")
     if not all(map(math.isfinite, control)):
         raise RequestError("apply_ackermann_control_to_vehicle: a value is not finite; give real numbers")
-    fleet, bodies = session.world.fleet, session.world.bodies
-    fleet.control[actor.index] = ackermann_control(fleet, bodies, actor.index, control)
+    _controller(session, actor.id).command([float(one) for one in control])
+
+
+def _controller(session: Session, actor_id: int) -> Ackermann:
+    return session.world.ackermanns.setdefault(actor_id, Ackermann())
 
 
 @methods.value("get_ackermann_controller_settings")
 def get_ackermann_controller_settings(session: Session, actor_id: int) -> Any:
     session.vehicle(actor_id, "get_ackermann_controller_settings")
-    return ACKERMANN_GAINS
+    found = session.world.ackermanns.get(actor_id)
+    return list(found.gains if found else GAINS)
 
 
 @methods.void("apply_ackermann_controller_settings")
 def apply_ackermann_controller_settings(session: Session, actor_id: int, gains: Wire) -> None:
-    del gains  # the controller here has no gains: it inverts the vehicle's model
     session.vehicle(actor_id, "apply_ackermann_controller_settings")
+    values = tuple(float(one) for one in gains[:6])
+    if len(values) != len(GAINS) or not all(map(math.isfinite, values)):
+        raise RequestError(f"apply_ackermann_controller_settings: {values} are not six finite gains")
+    _controller(session, actor_id).gains = values
 
 
 @methods.value("get_physics_control")
@@ -75,19 +85,27 @@ def get_vehicle_light_states(session: Session) -> Any:
     return [list(pair) for pair in zip(ids, fleet.light_state.tolist(), strict=True)]
 
 
-@methods.void("open_vehicle_door", "close_vehicle_door")
-def move_door(session: Session, actor_id: int, door: int) -> None:
-    del door  # doors are not part of a vehicle's box
-    session.vehicle(actor_id, "open_vehicle_door")
+@methods.void("open_vehicle_door")
+def open_vehicle_door(session: Session, actor_id: int, door: int) -> None:
+    _move_door(session, session.vehicle(actor_id, "open_vehicle_door"), door, True)
+
+
+@methods.void("close_vehicle_door")
+def close_vehicle_door(session: Session, actor_id: int, door: int) -> None:
+    _move_door(session, session.vehicle(actor_id, "close_vehicle_door"), door, False)
+
+
+def _move_door(session: Session, actor: Actor, door: int, opening: bool) -> None:
+    """Does nothing, as in CARLA, for a vehicle whose blueprint says that its doors do not move."""
+    if load_catalogue().vehicles[actor.type_id].has_doors:
+        session.world.doors.move(actor.row, actor.box, door, opening)
 
 
 @methods.value("get_wheel_steer_angle")
 def get_wheel_steer_angle(session: Session, actor_id: int, wheel: int) -> float:
-    """Degrees; the rear wheels do not steer."""
+    """Degrees, after the steering curve; the rear wheels do not steer."""
     actor = session.vehicle(actor_id, "get_wheel_steer_angle")
-    fleet = session.world.fleet
-    angle = math.degrees(fleet.steer[actor.index] * fleet.max_steer[actor.index])
-    return angle if wheel < 2 else 0.0
+    return math.degrees(wheel_angle(session.world, actor)) if wheel < 2 else 0.0
 
 
 @methods.value("get_wheel_pitch_angle")
@@ -112,9 +130,4 @@ def ignore_physics_engine(session: Session, actor_id: int, *_: Any) -> None:
 
 @methods.value("get_telemetry_data")
 def get_telemetry_data(session: Session, actor_id: int) -> Any:
-    actor = session.vehicle(actor_id, "get_telemetry_data")
-    control = session.world.fleet.clean_controls()[actor.index].tolist()
-    speed = float(math.hypot(*session.world.bodies.velocity[actor.row].tolist()))
-    steer = float(session.world.fleet.steer[actor.index])
-    gear = int(session.world.bodies.record["gear"][actor.row])
-    return [speed, steer, control[STEER - 1], control[STEER + 1], 0.0, gear, 0.0, []]
+    return telemetry(session.world, session.vehicle(actor_id, "get_telemetry_data"))

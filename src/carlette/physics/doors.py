@@ -1,0 +1,91 @@
+"""Open doors: boxes that stand out from a vehicle and take part in its contacts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carlette.geometry import Box, Floats
+from carlette.physics.bodies import Bodies
+from carlette.world.table import Table, flags, indices, numbers
+
+SWING_S = 0.8
+REACH_M = 0.9
+"""How far an open door stands out from the side."""
+DEPTH_M = 0.4
+"""Length of an open door along the vehicle: it opens to some 65 degrees."""
+SILL_M, TOP_M = 0.35, 1.25
+ALL = 6
+
+
+class Place(NamedTuple):
+    """Where a side door is hinged."""
+
+    along: float
+    """Front edge of the open door, in half lengths ahead of the box's centre."""
+    side: float
+    """-1 left, +1 right."""
+
+
+SIDE_DOORS = (Place(0.36, -1.0), Place(0.36, 1.0), Place(-0.08, -1.0), Place(-0.08, 1.0))
+"""Front left, front right, rear left, rear right; hood and trunk open upwards and take no room on the road."""
+
+
+@dataclass
+class Doors(Table):
+    """One row for each side door that is not shut."""
+
+    row: NDArray[np.int64] = field(default_factory=indices())
+    """The vehicle's row in `Bodies`."""
+    door: NDArray[np.int64] = field(default_factory=indices())
+    opening: NDArray[np.bool_] = field(default_factory=flags())
+    """Opens or stays open; else it closes."""
+    swing: Floats = field(default_factory=numbers())
+    """0 shut, 1 open."""
+    hinge: Floats = field(default_factory=numbers(2))
+    """Front edge on the vehicle's side, actor frame."""
+    side: Floats = field(default_factory=numbers())
+
+    def move(self, row: int, box: Box, door: int, opening: bool) -> None:
+        """Opens or closes one door (0 to 3) or all (6) of the vehicle at `row`."""
+        for one in range(len(SIDE_DOORS)) if door == ALL else [door] * (door < len(SIDE_DOORS)):
+            here = np.flatnonzero((self.row == row) & (self.door == one))
+            if len(here):
+                self.opening[here] = opening
+            elif opening:
+                place = SIDE_DOORS[one]
+                hinge = (
+                    box.center.x + place.along * box.extent.x,
+                    box.center.y + place.side * box.extent.y,
+                )
+                self.append(row=row, door=one, opening=True, hinge=hinge, side=place.side)
+
+    def forget(self, row: int) -> None:
+        """Drops the doors of a vehicle that leaves the world."""
+        for index in reversed(np.flatnonzero(self.row == row).tolist()):
+            self.delete(index)
+
+    def step(self, dt: float) -> None:
+        """Swings the doors."""
+        change = np.where(self.opening, dt, -dt) / SWING_S
+        self.swing = np.clip(self.swing + change, 0.0, 1.0)
+        for index in reversed(np.flatnonzero(~self.opening & (self.swing <= 0.0)).tolist()):
+            self.delete(index)
+
+    def boxes(self, bodies: Bodies) -> tuple[Floats, Floats]:
+        """Centre and half sizes of each door's box, in the vehicle's frame."""
+        reach = np.maximum(REACH_M * self.swing, 0.01)
+        base = bodies.center[self.row, 2] - bodies.extent[self.row, 2]
+        center = np.stack(
+            [
+                self.hinge[:, 0] - DEPTH_M / 2,
+                self.hinge[:, 1] + self.side * reach / 2,
+                base + (SILL_M + TOP_M) / 2,
+            ],
+            axis=1,
+        )
+        half = np.stack([np.full(len(self), DEPTH_M / 2), reach / 2, np.full(len(self), (TOP_M - SILL_M) / 2)], axis=1)
+        return center, half
