@@ -7,6 +7,7 @@ import sys
 
 from stucksolver.cli.errors import UsageError
 from stucksolver.evaluate.demo import DemoSpec, demo
+from stucksolver.evaluate.files import OutputError
 from stucksolver.evaluate.jobs import RunError
 from stucksolver.evaluate.report import ReportError
 from stucksolver.evaluate.table import table
@@ -31,7 +32,7 @@ def run_demo(options: argparse.Namespace) -> int:
     )
     try:
         runs, report = demo(spec, _say)
-    except (RunError, ReportError) as error:
+    except (RunError, OutputError, ReportError) as error:
         _end_line()
         raise UsageError(str(error)) from error
     print(table(runs))

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Literal
 
+from stucksolver.evaluate.files import require_writable
 from stucksolver.evaluate.jobs import Job, make
 from stucksolver.evaluate.report import write_report
 from stucksolver.evaluate.runlog import RunLog
@@ -42,8 +43,9 @@ class DemoSpec:
 def demo(spec: DemoSpec, say: Callable[[str], None]) -> tuple[list[RunLog], Path]:
     """Run everything, keep each run's log as soon as it is there, and write the report last.
 
-    Raises `RunError` and `ReportError`; logs of runs already made stay in `out/runs`.
+    Raises `RunError`, `OutputError` and `ReportError`; logs of runs already made stay in `out/runs`.
     """
+    require_writable(spec.out / "runs")
     runs: list[RunLog] = []
     notes = _notes(spec)
     for k, (scenario, arm) in enumerate(ARMS, 1):

@@ -4,20 +4,27 @@ from __future__ import annotations
 
 import contextlib
 import multiprocessing
+import os
 import signal
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, Literal
 
 from stucksolver.evaluate.files import OutputError, write_text
 from stucksolver.evaluate.runlog import RunLog
-from stucksolver.evaluate.server import Server, ServerError, carlette_server
+from stucksolver.evaluate.server import Server, ServerError, carlette_server, remote_server
 from stucksolver.evaluate.situation import Scenario, SituationError
 
 CLIENT_TIMEOUT_S = 15.0
 PROGRESS_EVERY_S = 5.0
+SILENCE_S = 180.0
+"""A run that tells of no progress for this long hangs."""
+LEAVE_S = 10.0
+"""For a run's process to leave by itself."""
 TRIES = 2
 """A run whose process was killed by a signal (the client library can crash) is made once more."""
 
@@ -65,22 +72,37 @@ def _attempt(job: Job, progress: Callable[[float], None]) -> int:
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
     process = context.Process(target=_work, args=(job, theirs), daemon=True)
-    process.start()
+    # Ctrl-C reaches every process of a terminal; the run's shall not know it, not even while it starts.
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        process.start()
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     theirs.close()
     try:
         _listen(ours, progress)
-        process.join()
+        process.join(LEAVE_S)
     finally:
-        if process.is_alive():
-            process.terminate()
-            process.join()
+        _end(process)
         ours.close()
     return int(process.exitcode or 0)
+
+
+def _end(process: BaseProcess) -> None:
+    """End a process that is still there; one that waits inside the client library hears nothing but a kill."""
+    if process.is_alive():
+        process.terminate()
+        process.join(LEAVE_S)
+    if process.is_alive():
+        process.kill()
+        process.join()
 
 
 def _listen(ours: Connection, progress: Callable[[float], None]) -> None:
     """Take progress until the run is over. Raises `RunError` with what it says went wrong."""
     while True:
+        if not ours.poll(SILENCE_S):
+            raise RunError(f"the run has not gone on for {SILENCE_S:.0f} s and was ended; run again")
         try:
             message: Any = ours.recv()
         except EOFError:
@@ -100,7 +122,7 @@ def _work(job: Job, theirs: Connection) -> None:
     from stucksolver.stacks.driver import RouteError
 
     try:
-        with _server(job) as server:
+        with _server(job) as server, _watched(server, theirs):
             try:
                 log = run_job(job, server, theirs.send)
             except RuntimeError as error:
@@ -115,6 +137,28 @@ def _work(job: Job, theirs: Connection) -> None:
         theirs.send(str(error))
 
 
+@contextlib.contextmanager
+def _watched(server: Server, theirs: Connection) -> Iterator[None]:
+    """Tell of a simulator's death at once: the client library would wait for it, call by call."""
+    over = threading.Event()
+
+    def watch() -> None:
+        if server.process is None:
+            return
+        server.process.wait()
+        if over.is_set():
+            return
+        with contextlib.suppress(OSError):
+            theirs.send(f"the simulator ended with exit code {server.process.returncode}; run again")
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+    try:
+        yield
+    finally:
+        over.set()
+
+
 def _leave(number: int, frame: object) -> None:
     """On SIGTERM: unwind, so that the server is ended too."""
     raise SystemExit(1)
@@ -122,5 +166,5 @@ def _leave(number: int, frame: object) -> None:
 
 def _server(job: Job) -> contextlib.AbstractContextManager[Server]:
     if job.host is not None:
-        return contextlib.nullcontext(Server(job.host, job.port))
+        return contextlib.nullcontext(remote_server(job.host, job.port))
     return carlette_server(job.map_name, job.maps, job.seed)

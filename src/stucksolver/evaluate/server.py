@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib.metadata
+import socket
 import subprocess
 import sys
 import threading
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 START_LIMIT_S = 60.0
+REACH_S = 5.0
 SERVED = ("0.9.15", "0.9.16")
 
 
@@ -31,6 +33,16 @@ class Server:
         """Raises `ServerError` when the process is gone."""
         if self.process is not None and self.process.poll() is not None:
             raise ServerError(f"the simulator ended with exit code {self.process.returncode}; run again")
+
+
+def remote_server(host: str, port: int) -> Server:
+    """A server that runs already. Raises `ServerError` where nobody listens, which the client finds out late."""
+    try:
+        socket.create_connection((host, port), timeout=REACH_S).close()
+    except (OSError, OverflowError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise ServerError(f"no CARLA server at {host}:{port}: {reason}; start one, or see --host and --port") from error
+    return Server(host, port)
 
 
 @contextlib.contextmanager

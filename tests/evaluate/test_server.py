@@ -1,0 +1,107 @@
+"""Carlette as a process of its own: it is there when it is wanted, and gone when it is not."""
+
+from __future__ import annotations
+
+import socket
+import stat
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import psutil
+import pytest
+
+pytest.importorskip("carla")
+
+import msgpack
+
+from stucksolver.evaluate import server as servers
+from stucksolver.evaluate.server import ServerError, carlette_server, remote_server
+
+
+def reached(host: str, port: int) -> bool:
+    try:
+        socket.create_connection((host, port), timeout=1.0).close()
+    except OSError:
+        return False
+    return True
+
+
+def test_it_listens_on_loopback_while_the_block_lasts() -> None:
+    with carlette_server("demo_town") as server:
+        assert server.host == "127.0.0.1"
+        assert reached(server.host, server.port)
+        server.check()
+    assert not reached(server.host, server.port)
+    assert server.process is not None and server.process.returncode == 0
+
+
+def test_an_error_in_the_block_ends_it_too() -> None:
+    with pytest.raises(ZeroDivisionError), carlette_server("demo_town") as server:
+        raise ZeroDivisionError
+    assert server.process is not None and not psutil.pid_exists(server.process.pid)
+
+
+def test_two_of_them_do_not_meet() -> None:
+    with carlette_server("demo_town") as one, carlette_server("demo_town") as other:
+        assert abs(one.port - other.port) > 1
+
+
+def test_a_map_that_is_not_there_is_told_in_its_own_words(tmp_path: Path) -> None:
+    with pytest.raises(ServerError) as told, carlette_server("Nowhere", maps=str(tmp_path)):
+        pass
+    message = str(told.value)
+    assert message.count("\n") == 0 and not message.startswith(("carlette", "error"))
+    assert "'Nowhere'" in message and str(tmp_path) in message
+
+
+def test_a_server_that_died_is_noticed() -> None:
+    with carlette_server("demo_town") as server:
+        assert server.process is not None
+        server.process.kill()
+        server.process.wait()
+        with pytest.raises(ServerError, match="exit code -9; run again"):
+            server.check()
+
+
+def test_a_server_that_never_comes_up_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asleep = tmp_path / "python"
+    asleep.write_text("#!/bin/sh\nexec sleep 600\n")
+    asleep.chmod(asleep.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setattr(servers, "sys", SimpleNamespace(executable=str(asleep)))
+    monkeypatch.setattr(servers, "START_LIMIT_S", 0.3)
+    began = time.monotonic()
+    with pytest.raises(ServerError, match="no answer within 0 s"), carlette_server("demo_town"):
+        pass
+    assert time.monotonic() - began < 5.0
+
+
+def test_a_server_that_warns_a_lot_goes_on() -> None:
+    """More than a pipe holds: somebody must read it."""
+    with carlette_server("demo_town") as server, socket.create_connection((server.host, server.port), 5.0) as sock:
+        unpacker, answered = msgpack.Unpacker(), 0
+        call = msgpack.packb([0, 1, "make_coffee_" * 20, [[False]]])
+        for _ in range(1000):
+            sock.sendall(call)
+            while next(unpacker, None) is None:
+                unpacker.feed(sock.recv(65536))
+            answered += 1
+        assert answered == 1000
+
+
+def test_a_server_elsewhere_is_looked_for_before_the_client_waits_for_it() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as there:
+        port = int(there.getsockname()[1])
+        server = remote_server("127.0.0.1", port)
+        assert (server.host, server.port, server.process) == ("127.0.0.1", port, None)
+    with pytest.raises(ServerError, match=f"no CARLA server at 127.0.0.1:{port}: Connection refused"):
+        remote_server("127.0.0.1", port)
+    with pytest.raises(ServerError, match="port"):
+        remote_server("127.0.0.1", 99999)
+
+
+def test_the_interpreter_is_our_own() -> None:
+    with carlette_server("demo_town") as server:
+        assert server.process is not None
+        assert Path(psutil.Process(server.process.pid).cmdline()[0]) == Path(sys.executable)
