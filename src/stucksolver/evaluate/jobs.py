@@ -9,6 +9,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -73,6 +74,8 @@ def _attempt(job: Job, progress: Callable[[float], None]) -> int:
     ours, theirs = context.Pipe(duplex=False)
     process = context.Process(target=_work, args=(job, theirs), daemon=True)
     # Ctrl-C reaches every process of a terminal; the run's shall not know it, not even while it starts.
+    # (Starting Python's own helper would undo the block.)
+    resource_tracker.ensure_running()
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         process.start()
@@ -134,6 +137,8 @@ def _work(job: Job, theirs: Connection) -> None:
     except BrokenPipeError:
         raise SystemExit(1) from None
     except (ServerError, SiteError, SituationError, RouteError, OutputError) as error:
+        # Nothing is left to unwind, and we may be ended as soon as we have spoken.
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
         theirs.send(str(error))
 
 

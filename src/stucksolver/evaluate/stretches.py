@@ -106,8 +106,10 @@ def _drivable(waypoint: carla.Waypoint | None) -> bool:
     return waypoint is not None and waypoint.lane_type == carla.LaneType.Driving
 
 
-def _line(marking: carla.LaneMarking) -> Line:
+def _line(marking: carla.LaneMarking | None) -> Line:
     """Any paint with a solid part counts as solid: which side it binds is not told reliably."""
+    if marking is None:
+        return "none"
     name = str(marking.type).lower()
     if "solid" in name:
         return "solid"
