@@ -82,6 +82,16 @@ def rotate(point: Vector, rotation: Rotation) -> Vector:
     )
 
 
+def turned(box: Box, rotation: Rotation) -> Box:
+    """The upright box, in the frame turned by the yaw alone, around a box that is pitched and rolled."""
+    tilt = Rotation(rotation.pitch, 0.0, rotation.roll)
+    if tilt == Rotation():
+        return box
+    axes = [rotate(one, tilt) for one in (Vector(x=1.0), Vector(y=1.0), Vector(z=1.0))]
+    half = [sum(abs(axis[i]) * size for axis, size in zip(axes, box.extent, strict=True)) for i in range(3)]
+    return Box(rotate(box.center, tilt), Vector(*half))
+
+
 def wrap_degrees(angle: float) -> float:
     """The same angle within [-180, 180)."""
     return (angle + 180.0) % 360.0 - 180.0

@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 from dataclasses import dataclass
 from importlib import resources
+from typing import Any
 
 from carlette.geometry import Box, Vector
 
@@ -50,11 +51,16 @@ class PropModel:
     contact: str
     """`fixed`: stops a car; `loose`: is pushed away; `passable`: seen, but driven over without a touch."""
     is_extra: bool = False
+    offset_y_m: float = 0.0
+    """The box's middle beside the origin: a gate turns about its end."""
+    lift_m: float = 0.0
+    """Height of the box's lower side."""
 
     @property
     def box(self) -> Box:
         """Bounding box; the origin lies on the ground."""
-        return standing_box(self.length_m, self.width_m, self.height_m)
+        half = Vector(self.length_m / 2, self.width_m / 2, self.height_m / 2)
+        return Box(Vector(0.0, self.offset_y_m, self.lift_m + half.z), half)
 
 
 @dataclass(frozen=True)
@@ -71,11 +77,6 @@ class WalkerModel:
     run_mps: float
     mass_kg: float
     is_extra: bool = False
-
-
-def standing_box(length_m: float, width_m: float, height_m: float) -> Box:
-    """A box that stands on its origin."""
-    return Box(Vector(z=height_m / 2), Vector(length_m / 2, width_m / 2, height_m / 2))
 
 
 def vehicle_models() -> list[VehicleModel]:
@@ -104,19 +105,18 @@ def vehicle_models() -> list[VehicleModel]:
 
 
 def prop_models() -> list[PropModel]:
-    """All static props."""
-    return [
-        PropModel(
-            f"static.prop.{row['name']}",
-            float(row["length_m"]),
-            float(row["width_m"]),
-            float(row["height_m"]),
-            float(row["mass_kg"]),
-            row["contact"],
-            row["extra"] == "true",
-        )
-        for row in _rows("props.csv")
+    """All static props, carlette's own at the end."""
+    usual = [PropModel(**_prop(row)) for row in _rows("props.csv")]
+    extra = [
+        PropModel(**_prop(row), is_extra=True, offset_y_m=float(row["offset_y_m"]), lift_m=float(row["lift_m"]))
+        for row in _rows("extra_props.csv")
     ]
+    return usual + extra
+
+
+def _prop(row: dict[str, str]) -> dict[str, Any]:
+    numbers = {key: float(row[key]) for key in ("length_m", "width_m", "height_m", "mass_kg")}
+    return {"id": f"static.prop.{row['name']}", **numbers, "contact": row["contact"]}
 
 
 def walker_models() -> list[WalkerModel]:

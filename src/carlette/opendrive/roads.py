@@ -12,6 +12,7 @@ from carlette.opendrive.speed import SpeedLimits, read_speed_limits
 
 SPAWN_SPACING_M = 20.0
 SPAWN_HEIGHT_M = 0.5
+KERB_M = 0.15
 
 
 class Ground(NamedTuple):
@@ -22,6 +23,8 @@ class Ground(NamedTuple):
     """Rise in z for each metre of x."""
     slope_y: float
     limit_kmh: float
+    kerb_m: float = 0.0
+    """How much higher the feet of someone who walks here stand: sidewalks lie above the road's surface."""
 
 
 class RoadNetwork:
@@ -67,6 +70,7 @@ class RoadNetwork:
             slope * math.cos(yaw),
             slope * math.sin(yaw),
             self.limits.at(found.road_id, found.lane_id, found.s),
+            KERB_M if found.lane_type == self.carla.LaneType.Sidewalk else 0.0,
         )
 
     def spawn_points(self) -> list[Pose]:

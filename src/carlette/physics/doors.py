@@ -28,10 +28,14 @@ class Place(NamedTuple):
     """Front edge of the open door, in half lengths ahead of the box's centre."""
     side: float
     """-1 left, +1 right."""
+    reach_m: float = REACH_M
 
 
-SIDE_DOORS = (Place(0.36, -1.0), Place(0.36, 1.0), Place(-0.08, -1.0), Place(-0.08, 1.0))
+SIDE_DOORS = {0: Place(0.36, -1.0), 1: Place(0.36, 1.0), 2: Place(-0.08, -1.0), 3: Place(-0.08, 1.0)}
 """Front left, front right, rear left, rear right; hood and trunk open upwards and take no room on the road."""
+STOP_ARM = 7
+ARM_PLACE = Place(0.5, -1.0, 0.5)
+"""The stop arm of a school bus, which swings out on the left with the stop sign."""
 
 
 @dataclass
@@ -48,20 +52,23 @@ class Doors(Table):
     hinge: Floats = field(default_factory=numbers(2))
     """Front edge on the vehicle's side, actor frame."""
     side: Floats = field(default_factory=numbers())
+    reach: Floats = field(default_factory=numbers())
+    """How far it stands out when it is open."""
 
     def move(self, row: int, box: Box, door: int, opening: bool) -> None:
-        """Opens or closes one door (0 to 3) or all (6) of the vehicle at `row`."""
-        for one in range(len(SIDE_DOORS)) if door == ALL else [door] * (door < len(SIDE_DOORS)):
+        """Opens or closes one door (0 to 3), all (6) or the stop arm (7) of the vehicle at `row`."""
+        places = {STOP_ARM: ARM_PLACE} if door == STOP_ARM else SIDE_DOORS
+        for one in places if door == ALL else [door] * (door in places):
             here = np.flatnonzero((self.row == row) & (self.door == one))
             if len(here):
                 self.opening[here] = opening
             elif opening:
-                place = SIDE_DOORS[one]
+                place = places[one]
                 hinge = (
                     box.center.x + place.along * box.extent.x,
                     box.center.y + place.side * box.extent.y,
                 )
-                self.append(row=row, door=one, opening=True, hinge=hinge, side=place.side)
+                self.append(row=row, door=one, opening=True, hinge=hinge, side=place.side, reach=place.reach_m)
 
     def forget(self, row: int) -> None:
         """Drops the doors of a vehicle that leaves the world."""
@@ -77,7 +84,7 @@ class Doors(Table):
 
     def boxes(self, bodies: Bodies) -> tuple[Floats, Floats]:
         """Centre and half sizes of each door's box, in the vehicle's frame."""
-        reach = np.maximum(REACH_M * self.swing, 0.01)
+        reach = np.maximum(self.reach * self.swing, 0.01)
         base = bodies.center[self.row, 2] - bodies.extent[self.row, 2]
         center = np.stack(
             [

@@ -64,6 +64,7 @@ SLIP_SHARE = 0.72
 REVERSE_TOP_MPS = 12.0
 MOST_GEARS = 8
 
+NO_CONTROL = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 THROTTLE, STEER, BRAKE, HAND_BRAKE, REVERSE, MANUAL, GEAR = range(7)
 
 
@@ -108,12 +109,14 @@ class Fleet(Table):
     """Push in each gear, as a share of that in the first."""
     max_steer: Floats = field(default_factory=numbers())
     """Wheel angle at full lock, radians."""
+    sticky: NDArray[np.bool_] = field(default_factory=flags())
+    """Keeps its control until a new one comes (as CARLA's vehicles do unless told otherwise)."""
     light_state: NDArray[np.int64] = field(default_factory=indices())
     """Flags of `carla.VehicleLightState`."""
 
     def add(self, row: int, model: VehicleModel, sheet: Sheet) -> int:
         """Adds a vehicle of `model` whose body is `row`."""
-        index = self.append(row=row, wheelbase=model.wheelbase_m, control=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+        index = self.append(row=row, wheelbase=model.wheelbase_m, control=NO_CONTROL, sticky=True)
         self.take(index, model, sheet)
         return index
 
@@ -183,6 +186,8 @@ class Fleet(Table):
         bodies.rotation[row, 1] = np.where(active, (np.degrees(yaw) + 180.0) % 360.0 - 180.0, bodies.rotation[row, 1])
         bodies.angular[row, 2] = np.degrees(rate)
         self._publish(bodies, control, ahead)
+        if not self.sticky.all():
+            self.control[~self.sticky] = NO_CONTROL
 
     def wheel_angle(self, ahead: Floats) -> Floats:
         """Angle of the front wheels in radians; less of it at speed, by the vehicle's steering curve."""

@@ -13,11 +13,14 @@ from carlette.physics.bodies import Bodies
 from carlette.physics.fleet import GRAVITY
 from carlette.world.table import Table, flags, indices, numbers
 
+STEP_M = 0.3
 RELOOK_M = 1.5
 """A vehicle asks the map again after this many metres; in between the surface is a plane."""
 STAGED_M = 1.0
 """Lower than this under the road an actor is staged, not standing: it is left where it is."""
 CONTACT_M = 0.02
+JUMP_MPS = 2.0
+"""Who leaves the ground faster than this is in the air; slower, the ground holds him."""
 
 
 @dataclass
@@ -36,21 +39,32 @@ class Surface(Table):
     """Height of the actor's origin above the ground while it stands."""
     tilts: NDArray[np.bool_] = field(default_factory=flags())
     """Pitch and roll follow the surface (vehicles)."""
+    on_foot: NDArray[np.bool_] = field(default_factory=flags())
+    """Steps onto kerbs (walkers): the map is asked at every step."""
+    weightless: NDArray[np.bool_] = field(default_factory=flags())
+    """A client switched gravity off."""
 
-    def add(self, row: int, stand_m: float, tilts: bool) -> int:
+    def add(self, row: int, stand_m: float, tilts: bool, on_foot: bool = False) -> int:
         """Adds the actor at `row` of `Bodies`."""
-        return self.append(row=row, stand=stand_m, tilts=tilts, looked=(np.inf, np.inf))
+        return self.append(row=row, stand=stand_m, tilts=tilts, on_foot=on_foot, looked=(np.inf, np.inf))
+
+    def airborne(self, bodies: Bodies) -> NDArray[np.bool_]:
+        """Who does not stand on the ground."""
+        up: NDArray[np.bool_] = bodies.position[self.row, 2] - self._ground(bodies.position[self.row]) > CONTACT_M
+        return up
 
     def look(self, bodies: Bodies, roads: RoadNetwork) -> None:
         """Asks the map for the planes of the actors that have moved on."""
         position = bodies.position[self.row]
-        moved = np.abs(position[:, :2] - self.looked).max(axis=1, initial=0.0) > RELOOK_M
+        near = np.where(self.on_foot, STEP_M, RELOOK_M)
+        moved = np.abs(position[:, :2] - self.looked).max(axis=1, initial=0.0) > near
         if not moved.any():
             return
         for index in np.flatnonzero(moved).tolist():
             x, y, z = position[index].tolist()
             ground = roads.ground(Vector(x, y, z))
             self.origin[index] = ground.origin
+            self.origin[index, 2] += ground.kerb_m * self.on_foot[index]
             self.slope[index] = (ground.slope_x, ground.slope_y)
             self.looked[index] = (x, y)
             self.limit_kmh[index] = ground.limit_kmh
@@ -61,19 +75,25 @@ class Surface(Table):
         """Lets actors fall on, and follow, the ground below them."""
         row = self.row
         position, slope = bodies.position[row], self.slope
-        offset = position[:, :2] - self.origin[:, :2]
-        ground = self.origin[:, 2] + (offset * slope).sum(axis=1) + self.stand
+        ground = self._ground(position)
         height = position[:, 2] - ground
         active = bodies.simulated[row] & (height > -STAGED_M)
-        falling = active & (height > CONTACT_M)
-        climb = bodies.velocity[row, 2] - GRAVITY * dt
+        along = (bodies.velocity[row, :2] * slope).sum(axis=1)
+        rising = bodies.velocity[row, 2] - along > JUMP_MPS
+        falling = active & ((height > CONTACT_M) | rising)
+        climb = bodies.velocity[row, 2] - GRAVITY * dt * ~self.weightless
         fallen = np.maximum(position[:, 2] + climb * dt, ground)
         new_z = np.where(falling, fallen, np.where(active, ground, position[:, 2]))
-        along = (bodies.velocity[row, :2] * slope).sum(axis=1)
         bodies.position[row, 2] = new_z
         landed = new_z <= ground
         bodies.velocity[row, 2] = np.where(falling & ~landed, climb, np.where(active, along, 0.0))
         self._tilt(bodies, active & self.tilts)
+
+    def _ground(self, position: Floats) -> Floats:
+        """Height of each actor's origin while it stands where it is."""
+        offset = position[:, :2] - self.origin[:, :2]
+        level: Floats = self.origin[:, 2] + (offset * self.slope).sum(axis=1) + self.stand
+        return level
 
     def _tilt(self, bodies: Bodies, which: NDArray[np.bool_]) -> None:
         row = self.row[which]

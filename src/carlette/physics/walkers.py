@@ -1,19 +1,42 @@
-"""Pedestrians: they go where they are told, and are knocked aside when they are hit."""
+"""Pedestrians and animals: they go where they are told, jump, and are knocked aside when they are hit."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carlette.geometry import Floats
+from carlette.geometry import Floats, Vector
 from carlette.physics.bodies import Bodies
-from carlette.world.table import Table, indices, numbers
+from carlette.world.table import Table, flags, indices, numbers
 
 TURN_DEG_PER_S = 720.0
 SLIDE_MPS2 = 5.0
 """Friction of a knocked walker or a pushed prop on the road."""
+MOST_MPS = 40.96
+"""CARLA clamps a walker's speed to this (`MaxWalkSpeed`)."""
+LEAP_MPS = 4.2
+"""Upward speed of a jump: Unreal's default for characters."""
+DEADLY_MPS = 2.0
+"""Change of speed by a vehicle that kills a walker who is not invincible."""
+LIES_S = 10.0
+"""A dead walker leaves the world after this time."""
+
+
+class Hit(Protocol):
+    """Two bodies, by their rows, and the impulse on the second."""
+
+    @property
+    def first(self) -> int: ...
+
+    @property
+    def second(self) -> int: ...
+
+    @property
+    def impulse(self) -> Vector: ...
 
 
 @dataclass
@@ -25,19 +48,22 @@ class Walkers(Table):
     """Direction x, y, z (world), speed in m/s, jump: as the client sent them."""
     push: Floats = field(default_factory=numbers(2))
     """Velocity from being hit, which wears off."""
+    jumped: NDArray[np.bool_] = field(default_factory=flags())
+    """Has jumped for the present command: the next jump needs the button released."""
+    mortal: NDArray[np.bool_] = field(default_factory=flags())
+    """Not invincible: a vehicle can kill it."""
+    dead: NDArray[np.bool_] = field(default_factory=flags())
+    dead_s: Floats = field(default_factory=numbers())
 
-    def step(self, bodies: Bodies, dt: float) -> None:
-        """Moves all simulated walkers by `dt` seconds in the plane."""
+    def step(self, bodies: Bodies, airborne: NDArray[np.bool_], dt: float) -> None:
+        """Moves all simulated walkers by `dt` seconds in the plane; who is in the air keeps its way."""
         row = self.row
         active = bodies.simulated[row]
-        control = np.where(np.isfinite(self.control), self.control, 0.0)
-        direction = control[:, :2]
-        length = np.hypot(direction[:, 0], direction[:, 1])
-        unit = direction / np.maximum(length, 1e-6)[:, None]
-        going = np.where(length > 1e-6, control[:, 3], 0.0)
+        unit, going = self._will()
         velocity = unit * going[:, None] + self.push
         velocity = np.where(active[:, None], velocity, 0.0)
-        self.push = slowed(self.push, SLIDE_MPS2 * dt)
+        # In the air nobody slides.
+        self.push = np.where(airborne[:, None], self.push, slowed(self.push, SLIDE_MPS2 * dt))
         heading = np.degrees(np.arctan2(unit[:, 1], unit[:, 0]))
         yaw = bodies.rotation[row, 1]
         turn = np.where(active & (going > 0), (heading - yaw + 180.0) % 360.0 - 180.0, 0.0)
@@ -46,16 +72,38 @@ class Walkers(Table):
         bodies.angular[row, 2] = turn / dt
         bodies.velocity[row, :2] = velocity
         bodies.position[row, :2] += velocity * dt
-        bodies.record["walk_direction"][row] = control[:, :3]
-        bodies.record["walk_speed"][row] = control[:, 3]
-        bodies.record["walk_jump"][row] = control[:, 4] > 0
+        wants = self.control[:, 4] > 0
+        leaps = wants & ~self.jumped & ~airborne & active & ~self.dead
+        bodies.velocity[row[leaps], 2] += LEAP_MPS
+        self.jumped = wants & (self.jumped | leaps)
+        self.dead_s += dt * self.dead
+        bodies.record["walk_direction"][row] = np.where(np.isfinite(self.control[:, :3]), self.control[:, :3], 0.0)
+        bodies.record["walk_speed"][row] = going
+        bodies.record["walk_jump"][row] = wants
 
     def take_push(self, bodies: Bodies) -> None:
         """After a collision: what a walker moves beyond its own will wears off slowly."""
+        unit, going = self._will()
+        self.push = bodies.velocity[self.row, :2] - unit * going[:, None]
+
+    def wound(self, bodies: Bodies, hits: Sequence[Hit], cars: Set[int]) -> None:
+        """Kills the mortal walkers that one of the `cars` (rows of vehicles) has hit hard."""
+        for index in np.flatnonzero(self.mortal & ~self.dead).tolist():
+            row = int(self.row[index])
+            for hit in hits:
+                other = hit.second if hit.first == row else hit.first if hit.second == row else -1
+                change = float(np.hypot(hit.impulse.x, hit.impulse.y) / bodies.mass[row])
+                if other in cars and change > DEADLY_MPS:
+                    self.dead[index] = True
+
+    def _will(self) -> tuple[Floats, Floats]:
+        """Where each walker wants to go (unit vector) and how fast (m/s); the dead want nothing."""
         control = np.where(np.isfinite(self.control), self.control, 0.0)
         direction = control[:, :2]
-        unit = direction / np.maximum(np.hypot(direction[:, 0], direction[:, 1]), 1e-6)[:, None]
-        self.push = bodies.velocity[self.row, :2] - unit * control[:, 3:4]
+        length = np.hypot(direction[:, 0], direction[:, 1])
+        unit = direction / np.maximum(length, 1e-6)[:, None]
+        going = np.where((length > 1e-6) & ~self.dead, np.clip(control[:, 3], 0.0, MOST_MPS), 0.0)
+        return unit, going
 
 
 def slowed(velocity: Floats, loss_mps: float) -> Floats:

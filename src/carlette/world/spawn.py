@@ -34,6 +34,8 @@ def spawn(world: World, type_id: str, attributes: Attributes, pose: Pose, parent
         attached, pose = pose, world.pose(parent).compose(pose)
     actor = _enter(world, catalogue, type_id, attributes, pose)
     actor.parent_id, actor.attached = parent_id, attached
+    if parent_id:
+        world.bodies.solid[actor.row] = actor.touches = False  # it would push its own carrier
     return actor
 
 
@@ -67,8 +69,13 @@ def _enter_vehicle(world: World, catalogue: Catalogue, type_id: str, attributes:
     actor.sheet = sheet_of(model)
     actor.index = world.fleet.add(actor.row, model, actor.sheet)
     actor.surface = world.surface.add(actor.row, 0.0, tilts=True)
+    world.fleet.sticky[actor.index] = _flag(attributes, "sticky_control", True)
     world.surface.look(world.bodies, world.roads)
     return actor
+
+
+def _flag(attributes: Attributes, name: str, default: bool) -> bool:
+    return attributes[name][1].lower() == "true" if name in attributes else default
 
 
 def _enter_walker(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
@@ -77,15 +84,17 @@ def _enter_walker(world: World, catalogue: Catalogue, type_id: str, attributes: 
     actor = world.enter(type_id, Kind.WALKER, pose, model.box, attributes)
     actor.tags = bytes([PEDESTRIAN_TAG])
     _make_solid(world, actor, model.mass_kg, 0.0)
-    actor.index = world.walkers.append(row=actor.row)
-    actor.surface = world.surface.add(actor.row, model.box.extent.z, tilts=False)
+    mortal = _flag(attributes, "is_invincible", True) is False
+    actor.index = world.walkers.append(row=actor.row, mortal=mortal)
+    actor.surface = world.surface.add(actor.row, model.box.extent.z, tilts=False, on_foot=True)
     return actor
 
 
 def _enter_prop(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
     model = catalogue.props.get(type_id)
-    box = model.box if model else Box(Vector(z=0.25), Vector(0.25, 0.25, 0.25))
+    box = model.box if model else _mesh_box(attributes)
     actor = world.enter(type_id, Kind.PROP, pose, box, attributes)
+    world.turn_prop(actor)
     actor.tags = bytes([PROP_TAG])
     movable = model is not None and model.contact == "loose"
     if model is None or model.contact != "passable":
@@ -94,6 +103,16 @@ def _enter_prop(world: World, catalogue: Catalogue, type_id: str, attributes: At
         actor.index = world.props.append(row=actor.row)
         actor.surface = world.surface.add(actor.row, 0.0, tilts=False)
     return actor
+
+
+def _mesh_box(attributes: Attributes) -> Box:
+    """Half a metre each way, times the scale: this server has no meshes."""
+    try:
+        scale = float(attributes["scale"][1])
+    except (KeyError, ValueError):
+        scale = 1.0
+    half = 0.25 * scale if 0.0 < scale < 1000.0 else 0.25
+    return Box(Vector(z=half), Vector(half, half, half))
 
 
 def _make_solid(world: World, actor: Actor, mass_kg: float, clearance_m: float) -> None:

@@ -7,9 +7,10 @@ from random import Random
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carlette.errors import UnknownActor
-from carlette.geometry import Box, Pose, Vector
+from carlette.geometry import Box, Pose, Vector, turned
 from carlette.opendrive.document import check_opendrive
 from carlette.opendrive.roads import RoadNetwork
 from carlette.opendrive.signals import ACTOR_TYPES, LIGHT_TYPE, read_signals
@@ -20,7 +21,7 @@ from carlette.physics.doors import Doors
 from carlette.physics.fleet import STEER, Fleet
 from carlette.physics.props import LooseProps
 from carlette.physics.surface import Surface
-from carlette.physics.walkers import Walkers
+from carlette.physics.walkers import LIES_S, Walkers
 from carlette.world.actor import Actor, Attributes, Kind
 from carlette.world.fork import forked, shared
 from carlette.world.lights import Signals
@@ -141,6 +142,13 @@ class World:
         self.bodies.place(actor.row, pose)
         if actor.surface >= 0:
             self.surface.looked[actor.surface] = np.inf
+        if actor.kind is Kind.PROP:
+            self.turn_prop(actor)
+
+    def turn_prop(self, actor: Actor) -> None:
+        """Lets a prop's collision box follow its pitch and roll: a gate goes up, a barrier falls over."""
+        box = turned(actor.box, self.pose(actor).rotation)
+        self.bodies.center[actor.row], self.bodies.extent[actor.row] = box.center, box.extent
 
     def tick(self) -> int:
         """Moves the world on by one step and returns the new frame number."""
@@ -148,6 +156,8 @@ class World:
         bodies = self.bodies
         if self.traffic is not None:
             self.traffic.step(self)
+        if self.walkers.dead.any():
+            self._bury()
         before = bodies.velocity.copy()
         self.signals.step(bodies, dt)
         if len(self.surface):
@@ -156,7 +166,7 @@ class World:
             self._steer_by_ackermann(dt)
             self.fleet.step(bodies, dt)
         if len(self.walkers):
-            self.walkers.step(bodies, dt)
+            self.walkers.step(bodies, self._walkers_in_the_air(), dt)
         if len(self.props):
             self.props.step(bodies, dt)
         if len(self.doors):
@@ -188,6 +198,7 @@ class World:
         contacts = collide(self.bodies, self.doors)
         if contacts:
             self.walkers.take_push(self.bodies)
+            self.walkers.wound(self.bodies, contacts, set(self.fleet.row.tolist()))
             self._report(contacts)
 
     def _report(self, contacts: list[Contact]) -> None:
@@ -201,6 +212,18 @@ class World:
             back = Vector(-contact.impulse.x, -contact.impulse.y, -contact.impulse.z)
             for one, other, impulse in ((first, second, back), (second, first, contact.impulse)):
                 self.collisions += [Collision(sensor, one, other, impulse) for sensor in sensors.get(one, ())]
+
+    def _walkers_in_the_air(self) -> NDArray[np.bool_]:
+        up = np.zeros(len(self.bodies), bool)
+        up[self.surface.row] = self.surface.airborne(self.bodies)
+        among_walkers: NDArray[np.bool_] = up[self.walkers.row]
+        return among_walkers
+
+    def _bury(self) -> None:
+        """Takes the walkers away that have been dead long enough."""
+        rows = set(self.walkers.row[self.walkers.dead_s > LIES_S].tolist())
+        for actor_id in [one.id for one in self.actors.values() if one.row in rows]:
+            self.remove(actor_id)
 
     def _follow_parents(self) -> None:
         for actor in self.actors.values():

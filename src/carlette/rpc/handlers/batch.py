@@ -41,7 +41,7 @@ COMMANDS: dict[int, Callable[..., Any]] = {
     12: motion.add_actor_angular_impulse,
     13: motion.add_actor_torque,
     14: motion.set_actor_simulate_physics,
-    15: motion.accept,
+    15: motion.set_actor_enable_gravity,
     16: motion.accept,
     17: motion.accept,
     18: _lights,

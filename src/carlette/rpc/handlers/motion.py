@@ -13,7 +13,7 @@ from carlette.geometry import Pose, Vector
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import Session
 from carlette.wire import encode
-from carlette.world.actor import Actor
+from carlette.world.actor import Actor, Kind
 
 methods = Methods()
 
@@ -50,6 +50,7 @@ def set_actor_target_velocity(session: Session, actor_id: int, velocity: Wire) -
     vector = finite(velocity, "set_actor_target_velocity")
     if session.world.bodies.simulated[actor.row]:
         session.world.bodies.velocity[actor.row] = vector
+        _let_walk_on(session)
 
 
 @methods.void("set_actor_target_angular_velocity")
@@ -120,6 +121,7 @@ def kick(session: Session, actor: Actor, impulse: Vector) -> None:
     mass = float(bodies.mass[actor.row])
     if mass > 0 and bodies.simulated[actor.row]:
         bodies.velocity[actor.row] += np.array(impulse) / mass
+        _let_walk_on(session)
 
 
 def spin(session: Session, actor: Actor, moment: float) -> None:
@@ -129,6 +131,12 @@ def spin(session: Session, actor: Actor, moment: float) -> None:
     if mass > 0 and bodies.simulated[actor.row]:
         inertia = mass * (actor.box.extent.x**2 + actor.box.extent.y**2) / 3.0
         bodies.angular[actor.row, 2] += math.degrees(moment / inertia)
+
+
+def _let_walk_on(session: Session) -> None:
+    """What a walker moves beyond its own will wears off, wherever it comes from."""
+    if len(session.world.walkers):
+        session.world.walkers.take_push(session.world.bodies)
 
 
 def _over_step(session: Session, force: Vector) -> Vector:
@@ -157,7 +165,25 @@ def set_actor_collisions(session: Session, actor_id: int, enabled: bool) -> None
     session.world.bodies.solid[actor.row] = enabled and actor.touches
 
 
-@methods.void("set_actor_enable_gravity", "set_actor_dead", "set_actor_autopilot")
+@methods.void("set_actor_enable_gravity")
+def set_actor_enable_gravity(session: Session, actor_id: int, enabled: bool) -> None:
+    actor = session.actor(actor_id, "set_actor_enable_gravity")
+    if actor.surface >= 0:
+        session.world.surface.weightless[actor.surface] = not enabled
+
+
+@methods.void("set_actor_dead")
+def set_actor_dead(session: Session, actor_id: int) -> None:
+    """A walker falls and lies; a vehicle stands with its hand brake on."""
+    actor = session.actor(actor_id, "set_actor_dead")
+    world = session.world
+    if actor.kind is Kind.WALKER:
+        world.walkers.dead[actor.index] = True
+    elif actor.kind is Kind.VEHICLE:
+        world.fleet.control[actor.index] = (0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0)
+
+
+@methods.void("set_actor_autopilot")
 def accept(session: Session, actor_id: int, *_: Any) -> None:
-    """Without effect: the ground holds actors anyway, and the traffic manager lives in the client."""
+    """Without effect: the traffic manager lives in the client."""
     session.actor(actor_id, "set_actor_autopilot")

@@ -9,6 +9,7 @@ from typing import Any
 from carlette.blueprints import load_catalogue
 from carlette.errors import RequestError
 from carlette.physics.ackermann import GAINS, Ackermann
+from carlette.physics.doors import STOP_ARM
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import Session
 from carlette.wire.telemetry import telemetry, wheel_angle
@@ -18,6 +19,9 @@ from carlette.world.actor import Actor
 methods = Methods()
 
 Wire = Sequence[Any]
+SCHOOL_BUS = "school"
+SPECIAL_1 = 512
+"""`carla.VehicleLightState.Special1`: the flashing lights of a school bus, with which its stop arm comes out."""
 
 
 @methods.void("apply_control_to_vehicle")
@@ -75,7 +79,10 @@ def get_vehicle_light_state(session: Session, actor_id: int) -> Any:
 @methods.void("set_vehicle_light_state")
 def set_vehicle_light_state(session: Session, actor_id: int, state: Wire) -> None:
     actor = session.vehicle(actor_id, "set_vehicle_light_state")
-    session.world.fleet.light_state[actor.index] = int(state[0])
+    flags = int(state[0])
+    session.world.fleet.light_state[actor.index] = flags
+    if load_catalogue().vehicles[actor.type_id].special_type == SCHOOL_BUS:
+        session.world.doors.move(actor.row, actor.box, STOP_ARM, bool(flags & SPECIAL_1))
 
 
 @methods.value("get_vehicle_light_states")
