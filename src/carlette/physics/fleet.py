@@ -152,6 +152,7 @@ class Fleet(Table):
         """The controls with NaN as full (as Unreal's clamp has it) and all within their bounds."""
         control = np.where(np.isnan(self.control), 1.0, self.control)
         np.clip(control[:, :3], (0.0, -1.0, 0.0), 1.0, out=control[:, :3])
+        np.clip(control[:, GEAR], -1.0, MOST_GEARS, out=control[:, GEAR])
         return control
 
     def step(self, bodies: Bodies, dt: float) -> None:
