@@ -14,7 +14,7 @@ from carlette.world.fork import shared
 Ints = NDArray[np.int64]
 
 CELL_M = 4.0
-BESIDE_M = 1.15
+BESIDE_M = 1.3
 """Half a car's width and some air: a lane whose middle is nearer than this to a body is blocked there."""
 OTHER_LEVEL_M = 3.0
 """What is so much higher or lower is on another level of the road."""

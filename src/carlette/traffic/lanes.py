@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -16,6 +17,7 @@ from carlette.traffic.grid import OTHER_LEVEL_M, Grid, make_grid
 from carlette.world.fork import shared
 
 SPACING_M = 1.0
+LEAST_SPACING_M = 0.2
 NEAR_M = 3.0
 """A car farther from every lane is on none."""
 SIDE_MPS2 = 2.2
@@ -75,14 +77,11 @@ def lane_graph(roads: RoadNetwork) -> LaneGraph:
 
 
 def _build(roads: RoadNetwork) -> LaneGraph:
-    begins: dict[Key, Any] = {}
-    links: dict[Key, list[Key]] = {}
-    for begin, end in roads.map.get_topology():
-        begins[_key(begin)] = begin
-        links.setdefault(_key(begin), []).append(_key(end))
-    keys = sorted(begins)
+    links = _links(roads)
+    lanes = _lanes(roads)
+    keys = sorted(lanes)
     number = {key: index for index, key in enumerate(keys)}
-    chains = [[begins[key], *begins[key].next_until_lane_end(SPACING_M)] for key in keys]
+    chains = [lanes[key] for key in keys]
     first = np.cumsum([0, *map(len, chains)])
     points = [point for chain in chains for point in chain]
     transforms = [point.transform for point in points]
@@ -90,7 +89,7 @@ def _build(roads: RoadNetwork) -> LaneGraph:
     yaw = np.radians([one.rotation.yaw for one in transforms])
     lane = np.repeat(np.arange(len(chains)), np.diff(first))
     inside = np.array([chain[0].is_junction for chain in chains])
-    after = [sorted({number[one] for one in links[key] if one in number}) for key in keys]
+    after = [sorted({number[one] for one in links.get(key, ()) if one in number}) for key in keys]
     steps = np.hypot(*np.diff(place[:, :2], axis=0, prepend=place[:1, :2]).T)
     steps[first[:-1]] = 0.0
     run = np.cumsum(steps)
@@ -106,6 +105,33 @@ def _build(roads: RoadNetwork) -> LaneGraph:
         crossing=_crossings(chains, place, first, after),
         grid=make_grid(place),
     )
+
+
+def _links(roads: RoadNetwork) -> dict[Key, set[Key]]:
+    """Which lanes each lane leads to; the library names a lane that ends as leading to itself."""
+    links: dict[Key, set[Key]] = {}
+    for begin, end in roads.map.get_topology():
+        if _key(begin) != _key(end):
+            links.setdefault(_key(begin), set()).add(_key(end))
+    return links
+
+
+def _lanes(roads: RoadNetwork) -> dict[Key, list[Any]]:
+    """The waypoints of each driving lane in the direction of travel."""
+    lanes: dict[Key, list[Any]] = {}
+    for begin, _ in roads.map.get_topology():
+        lanes.setdefault(_key(begin), [begin])
+    for waypoint in roads.map.generate_waypoints(SPACING_M):
+        lanes.setdefault(_key(waypoint), []).append(waypoint)
+    # Lanes right of the reference line have negative numbers and lead along it.
+    return {key: _spaced(sorted(lane, key=lambda one: one.s, reverse=key[2] > 0)) for key, lane in lanes.items()}
+
+
+def _spaced(lane: list[Any]) -> list[Any]:
+    """Without points that lie almost on the one before."""
+    kept = [lane[0]]
+    kept += [one for before, one in pairwise(lane) if abs(one.s - before.s) > LEAST_SPACING_M]
+    return kept
 
 
 def _key(waypoint: Any) -> Key:

@@ -55,7 +55,8 @@ class Route:
 
     def next_junction(self, graph: LaneGraph, after_m: float) -> tuple[float, float, tuple[int, ...]]:
         """Begin, end (m) and lanes of the first junction that begins after `after_m`; infinite where there is none."""
-        begin, inside = np.inf, []
+        begin = np.inf
+        inside: list[int] = []
         for lane, start in zip(self.lanes, self.starts, strict=True):
             if graph.inside[lane] and (start > after_m or inside):
                 begin = begin if inside else start

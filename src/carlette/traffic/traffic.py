@@ -29,15 +29,18 @@ from carlette.world.world import World
 SPEED_SHARE = 0.9
 """Of the limit: what drivers aim at."""
 POINT_STEP_M = 1.0
-LOOK_S, LEAST_LOOK_M, MOST_LOOK_M = 0.45, 2.5, 15.0
+LOOK_S, LEAST_LOOK_M, MOST_LOOK_M = 0.25, 1.5, 10.0
 """How far ahead on its lane a car steers at."""
 AMBER_MPS2 = 3.0
 """Who had to brake harder drives on at yellow."""
 RED_MPS2 = 7.0
 DECIDE_M = 8.0
+LEAST_SIGHT_M = 30.0
 STOP_NEAR_M = 3.5
 HALTED_MPS = 0.2
 ROOM_M = 3.0
+BEFORE_GATE_M = 2.5
+"""Who waits for a junction leaves this room for those who turn in front of it."""
 ROLLING_MPS = 4.0
 HOLD_BRAKE = 0.4
 
@@ -55,10 +58,12 @@ class View:
     """Metres that the middle has gone on its route."""
     nose: Floats
     """From the middle to the front bumper."""
+    window: Ints
+    """(cars, points ahead) where in its row each car has the points ahead of it."""
     points: Ints
-    """(cars, AHEAD_POINTS)"""
+    """(cars, points ahead)"""
     gap: Floats
-    """(cars, AHEAD_POINTS) metres from the front bumper to each point."""
+    """(cars, points ahead) metres from the front bumper to each point."""
 
 
 class Traffic:
@@ -173,16 +178,20 @@ class Traffic:
         velocity = bodies.velocity[rows]
         speed = np.maximum(velocity[:, 0] * np.cos(yaw) + velocity[:, 1] * np.sin(yaw), 0.0)
         nose = bodies.center[rows, 0] + bodies.extent[rows, 0]
-        window = self.at[:, None] + np.arange(AHEAD_POINTS)
+        window = self.at[:, None] + np.arange(self._sight_points(float(speed.max())))
         gap = self.runs[cars, window] - (run + nose)[:, None]
         index = np.array([one.index for one in actors])
-        return View(rows, index, speed, run, nose, self.points[cars, window], gap)
+        return View(rows, index, speed, run, nose, window, self.points[cars, window], gap)
+
+    def _sight_points(self, fastest: float) -> int:
+        """How far the fastest car must see; lane points are about a metre apart."""
+        stopping = fastest * fastest / (2.0 * self.driver.braking_mps2)
+        return min(AHEAD_POINTS, int(LEAST_SIGHT_M + fastest * self.driver.headway_s + stopping))
 
     def _accelerate(self, world: World, view: View) -> Floats:
         driver, speed = self.driver, view.speed
-        window = self.at[:, None] + np.arange(AHEAD_POINTS)
         reach = np.maximum(view.gap + view.nose[:, None], 0.0)
-        targets = self.speeds[np.arange(len(speed))[:, None], window]
+        targets = self.speeds[np.arange(len(speed))[:, None], view.window]
         wanted = np.sqrt((targets * targets + 2.0 * driver.braking_mps2 * reach).min(axis=1))
         leader_gap, leader_speed = self._leaders(world.bodies, view)
         halt_gap = np.minimum(self._lights(world, view), self._signs(view))
@@ -246,7 +255,7 @@ class Traffic:
             self.way_out[car] = self.gate[car, 1]
             gap[car] = np.inf
             self._find_gate(car)
-        return gap
+        return gap - BEFORE_GATE_M
 
     def _lanes_at_gate(self, car: int) -> tuple[int, ...]:
         return self.routes[car].next_junction(self.graph, float(self.gate[car, 0]) - 0.1)[2]
