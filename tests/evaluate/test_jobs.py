@@ -128,11 +128,13 @@ class KillServer:
 
     def __init__(self, at_s: float) -> None:
         self.at_s = at_s
+        self.others = set(psutil.Process().children(recursive=True))
         self.killed_at: float | None = None
 
     def __call__(self, elapsed_s: float) -> None:
         if self.killed_at is None and elapsed_s >= self.at_s:
-            found = [p for p in psutil.Process().children(recursive=True) if "carlette" in p.cmdline()]
+            ours = set(psutil.Process().children(recursive=True)) - self.others
+            found = [one for one in ours if "carlette" in one.cmdline()]
             assert len(found) == 1
             os.kill(found[0].pid, signal.SIGKILL)
             self.killed_at = time.monotonic()
