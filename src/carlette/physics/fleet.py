@@ -57,7 +57,8 @@ YAW_LAG_S = 0.06
 MAX_YAW_ACCELERATION = 20.0
 TIGHTEST_RADIUS_M = 5.5
 RADIUS_WHEELBASE_M = 2.88
-STEER_KNOTS_KMH = np.array([0.0, 10.0, 20.0, 40.0, 60.0, 90.0, 120.0, 180.0])
+STEER_KNOT_KMH = 20.0
+STEER_KNOTS_KMH = STEER_KNOT_KMH * np.arange(10)
 """Where a vehicle's steering curve is kept."""
 SLIP_SHARE = 0.72
 """Of the path that the wheels point along: CARLA's tyres slip, more than those of a slow bicycle model."""
@@ -168,9 +169,11 @@ class Fleet(Table):
         rate = np.radians(bodies.angular[row, 2])
         pitch = np.radians(bodies.rotation[row, 0])
 
-        wanted = self._steered_rate(control, ahead, dt)
+        self._turn_wheel(control, dt)
+        angle = self.wheel_angle(ahead)
+        wanted = self._steered_rate(angle, ahead)
         side = np.minimum(np.abs(ahead) * np.maximum(np.abs(rate), np.abs(wanted)), self.grip)
-        ahead = self._longitudinal(control, ahead, pitch, side, dt)
+        ahead = self._longitudinal(control, ahead, pitch, (side, angle), dt)
         rate, aside = self._lateral(wanted, ahead, aside, rate, dt)
         held = self.is_constant
         if held.any():
@@ -196,12 +199,11 @@ class Fleet(Table):
         return angle
 
     def _factor(self, ahead: Floats) -> Floats:
-        kmh = np.minimum(np.abs(ahead) * 3.6, STEER_KNOTS_KMH[-1])
-        knot = np.clip(np.searchsorted(STEER_KNOTS_KMH, kmh, side="right") - 1, 0, len(STEER_KNOTS_KMH) - 2)
-        low, high = STEER_KNOTS_KMH[knot], STEER_KNOTS_KMH[knot + 1]
-        share = (kmh - low) / (high - low)
+        place = np.minimum(np.abs(ahead) * (3.6 / STEER_KNOT_KMH), len(STEER_KNOTS_KMH) - 1.001)
+        knot = place.astype(np.int64)
         every = np.arange(len(self))
-        factor: Floats = (1.0 - share) * self.factors[every, knot] + share * self.factors[every, knot + 1]
+        low = self.factors[every, knot]
+        factor: Floats = low + (place - knot) * (self.factors[every, knot + 1] - low)
         return factor
 
     def _full_push(self, speed: Floats) -> Floats:
@@ -215,11 +217,14 @@ class Fleet(Table):
         drag: Floats = self.coast * rise / (1.0 + (speed / COAST_FALL_MPS) ** 4)
         return drag
 
-    def _longitudinal(self, control: Floats, ahead: Floats, pitch: Floats, side: Floats, dt: float) -> Floats:
+    def _longitudinal(
+        self, control: Floats, ahead: Floats, pitch: Floats, bend: tuple[Floats, Floats], dt: float
+    ) -> Floats:
         """Speed along the vehicle after `dt`: engine and slope push, friction only ever slows down.
 
-        `side` is the lateral acceleration, which uses up grip.
+        `bend` is the lateral acceleration, which uses up grip, and the angle of the front wheels.
         """
+        side, angle = bend
         grip = np.sqrt(np.maximum(self.grip**2 - side * side, (BRAKING_SHARE * self.grip) ** 2))
         throttle = control[:, THROTTLE]
         self.drive += (throttle - self.drive) * min(1.0, dt / DRIVE_LAG_S)
@@ -241,7 +246,7 @@ class Fleet(Table):
         friction = np.minimum(self.brake * self.pressure + self.hand_brake * hand + idle, grip) + ROLLING_MPS2
         friction += HOLD_MPS2 * (untouched & (speed < HOLD_BELOW_MPS))
         # The front wheels carry half of the side force and stand across the way.
-        friction += self.drag * speed * speed + 0.5 * side * np.abs(np.sin(self.wheel_angle(ahead)))
+        friction += self.drag * speed * speed + 0.5 * side * np.abs(np.sin(angle))
         ahead = ahead + push * dt
         slowed: Floats = np.sign(ahead) * np.maximum(np.abs(ahead) - friction * dt, 0.0)
         return slowed
@@ -254,12 +259,14 @@ class Fleet(Table):
         share: Floats = weaker * (speed < self.top_mps[every, place])
         return share
 
-    def _steered_rate(self, control: Floats, ahead: Floats, dt: float) -> Floats:
-        """Yaw rate (rad/s) of the path that the wheels point along, as far as the tyres hold it."""
+    def _turn_wheel(self, control: Floats, dt: float) -> None:
         limit = STEER_RATE_PER_S * dt
         self.steer += np.clip(control[:, STEER] - self.steer, -limit, limit)
+
+    def _steered_rate(self, angle: Floats, ahead: Floats) -> Floats:
+        """Yaw rate (rad/s) of the path that the wheels point along, as far as the tyres hold it."""
         sharpest = RADIUS_WHEELBASE_M / (TIGHTEST_RADIUS_M * self.wheelbase)
-        pointed = SLIP_SHARE * np.tan(self.wheel_angle(ahead)) / (self.wheelbase * sharpest)
+        pointed = SLIP_SHARE * np.tan(angle) / (self.wheelbase * sharpest)
         curvature = sharpest * np.tanh(pointed)
         grip_rate = self.grip / np.maximum(np.abs(ahead), 0.5)
         held: Floats = np.clip(ahead * curvature, -grip_rate, grip_rate)
