@@ -98,7 +98,8 @@ def _listening(process: subprocess.Popen[str]) -> Server:
     if "listening on " not in line:
         process.wait()
         said = process.stderr.read().strip() or f"no answer within {START_LIMIT_S:.0f} s"
-        raise ServerError(said.removeprefix("carlette: ").removeprefix("error: "))
+        # The last line is the message; what stands above it would be the trace of a defect.
+        raise ServerError(said.splitlines()[-1].removeprefix("carlette: ").removeprefix("error: "))
     host, _, port = line.split("listening on ", 1)[1].split()[0].rpartition(":")
     threading.Thread(target=_drain, args=(process.stdout,), daemon=True).start()
     threading.Thread(target=_drain, args=(process.stderr,), daemon=True).start()
