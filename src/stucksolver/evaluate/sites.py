@@ -223,8 +223,9 @@ def _nothing_found(carla_map: carla.Map, road: str, length_m: int) -> str:
         "multi_lane": "a lane of the same direction to the left behind a line that may be crossed",
         "any": "a left neighbour to get past an obstacle",
     }
+    remedy = "use another map" + ("" if road == "any" else ", or ask for any kind of road")
     return (
         f"map {carla_map.name}: searched {lanes} lanes between junctions and found no stretch of "
         f"{MIN_LENGTH_M} to {length_m} m with {kinds[road]} from {CLEAR_BEFORE_M} m before an obstacle to "
-        f"{CLEAR_PAST_M} m past it; use another map, or ask for road='any'"
+        f"{CLEAR_PAST_M} m past it; {remedy}"
     )
