@@ -36,7 +36,8 @@ class Signal:
     box: Box
     """Trigger volume in the frame of `pose`."""
     phase: tuple[str, int]
-    """Group (junction) and place in the group's cycle."""
+    """Group (junction) and place in the group's cycle; negative, and the same for a road's lanes, where the
+    file names no controller."""
 
 
 def read_signals(roads: RoadNetwork, root: ElementTree.Element) -> list[Signal]:
@@ -115,8 +116,8 @@ def _signal(key: tuple[str, str], lanes: list[Any], phases: dict[str, tuple[str,
     pose = Pose(Vector(pole.x, pole.y, middle.z), Rotation(yaw=across))
     box = Box(_into_frame(middle, pose), Vector(half_width_m, BOX_HALF_DEPTH_M, BOX_HALF_HEIGHT_M))
     junction = lanes[0].next(2 * BACK_FROM_JUNCTION_M)
-    alone = f"junction {junction[0].junction_id}" if junction and junction[0].is_junction else f"signal {signal_id}"
-    return Signal(signal_id, kind, pose, box, phases.get(signal_id, (alone, -1)))
+    group = str(junction[0].junction_id) if junction and junction[0].is_junction else f"signal {signal_id}"
+    return Signal(signal_id, kind, pose, box, phases.get(signal_id, (group, -1 - lanes[0].road_id)))
 
 
 def _span(lanes: list[Any], across_deg: float) -> tuple[Vector, float]:

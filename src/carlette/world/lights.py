@@ -75,8 +75,7 @@ class Signals:
         """Groups the lights by (junction, place in the cycle); each group starts in a phase drawn at random."""
         by_junction: dict[str, dict[int, list[int]]] = {}
         for index, (junction, place) in enumerate(phases):
-            key = place if place >= 0 else -1 - index
-            by_junction.setdefault(junction, {}).setdefault(key, []).append(index)
+            by_junction.setdefault(junction, {}).setdefault(place, []).append(index)
         for number, members in enumerate(by_junction.values()):
             ordered = [members[key] for key in sorted(members)]
             self.groups.append(Group(ordered, phase=random.randrange(len(ordered))))

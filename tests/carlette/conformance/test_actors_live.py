@@ -295,7 +295,6 @@ def test_a_batch_moves_drives_and_pushes(client, world, spots) -> None:
         command.ApplyAngularImpulse(car.id, zero),
         command.ApplyVehiclePhysicsControl(car.id, car.get_physics_control()),
         command.SetEnableGravity(car.id, True),
-        command.SetAutopilot(car.id, False),
         command.ApplyWalkerControl(walker.id, carla.WalkerControl(speed=1.0)),
         command.ApplyWalkerState(walker.id, above(spots[8], 1.0), 1.0),
     ]
