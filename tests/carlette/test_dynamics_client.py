@@ -246,3 +246,23 @@ def test_without_a_navigation_mesh_the_client_says_none_and_nothing_breaks(world
     assert walker.get_location().distance(start) < 0.2
     controller.stop()
     assert controller.destroy() and walker.destroy()
+
+
+def hand(walker):
+    return next(one for one in walker.get_bones().bone_transforms if one.name == "crl_hand__R").component.location
+
+
+def test_a_flagger_shows_the_gesture_it_was_given_and_takes_others(world) -> None:
+    hanging = spawn(world, "walker.flagger.0001", z=1.0)
+    signing = spawn(world, "walker.flagger.0001", x=60.0, z=1.0, gesture="stop")
+    ahead = hand(signing)
+    assert ahead.x - hand(hanging).x > 0.4
+    assert ahead.z - hand(hanging).z > 0.4
+    arm = carla.WalkerBoneControlIn([("crl_foreArm__R", carla.Transform(carla.Location(0.0, 0.4, 0.0)))])
+    hanging.set_bones(arm)
+    hanging.show_pose()
+    world.tick()
+    out = hand(hanging)
+    hanging.hide_pose()
+    world.tick()
+    assert out.y - hand(hanging).y == pytest.approx(0.36, abs=0.02)

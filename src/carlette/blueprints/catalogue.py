@@ -30,7 +30,7 @@ COLORS = ("255,255,255", "17,17,17", "88,88,88", "180,44,44", "22,62,120", "178,
 BIKE_COLORS = ("0,0,0", "120,20,20", "30,70,140")
 POLICE_COLORS = ("255,255,255",)
 GESTURES = ("none", "stop", "go", "slow")
-"""What a flagger can show."""
+"""What a flagger can show; `world.skeleton` holds the poses."""
 SENSORS = ("sensor.other.collision", "sensor.other.lane_invasion")
 EXTRA = "carlette_extra"
 """Tag and attribute of what CARLA does not have."""

@@ -46,6 +46,10 @@ class Actor:
     """Row in the table of its kind (fleet, walkers, lights)."""
     touches: bool = False
     """Has a shape that others can run into, unless a client switches its collisions off."""
+    posed: dict[str, Pose] = field(default_factory=dict)
+    """Joints that a client (or a flagger's gesture) has put, each in its parent bone's frame."""
+    blend: float = 0.0
+    """How far the walker takes that pose: 0 stands as usual, 1 is all in it."""
     sheet: Sheet | None = None
     """A vehicle's technical data, as a client reads them back."""
     surface: int = -1

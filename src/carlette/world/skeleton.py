@@ -1,10 +1,14 @@
-"""Where the joints of a standing walker are. Limbs do not swing: each joint keeps its place in the body."""
+"""Where the joints of a walker are: of one who stands, or in the pose that a client or a gesture gives them.
+
+Limbs do not swing while walking.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
-from carlette.geometry import Pose, Vector
+from carlette.geometry import Pose, Rotation, Vector
 
 _MIDDLE: dict[str, tuple[str, float]] = {
     "crl_root": ("", 0.0),
@@ -38,16 +42,48 @@ class Bone(NamedTuple):
     relative: Pose
 
 
-def bones(walker: Pose, half_height_m: float) -> list[Bone]:
-    """All joints of a walker whose origin is at half its height, parents first."""
-    places = {"": Vector(z=-half_height_m)}
+_FORWARD, _SIDEWAYS, _LOW = Vector(0.18), Vector(0.0, 0.18), Vector(0.15, 0.0, -0.1)
+GESTURES: dict[str, dict[str, Vector]] = {
+    "none": {},
+    "stop": {"crl_foreArm__R": _FORWARD, "crl_hand__R": _FORWARD},
+    "go": {"crl_foreArm__R": _SIDEWAYS, "crl_hand__R": _SIDEWAYS},
+    "slow": {f"crl_{one}__{side}": _LOW for one in ("foreArm", "hand") for side in "LR"},
+}
+"""A flagger's signs: where the joints are from their parents, as parts of the body's height."""
+
+
+def gesture(name: str, half_height_m: float) -> dict[str, Pose]:
+    """The joints of a flagger's sign, each in its parent's frame; an unknown name is no sign."""
+    scale = 2.0 * half_height_m
+    return {bone: Pose(Vector(*(scale * one for one in at))) for bone, at in GESTURES.get(name, {}).items()}
+
+
+def bones(
+    walker: Pose, half_height_m: float, posed: Mapping[str, Pose] | None = None, blend: float = 0.0
+) -> list[Bone]:
+    """All joints of a walker whose origin is at half its height, parents first.
+
+    `posed` joints (in their parents' frames) are taken by the share `blend`, and carry what hangs on them.
+    """
+    usual = {"": Vector()}
+    placed = {"": Pose(Vector(z=-half_height_m))}
     found = []
     for name, parent, place in _joints(2.0 * half_height_m):
-        here = places[name] = place.plus(Vector(z=-half_height_m))
-        above = places[parent]
-        relative = Vector(here.x - above.x, here.y - above.y, here.z - above.z)
-        found.append(Bone(name, Pose(walker.apply(here), walker.rotation), Pose(here), Pose(relative)))
+        usual[name] = place
+        above = usual[parent]
+        relative = Pose(Vector(place.x - above.x, place.y - above.y, place.z - above.z))
+        if posed and name in posed:
+            relative = _between(relative, posed[name], blend)
+        here = placed[name] = placed[parent].compose(relative)
+        found.append(Bone(name, walker.compose(here), here, relative))
     return found
+
+
+def _between(usual: Pose, posed: Pose, share: float) -> Pose:
+    place, turn = (
+        [a + (b - a) * share for a, b in zip(one, other, strict=True)] for one, other in zip(usual, posed, strict=True)
+    )
+    return Pose(Vector(*place), Rotation(*turn))
 
 
 def _joints(height_m: float) -> list[tuple[str, str, Vector]]:

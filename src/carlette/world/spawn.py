@@ -9,6 +9,7 @@ from carlette.physics.bodies import Bodies
 from carlette.physics.contacts import is_free
 from carlette.physics.sheet import sheet_of
 from carlette.world.actor import Actor, Attributes, Kind
+from carlette.world.skeleton import gesture
 from carlette.world.world import World
 
 VEHICLE_CLEARANCE_M = 0.15
@@ -86,6 +87,8 @@ def _enter_walker(world: World, catalogue: Catalogue, type_id: str, attributes: 
     _make_solid(world, actor, model.mass_kg, 0.0)
     mortal = _flag(attributes, "is_invincible", True) is False
     actor.index = world.walkers.append(row=actor.row, mortal=mortal)
+    if "gesture" in attributes:
+        actor.posed, actor.blend = gesture(attributes["gesture"][1], model.box.extent.z), 1.0
     actor.surface = world.surface.add(actor.row, model.box.extent.z, tilts=False, on_foot=True)
     return actor
 

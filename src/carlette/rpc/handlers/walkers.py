@@ -33,12 +33,29 @@ def apply_walker_state(session: Session, actor_id: int, transform: Sequence[Any]
 
 @methods.value("get_bones_transform")
 def get_bones_transform(session: Session, actor_id: int) -> Any:
-    """Joints of a standing figure; the limbs of walkers do not swing here."""
+    """Joints of a standing figure, or of the pose it was given; the limbs of walkers do not swing here."""
     actor = session.walker(actor_id, "get_bones_transform")
-    joints = bones(session.world.pose(actor), actor.box.extent.z)
+    joints = bones(session.world.pose(actor), actor.box.extent.z, actor.posed, actor.blend)
     return [[[one.name, *map(encode.pose, (one.world, one.component, one.relative))] for one in joints]]
 
 
-@methods.void("set_bones_transform", "blend_pose", "get_pose_from_animation")
-def ignore_pose(session: Session, actor_id: int, *_: Any) -> None:
-    session.walker(actor_id, "set_bones_transform")
+@methods.void("set_bones_transform")
+def set_bones_transform(session: Session, actor_id: int, control: Sequence[Any]) -> None:
+    """Puts joints, each in its parent bone's frame; `blend_pose` shows them."""
+    actor = session.walker(actor_id, "set_bones_transform")
+    posed = {str(name): encode.read_pose(transform) for name, transform in control[0]}
+    if not all(one.is_finite() for one in posed.values()):
+        raise RequestError("set_bones_transform: a transform is not finite; give real coordinates")
+    actor.posed = {**actor.posed, **posed}
+
+
+@methods.void("blend_pose")
+def blend_pose(session: Session, actor_id: int, share: float) -> None:
+    actor = session.walker(actor_id, "blend_pose")
+    actor.blend = min(max(float(share), 0.0), 1.0) if share == share else 0.0
+
+
+@methods.void("get_pose_from_animation")
+def get_pose_from_animation(session: Session, actor_id: int) -> None:
+    """The pose to blend to becomes the one the walker has by itself."""
+    session.walker(actor_id, "get_pose_from_animation").posed = {}
