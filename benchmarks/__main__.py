@@ -6,7 +6,7 @@ import argparse
 import importlib
 import json
 
-NAMES = ("solver_overhead", "addon_overhead", "carlette_ticks")
+NAMES = ("solver_overhead", "addon_overhead", "carlette_ticks", "carlette_forks")
 
 
 def main() -> None:

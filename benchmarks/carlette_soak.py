@@ -19,9 +19,8 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import IO, Any
-
-import psutil
 
 STEP_S = 0.05
 MANAGER_PORT = 8771
@@ -64,7 +63,7 @@ def soak(ticks: int, cars: int, town: str, seed: int) -> dict[str, Any]:
             "rescues_per_10000": 1e4 * _woken(log) / max(done, 1),
             "ticks_per_s": done / seconds,
             "mean_distance_m": moved_m / max(cars, 1),
-            "server_memory_mb": psutil.Process(server).memory_info().rss / 1e6,
+            "server_memory_mb": _resident_mb(server),
         }
 
 
@@ -85,6 +84,11 @@ def _server(town: str, log: IO[str]) -> Iterator[tuple[int, int]]:
 def _woken(log: IO[str]) -> int:
     log.seek(0)
     return sum(WOKEN in line for line in log)
+
+
+def _resident_mb(pid: int) -> float:
+    status = Path(f"/proc/{pid}/status").read_text()
+    return int(re.search(r"VmRSS:\s+(\d+) kB", status)[1]) * 1024 / 1e6  # type: ignore[index]
 
 
 def _drive(port: int, cars: int, ticks: int, seed: int, result: Any) -> None:

@@ -5,6 +5,11 @@ nothing any more: its main thread waits inside `world.tick()` for a worker that 
 still answers on its own port, and there leaving synchronous mode wakes the worker (`TrafficManagerLocal` of CARLA
 0.9.15 and 0.9.16), which then makes the very step that was missed. So a silent client is asked whether it is well,
 told to leave synchronous mode, and told to enter it again.
+
+Who is not touched: a client that called anything since its snapshot (every step of a traffic manager calls, so a
+client that a debugger stops between ticks is well, and so is a traffic manager in asynchronous mode), a process that
+is stopped as a whole (it answers nothing), and what is no traffic manager (it answers with an error). A client that
+ticks with a traffic manager in another process is not helped: the registration is not its own.
 """
 
 from __future__ import annotations
@@ -12,7 +17,9 @@ from __future__ import annotations
 import logging
 import socket
 import threading
+import time
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
 
 import msgpack
@@ -20,8 +27,23 @@ import msgpack
 STALLED_S = 0.5
 """A client in step with the server calls within microseconds of a snapshot."""
 ANSWER_S = 2.0
+MOST_TRIES = 4
+"""Of a rescue that was not answered; each waits twice as long as the one before."""
+LONGEST_ANSWER_BYTES = 65536
 
 log = logging.getLogger(__name__)
+
+
+@dataclass
+class _Silence:
+    """A client that has not called since its snapshot."""
+
+    due: float
+    host: str
+    ports: tuple[int, ...]
+    tries: int = 0
+    is_over: bool = False
+    """A traffic manager of it was woken."""
 
 
 class Rescue:
@@ -30,56 +52,86 @@ class Rescue:
     def __init__(self) -> None:
         self.count = 0
         """How often a client was freed."""
-        self._waiting: tuple[float, str, tuple[int, ...]] | None = None
+        self._silence: _Silence | None = None
+        self._helper: threading.Thread | None = None
+        self._switching = threading.Event()
+
+    @property
+    def is_switching(self) -> bool:
+        """True while a woken traffic manager is not yet back in synchronous mode: no snapshot should go out."""
+        return self._switching.is_set()
 
     def published(self, now: float, host: str, managers: Iterable[int]) -> None:
         """The snapshot that a client at `host` with these traffic manager ports cued is out."""
         ports = tuple(managers)
-        self._waiting = (now, host, ports) if ports else None
+        self._silence = _Silence(now + STALLED_S, host, ports) if ports else None
 
     def heard(self) -> None:
         """That client called again: it is well."""
-        self._waiting = None
+        self._silence = None
 
     def look(self, now: float) -> None:
         """Free the client if it has been silent for too long; called now and then."""
-        if self._waiting is None or now - self._waiting[0] < STALLED_S:
+        silence = self._silence
+        if silence is None or now < silence.due or (self._helper is not None and self._helper.is_alive()):
             return
-        _, host, ports = self._waiting
-        self._waiting = None
-        threading.Thread(target=self._free, args=(host, ports), name="carlette-rescue", daemon=True).start()
+        if silence.is_over or silence.tries == MOST_TRIES:
+            self._silence = None
+            return
+        silence.tries += 1
+        silence.due = now + STALLED_S * 2**silence.tries
+        self._helper = threading.Thread(target=self._free, args=(silence,), name="carlette-rescue", daemon=True)
+        self._helper.start()
 
-    def _free(self, host: str, ports: tuple[int, ...]) -> None:
-        for port in ports:
-            self._wake(host, port)
+    def _free(self, silence: _Silence) -> None:
+        for port in silence.ports:
+            if self._wakes(silence.host, port):
+                self.count += 1
+                silence.is_over = True
 
-    def _wake(self, host: str, port: int) -> None:
+    def _wakes(self, host: str, port: int) -> bool:
         try:
-            wake(host, port)
-        except (OSError, msgpack.UnpackException) as error:
+            wake(host, port, self._switching)
+        except (OSError, ValueError, msgpack.UnpackException) as error:
             log.info("the traffic manager at %s:%d was not woken: %s", host, port, error)
-            return
-        self.count += 1
+            return False
         log.warning("woke the traffic manager at %s:%d from a lost wake-up", host, port)
+        return True
 
 
-def wake(host: str, port: int) -> None:
-    """Have a traffic manager leave and enter synchronous mode. Raises `OSError` when it does not answer."""
+def wake(host: str, port: int, switching: threading.Event | None = None) -> None:
+    """Have a traffic manager leave and enter synchronous mode. Raises `OSError` when it does not answer.
+
+    `switching` is set while it is in asynchronous mode.
+    """
+    busy = switching or threading.Event()
     with socket.create_connection((host, port), timeout=ANSWER_S) as sock:
         # A process that is merely stopped answers nothing, and is left alone.
-        for number, (method, arguments) in enumerate(
-            (("health_check_remote_TM", []), ("set_synchronous_mode", [False]), ("set_synchronous_mode", [True]))
-        ):
-            _call(sock, number, method, arguments)
+        _call(sock, 0, "health_check_remote_TM", [])
+        busy.set()
+        try:
+            _call(sock, 1, "set_synchronous_mode", [False])
+        finally:
+            # Even where the answer was late: nothing must be left in asynchronous mode.
+            try:
+                _call(sock, 2, "set_synchronous_mode", [True])
+            finally:
+                busy.clear()
 
 
 def _call(sock: socket.socket, number: int, method: str, arguments: list[Any]) -> None:
+    """Calls and waits for the answer to this call; raises `OSError` for an error, and for none in time."""
     sock.sendall(msgpack.packb([0, number, method, arguments]))
-    unpacker = msgpack.Unpacker()
-    while True:
+    unpacker = msgpack.Unpacker(raw=True, max_buffer_size=LONGEST_ANSWER_BYTES)
+    end = time.monotonic() + ANSWER_S
+    while time.monotonic() < end:
         data = sock.recv(4096)
         if not data:
             raise ConnectionError("it closed the connection")
         unpacker.feed(data)
-        if next(iter(unpacker), None) is not None:
-            return
+        for answer in unpacker:
+            if not isinstance(answer, list) or len(answer) != 4 or answer[2] is not None:
+                raise ConnectionError(f"it does not answer '{method}' as a traffic manager does")
+            if answer[1] == number:
+                return
+    raise TimeoutError(f"it did not answer '{method}' in time")

@@ -21,6 +21,7 @@ from carlette.stream.hub import Subscriber
 IDLE_S = 0.5
 """Longest sleep of the loop; bounds how late it notices that it shall stop."""
 FREE_PORT_TRIES = 50
+SWITCHING_POLL_S = 0.001
 
 log = logging.getLogger(__name__)
 
@@ -103,6 +104,9 @@ class Server:
 
     def _hold_s(self, now: float) -> float:
         managers = len(self.simulator.traffic_managers)
+        if self._rescue.is_switching:
+            # A traffic manager that is not in step would miss this snapshot, or take it twice.
+            return SWITCHING_POLL_S
         return self._pacing.hold_s(now, managers, len(self.simulator.hub.awaited))
 
     def _try_publish(self, now: float) -> None:
@@ -112,7 +116,10 @@ class Server:
             if hold <= 0.0:
                 self._publish()
                 return
-            if not self._pacing.is_settling(len(self.simulator.traffic_managers), len(self.simulator.hub.awaited)):
+            is_settling = self._pacing.is_settling(
+                len(self.simulator.traffic_managers), len(self.simulator.hub.awaited)
+            )
+            if self._rescue.is_switching or not is_settling:
                 return
             # The selector's clock ticks in milliseconds, and spinning would take the worker's core.
             time.sleep(hold)
