@@ -54,10 +54,11 @@ def _try_spawn(world: World, spot: Pose) -> None:
 
 
 def _seconds(world: World, ticks: int) -> float:
-    start = time.perf_counter()
+    """Processor time: what else runs on the machine counts less."""
+    start = time.process_time()
     for _ in range(ticks):
         world.tick()
-    return time.perf_counter() - start
+    return time.process_time() - start
 
 
 def _fork_ms(world: World) -> float:

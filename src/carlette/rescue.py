@@ -107,22 +107,28 @@ def wake(host: str, port: int, switching: threading.Event | None = None) -> None
     busy = switching or threading.Event()
     with socket.create_connection((host, port), timeout=ANSWER_S) as sock:
         # A process that is merely stopped answers nothing, and is left alone.
-        _call(sock, 0, "health_check_remote_TM", [])
+        sock.sendall(_request(0, "health_check_remote_TM"))
+        _answers(sock, 1)
         busy.set()
         try:
-            _call(sock, 1, "set_synchronous_mode", [False])
+            # At once, or the worker would find itself in asynchronous mode after the missed step and make another.
+            sock.sendall(_request(1, "set_synchronous_mode", False) + _request(2, "set_synchronous_mode", True))
+            if _answers(sock, 2) != [1, 2]:
+                sock.sendall(_request(3, "set_synchronous_mode", True))
+                _answers(sock, 1)
         finally:
-            # Even where the answer was late: nothing must be left in asynchronous mode.
-            try:
-                _call(sock, 2, "set_synchronous_mode", [True])
-            finally:
-                busy.clear()
+            busy.clear()
 
 
-def _call(sock: socket.socket, number: int, method: str, arguments: list[Any]) -> None:
-    """Calls and waits for the answer to this call; raises `OSError` for an error, and for none in time."""
-    sock.sendall(msgpack.packb([0, number, method, arguments]))
+def _request(number: int, method: str, *arguments: Any) -> bytes:
+    packed: bytes = msgpack.packb([0, number, method, arguments])
+    return packed
+
+
+def _answers(sock: socket.socket, count: int) -> list[int]:
+    """The numbers of the next requests that are answered; raises `OSError` for an error, and for none in time."""
     unpacker = msgpack.Unpacker(raw=True, max_buffer_size=LONGEST_ANSWER_BYTES)
+    numbers: list[int] = []
     end = time.monotonic() + ANSWER_S
     while time.monotonic() < end:
         data = sock.recv(4096)
@@ -131,7 +137,8 @@ def _call(sock: socket.socket, number: int, method: str, arguments: list[Any]) -
         unpacker.feed(data)
         for answer in unpacker:
             if not isinstance(answer, list) or len(answer) != 4 or answer[2] is not None:
-                raise ConnectionError(f"it does not answer '{method}' as a traffic manager does")
-            if answer[1] == number:
-                return
-    raise TimeoutError(f"it did not answer '{method}' in time")
+                raise ConnectionError("it does not answer as a traffic manager does")
+            numbers.append(answer[1])
+        if len(numbers) >= count:
+            return numbers
+    raise TimeoutError("it did not answer in time")
