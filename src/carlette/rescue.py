@@ -61,6 +61,11 @@ class Rescue:
         """True while a woken traffic manager is not yet back in synchronous mode: no snapshot should go out."""
         return self._switching.is_set()
 
+    def wait_for_switch(self) -> None:
+        """Returns when no traffic manager is between its modes; bounded by the time it has to answer."""
+        if self.is_switching and self._helper is not None:
+            self._helper.join(ANSWER_S)
+
     def published(self, now: float, host: str, managers: Iterable[int]) -> None:
         """The snapshot that a client at `host` with these traffic manager ports cued is out."""
         ports = tuple(managers)

@@ -164,6 +164,8 @@ class Server:
 
     def _dispatch(self, connection: RpcConnection, number: int, method: str, arguments: list[Any]) -> None:
         if connection is self._cued_by:
+            # A worker that ended its step in asynchronous mode would make another: its calls wait until it is back.
+            self._rescue.wait_for_switch()
             self._rescue.heard()
         if method == "tick_cue":
             self._cued_by = connection
