@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 from pathlib import Path
 
 import pytest
@@ -77,22 +76,18 @@ def test_what_is_far_away_is_left_out():
 
 
 def test_the_whole_demo_town_stays_small():
-    began = time.perf_counter()
     view = map_view(DEMO, [xy(waypoint) for waypoint in DRIVING])
-    assert time.perf_counter() - began < 2.0
     assert len(view.model_dump_json()) < 200_000
 
 
 @pytest.mark.parametrize("town", ["Town01", "Town02", "Town04", "Town10HD"])
-def test_the_surroundings_of_a_route_are_small_and_quick(town):
+def test_the_surroundings_of_a_route_are_small(town):
     path = next((folder / f"{town}.xodr" for folder in FOLDERS if (folder / f"{town}.xodr").is_file()), None)
     if path is None:
         pytest.skip(f"{town}.xodr is in none of the folders of STUCKSOLVER_MAPS")
     carla_map = carla.Map(town, path.read_text(encoding="utf-8"))
     site = find_sites(carla_map, "any", seed=0)[0]
-    began = time.perf_counter()
     view = map_view(carla_map, [xy(waypoint) for waypoint in site.waypoints])
-    assert time.perf_counter() - began < 1.0
     assert len(view.model_dump_json()) < 200_000
     driving = shapely.union_all([area(lane) for lane in view.lanes if lane.kind == "driving"]).buffer(0.05)
     assert all(driving.contains(shapely.Point(xy(waypoint))) for waypoint in site.waypoints)

