@@ -10,6 +10,9 @@ Who is not touched: a client that called anything since its snapshot (every step
 client that a debugger stops between ticks is well, and so is a traffic manager in asynchronous mode), a process that
 is stopped as a whole (it answers nothing), and what is no traffic manager (it answers with an error). A client that
 ticks with a traffic manager in another process is not helped: the registration is not its own.
+
+A rescue keeps the client alive, but not always its trajectory: on a loaded machine three of four runs with a rescue
+ended elsewhere than the run without. The warning in the log marks such a run as not repeatable.
 """
 
 from __future__ import annotations
