@@ -33,11 +33,7 @@ def run(smoke: bool) -> dict[str, float]:
     with carlette_server("demo_town") as server:
         client = carla.Client(server.host, server.port)
         client.set_timeout(20.0)
-        traffic = Traffic(client)
-        try:
-            return _figures(_drive(client, traffic, ticks))
-        finally:
-            traffic.close()
+        return _figures(_drive(client, Traffic(client), ticks))
 
 
 class Times(dict[str, list[float]]):

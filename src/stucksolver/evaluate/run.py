@@ -49,7 +49,8 @@ def run_job(job: Job, server: Server, progress: Callable[[float], None]) -> RunL
     try:
         return _run(job, world, carla_map, site, traffic, progress)
     finally:
-        traffic.close()
+        if job.host is not None:
+            traffic.let_go(world)
 
 
 def _run(

@@ -21,10 +21,17 @@ class Traffic:
         self._manager.set_random_device_seed(seed)
         return self._manager
 
-    def close(self) -> None:
-        """Leave synchronous mode, so that nobody waits for our ticks."""
+    def let_go(self, world: Any) -> None:
+        """Leave a server that stays running on its own clock again, so that it does not wait for our ticks.
+
+        Not for a server that ends with the run: a manager that is no longer synchronous goes on calling it, and the
+        client library ends the process when such a call fails.
+        """
         if self._manager is not None:
             self._manager.set_synchronous_mode(False)
+        settings = world.get_settings()
+        settings.synchronous_mode, settings.fixed_delta_seconds = False, None
+        world.apply_settings(settings)
 
 
 def _free_port() -> int:
