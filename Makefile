@@ -5,12 +5,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 SEED ?= 1
 
-.PHONY: demo test lint types unit bench-smoke bench lock clean
+# `make test` in parts: unit tests take about a minute and a half on two cores, the integration tests about as long.
+.PHONY: demo test lint types unit integration bench-smoke bench lock clean
 
 demo: $(VENV)/.sim
 	$(BIN)/stucksolver demo --seed $(SEED) --out out/demo
 
-test: lint types unit bench-smoke
+test: lint types unit integration bench-smoke
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -20,7 +21,10 @@ types: $(VENV)/.dev
 	$(BIN)/mypy
 
 unit: $(VENV)/.dev
-	$(BIN)/python -m pytest -n 2 -q
+	$(BIN)/python -m pytest -n 2 -q -m "not integration"
+
+integration: $(VENV)/.dev
+	$(BIN)/python -m pytest -n 2 -q -m integration
 
 bench-smoke: $(VENV)/.dev
 	$(BIN)/python -m benchmarks --smoke

@@ -7,6 +7,8 @@ import pytest
 from raw_client import SYNCHRONOUS, Raw
 from serving import running_server
 
+pytestmark = pytest.mark.integration
+
 WORLDS = 30
 WARM = 10
 GROWTH_MB = 5.0

@@ -19,6 +19,8 @@ from carlette.world.lights import Color
 from carlette.world.spawn import spawn
 from carlette.world.world import World
 
+pytestmark = pytest.mark.integration
+
 KMH = 1 / 3.6
 
 

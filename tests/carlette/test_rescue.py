@@ -19,6 +19,8 @@ from test_traffic import serve, traffic
 from carlette import rescue
 from carlette.rescue import STALLED_S, Rescue
 
+pytestmark = pytest.mark.integration
+
 HEALTH, SYNCHRONOUS = "health_check_remote_TM", "set_synchronous_mode"
 WAKING = [(HEALTH, []), (SYNCHRONOUS, [False]), (SYNCHRONOUS, [True])]
 LOCKSTEP = [True, False, [True, 0.05], True, 0.01, 10, 0.0, True, 3000.0, 2000.0, True]

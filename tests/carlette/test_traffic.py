@@ -15,6 +15,8 @@ from pathlib import Path
 import pytest
 from serving import running_server
 
+pytestmark = pytest.mark.integration
+
 pytest.importorskip("carla")
 
 PYTHON = os.environ.get("CARLETTE_CLIENT_PYTHON", sys.executable)

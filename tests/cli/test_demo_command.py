@@ -15,6 +15,8 @@ from pathlib import Path
 import psutil
 import pytest
 
+pytestmark = pytest.mark.integration
+
 pytest.importorskip("carla")
 
 MARK = "STUCKSOLVER_TEST_MARK"

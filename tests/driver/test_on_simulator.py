@@ -11,6 +11,8 @@ from driver.conftest import town_file
 from driver.stage import Stage, drive, simulator
 from stucksolver.stacks.driver import BehaviorDriver, DrivePoint, DriverOptions
 
+pytestmark = pytest.mark.integration
+
 AVENUE, STREET = (3, -1), (11, 1)
 BEHIND_M = (4.5, 6.0)
 

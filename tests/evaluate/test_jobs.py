@@ -20,6 +20,8 @@ from stucksolver.evaluate import jobs
 from stucksolver.evaluate.jobs import Job, RunError, make
 from stucksolver.evaluate.situation import Scenario
 
+pytestmark = pytest.mark.integration
+
 
 @pytest.fixture(autouse=True)
 def no_hang() -> Iterator[None]:

@@ -26,6 +26,8 @@ from stucksolver.solver import Event, EventKind, StuckSolver  # noqa: E402
 from stucksolver.stacks.carla_stack import CarlaStack  # noqa: E402
 from stucksolver.stacks.driver import BehaviorDriver  # noqa: E402
 
+pytestmark = pytest.mark.integration
+
 WORDS = (8.0, "please overtake them")
 LONGEST_TEST_S = 90
 Run = Callable[..., RunLog]

@@ -38,8 +38,8 @@ class SceneEgo(Model):
     """New progress along the route in the detector's window; None before a whole window. Filled in by the solver."""
     distance_to_destination_m: float | None
     at_destination: bool
-    length_m: float
-    width_m: float
+    length_m: float = Field(gt=0)
+    width_m: float = Field(gt=0)
 
 
 class SceneObject(TrackedObject):
