@@ -6,8 +6,6 @@ every tick with the real client. The add-on is the stack's status (route project
 
 from __future__ import annotations
 
-import argparse
-import json
 import statistics
 import time
 from collections.abc import Callable
@@ -86,14 +84,3 @@ def _figures(times: Times) -> dict[str, float]:
     figures["addon_p99_us"] = statistics.quantiles(addon, n=100)[98]
     figures["ratio_addon_to_driver"] = statistics.median(addon) / figures["driver_us"]
     return figures
-
-
-def main() -> None:
-    """Prints the figures as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--smoke", action="store_true", help="a short run that only shows that it works")
-    print(json.dumps(run(parser.parse_args().smoke), indent=2))
-
-
-if __name__ == "__main__":
-    main()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
-import json
 import random
 import time
 
@@ -68,14 +66,3 @@ def _fork_ms(world: World) -> float:
         world.fork()
         times.append(time.perf_counter() - start)
     return 1e3 * sorted(times)[FORKS // 2]
-
-
-def main() -> None:
-    """Prints the figures as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--smoke", action="store_true", help="a short run that only shows that it works")
-    print(json.dumps(run(parser.parse_args().smoke), indent=2))
-
-
-if __name__ == "__main__":
-    main()

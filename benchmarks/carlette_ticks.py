@@ -6,8 +6,6 @@ presence makes the server pace its snapshots), so that runs on different machine
 
 from __future__ import annotations
 
-import argparse
-import json
 import multiprocessing
 import re
 import subprocess
@@ -108,14 +106,3 @@ def _spawn(world: Any, count: int) -> list[Any]:
         raise RuntimeError(f"the town has room for {len(cars)} cars only, not for {count}")
     world.tick()
     return cars
-
-
-def main() -> None:
-    """Prints the figures as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--smoke", action="store_true", help="a short run that only shows that it works")
-    print(json.dumps(run(parser.parse_args().smoke), indent=2))
-
-
-if __name__ == "__main__":
-    main()

@@ -6,8 +6,6 @@ trivial method, measured in the same run, so that machines can be compared.
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
 import statistics
 import time
@@ -184,14 +182,3 @@ def _road() -> RoadGeometry:
             lane("oncoming", LANE_M, LaneDirection.OPPOSITE, LineKind.BROKEN),
         ),
     )
-
-
-def main() -> None:
-    """Prints the figures as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--smoke", action="store_true", help="a short run that only shows that it works")
-    print(json.dumps(run(parser.parse_args().smoke), indent=2))
-
-
-if __name__ == "__main__":
-    main()

@@ -22,12 +22,6 @@ class Rollout:
     def duration_s(self) -> float:
         return float(self.t[-1])
 
-    def station_at(self, times: Array, path: Manoeuvre) -> Array:
-        """Arc length at given times; after the end the last speed is held."""
-        beyond = np.maximum(times - self.t[-1], 0.0) * self.v[-1]
-        result: Array = np.interp(times, self.t, path.s) + beyond
-        return result
-
 
 MIN_SPEED_MPS = 0.3
 """Floor of the profile, so that standing still at the start takes a finite time."""

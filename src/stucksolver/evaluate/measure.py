@@ -11,10 +11,10 @@ from stucksolver.detect import Detector, Trigger
 from stucksolver.scene import Status, TrackedObject
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.surroundings import EgoState
+from stucksolver.solver import ProgressWatch
 
 STANDING_MPS = 0.1
 BLOCKED_S = 60.0
-RECOVERED_M = 15.0
 NEAR_MISS_M = 0.3
 SAME_EVENT_S = 5.0
 
@@ -64,7 +64,7 @@ class Measures:
     standing_s: float = 0.0
     standing_run_s: float = 0.0
     stuck: list[tuple[float, float]] = field(default_factory=list)
-    onset: tuple[float, float] | None = None
+    watch: ProgressWatch = field(default_factory=ProgressWatch)
     immobilizations: int = 0
     recovery_times_s: list[float] = field(default_factory=list)
     near_misses: int = 0
@@ -94,13 +94,11 @@ class Measures:
             self.stuck.append((status.time_s if since is None else since, status.time_s))
 
     def _recovery(self, status: Status, trigger: Trigger | None) -> None:
-        if self.onset is None and trigger is not None:
-            since = self.detector.slow_since_s
-            self.onset = (status.time_s if since is None else since, status.progress_m)
-            self.immobilizations += 1
-        if self.onset is not None and status.progress_m - self.onset[1] >= RECOVERED_M:
-            self.recovery_times_s.append(status.time_s - self.onset[0])
-            self.onset = None
+        was_on = self.watch.on
+        recovered_after_s = self.watch.update(status, self.detector.slow_since_s, trigger)
+        self.immobilizations += self.watch.on and not was_on
+        if recovered_after_s is not None:
+            self.recovery_times_s.append(recovered_after_s)
 
     def look(self, ego: EgoState, objects: tuple[TrackedObject, ...]) -> list[str]:
         """Count new near misses: a gap below 0.3 m to a moving actor (a collision has its own count)."""

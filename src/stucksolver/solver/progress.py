@@ -14,6 +14,11 @@ class ProgressWatch:
     def __init__(self) -> None:
         self._onset: tuple[float, float] | None = None
 
+    @property
+    def on(self) -> bool:
+        """Is an immobilization going on that has not been recovered from?"""
+        return self._onset is not None
+
     def update(self, status: Status, slow_since_s: float | None, trigger: Trigger | None) -> float | None:
         """Seconds from onset to recovery, at the tick at which the 15 m are reached; else None."""
         if self._onset is None:
