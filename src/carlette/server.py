@@ -97,7 +97,7 @@ class Server:
     def _tick(self, now: float) -> int:
         if self._is_pending:
             self._publish()
-        frame = self.simulator.world.tick()
+        frame = self.simulator.tick()
         self._is_pending = True
         self._pacing.cue(now)
         return frame

@@ -9,9 +9,10 @@ from typing import Any
 from carlette.blueprints import load_catalogue
 from carlette.opendrive.document import MapFile, available_towns, find_map
 from carlette.opendrive.roads import RoadNetwork
+from carlette.sensors.suite import Suite
 from carlette.stream.hub import Hub
 from carlette.versions import ClientVersion
-from carlette.wire import collision, encode
+from carlette.wire import encode
 from carlette.wire.snapshot import MAP_CHANGE, sensor_header, world_header
 from carlette.wire.token import WORLD_STREAM, stream_token
 from carlette.world.actor import Actor
@@ -38,6 +39,7 @@ class Simulator:
         self.uids = {type_id: uid for uid, type_id in enumerate(load_catalogue().definitions, 1)}
         self.traffic_managers: dict[int, str] = {}
         """Port to address, as registered by clients."""
+        self.sensors = Suite(self.hub, self.stream_of, self.actor_wire)
         self.ticks_wanted = 0
         """Ticks asked for by a batch."""
         self.world = World(roads, seed)
@@ -93,6 +95,12 @@ class Simulator:
         token = self.token(self.stream_of(actor)) if actor.stream_id else b""
         return [actor.id, actor.parent_id, described, encode.box(actor.box), actor.tags, token]
 
+    def tick(self) -> int:
+        """Moves the world on, lets the sensors measure and returns the new frame number."""
+        frame = self.world.tick()
+        self.sensors.measure(self.world)
+        return frame
+
     def publish(self) -> None:
         """Sends the snapshot of the last tick, then what the sensors saw in it."""
         world = self.world
@@ -100,19 +108,4 @@ class Simulator:
         episode = world_header(self.episode_id, world.step_s, self._flags)
         self.hub.publish(WORLD_STREAM, header, episode, world.bodies.record.tobytes())
         self._flags = 0
-        for event in world.collisions:
-            self._publish_collision(event.sensor_id, event.actor_id, event.other_id, event.impulse)
-        world.collisions = []
-
-    def _publish_collision(self, sensor_id: int, actor_id: int, other_id: int, impulse: Any) -> None:
-        actors = self.world.actors
-        sensor, actor, other = (actors.get(one) for one in (sensor_id, actor_id, other_id))
-        if sensor is None or actor is None or other is None:
-            return
-        stream = self.stream_of(sensor)
-        if not self.hub.listens(stream):
-            return
-        place, turn = self.world.pose(sensor)
-        header = sensor_header(collision.SENSOR_TYPE, self.world.frame, self.world.elapsed_s, (*place, *turn))
-        body = collision.encode(self.actor_wire(actor), self.actor_wire(other), impulse)
-        self.hub.publish(stream, header, body)
+        self.sensors.publish()

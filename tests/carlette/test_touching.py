@@ -151,8 +151,8 @@ def test_a_place_that_is_not_finite_is_refused(bad: float) -> None:
 
 def test_unknown_kinds_and_parents_are_refused_by_name() -> None:
     world = straight_world()
-    with pytest.raises(RequestError, match=r"sensor\.camera\.rgb"):
-        spawn(world, "sensor.camera.rgb", {}, Pose())
+    with pytest.raises(RequestError, match=r"sensor\.camera\.dvs"):
+        spawn(world, "sensor.camera.dvs", {}, Pose())
     with pytest.raises(RequestError, match="4711"):
         spawn(world, "sensor.other.collision", {}, Pose(), parent_id=4711)
 

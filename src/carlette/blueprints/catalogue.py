@@ -16,6 +16,7 @@ from carlette.blueprints.definitions import (
     role_name,
     text,
 )
+from carlette.blueprints.sensors import sensor_definitions
 from carlette.blueprints.tables import (
     PropModel,
     VehicleModel,
@@ -31,7 +32,6 @@ BIKE_COLORS = ("0,0,0", "120,20,20", "30,70,140")
 POLICE_COLORS = ("255,255,255",)
 GESTURES = ("none", "stop", "go", "slow")
 """What a flagger can show; `world.skeleton` holds the poses."""
-SENSORS = ("sensor.other.collision", "sensor.other.lane_invasion")
 EXTRA = "carlette_extra"
 """Tag and attribute of what CARLA does not have."""
 
@@ -59,7 +59,7 @@ def load_catalogue() -> Catalogue:
         *map(walker_definition, walkers.values()),
         *map(animal_definition, animals.values()),
         *map(prop_definition, props.values()),
-        *(Definition(id, (role_name("front"),)) for id in SENSORS),
+        *sensor_definitions(),
         mesh_definition(),
         Definition("controller.ai.walker", (role_name("walker"),)),
     ]

@@ -80,7 +80,7 @@ class Hub:
         """A subscriber has announced its stream."""
         self.awaited.discard(subscriber.stream_id)
 
-    def publish(self, stream_id: int, *parts: bytes) -> None:
+    def publish(self, stream_id: int, *parts: bytes | bytearray | memoryview) -> None:
         """Sends one message to all subscribers of a stream."""
         readers = [one for one in self.subscribers if one.stream_id == stream_id]
         if readers:

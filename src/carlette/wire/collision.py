@@ -8,8 +8,6 @@ import msgpack
 
 from carlette.geometry import Vector
 
-SENSOR_TYPE = 0
-
 
 def encode(actor: Any, other: Any, impulse: Vector) -> bytes:
     """A `CollisionEvent`: two actors as the client reads them, and the impulse on the first in N·s."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from carlette.blueprints import Catalogue, load_catalogue
+from carlette.blueprints.sensors import IN_THE_CLIENT
 from carlette.errors import RequestError, SpawnCollision
 from carlette.geometry import Box, Pose, Vector
 from carlette.physics.bodies import Bodies
@@ -57,7 +58,7 @@ def _enter(world: World, catalogue: Catalogue, type_id: str, attributes: Attribu
         return _enter_prop(world, catalogue, type_id, attributes, pose)
     kind = Kind.SENSOR if type_id.startswith("sensor.") else Kind.OTHER
     actor = world.enter(type_id, kind, pose, Box(Vector(), Vector()), attributes)
-    actor.stream_id = actor.id if type_id == "sensor.other.collision" else 0
+    actor.stream_id = actor.id if kind is Kind.SENSOR and type_id not in IN_THE_CLIENT else 0
     return actor
 
 

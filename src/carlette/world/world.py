@@ -79,6 +79,11 @@ class World:
         """Seconds of the next tick, as the snapshot's float32 has them."""
         return float(np.float32(self.settings.step_s))
 
+    @property
+    def roster(self) -> tuple[int, int]:
+        """Changes whenever an actor comes or goes."""
+        return len(self.actors), self._next_id
+
     def fork(self) -> World:
         """An independent world in the same state: with the same commands it goes the same way, bit for bit.
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from carlette.blueprints import load_catalogue
+from carlette.blueprints.sensors import IN_THE_CLIENT
 from carlette.errors import RequestError
 from carlette.geometry import Box, Vector
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import Session
+from carlette.sensors import make_sensor
 from carlette.wire import encode
 from carlette.world.actor import Actor
 from carlette.world.spawn import spawn
@@ -49,8 +51,10 @@ def spawn_actor_with_parent(
 
 def bring_in(session: Session, description: list[Any], transform: list[Any], parent: int = 0) -> Actor:
     """Spawns what the wire describes."""
-    attributes = encode.read_attributes(description[2], session.simulator.version)
-    return spawn(session.world, description[1], attributes, encode.read_pose(transform), parent)
+    type_id, attributes = description[1], encode.read_attributes(description[2], session.simulator.version)
+    if type_id.startswith("sensor.") and type_id not in IN_THE_CLIENT:
+        make_sensor(type_id, attributes)  # what cannot be made is refused before it is there
+    return spawn(session.world, type_id, attributes, encode.read_pose(transform), parent)
 
 
 @methods.value("destroy_actor")

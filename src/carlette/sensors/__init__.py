@@ -1,0 +1,24 @@
+"""Sensors: what their actors measure in each tick. A new one is a new file and a line in `ALL`."""
+
+from carlette.errors import RequestError
+from carlette.sensors.base import Body, Moment, Sensor, Settings
+from carlette.sensors.collision import CollisionSensor
+from carlette.sensors.scene import Scene
+from carlette.world.actor import Attributes
+
+__all__ = ["ALL", "Body", "Moment", "Scene", "Sensor", "Settings", "make_sensor"]
+
+ALL: dict[str, type[Sensor]] = {
+    "sensor.other.collision": CollisionSensor,
+}
+"""Blueprint id to class."""
+
+
+def make_sensor(type_id: str, attributes: Attributes) -> Sensor:
+    """The sensor of an actor; raises `RequestError` for attributes or kinds that this server cannot serve."""
+    kind = ALL.get(type_id)
+    if kind is None:
+        raise RequestError(
+            f"Spawn of '{type_id}' refused: this server does not simulate that sensor; it has {', '.join(ALL)}"
+        )
+    return kind(Settings(type_id, attributes))

@@ -1,0 +1,121 @@
+"""What every sensor is: made from its blueprint's attributes, asked once in each tick in which it is due.
+
+A new sensor is one file with a subclass of `Sensor`, one entry in `blueprints/sensors.py` and one line in `ALL` of
+this package. `suite.Suite` owns the life cycle.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from carlette.blueprints import load_catalogue
+from carlette.errors import RequestError
+from carlette.geometry import Pose
+from carlette.sensors.scene import Scene
+from carlette.world.actor import Actor, Attributes
+
+Part = bytes | bytearray | memoryview
+Body = tuple[Part, ...]
+"""A message without its 48 bytes of header, in parts that need not be joined (a picture's header and its pixels)."""
+LONGEST_PERIOD_S = 1e6
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What a sensor is asked about: the world right after a tick. It does not change while sensors measure."""
+
+    scene: Scene
+    actor: Actor
+    """The sensor itself; `parent_id` says who carries it."""
+    pose: Pose
+    """Where the sensor is, world frame."""
+    wire: Callable[[Actor], Any]
+    """An actor as the client reads it, for messages that carry one."""
+
+    @property
+    def delta_s(self) -> float:
+        """Seconds of the tick that just ended."""
+        return self.scene.world.step_s
+
+
+class Sensor(ABC):
+    """One sensor of one actor, with whatever it must remember from one measurement to the next."""
+
+    wire_type: ClassVar[int]
+    """The sensor's number in the header of its messages."""
+
+    def __init__(self, settings: Settings) -> None:
+        """Reads the attributes; raises `RequestError` where one is out of its range."""
+        self.period_s = settings.number("sensor_tick", 0.0, LONGEST_PERIOD_S) if "sensor_tick" in settings else 0.0
+
+    def prepare(self, moment: Moment) -> None:  # noqa: B027
+        """Begins what can run beside other work; called for all sensors that are due before the first `measure`."""
+
+    @abstractmethod
+    def measure(self, moment: Moment) -> Iterable[Body]:
+        """The messages of this tick: one for what measures, any number for what reports events.
+
+        It is called only while a client listens.
+        """
+
+    def pass_over(self, moment: Moment) -> None:  # noqa: B027
+        """Called instead of `measure` when the sensor is due and nobody listens: a LiDAR's head turns on."""
+
+    def close(self) -> None:  # noqa: B027
+        """Frees what the sensor holds; its actor or its episode has ended."""
+
+
+class Settings(Mapping[str, str]):
+    """The attributes of one sensor: what the client set, and the blueprint's defaults."""
+
+    def __init__(self, type_id: str, attributes: Attributes) -> None:
+        self.type_id = type_id
+        definition = load_catalogue().definitions[type_id]
+        self._values = {one.id: one.value for one in definition.attributes}
+        self._values.update((id, text) for id, (_, text) in attributes.items())
+
+    def number(self, id: str, low: float = -math.inf, high: float = math.inf) -> float:
+        """A finite number; raises `RequestError` outside `low` to `high`."""
+        try:
+            value = float(self[id].removesuffix("f"))
+        except ValueError:
+            value = math.nan
+        if not (math.isfinite(value) and low <= value <= high):
+            raise self._refusal(id, f"a number{_span(low, high)}")
+        return value
+
+    def whole(self, id: str, low: int, high: int) -> int:
+        """A whole number; raises `RequestError` outside `low` to `high`."""
+        value = self.number(id, low, high)
+        if value != int(value):
+            raise self._refusal(id, f"a whole number{_span(low, high)}")
+        return int(value)
+
+    def flag(self, id: str) -> bool:
+        """A truth value, in any of the spellings that clients send."""
+        text = self[id].lower()
+        if text not in ("true", "false", "1", "0"):
+            raise self._refusal(id, "true or false")
+        return text in ("true", "1")
+
+    def _refusal(self, id: str, wanted: str) -> RequestError:
+        return RequestError(f"Spawn of '{self.type_id}' refused: attribute '{id}' is '{self[id]}'; give {wanted}")
+
+    def __getitem__(self, id: str) -> str:
+        return self._values[id]
+
+    def __iter__(self) -> Any:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+
+def _span(low: float, high: float) -> str:
+    if math.isinf(low) and math.isinf(high):
+        return ""
+    return f" from {low:g} to {high:g}" if math.isfinite(high) else f" from {low:g} up"

@@ -1,0 +1,22 @@
+"""The collision sensor: one event for each body that the parent hit in the tick."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from carlette.sensors.base import Body, Moment, Sensor
+from carlette.wire.collision import encode
+
+
+class CollisionSensor(Sensor):
+    """Passes on what the world's contacts report of its parent."""
+
+    wire_type = 0
+
+    def measure(self, moment: Moment) -> Iterator[Body]:
+        world = moment.scene.world
+        for event in world.collisions:
+            if event.sensor_id == moment.actor.id:
+                actor, other = world.actors.get(event.actor_id), world.actors.get(event.other_id)
+                if actor is not None and other is not None:
+                    yield (encode(moment.wire(actor), moment.wire(other), event.impulse),)
