@@ -9,8 +9,8 @@ import pytest
 from worlds import LANE_M, World, drive, red_light, straight_road, thing
 
 from stucksolver.decision import RecoveryPlan
-from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane, KeepLane, Wait
-from stucksolver.guard import Guard, GuardPolicy, RejectCode
+from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane, KeepLane, Release, Wait
+from stucksolver.guard import Approvals, Guard, GuardPolicy, RejectCode
 from stucksolver.reason import RuleReasoner
 from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl, Zone, ZoneKind
 from stucksolver.solver.execution import Execution
@@ -222,7 +222,7 @@ def test_a_plan_for_a_vehicle_that_moves_again_is_refused_unless_asked_for(words
 
 
 def test_every_code_has_its_test():
-    elsewhere = {C.PRECONDITION, C.DEVIATION, C.TIMEOUT, C.NOT_IMMOBILIZED}
+    elsewhere = {C.APPROVAL, C.PRECONDITION, C.DEVIATION, C.TIMEOUT, C.NOT_IMMOBILIZED}
     assert {case[0] for case in TWINS.values()} | elsewhere == set(RejectCode)
 
 
@@ -231,3 +231,23 @@ def test_a_verdict_reads_as_its_reasons():
     assert "oncoming_sight: sees 100 m" in str(verdict)
     assert str(Guard().accept([BORROW], parked().view(), guided=False)[0]) == "accepted"
     assert math.isfinite(verdict.rejects[0].gap_m)
+
+
+def test_what_needs_a_persons_yes_is_refused_without_it():
+    policy = GuardPolicy(releases={"keep_lane": Release.PASSENGER})
+    assert codes(AHEAD, World(TWO_WAY), policy=policy) == {C.APPROVAL}
+    guard, view = Guard(policy), World(TWO_WAY).view()
+    assert guard.accept([AHEAD], view, False, Approvals(passenger=frozenset({"keep_lane"})))[0].accepted
+    assert guard.accept([AHEAD], view, False, Approvals(operator=frozenset({"keep_lane"})))[0].accepted
+    strict = Guard(GuardPolicy(releases={"keep_lane": Release.OPERATOR}))
+    assert not strict.accept([AHEAD], view, False, Approvals(passenger=frozenset({"keep_lane"})))[0].accepted
+
+
+def test_a_solid_line_needs_the_passengers_yes_by_default():
+    yes = Approvals(passenger=frozenset({"solid_line"}))
+    assert Guard().accept([BORROW], solid().view(), False, yes)[0].accepted
+
+
+def test_a_policy_for_an_unknown_behaviour_is_refused_by_name():
+    with pytest.raises(ValueError, match="'fly'"):
+        GuardPolicy(releases={"fly": Release.AUTONOMOUS})

@@ -9,7 +9,7 @@ import numpy as np
 
 from stucksolver.decision.manoeuvre import Manoeuvre
 from stucksolver.decision.rollout import Rollout, rollout, sluggish
-from stucksolver.guard.policy import GuardPolicy
+from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.scene.frenet import Array, Lane
 from stucksolver.scene.road import LaneDirection, LaneKind
 from stucksolver.scene.view import View
@@ -27,6 +27,7 @@ class Case:
     policy: GuardPolicy
     guided: bool = False
     running: bool = False
+    approvals: Approvals = NOBODY
 
     @cached_property
     def quick(self) -> Rollout:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stucksolver.decision.behaviors import Release
 from stucksolver.guard.case import Case
 from stucksolver.guard.predict import moving_gaps, profiles, relevant, standing_gaps, times
 from stucksolver.guard.verdict import Reject, RejectCode
@@ -159,7 +160,9 @@ def _against_solid(case: Case, lane: Lane, k: int) -> str | None:
     """Why a solid line may not be crossed into a lane at station `k`, None where it may."""
     policy, here = case.policy, float(case.path.s[k])
     if policy.solid_line == "forbid":
-        return "crossing needs a person's yes"
+        return "crossing is forbidden here"
+    if not case.approvals.cover("solid_line", Release(policy.solid_line)):
+        return f"crossing needs the yes of the {policy.solid_line}"
     if case.path.speed[k] > policy.recovery_speed_mps:
         return "only at 20 km/h or less"
     if any(z.start_m - 3.0 < here < z.end_m + 3.0 for z in case.view.surroundings.road.zones):
@@ -192,6 +195,6 @@ def _no_obstruction(case: Case) -> str | None:
         if thing.stationary_s is None or thing.stationary_s < policy.solid_line_standing_s:
             return "what is ahead is not a stationary obstruction"
         moved = thing.moved_s_ago
-        if not thing.hazard_lights and moved is not None and moved < policy.queue_moved_within_s:
+        if not thing.hazard_lights and moved is not None and moved < policy.waits.queue_moved_within_s:
             return "what is ahead moved a moment ago: it may be a queue"
     return None

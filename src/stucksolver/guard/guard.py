@@ -11,7 +11,7 @@ from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan, Check, S
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
 from stucksolver.guard import checks, traffic
 from stucksolver.guard.case import Case
-from stucksolver.guard.policy import GuardPolicy
+from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.guard.verdict import OK, Reject, RejectCode, Verdict
 from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import View
@@ -41,6 +41,7 @@ class Proven:
     commit_s: float | None
     expected_s: float
     guided: bool
+    approvals: Approvals = NOBODY
 
     @property
     def checks(self) -> tuple[Check, ...]:
@@ -56,21 +57,23 @@ class Guard:
     def __init__(self, policy: GuardPolicy | None = None) -> None:
         self.policy = policy or GuardPolicy()
 
-    def accept(self, behaviors: Sequence[Behavior], view: View, guided: bool) -> tuple[Verdict, Proven | None]:
+    def accept(
+        self, behaviors: Sequence[Behavior], view: View, guided: bool, approvals: Approvals = NOBODY
+    ) -> tuple[Verdict, Proven | None]:
         """Judge behaviours that move, as one path from here. The second value is None when refused."""
-        old = self._stale(view)
-        if old:
-            return Verdict(rejects=(old,)), None
+        first = [r for r in (self._stale(view), *(self._unreleased(b, approvals) for b in behaviors)) if r]
+        if first:
+            return Verdict(rejects=tuple(first)), None
         try:
-            proven = self._plan(behaviors, view, guided)
+            proven = self._plan(behaviors, view, guided, approvals)
         except CannotPlan as error:
             return Verdict(rejects=(Reject(code=RejectCode.NO_PATH, detail=str(error)),)), None
-        rejects = self._run(proven.checks, Case(view, proven.path, self.policy, guided))
+        rejects = self._run(proven.checks, Case(view, proven.path, self.policy, guided, approvals=approvals))
         return (Verdict(rejects=tuple(rejects)), None) if rejects else (OK, proven)
 
-    def allows_standing(self, behavior: Behavior, view: View) -> Verdict:
+    def allows_standing(self, behavior: Behavior, view: View, approvals: Approvals = NOBODY) -> Verdict:
         """Judge a behaviour that stands still."""
-        old = self._stale(view)
+        old = self._stale(view) or self._unreleased(behavior, approvals)
         why = behavior.precondition(view)
         if old:
             return Verdict(rejects=(old,))
@@ -80,7 +83,7 @@ class Guard:
         """Judge a running plan on this tick; a verdict with reasons names the abort."""
         off = self._off_path(proven, view)
         rest = proven.path.from_station(view.ego_s)
-        case = Case(view, rest, self.policy, proven.guided, running=True)
+        case = Case(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
         if not proven.committed(view.ego_s):
             known = [reject for reject in (self._stale(view), off) if reject]
             rejects = known or self._run(proven.checks, case)
@@ -113,7 +116,7 @@ class Guard:
         case = Case(view, path, self.policy)
         return None if checks.collision(case) or checks.drivable_area(case) else path
 
-    def _plan(self, behaviors: Sequence[Behavior], view: View, guided: bool) -> Proven:
+    def _plan(self, behaviors: Sequence[Behavior], view: View, guided: bool, approvals: Approvals) -> Proven:
         start = Start(view.ego_s, view.ego_d, view.ego.speed_mps)
         path: Manoeuvre | None = None
         ends: list[float] = []
@@ -129,10 +132,16 @@ class Guard:
             raise CannotPlan("the plan is empty")
         case = Case(view, path, self.policy, guided)
         expected = case.slow.duration_s
-        return Proven(tuple(behaviors), path, tuple(ends), _commit(case), expected, guided)
+        return Proven(tuple(behaviors), path, tuple(ends), _commit(case), expected, guided, approvals)
 
     def _run(self, names: tuple[Check, ...], case: Case) -> list[Reject]:
         return [reject for name in names for reject in CHECKS[name](case)]
+
+    def _unreleased(self, behavior: Behavior, approvals: Approvals) -> Reject | None:
+        needed = self.policy.release(behavior.name)
+        if approvals.cover(behavior.name, needed):
+            return None
+        return Reject(code=RejectCode.APPROVAL, detail=f"{behavior.name} needs the yes of the {needed.value}")
 
     def _stale(self, view: View) -> Reject | None:
         age = view.surroundings.age_s

@@ -1,26 +1,59 @@
-"""The guard's numbers, in one place."""
+"""The guard's numbers, in one place, and who must say yes to what."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal
+
+from stucksolver.decision.behaviors import REGISTRY, Release
+from stucksolver.decision.codes import WaitLimits
+
+RULES = ("solid_line", "emergency_scene", "school_bus", "level_crossing", "flagger", "red_light")
+"""Besides the names of behaviours, what a person may be asked to release. A red light: an operator only."""
+
+
+@dataclass(frozen=True)
+class Approvals:
+    """What people have said yes to for the plan at hand: names of behaviours, or of `RULES`."""
+
+    passenger: frozenset[str] = frozenset()
+    operator: frozenset[str] = frozenset()
+
+    def cover(self, what: str, needed: Release) -> bool:
+        """Is that enough for something that needs a yes of this rank? An operator's yes is also a passenger's."""
+        if needed is Release.AUTONOMOUS or what in self.operator:
+            return True
+        return needed is Release.PASSENGER and what in self.passenger
+
+
+NOBODY = Approvals()
 
 
 @dataclass(frozen=True)
 class GuardPolicy:
     """Bounds that no plan may cross. The defaults are the design's.
 
-    `solid_line`: `forbid`, or `autonomous` as evaluation profiles set it; crossing one is then allowed past a
-    stationary obstruction only.
+    `releases`: who must say yes to a behaviour, by its name; what is not named keeps the behaviour's own default.
+    `solid_line`, `authority`: the same for crossing a solid line past a stationary obstruction (evaluation profiles
+    set it to `autonomous`), and for passing an emergency scene, school bus, level crossing or flagger.
     """
 
-    solid_line: Literal["forbid", "autonomous"] = "forbid"
+    releases: Mapping[str, Release] = field(default_factory=dict)
+    solid_line: Literal["forbid", "autonomous", "passenger", "operator"] = "passenger"
+    authority: Release = Release.OPERATOR
+    waits: WaitLimits = field(default_factory=WaitLimits)
     max_age_s: float = 0.5
     recovery_speed_mps: float = 20 / 3.6
     guided_speed_mps: float = 40 / 3.6
+    creep_speed_mps: float = 8 / 3.6
     standing_gap_m: float = 0.3
     moving_gap_m: float = 0.5
     vulnerable_gap_m: float = 1.0
+    door_m: float = 0.9
+    """How far a door of a parked car reaches out."""
+    step_mps: float = 1.4
+    """How quickly a pedestrian may step off the kerb: a usual walking speed."""
     drivable_tolerance_m: float = 0.15
     sight_margin_m: float = 10.0
     oncoming_time_gap_s: float = 1.5
@@ -29,13 +62,30 @@ class GuardPolicy:
     zone_margin_m: float = 3.0
     tracking_error_m: float = 0.9
     solid_line_standing_s: float = 3.0
-    queue_moved_within_s: float = 60.0
+    off_route_m: float = 200.0
+    off_route_s: float = 60.0
+    passable_height_m: float = 0.15
+    passable_seen_s: float = 1.0
+    passable_confidence: float = 0.8
+    confirmed_confidence: float = 0.5
+    """Enough where a passenger has confirmed what lies there."""
+    living_clearance_m: float = 2.0
     horizon_s: float = 30.0
     step_s: float = 0.2
     reaction_s: float = 1.0
     response_braking_mps2: float = 3.5
     max_braking_mps2: float = 8.0
     """The last three are rho, b_min and b_max of the RSS distance."""
+    lateral_braking_mps2: float = 1.0
+
+    def __post_init__(self) -> None:
+        unknown = sorted(set(self.releases) - set(REGISTRY))
+        if unknown:
+            raise ValueError(f"release of an unknown behaviour {unknown[0]!r}; there are: {', '.join(REGISTRY)}")
+
+    def release(self, behavior: str) -> Release:
+        """Who must say yes to a behaviour."""
+        return self.releases.get(behavior, REGISTRY[behavior].release)
 
 
 def rss_distance(rear_mps: float, front_mps: float, policy: GuardPolicy) -> float:
@@ -46,3 +96,21 @@ def rss_distance(rear_mps: float, front_mps: float, policy: GuardPolicy) -> floa
     """
     rear = rear_mps * policy.reaction_s + rear_mps**2 / (2 * policy.response_braking_mps2)
     return max(rear - front_mps**2 / (2 * policy.max_braking_mps2), 0.0)
+
+
+def rss_lateral(closing_mps: float, policy: GuardPolicy) -> float:
+    """Lateral gap to keep from what drifts towards us at a speed, metres.
+
+    Lemma 4 of the same paper with a steady ego, whose own path is known: mu + v rho + v^2 / (2 b_lat).
+    """
+    drift = max(closing_mps, 0.0)
+    return policy.moving_gap_m + drift * policy.reaction_s + drift**2 / (2 * policy.lateral_braking_mps2)
+
+
+def step_off(speed_mps: float, policy: GuardPolicy) -> float:
+    """Lateral gap at which a pedestrian who steps off now cannot be met by our front, metres.
+
+    We either stop before them, or have passed: passing needs no longer than stopping would, rho + v / (2 b). The
+    stopping distance is that of RSS (Lemma 2 against a standing object), with half its reaction time: no human reacts.
+    """
+    return policy.step_mps * (policy.reaction_s / 2 + speed_mps / (2 * policy.response_braking_mps2))

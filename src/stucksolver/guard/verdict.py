@@ -11,6 +11,7 @@ from stucksolver.scene.model import Model
 class RejectCode(str, Enum):
     STALE = "stale_surroundings"
     PRECONDITION = "precondition"
+    APPROVAL = "approval_missing"
     NO_PATH = "no_path"
     COLLISION = "collision"
     GAP = "gap"

@@ -9,7 +9,7 @@ import numpy as np
 from stucksolver.decision import Execute, PathPoint, RecoveryPlan
 from stucksolver.decision.behaviors import Abort, Behavior, KeepLane, Wait
 from stucksolver.decision.manoeuvre import Manoeuvre, landing_m
-from stucksolver.guard import Guard, Proven, Reject, RejectCode, Verdict
+from stucksolver.guard import NOBODY, Approvals, Guard, Proven, Reject, RejectCode, Verdict
 from stucksolver.scene.view import View
 
 ARRIVED_M = 1.5
@@ -29,10 +29,11 @@ class Outcome:
 class Execution:
     """One plan on its way. Call `start`, then `tick` until it returns an `Outcome`."""
 
-    def __init__(self, plan: RecoveryPlan, guard: Guard, guided: bool) -> None:
+    def __init__(self, plan: RecoveryPlan, guard: Guard, guided: bool, approvals: Approvals = NOBODY) -> None:
         self.plan = plan
         self._guard = guard
         self._guided = guided
+        self._approvals = approvals
         self._segments = _segments(plan.behaviors)
         self._proven: Proven | None = None
         self._directive: Execute | None = None
@@ -47,10 +48,10 @@ class Execution:
         """Have the guard prove the next stretch; begins it when it is accepted."""
         segment = self._segments[0]
         if segment[0].stands_still:
-            verdict = self._guard.allows_standing(segment[0], view)
+            verdict = self._guard.allows_standing(segment[0], view, self._approvals)
             expected = 0.0
         else:
-            verdict, self._proven = self._guard.accept(segment, view, self._guided)
+            verdict, self._proven = self._guard.accept(segment, view, self._guided, self._approvals)
             expected = self._proven.expected_s if self._proven else 0.0
         if verdict.accepted:
             self._segments.pop(0)

@@ -1,6 +1,6 @@
 """The closed list of behaviours; each is one file."""
 
-from stucksolver.decision.behaviors.base import Abort, Behavior, CannotPlan, Check, Start
+from stucksolver.decision.behaviors.base import Abort, Behavior, CannotPlan, Check, Release, Start
 from stucksolver.decision.behaviors.borrow_oncoming_lane import BorrowOncomingLane
 from stucksolver.decision.behaviors.change_lane import ChangeLane
 from stucksolver.decision.behaviors.keep_lane import KeepLane
@@ -17,6 +17,7 @@ __all__ = [
     "ChangeLane",
     "Check",
     "KeepLane",
+    "Release",
     "Start",
     "Wait",
     "describe",

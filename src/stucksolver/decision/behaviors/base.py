@@ -32,6 +32,14 @@ class Abort(str, Enum):
     FINISH = "finish"
 
 
+class Release(str, Enum):
+    """Who must say yes before something is done."""
+
+    AUTONOMOUS = "autonomous"
+    PASSENGER = "passenger"
+    OPERATOR = "operator"
+
+
 MOVING_CHECKS = (Check.COLLISION, Check.DRIVABLE_AREA, Check.SPEED, Check.STOP_LINE)
 
 
@@ -51,6 +59,8 @@ class Behavior(Model, ABC):
     abort_before_commit: ClassVar[Abort] = Abort.STOP
     abort_after_commit: ClassVar[Abort] = Abort.FINISH
     stands_still: ClassVar[bool] = False
+    release: ClassVar[Release] = Release.AUTONOMOUS
+    """Who may release it where the policy does not say otherwise."""
     summary: ClassVar[str]
     """One sentence: what it does. Shown to models and in the documents."""
 
