@@ -80,9 +80,9 @@ class RouteLine:
 
     @cached_property
     def forward(self) -> Array:
-        """Unit headings of the lane at the waypoints in the plane, shape (n, 2), CARLA's world frame."""
-        yaw = np.radians([w.transform.rotation.yaw for w in self.waypoints])
-        return np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
+        """Unit headings of the lane at the waypoints, shape (n, 3), CARLA's world frame."""
+        ahead = [w.transform.get_forward_vector() for w in self.waypoints]
+        return np.array([(v.x, v.y, v.z) for v in ahead], dtype=np.float64)
 
     def project(self, location: Any, near_index: int = 0) -> int:
         """Index of the waypoint nearest to a `carla.Location`; near `near_index` first, anywhere if that is far."""

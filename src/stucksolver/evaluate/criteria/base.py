@@ -1,0 +1,70 @@
+"""What a criterion is, and what it sees at a tick."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+STANDING_MPS = 0.1
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The ego at one tick; `transform` and `velocity` are of the `carla` client, times count from the route's start."""
+
+    frame: int
+    time_s: float
+    transform: Any
+    velocity: Any
+    suspended: frozenset[str] = frozenset()
+    """Criteria that are switched off now, by their short names (`blocked`, `wrong_lane`, `route_deviation`)."""
+    background_mps: tuple[float, ...] = ()
+    """Speeds of the background traffic's cars."""
+
+    @property
+    def location(self) -> Any:
+        return self.transform.location
+
+    @property
+    def speed_mps(self) -> float:
+        """As scenario_runner has it: in the plane."""
+        return float((self.velocity.x**2 + self.velocity.y**2) ** 0.5)
+
+
+@dataclass(frozen=True)
+class Infraction:
+    """One entry of a route's infractions. `kind` is a key of the leaderboard's record."""
+
+    kind: str
+    time_s: float
+    text: str
+    percentage: float | None = None
+
+
+class Criterion(ABC):
+    """Judges one thing from tick to tick. `ends_route` names the failure that ends the route, once there is one."""
+
+    kind: ClassVar[str]
+
+    def __init__(self) -> None:
+        self.infractions: list[Infraction] = []
+        self.ends_route: str | None = None
+
+    @abstractmethod
+    def update(self, moment: Moment) -> None:
+        """Look at one tick."""
+
+    def finish(self) -> None:  # noqa: B027 (few have anything to add)
+        """The route is over: what is only known at the end."""
+
+    def close(self) -> None:  # noqa: B027
+        """Give back what was taken from the world."""
+
+    def note(self, time_s: float, text: str, percentage: float | None = None) -> None:
+        self.infractions.append(Infraction(self.kind, time_s, text, percentage))
+
+
+def place_text(location: Any) -> str:
+    """Where something was, as the texts of infractions say it."""
+    return f"(x={location.x:.3f}, y={location.y:.3f}, z={location.z:.3f})"
