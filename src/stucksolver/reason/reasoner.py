@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable
+from typing import Protocol, runtime_checkable
+
+from pydantic import ValidationError
 
 from stucksolver.decision import Decision
 from stucksolver.scene import Scene
+from stucksolver.scene.model import Model
 
 
 class Reasoner(Protocol):
@@ -21,3 +25,61 @@ class Reasoner(Protocol):
 
 class ReasonerError(Exception):
     """A reasoner could not answer; the message says why and what to do."""
+
+
+class Trace(Model):
+    """How a reasoner that is no set of rules came to its answer: enough to read it again offline.
+
+    `answers` are raw, in the order in which they came; the last one is what the decision was parsed from, by the
+    parser registered under `format`.
+    """
+
+    format: str = "decision"
+    prompt: str | None = None
+    answers: tuple[str, ...] = ()
+    model: str | None = None
+    input_tokens: int | None = None
+    output_tokens: int | None = None
+    seconds: float | None = None
+
+
+@runtime_checkable
+class Traced(Protocol):
+    """A reasoner may say how it came to its last answer; read in the thread of `decide`, right after it."""
+
+    @property
+    def last_trace(self) -> Trace | None:
+        """Of the last `decide`, also of one that raised; None where there is nothing to tell."""
+
+
+@runtime_checkable
+class Cancellable(Protocol):
+    """A reasoner may be told, from another thread, that its answer is not wanted any more."""
+
+    def cancel(self) -> None:
+        """End the running `decide` soon, by `ReasonerError`; do nothing when none runs."""
+
+
+Parser = Callable[[str, Scene], Decision]
+"""Makes a decision of a raw answer to a scene. Raises `ReasonerError`."""
+
+
+def _parse_decision(answer: str, scene: Scene) -> Decision:
+    """The answer is the decision's own JSON form."""
+    try:
+        return Decision.model_validate_json(answer)
+    except ValidationError as error:
+        raise ReasonerError(f"the answer is no decision: {error.errors()[0]['msg']}") from error
+
+
+PARSERS: dict[str, Parser] = {"decision": _parse_decision}
+"""By the `format` of a trace. A reasoner with a form of its own adds its parser when it is imported."""
+
+
+def parse_trace(trace: Trace, scene: Scene) -> Decision:
+    """Read a recorded answer again. Raises `ReasonerError` where that cannot be done."""
+    if trace.format not in PARSERS:
+        raise ReasonerError(f"no parser for answers in the format {trace.format!r}; known: {', '.join(PARSERS)}")
+    if not trace.answers:
+        raise ReasonerError("the trace holds no answer")
+    return PARSERS[trace.format](trace.answers[-1], scene)

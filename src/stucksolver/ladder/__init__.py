@@ -1,0 +1,26 @@
+"""The escalation policy as data."""
+
+from stucksolver.ladder.ladder import Approval, Ladder
+from stucksolver.ladder.load import PROFILES, LadderError, find_ladder, load_ladder, parse_ladder, profile, profile_text
+from stucksolver.ladder.moves import AskPerson, AskReasoner, Assist, Move, Resume, Screen
+from stucksolver.ladder.waits import Patience, Waits
+
+__all__ = [
+    "PROFILES",
+    "Approval",
+    "AskPerson",
+    "AskReasoner",
+    "Assist",
+    "Ladder",
+    "LadderError",
+    "Move",
+    "Patience",
+    "Resume",
+    "Screen",
+    "Waits",
+    "find_ladder",
+    "load_ladder",
+    "parse_ladder",
+    "profile",
+    "profile_text",
+]

@@ -1,0 +1,90 @@
+"""The escalation policy as data: which rungs are climbed, how patiently, and who must say yes to what."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, field_validator
+
+from stucksolver.decision.behaviors import REGISTRY, Release
+from stucksolver.guard import GuardPolicy
+from stucksolver.ladder.moves import Assist, Screen
+from stucksolver.ladder.rungs import AnyRung
+from stucksolver.ladder.waits import Waits
+from stucksolver.scene.model import Model
+
+
+class HandBack(Model):
+    """When an intervention is over."""
+
+    progress_m: float = Field(default=15.0, gt=0)
+    """So much new progress after the onset proves that the vehicle is on its way; only then the counters start anew."""
+
+
+class Words(Model):
+    """How a passenger's words are treated."""
+
+    expire_s: float = Field(default=30.0, gt=0)
+
+
+class Asking(Model):
+    """What is common to all questions."""
+
+    recheck_s: float = Field(default=1.0, ge=0.1)
+    """After an answer without a plan, the scene is looked at again this much later, where no wait says otherwise."""
+    approval_within_s: float = Field(default=30.0, gt=0)
+    """A question for a person's yes is withdrawn after this time."""
+    remembered: int = Field(default=5, ge=0, le=50)
+    """So many failed plans are told to the reasoner."""
+
+
+class Approval(Model):
+    """Who must say yes: `autonomous` (nobody), `passenger`, `operator`; a solid line may also be `forbid`den."""
+
+    solid_line: Literal["forbid", "autonomous", "passenger", "operator"] = "passenger"
+    authority: Release = Release.OPERATOR
+    """Passing a school bus, level crossing, flagger or emergency scene."""
+    behaviors: dict[str, Release] = Field(default_factory=dict)
+    """By name of the behaviour; those not listed keep their own default."""
+
+    @field_validator("behaviors")
+    @classmethod
+    def _known(cls, behaviors: dict[str, Release]) -> dict[str, Release]:
+        for name in behaviors:
+            if name not in REGISTRY:
+                raise ValueError(f"unknown behaviour {name!r}; there are: {', '.join(REGISTRY)}")
+        return behaviors
+
+
+class Ladder(Model):
+    """Rungs from the lowest to the highest. It is climbed one way, until the hand-back is verified."""
+
+    version: Literal[1]
+    name: str
+    hand_back: HandBack = HandBack()
+    asking: Asking = Asking()
+    words: Words = Words()
+    waits: Waits
+    approval: Approval = Approval()
+    rungs: tuple[AnyRung, ...] = Field(alias="rung", min_length=1)
+
+    @field_validator("rungs")
+    @classmethod
+    def _in_order(cls, rungs: tuple[AnyRung, ...]) -> tuple[AnyRung, ...]:
+        moves = [rung.move() for rung in rungs]
+        if any(isinstance(move, Screen) for move in moves[1:]):
+            raise ValueError("the rung `wait` must be the first")
+        if any(isinstance(move, Assist) for move in moves[:-1]):
+            raise ValueError("the rung `remote` must be the last: it stops the vehicle")
+        if all(isinstance(move, Screen) for move in moves):
+            raise ValueError("a rung above `wait` is missing: add one of kind `rules`")
+        return rungs
+
+    def guard_policy(self) -> GuardPolicy:
+        """The guard's bounds with this ladder's approvals and waits."""
+        return GuardPolicy(
+            releases=dict(self.approval.behaviors),
+            solid_line=self.approval.solid_line,
+            authority=self.approval.authority,
+            waits=self.waits.limits(),
+        )

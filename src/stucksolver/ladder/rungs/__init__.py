@@ -1,0 +1,6 @@
+"""The kinds of rung; each is one file."""
+
+from stucksolver.ladder.rungs.base import Rung
+from stucksolver.ladder.rungs.registry import KINDS, AnyRung
+
+__all__ = ["KINDS", "AnyRung", "Rung"]

@@ -1,0 +1,19 @@
+"""Wait, where waiting is right."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from stucksolver.ladder.moves import Screen
+from stucksolver.ladder.rungs.base import Rung
+
+
+class WaitRung(Rung):
+    """Is the vehicle held by a light, a queue, people? Rules look; the table `waits` says for how long that is right."""
+
+    summary: ClassVar[str] = "wait while a light, a queue, people or a duty to yield make waiting right"
+
+    kind: Literal["wait"] = "wait"
+
+    def move(self) -> Screen:
+        return Screen()

@@ -1,0 +1,50 @@
+"""In which line of a TOML file a value stands; the parser itself keeps no lines."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+_HEADING = re.compile(r"^\s*(\[\[?)\s*([^\]]+?)\s*\]\]?\s*(?:#.*)?$")
+_KEY = re.compile(r"^\s*([A-Za-z0-9_.\-\"']+?)\s*=")
+
+
+def line_of(text: str, where: Sequence[int | str]) -> int:
+    """The line (from 1) of the deepest part of a path like ("rung", 2, "tries") that is found; 1 where none is."""
+    paths = _paths(text)
+    first_below = [number for number, path in paths if path[: len(where)] == tuple(where)]
+    best, depth = (first_below[0] if first_below and where else 1), 0
+    for number, path in paths:
+        agreeing = _agreeing(path, where)
+        if agreeing == len(path) and agreeing > depth:
+            best, depth = number, agreeing
+    return best
+
+
+def _paths(text: str) -> list[tuple[int, tuple[int | str, ...]]]:
+    """Every heading and key with its whole path; the tables of a list are counted from 0."""
+    found: list[tuple[int, tuple[int | str, ...]]] = []
+    counts: dict[str, int] = {}
+    table: tuple[int | str, ...] = ()
+    for number, line in enumerate(text.splitlines(), 1):
+        heading, key = _HEADING.match(line), _KEY.match(line)
+        if heading:
+            name = heading.group(2)
+            table = tuple(name.split("."))
+            if heading.group(1) == "[[":
+                counts[name] = counts.get(name, -1) + 1
+                table = (*table, counts[name])
+            found.append((number, table))
+        elif key:
+            found.append((number, (*table, *key.group(1).strip("\"'").split("."))))
+    return found
+
+
+def _agreeing(path: tuple[int | str, ...], where: Sequence[int | str]) -> int:
+    """How many parts they share from the start."""
+    shared = 0
+    for one, other in zip(path, where, strict=False):
+        if one != other:
+            break
+        shared += 1
+    return shared
