@@ -10,33 +10,37 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from carlette.maps import DEMO_TOWN
-from carlette.maps.lines import Pose, connect, end_of
+from carlette.maps import SHIPPED, generate
+from carlette.maps.generate import WRITERS
+from carlette.maps.lines import Pose, connect, end_of, lead
 
 coordinate = st.floats(-500, 500)
 heading = st.floats(-math.pi, math.pi)
 leg_m = st.floats(1, 100)
 
 
-def test_the_committed_file_is_what_the_script_writes():
-    pytest.importorskip("scenariogeneration")
-    from carlette.maps.generate import town_xml
+@pytest.mark.parametrize("name", WRITERS)
+def test_the_committed_file_is_what_the_script_writes(name):
+    if name == "demo_town":
+        pytest.importorskip("scenariogeneration")
+    text = WRITERS[name]()
+    assert (SHIPPED / f"{name}.xodr").read_bytes() == text.encode()
+    assert WRITERS[name]() == text
 
-    assert DEMO_TOWN.read_bytes() == town_xml().encode()
-    assert town_xml() == town_xml()
+
+def test_every_map_that_ships_has_a_script():
+    assert {path.stem for path in SHIPPED.glob("*.xodr")} == set(WRITERS)
 
 
-def test_check_mode_names_a_difference(tmp_path, monkeypatch, capsys):
-    pytest.importorskip("scenariogeneration")
-    from carlette.maps import generate
-
-    changed = tmp_path / "demo_town.xodr"
-    changed.write_text("changed")
-    monkeypatch.setattr(generate, "DEMO_TOWN", changed)
-    assert generate.main(["--check"]) == 1
-    assert "demo_town.xodr differs" in capsys.readouterr().err
-    assert generate.main([]) == 0
-    assert generate.main(["--check"]) == 0
+def test_check_mode_names_each_difference(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(generate, "WRITERS", {"one": lambda: "first", "two": lambda: "second"})
+    (tmp_path / "one.xodr").write_text("changed")
+    assert generate.main(["--check"], tmp_path) == 1
+    printed = capsys.readouterr().err
+    assert "one.xodr differs" in printed
+    assert "two.xodr differs" in printed
+    assert generate.main([], tmp_path) == 0
+    assert generate.main(["--check"], tmp_path) == 0
 
 
 def test_the_map_is_found_without_the_generator_installed():
@@ -59,3 +63,23 @@ def test_connecting_lines_arrive_where_and_how_they_should(x, y, yaw_rad, first_
 def test_impossible_connections_are_refused(end):
     with pytest.raises(ValueError, match="leads from"):
         connect(Pose(0, 0, 0), end)
+
+
+@given(coordinate, coordinate, heading, coordinate, coordinate, heading)
+def test_smooth_lines_arrive_where_and_how_they_should(x, y, yaw_rad, to_x, to_y, to_yaw_rad):
+    start, end = Pose(x, y, yaw_rad), Pose(to_x, to_y, to_yaw_rad)
+    try:
+        segments = lead(start, end)
+    except ValueError:
+        return
+    reached = end_of(start, segments)
+    scale_m = 1.0 + sum(segment.length_m for segment in segments)
+    assert math.hypot(reached.x - end.x, reached.y - end.y) < 1e-5 * scale_m
+    assert abs(math.remainder(reached.yaw_rad - end.yaw_rad, 2 * math.pi)) < 1e-4
+
+
+@given(st.floats(10, 100), st.floats(-8, 8))
+def test_a_lane_shift_is_smooth(ahead_m, left_m):
+    segments = lead(Pose(0, 0, 0), Pose(ahead_m, left_m, 0))
+    reached = end_of(Pose(0, 0, 0), segments)
+    assert (reached.x, reached.y, reached.yaw_rad) == pytest.approx((ahead_m, left_m, 0), abs=1e-6)

@@ -1,6 +1,9 @@
-"""Maps that ship with carlette, as OpenDRIVE text; `generate` holds the script that made them."""
+"""Maps that ship with carlette, as OpenDRIVE text; `generate` writes them from the plans in `layouts`."""
 
 from pathlib import Path
 
-DEMO_TOWN = Path(__file__).with_name("demo_town.xodr")
+SHIPPED = Path(__file__).parent
+"""The folder of the `.xodr` files; a map's name is its file's stem."""
+
+DEMO_TOWN = SHIPPED / "demo_town.xodr"
 """A small town: a two-way street across a four-lane ring, with two signalised T-junctions."""

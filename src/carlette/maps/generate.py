@@ -1,157 +1,52 @@
-"""Generates the demo town.
+"""Writes the maps that ship.
 
-Needs the extra `maps`.
+    python -m carlette.maps.generate           writes them all
+    python -m carlette.maps.generate --check   fails when a committed file differs
 
-    python -m carlette.maps.generate           writes demo_town.xodr
-    python -m carlette.maps.generate --check   fails when the committed file differs from that
-
-The town is a ring of two lanes each way and a street of one lane each way across it:
-
-        ring north
-      +------------+
-     J100        J200      signalised T-junctions
-      +--street----+
-      |            |
-      +------------+
-        ring south
-
-Nothing ends blindly, so traffic can go round for ever.
+The demo town needs the extra `maps`; the others need nothing.
 """
 
 from __future__ import annotations
 
 import argparse
-import math
-import re
 import sys
-from xml.etree import ElementTree
+from collections.abc import Callable, Mapping
+from pathlib import Path
 
-from scenariogeneration import xodr
-
-from carlette.maps import DEMO_TOWN
-from carlette.maps.junctions import SignalisedJunction
-from carlette.maps.lines import Pose, Segment, arc, end_of
-from carlette.maps.roads import Chain, chain
-from carlette.maps.sections import AVENUE, STREET
-
-GEO_REFERENCE = (
-    "+proj=tmerc +lat_0=0 +lon_0=0 +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m "
-    "+geoidgrids=egm96_15.gtx +vunits=m +no_defs "
-)
-_WEST, _EAST = 100, 200
-_REACH_M = 18.0
-"""From the middle of a junction to where its arms begin."""
-_CORNER_M = 40.0
-_NORTH_M, _SOUTH_M = 190.0, -150.0
-_STREET = [Segment(220.0), arc(500.0, math.radians(10)), Segment(220.0)]
-_DECIMALS = 9
-"""Written precision (nanometres): the last bits of a sine differ between machines."""
+from carlette.maps import SHIPPED
+from carlette.maps.build import map_xml
+from carlette.maps.layouts import grid_town
 
 
-def town_xml() -> str:
-    """The whole town as OpenDRIVE 1.4 text."""
-    chains = _layout()
-    junctions = [
-        SignalisedJunction(_WEST, [way.first for way in chains]),
-        SignalisedJunction(_EAST, [way.last for way in chains]),
-    ]
-    town = xodr.OpenDrive("demo_town", revMinor="4", geo_reference=GEO_REFERENCE)
-    for road in [*(road for way in chains for road in way.roads), *(r for j in junctions for r in j.roads)]:
-        town.add_road(road)
-    for junction in junctions:
-        town.add_junction(junction.element)
-    root = town.get_element()
-    _complete_header(root, chains)
-    _add_roadside(root, junctions)
-    _add_controllers(root, junctions)
-    for element in root.iter():
-        element.attrib.update({key: _rounded(value) for key, value in element.attrib.items()})
-    ElementTree.indent(root)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+def demo_town() -> str:
+    """The demo town's text."""
+    from carlette.maps.layouts.demo_town import town_xml
+
+    return town_xml()
 
 
-def main(arguments: list[str] | None = None) -> int:
+WRITERS: Mapping[str, Callable[[], str]] = {
+    "demo_town": demo_town,
+    "grid_town": lambda: map_xml(grid_town.plan()),
+}
+"""Name of a map to what makes its text."""
+
+
+def main(arguments: list[str] | None = None, folder: Path = SHIPPED) -> int:
     """Runs the script; 1 when `--check` finds a difference."""
-    parser = argparse.ArgumentParser(prog="python -m carlette.maps.generate", description="Generates the demo town.")
+    parser = argparse.ArgumentParser(prog="python -m carlette.maps.generate", description="Writes the maps that ship.")
     parser.add_argument("--check", action="store_true", help="compare, do not write")
-    text = town_xml()
-    if not parser.parse_args(arguments).check:
-        DEMO_TOWN.write_text(text, encoding="utf-8", newline="\n")
-        return 0
-    if DEMO_TOWN.read_bytes() == text.encode():
-        return 0
-    print(f"{DEMO_TOWN.name} differs: run `python -m carlette.maps.generate`", file=sys.stderr)
-    return 1
-
-
-def _layout() -> list[Chain]:
-    """The ring's two halves and the street, each from the western junction to the eastern one."""
-    street_start = Pose(_REACH_M, 0.0, 0.0)
-    east = end_of(street_start, _STREET).moved(_REACH_M)
-    top_m = east.x - 2 * _CORNER_M
-    right, left = arc(_CORNER_M, -math.pi / 2), arc(_CORNER_M, math.pi / 2)
-    rise_m, fall_m = _NORTH_M - _CORNER_M, -_SOUTH_M - _CORNER_M
-    north = [
-        Segment(rise_m - _REACH_M),
-        right,
-        Segment(top_m),
-        right,
-        Segment(rise_m - east.y - _REACH_M),
-    ]
-    south = [
-        Segment(fall_m - _REACH_M),
-        left,
-        Segment(top_m),
-        left,
-        Segment(fall_m + east.y - _REACH_M),
-    ]
-    ends = (_WEST, _EAST)
-    return [
-        chain("Ring north", range(1, 6), Pose(0, _REACH_M, math.pi / 2), north, AVENUE, ends),
-        chain("Mill Street", range(11, 14), street_start, _STREET, STREET, ends),
-        chain("Ring south", range(21, 26), Pose(0, -_REACH_M, -math.pi / 2), south, AVENUE, ends),
-    ]
-
-
-def _complete_header(root: ElementTree.Element, chains: list[Chain]) -> None:
-    """Replaces the time of day by a constant, and adds the town's extent."""
-    header = root[0]
-    east = chains[0].last.pose.x
-    kerb_m = AVENUE.half_width_m
-    extent = {
-        "north": _NORTH_M + kerb_m,
-        "south": _SOUTH_M - kerb_m,
-        "east": east + kerb_m,
-        "west": -kerb_m,
-    }
-    header.attrib.update({key: str(value) for key, value in extent.items()})
-    header.attrib.update({"version": "1", "date": "2024-01-01T00:00:00", "vendor": "StuckSolver"})
-
-
-def _add_roadside(root: ElementTree.Element, junctions: list[SignalisedJunction]) -> None:
-    """Crosswalks, lights and references to them, under the roads they belong to."""
-    roads = {road.get("id"): road for road in root.findall("road")}
-    for road_id, group, element in (item for junction in junctions for item in junction.roadside()):
-        road = roads[str(road_id)]
-        parent = road.find(group)
-        (ElementTree.SubElement(road, group) if parent is None else parent).append(element)
-
-
-def _add_controllers(root: ElementTree.Element, junctions: list[SignalisedJunction]) -> None:
-    """One phase for each arm: the controllers stand between the roads and the junctions."""
-    place = len(root.findall("road")) + 1
-    for junction, element in zip(junctions, root.findall("junction"), strict=True):
-        for controller, entry in junction.controllers():
-            root.insert(place, controller)
-            place += 1
-            element.append(entry)
-
-
-def _rounded(text: str) -> str:
-    if not re.fullmatch(r"-?\d+(\.\d+)?(e[+-]?\d+)?", text) or text.lstrip("-").isdigit():
-        return text
-    value = round(float(text), _DECIMALS)
-    return repr(value + 0.0)
+    check = parser.parse_args(arguments).check
+    differing = []
+    for name, write in WRITERS.items():
+        path, text = folder / f"{name}.xodr", write()
+        if not check:
+            path.write_text(text, encoding="utf-8", newline="\n")
+        elif not path.exists() or path.read_bytes() != text.encode():
+            differing.append(path.name)
+    for changed in differing:
+        print(f"{changed} differs: run `python -m carlette.maps.generate`", file=sys.stderr)
+    return 1 if differing else 0
 
 
 if __name__ == "__main__":

@@ -77,3 +77,46 @@ def connect(start: Pose, end: Pose) -> list[Segment]:
     bend = arc(tangent_m / math.tan(abs(turn_rad) / 2), turn_rad)
     straights = (Segment(to_corner_m - tangent_m), bend, Segment(to_end_m - tangent_m))
     return [piece for piece in straights if piece.length_m > 1e-6]
+
+
+def lead(start: Pose, end: Pose) -> list[Segment]:
+    """A smooth line from one pose to another: `connect` where that is possible, else two arcs."""
+    try:
+        return connect(start, end)
+    except ValueError:
+        return two_arcs(start, end)
+
+
+def two_arcs(start: Pose, end: Pose) -> list[Segment]:
+    """Two arcs that meet without a kink (a biarc with equal tangent lengths).
+
+    Raises ValueError where the poses coincide or the end lies straight behind the start.
+    """
+    dx, dy = end.x - start.x, end.y - start.y
+    cos0, sin0, cos1, sin1 = (f(a) for a in (start.yaw_rad, end.yaw_rad) for f in (math.cos, math.sin))
+    along = dx * (cos0 + cos1) + dy * (sin0 + sin1)
+    bend = 2.0 * (1.0 - cos0 * cos1 - sin0 * sin1)
+    square = dx * dx + dy * dy
+    if bend < _STRAIGHT_RAD:
+        tangent_m = square / (2.0 * along) if along > 0 else 0.0
+    else:
+        tangent_m = (math.sqrt(along * along + bend * square) - along) / bend
+    if tangent_m <= 0:
+        raise ValueError(f"no pair of arcs leads from {start} to {end}")
+    middle_x = (start.x + end.x + tangent_m * (cos0 - cos1)) / 2
+    middle_y = (start.y + end.y + tangent_m * (sin0 - sin1)) / 2
+    first = _arc_to(start, middle_x, middle_y)
+    second = _arc_to(start.after(first), end.x, end.y)
+    return [first, second]
+
+
+def _arc_to(start: Pose, x: float, y: float) -> Segment:
+    """The arc (or line) that leaves `start` along its heading and ends in a point."""
+    dx, dy = x - start.x, y - start.y
+    ahead_m = dx * math.cos(start.yaw_rad) + dy * math.sin(start.yaw_rad)
+    left_m = dy * math.cos(start.yaw_rad) - dx * math.sin(start.yaw_rad)
+    chord_m = math.hypot(dx, dy)
+    if abs(left_m) < 1e-7 * chord_m:
+        return Segment(chord_m)
+    turn_rad = 2.0 * math.atan2(left_m, ahead_m)
+    return arc(abs(chord_m / (2.0 * math.sin(turn_rad / 2.0))), turn_rad)

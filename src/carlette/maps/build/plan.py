@@ -1,0 +1,94 @@
+"""What a map is made of: nodes where streets meet, and streets between them, in the right-handed map frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from carlette.maps.build.sections import Section
+from carlette.maps.lines import Pose
+
+Control = Literal["light", "stop", "yield", "none"]
+
+
+@dataclass(frozen=True)
+class Node:
+    """A junction. Its streets begin `reach_m` from its middle, and it is flat."""
+
+    name: str
+    x: float
+    y: float
+    z: float = 0.0
+    reach_m: float = 19.0
+    phases: Literal["opposite", "each"] = "opposite"
+    """Which lights have green together: those of opposite arms, or each for itself."""
+    crosswalks: bool = True
+
+
+@dataclass(frozen=True)
+class End:
+    """Where a street meets a node."""
+
+    node: str
+    bearing_deg: float
+    """The direction from the node's middle along the street, counter-clockwise from the x axis."""
+    control: Control = "none"
+    """What those obey who come out of this street into the node."""
+    left_m: float = 0.0
+    """How far the street's line lies left of the node's middle, looking along the bearing."""
+    reach_m: float | None = None
+    """Instead of the node's."""
+    ramp: bool = False
+    """Ramps meet the outermost lane of a motorway, whatever their direction."""
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A crosswalk, `at_m` along the street; `level` makes it a level crossing, with its signs."""
+
+    at_m: float
+    kind: Literal["crosswalk", "rails"] = "crosswalk"
+
+
+@dataclass(frozen=True)
+class Block:
+    """A building or place beside the street."""
+
+    name: str
+    at_m: float
+    t_m: float
+    length_m: float = 40.0
+    width_m: float = 20.0
+    height_m: float = 8.0
+
+
+@dataclass(frozen=True)
+class Street:
+    """A street from one node to another through given poses."""
+
+    name: str
+    start: End
+    end: End
+    section: Section
+    via: tuple[Pose, ...] = ()
+    heights: tuple[tuple[float, float], ...] = ()
+    """(share of the length, height in metres) between the two nodes' own heights; level at each."""
+    crossings: tuple[Crossing, ...] = ()
+    blocks: tuple[Block, ...] = ()
+    limit_kmh: float | None = None
+    """Instead of the section's."""
+
+    @property
+    def speed_kmh(self) -> float:
+        """The speed limit."""
+        return self.limit_kmh or self.section.limit_kmh
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A whole map."""
+
+    name: str
+    nodes: Sequence[Node]
+    streets: Sequence[Street]

@@ -1,0 +1,180 @@
+"""Streets as OpenDRIVE roads, and the arms that they offer to the nodes at their ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from xml.etree.ElementTree import Element, SubElement
+
+from carlette.maps.build.plan import End, Node, Street
+from carlette.maps.build.sections import Lane, Mark, Section
+from carlette.maps.lines import Pose, Segment, end_of, lead
+
+PAINT_M = 0.125
+
+
+@dataclass(frozen=True)
+class Arm:
+    """The end of a street at a node."""
+
+    street: Street
+    road_id: int
+    length_m: float
+    at_end: bool
+    """Whether the road ends (else: starts) at the node."""
+    end: End
+    pose: Pose
+    """The end of the reference line, looking into the node."""
+
+    @property
+    def incoming(self) -> tuple[Lane, ...]:
+        """Lanes into the node, from the reference line outwards."""
+        return self.street.section.right if self.at_end else self.street.section.left
+
+    @property
+    def outgoing(self) -> tuple[Lane, ...]:
+        """Lanes out of the node, from the reference line outwards."""
+        return self.street.section.left if self.at_end else self.street.section.right
+
+    def incoming_id(self, position: int) -> int:
+        """OpenDRIVE's id of a lane into the node; positions count from 1 at the reference line."""
+        return -position if self.at_end else position
+
+    def outgoing_id(self, position: int) -> int:
+        """OpenDRIVE's id of a lane out of the node."""
+        return -self.incoming_id(position)
+
+    def station(self, before_end_m: float) -> float:
+        """The road's s that lies this far before the node."""
+        return self.length_m - before_end_m if self.at_end else before_end_m
+
+
+@dataclass(frozen=True)
+class Road:
+    """A street's road with its two arms."""
+
+    street: Street
+    element: Element
+    length_m: float
+    first: Arm
+    last: Arm
+
+
+def build_street(street: Street, road_id: int, nodes: Mapping[str, Node]) -> Road:
+    """The road of a street; its links name the nodes, by their numbers in the order of `nodes`."""
+    start, end = nodes[street.start.node], nodes[street.end.node]
+    first, last = _pose(start, street.start), _pose(end, street.end)
+    segments = _line([first.reversed(), *street.via, last])
+    length_m = sum(one.length_m for one in segments)
+    numbers = {name: number for number, name in enumerate(nodes, 1)}
+    element = road_element(road_id, street.name, first.reversed(), segments)
+    link = SubElement(element, "link")
+    SubElement(link, "predecessor", elementType="junction", elementId=str(numbers[start.name]))
+    SubElement(link, "successor", elementType="junction", elementId=str(numbers[end.name]))
+    complete_road(element, street.section.kind, street.speed_kmh, _heights(street, start, end, length_m))
+    _add_lanes(element, street.section)
+    arms = (
+        Arm(street, road_id, length_m, at_end, where, pose)
+        for at_end, where, pose in ((False, street.start, first), (True, street.end, last))
+    )
+    return Road(street, element, length_m, *arms)
+
+
+def road_element(road_id: int, name: str, start: Pose, segments: Iterable[Segment], junction: int = -1) -> Element:
+    """A road with its plan view and nothing else yet."""
+    pieces = list(segments)
+    length_m = sum(one.length_m for one in pieces)
+    road = Element("road", name=name, rule="RHT", length=number(length_m), id=str(road_id), junction=str(junction))
+    view = Element("planView")
+    s = 0.0
+    for index, piece in enumerate(pieces):
+        pose = end_of(start, pieces[:index])
+        at = {"s": s, "x": pose.x, "y": pose.y, "hdg": math.remainder(pose.yaw_rad, 2 * math.pi)}
+        geometry = SubElement(view, "geometry", {key: number(value) for key, value in at.items()})
+        geometry.set("length", number(piece.length_m))
+        if piece.curvature:
+            SubElement(geometry, "arc", curvature=number(piece.curvature))
+        else:
+            SubElement(geometry, "line")
+        s += piece.length_m
+    road.append(view)
+    return road
+
+
+def complete_road(road: Element, kind: str, limit_kmh: float, heights: list[tuple[float, float]]) -> None:
+    """Adds type, speed limit and elevation ((s, z) knots, level at each) around the plan view, in schema order."""
+    kinds = Element("type", s="0", type=kind)
+    SubElement(kinds, "speed", max=number(limit_kmh), unit="km/h")
+    view = road.find("planView")
+    assert view is not None
+    place = list(road).index(view)
+    road.remove(view)
+    link = road.find("link")
+    if link is not None:
+        road.remove(link)
+        road.insert(0, link)
+        place = 1
+    road.insert(place, kinds)
+    road.append(view)
+    profile = SubElement(road, "elevationProfile")
+    for (s0, z0), (s1, z1) in pairwise([*heights, (math.inf, heights[-1][1])]):
+        rise, span = z1 - z0, s1 - s0
+        c, d = (3 * rise / span**2, -2 * rise / span**3) if rise else (0.0, 0.0)
+        SubElement(profile, "elevation", s=number(s0), a=number(z0), b="0", c=_tiny(c), d=_tiny(d))
+    SubElement(road, "lateralProfile")
+
+
+def lane_element(lane_id: int, kind: str, width: tuple[float, float], length_m: float, mark: Mark) -> Element:
+    """A lane whose width goes evenly from the first value to the second."""
+    lane = Element("lane", id=str(lane_id), type=kind, level="false")
+    slope = (width[1] - width[0]) / length_m
+    SubElement(lane, "width", sOffset="0", a=number(width[0]), b=number(slope), c="0", d="0")
+    lane.append(mark_element(mark))
+    return lane
+
+
+def mark_element(mark: Mark) -> Element:
+    """A lane's outer line."""
+    what = {"type": mark.paint, "weight": "standard", "color": mark.color, "laneChange": mark.change}
+    return Element("roadMark", {"sOffset": "0", "width": number(PAINT_M), **what})
+
+
+def number(value: float) -> str:
+    """Rounded to 10 nanometres: the last bits of a sine differ between machines."""
+    return repr(round(float(value), 8) + 0.0)
+
+
+def _tiny(value: float) -> str:
+    return repr(round(value, 15) + 0.0)
+
+
+def _pose(node: Node, end: End) -> Pose:
+    reach_m = node.reach_m if end.reach_m is None else end.reach_m
+    return Pose(node.x, node.y, math.radians(end.bearing_deg)).moved(reach_m, end.left_m).reversed()
+
+
+def _line(poses: list[Pose]) -> list[Segment]:
+    return [segment for one, next_one in pairwise(poses) for segment in lead(one, next_one)]
+
+
+def _heights(street: Street, start: Node, end: Node, length_m: float) -> list[tuple[float, float]]:
+    inner = [(share * length_m, z) for share, z in street.heights]
+    return [(0.0, start.z), *inner, (length_m, end.z)]
+
+
+def _add_lanes(road: Element, section: Section) -> None:
+    holder = SubElement(SubElement(road, "lanes"), "laneSection", s="0")
+    sides = {"left": list(enumerate(section.left, 1))[::-1]}
+    sides["right"] = [(-i, lane) for i, lane in enumerate(section.right, 1)]
+    for side in ("left", "center", "right"):
+        if side != "center" and not sides[side]:
+            continue
+        group = SubElement(holder, side)
+        if side == "center":
+            centre = SubElement(group, "lane", id="0", type="none", level="false")
+            centre.append(mark_element(section.centre))
+            continue
+        for lane_id, lane in sides[side]:
+            group.append(lane_element(lane_id, lane.kind, (lane.width_m, lane.width_m), 1.0, lane.mark))
