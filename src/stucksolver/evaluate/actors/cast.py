@@ -1,0 +1,248 @@
+"""Everyone a run puts into the world. One snapshot is read and one batch is written in a tick, shared by all."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from random import Random
+from typing import Any, NamedTuple
+
+import carla
+
+LIFT_M = 0.2
+"""Vehicles are put down from a little above the road, as CARLA's own scenarios do."""
+DEPOT_M, DEPOT_SPACING_M, DEPOT_DEPTH_M = 1500.0, 20.0, 100.0
+"""Staged actors wait below the ground and far aside, so that nobody's sensing meets them."""
+
+
+class CastError(RuntimeError):
+    """An actor that a scenario cannot do without could not be put into the world."""
+
+
+@dataclass(eq=False)
+class Member:
+    """One actor of ours; sizes are half sizes of its box in metres."""
+
+    id: int
+    type_id: str
+    actor: Any
+    half_length_m: float
+    half_width_m: float
+    half_height_m: float
+    is_staged: bool = False
+
+    @property
+    def is_walker(self) -> bool:
+        return self.type_id.startswith("walker.")
+
+
+class State(NamedTuple):
+    """Where an actor is in CARLA's world frame (metres, radians, m/s); `speed_mps` along its heading."""
+
+    x: float
+    y: float
+    z: float
+    yaw_rad: float
+    vx: float
+    vy: float
+    speed_mps: float
+
+    def distance_m(self, x: float, y: float) -> float:
+        return math.hypot(self.x - x, self.y - y)
+
+    def ahead_m(self, x: float, y: float) -> float:
+        """How far a place lies ahead of it."""
+        return (x - self.x) * math.cos(self.yaw_rad) + (y - self.y) * math.sin(self.yaw_rad)
+
+
+class Cast:
+    """The actors of one run, the hero's state, and the commands of this tick."""
+
+    def __init__(self, client: Any, world: Any, hero: Any) -> None:
+        self._client, self._world, self._hero_id = client, world, hero.id
+        self._library = world.get_blueprint_library()
+        self._snapshot = world.get_snapshot()
+        self._states: dict[int, State] = {}
+        self._commands: list[Any] = []
+        self._sizes: dict[str, tuple[float, float, float]] = {}
+        self._depot_places = 0
+        self.members: dict[int, Member] = {}
+        box = hero.bounding_box.extent
+        self.hero_member = Member(hero.id, hero.type_id, hero, float(box.x), float(box.y), float(box.z))
+
+    def look(self) -> None:
+        """Take this tick's snapshot; what was read from the last one is forgotten."""
+        self._snapshot = self._world.get_snapshot()
+        self._states.clear()
+
+    def flush(self) -> None:
+        """Send this tick's commands, all at once and without waiting."""
+        if self._commands:
+            self._client.apply_batch(self._commands)
+            self._commands = []
+
+    @property
+    def time_s(self) -> float:
+        return float(self._snapshot.timestamp.elapsed_seconds)
+
+    @property
+    def hero(self) -> State:
+        return self.state(self.hero_member)
+
+    def state(self, member: Member) -> State:
+        """Of this tick's snapshot. For an actor that is not in it yet, where it was put."""
+        known = self._states.get(member.id)
+        if known is None:
+            shot = self._snapshot.find(member.id)
+            known = _state(member.actor if shot is None else shot)
+            self._states[member.id] = known
+        return known
+
+    def knows(self, blueprint: str) -> bool:
+        """Whether the library has this blueprint."""
+        return blueprint in self._ids
+
+    def kinds(self, **attributes: str) -> tuple[str, ...]:
+        """Ids of the vehicles that have these attributes, in the order of their names."""
+        return tuple(
+            definition.id
+            for definition in sorted(self._library.filter("vehicle.*"), key=lambda one: str(one.id))
+            if all(_attribute(definition, name) == value for name, value in attributes.items())
+        )
+
+    @cached_property
+    def car_kinds(self) -> tuple[str, ...]:
+        """Ordinary cars with lights: what traffic is made of."""
+        emergency = set(self.kinds(special_type="emergency"))
+        return tuple(one for one in self.kinds(base_type="car", has_lights="true") if one not in emergency)
+
+    def some_car(self, chance: Random) -> str:
+        """One of the ordinary cars."""
+        return chance.choice(self.car_kinds)
+
+    def spawn(
+        self, blueprint: str, transform: Any, role: str = "scenario", lift_m: float = LIFT_M, **attributes: str
+    ) -> Member | None:
+        """Put an actor down at a `carla.Transform`; None where something is there already."""
+        definition = self._library.find(blueprint)
+        definition.set_attribute("role_name", role)
+        for name, value in attributes.items():
+            definition.set_attribute(name, value)
+        place = carla.Transform(_lifted(transform.location, lift_m), transform.rotation)
+        actor = self._world.try_spawn_actor(definition, place)
+        return None if actor is None else self._enter(actor, place)
+
+    def must_spawn(self, blueprint: str, transform: Any, **options: Any) -> Member:
+        """The same, but raises `CastError` where it does not fit."""
+        member = self.spawn(blueprint, transform, **options)
+        if member is None:
+            at = transform.location
+            raise CastError(
+                f"{blueprint} could not be put at ({at.x:.1f}, {at.y:.1f}): something is there; move the trigger point"
+            )
+        return member
+
+    def keep_below(self, blueprint: str, **options: Any) -> Member:
+        """Spawn an actor that waits below the ground until `bring` calls it. Raises `CastError`."""
+        self._depot_places += 1
+        place = carla.Location(DEPOT_M, DEPOT_SPACING_M * self._depot_places, -DEPOT_DEPTH_M)
+        member = self.must_spawn(blueprint, carla.Transform(place), lift_m=0.0, **options)
+        member.actor.set_simulate_physics(False)
+        member.is_staged = True
+        return member
+
+    def bring(self, member: Member, transform: Any, lift_m: float = LIFT_M) -> None:
+        """Raise an actor that waits below the ground to its place."""
+        place = carla.Transform(_lifted(transform.location, lift_m), transform.rotation)
+        self.send(carla.command.ApplyTransform(member.id, place))
+        if not member.type_id.startswith("static."):
+            self.send(carla.command.ApplySimulatePhysics(member.id, True))
+        member.is_staged = False
+        self._states[member.id] = _pose_state(place)
+
+    def place(self, member: Member, transform: Any) -> None:
+        """Move an actor to a place at once."""
+        self.send(carla.command.ApplyTransform(member.id, transform))
+        self._states[member.id] = _pose_state(transform)
+
+    def hold(self, member: Member) -> None:
+        """Hand brake on: a vehicle that stays."""
+        self.send(carla.command.ApplyVehicleControl(member.id, carla.VehicleControl(hand_brake=True, brake=1.0)))
+
+    def walk(self, member: Member, x: float, y: float, speed_mps: float) -> None:
+        """Let a walker go in a direction of the world until it is told otherwise; 0 stops it."""
+        control = carla.WalkerControl(carla.Vector3D(x, y, 0.0), speed_mps, False)
+        self.send(carla.command.ApplyWalkerControl(member.id, control))
+
+    def lights(self, member: Member, state: Any) -> None:
+        """Set a vehicle's lamps to a `carla.VehicleLightState`."""
+        self.send(carla.command.SetVehicleLightState(member.id, state))
+
+    def send(self, command: Any) -> None:
+        """Add a command to this tick's batch."""
+        self._commands.append(command)
+
+    def remove(self, members: Sequence[Member]) -> None:
+        """Take actors off the world with this tick's batch."""
+        for member in members:
+            if self.members.pop(member.id, None) is not None:
+                self.send(carla.command.DestroyActor(member.id))
+
+    def close(self) -> None:
+        """Take everyone off the world. A server that is gone has done so."""
+        self.remove(list(self.members.values()))
+        with contextlib.suppress(RuntimeError):
+            self.flush()
+
+    @cached_property
+    def _ids(self) -> frozenset[str]:
+        return frozenset(str(definition.id) for definition in self._library)
+
+    def _enter(self, actor: Any, place: Any) -> Member:
+        size = self._sizes.get(actor.type_id)
+        if size is None:
+            box = actor.bounding_box.extent
+            size = self._sizes[actor.type_id] = (float(box.x), float(box.y), float(box.z))
+        member = Member(actor.id, actor.type_id, actor, *size)
+        self.members[member.id] = member
+        self._states[member.id] = _pose_state(place)
+        return member
+
+
+def lamps(*names: str) -> Any:
+    """Vehicle lights by name: `lamps("LeftBlinker", "RightBlinker")` are hazard lights."""
+    value = 0
+    for name in names:
+        value |= int(getattr(carla.VehicleLightState, name))
+    return carla.VehicleLightState(value)
+
+
+HAZARD_LAMPS = ("LeftBlinker", "RightBlinker")
+
+
+def _state(shot: Any) -> State:
+    transform, velocity = shot.get_transform(), shot.get_velocity()
+    place, yaw = transform.location, math.radians(transform.rotation.yaw)
+    vx, vy = velocity.x, velocity.y
+    return State(place.x, place.y, place.z, yaw, vx, vy, vx * math.cos(yaw) + vy * math.sin(yaw))
+
+
+def _pose_state(transform: Any) -> State:
+    place = transform.location
+    return State(place.x, place.y, place.z, math.radians(transform.rotation.yaw), 0.0, 0.0, 0.0)
+
+
+def _lifted(location: Any, lift_m: float) -> Any:
+    return carla.Location(location.x, location.y, location.z + lift_m)
+
+
+def _attribute(definition: Any, name: str) -> str:
+    if not definition.has_attribute(name):
+        return ""
+    attribute = definition.get_attribute(name)
+    if attribute.type == carla.ActorAttributeType.Bool:
+        return str(attribute.as_bool()).lower()
+    return str(attribute.as_int()) if attribute.type == carla.ActorAttributeType.Int else str(attribute.as_str())

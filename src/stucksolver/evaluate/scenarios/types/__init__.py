@@ -1,0 +1,1 @@
+"""One file for each situation; importing a file registers its types."""
