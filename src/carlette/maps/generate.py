@@ -15,7 +15,7 @@ from pathlib import Path
 
 from carlette.maps import SHIPPED
 from carlette.maps.build import map_xml
-from carlette.maps.layouts import grid_town
+from carlette.maps.layouts import grid_town, interurban, motorway
 
 
 def demo_town() -> str:
@@ -28,6 +28,8 @@ def demo_town() -> str:
 WRITERS: Mapping[str, Callable[[], str]] = {
     "demo_town": demo_town,
     "grid_town": lambda: map_xml(grid_town.plan()),
+    "interurban": lambda: map_xml(interurban.plan()),
+    "motorway": lambda: map_xml(motorway.plan()),
 }
 """Name of a map to what makes its text."""
 

@@ -119,12 +119,12 @@ def _beside(arm: Arm, before_end_m: float, leaving: bool = False) -> dict[str, s
 def _signal(
     kind: str,
     signal_id: int,
-    place: dict[str, str],
+    place: Mapping[str, str],
     lanes: tuple[int, int],
     value: float = -1.0,
     dynamic: bool = False,
 ) -> Element:
-    element = Element("signal", name=_NAMES[kind], id=str(signal_id), **place)
+    element = Element("signal", {"name": _NAMES[kind], "id": str(signal_id), **place})
     element.attrib.update(zOffset="0.0", roll="0.0", pitch="0.0", dynamic="yes" if dynamic else "no")
     element.attrib.update(country="OpenDRIVE", type=kind, subtype="-1", value=number(value), text="")
     if kind == LIMIT:

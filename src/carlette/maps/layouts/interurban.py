@@ -1,0 +1,85 @@
+"""Country roads, 1500 m by 1000 m: a two-way main road round a village, with hills and bends.
+
+F'----E---------D----'       A to F  T-junctions of side roads with the main road (stop at A, C, E; yield)
+|     )         (    |       G       all-way stop
+F--x--H=========G----C       H       crossroads, the village street goes first
+|     (         |    |       =       village street with parking lanes
+`-----A---------B----'       ( )     winding side roads      x   level crossing
+"""
+
+from __future__ import annotations
+
+import math
+
+from carlette.maps.build.plan import Control, Crossing, End, Node, Plan, Street
+from carlette.maps.build.sections import LANE_ROAD, RURAL, RURAL_BENDS, VILLAGE
+from carlette.maps.lines import Pose
+
+_EAST, _NORTH, _WEST, _SOUTH = 0.0, 90.0, 180.0, 270.0
+_REACH_M = 20.0
+_STEMS: dict[str, Control] = {"A": "stop", "B": "yield", "C": "stop", "D": "yield", "E": "stop", "F": "yield"}
+
+
+def plan() -> Plan:
+    """The roads."""
+    places = {
+        "A": (380.0, 0.0, 2.0),
+        "B": (1100.0, 0.0, 6.0),
+        "C": (1500.0, 500.0, 12.0),
+        "D": (1100.0, 1000.0, 7.0),
+        "E": (380.0, 1000.0, 3.0),
+        "F": (0.0, 500.0, 5.0),
+        "G": (1100.0, 500.0, 6.0),
+        "H": (380.0, 500.0, 2.0),
+    }
+    nodes = [Node(name, *place, reach_m=_REACH_M, crosswalks=name in "GH") for name, place in places.items()]
+    return Plan("interurban", nodes, [*_main_road(), *_side_roads()])
+
+
+def _main_road() -> list[Street]:
+    """Anticlockwise from A; between B and C, C and D, E and F, F and A it turns by 90 degrees."""
+    return [
+        Street(
+            "Valley Road",
+            End("A", _EAST),
+            End("B", _WEST),
+            RURAL,
+            (_pose(740.0, -35.0, _EAST),),
+            heights=((0.5, -2.0),),
+        ),
+        Street("Valley Road", End("B", _EAST), End("C", _SOUTH), RURAL, (_pose(1370.0, 130.0, 45.0),)),
+        Street("Hill Road", End("C", _NORTH), End("D", _EAST), RURAL, (_pose(1370.0, 870.0, 135.0),), ((0.4, 16.0),)),
+        Street("Hill Road", End("D", _WEST), End("E", _EAST), RURAL, (_pose(740.0, 1040.0, _WEST),)),
+        Street("West Road", End("E", _WEST), End("F", _NORTH), RURAL, (_pose(130.0, 870.0, 225.0),), ((0.5, 8.0),)),
+        Street("West Road", End("F", _SOUTH), End("A", _WEST), RURAL, (_pose(130.0, 130.0, 315.0),)),
+    ]
+
+
+def _side_roads() -> list[Street]:
+    return [
+        Street("Mill Lane", _stem("A", _NORTH), End("H", _SOUTH, "stop"), RURAL_BENDS, _winding(380.0, 0.0, 70.0)),
+        Street("Abbey Lane", End("H", _NORTH, "stop"), _stem("E", _SOUTH), RURAL_BENDS, _winding(380.0, 500.0, -70.0)),
+        Street("Wood Lane", End("G", _NORTH, "stop"), _stem("D", _SOUTH), RURAL_BENDS, _winding(1100.0, 500.0, 60.0)),
+        Street("Church Lane", _stem("B", _NORTH), End("G", _SOUTH, "stop"), LANE_ROAD),
+        Street("Quarry Lane", End("G", _EAST, "stop"), _stem("C", _WEST), LANE_ROAD),
+        Street("Rail Lane", _stem("F", _EAST), End("H", _WEST), LANE_ROAD, crossings=(Crossing(170.0, "rails"),)),
+        Street("Village Street", End("H", _EAST), End("G", _WEST, "stop"), VILLAGE),
+    ]
+
+
+def _stem(node: str, bearing_deg: float) -> End:
+    """The side road's end at the main road."""
+    return End(node, bearing_deg, _STEMS[node])
+
+
+def _winding(x: float, south: float, swing_m: float) -> tuple[Pose, ...]:
+    """Northward over 500 m, out to one side and back."""
+    return (
+        _pose(x + swing_m * 0.5, south + 150.0, 90.0 - math.copysign(35.0, swing_m)),
+        _pose(x + swing_m, south + 250.0, _NORTH),
+        _pose(x + swing_m * 0.5, south + 350.0, 90.0 + math.copysign(35.0, swing_m)),
+    )
+
+
+def _pose(x: float, y: float, heading_deg: float) -> Pose:
+    return Pose(x, y, math.radians(heading_deg))

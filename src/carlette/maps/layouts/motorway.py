@@ -1,0 +1,107 @@
+"""A motorway: an oval of two carriageways with three lanes each, 2.1 km by 0.5 km.
+
+Beside each straight runs a collector road that leaves at an exit and comes back at an entry, twice: a fast one,
+then a slow one. On the outer carriageway an auxiliary lane joins the first entry to the second exit; all other
+entries lead straight into the rightmost lane, and all other exits out of it.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+from carlette.maps.build.plan import End, Node, Plan, Street
+from carlette.maps.build.sections import LANE_M, MOTORWAY, MOTORWAY_WITH_AUXILIARY, RAMP, SLOW_RAMP, Section
+from carlette.maps.lines import Pose
+
+_STRAIGHT_M = 1700.0
+_RADIUS_M = 220.0
+_HALF_MEDIAN_M = 6.0
+_EXITS_AND_ENTRIES_M = (150.0, 680.0, 1010.0, 1500.0)
+"""Where the first and second exit and entry begin, along a straight: exit, entry, exit, entry."""
+_JOINT_M = 60.0
+"""Over this length a ramp and the motorway part or meet."""
+_RAMP_LEFT_M = 3 * LANE_M + 3.0
+"""From the motorway's reference line to a ramp's."""
+_COLLECTOR_M = 34.0
+_CARRIAGEWAYS = ("outer", "inner")
+_SIDES = ("south", "north")
+
+
+def plan() -> Plan:
+    """The motorway."""
+    nodes: list[Node] = []
+    streets: list[Street] = []
+    for carriageway in _CARRIAGEWAYS:
+        names = [f"{carriageway} {side} {index}" for side in _order(carriageway) for index in range(4)]
+        poses = {name: _place(name) for name in names}
+        nodes.extend(Node(name, at.x, at.y, crosswalks=False) for name, at in poses.items())
+        streets.extend(_motorway(carriageway, one, other, poses) for one, other in pairwise([*names, names[0]]))
+        streets.extend(
+            _collector(f"{carriageway} {side}", first, section, poses)
+            for side in _order(carriageway)
+            for first, section in ((0, RAMP), (2, SLOW_RAMP))
+        )
+    return Plan("motorway", nodes, streets)
+
+
+def _order(carriageway: str) -> tuple[str, ...]:
+    """Both sides, as traffic meets them: anticlockwise on the outer carriageway."""
+    return _SIDES if carriageway == "outer" else _SIDES[::-1]
+
+
+def _start_of(carriageway: str, side: str) -> Pose:
+    """Where a straight begins, looking along it."""
+    outward = 1 if carriageway == "outer" else -1
+    south = side == "south"
+    y = -outward * _HALF_MEDIAN_M if south else 2 * _RADIUS_M + outward * _HALF_MEDIAN_M
+    eastward = south == (carriageway == "outer")
+    return Pose(0.0 if eastward else _STRAIGHT_M, y, 0.0 if eastward else math.pi)
+
+
+def _place(name: str) -> Pose:
+    carriageway, side, index = name.split()
+    return _start_of(carriageway, side).moved(_EXITS_AND_ENTRIES_M[int(index)])
+
+
+def _motorway(carriageway: str, one: str, other: str, poses: dict[str, Pose]) -> Street:
+    start, end = poses[one], poses[other]
+    auxiliary = carriageway == "outer" and one.endswith("1")
+    turns = one.endswith("3")
+    return Street(
+        f"Motorway {carriageway}",
+        End(one, math.degrees(start.yaw_rad), reach_m=_JOINT_M),
+        End(other, math.degrees(end.yaw_rad) + 180, reach_m=0.0),
+        MOTORWAY_WITH_AUXILIARY if auxiliary else MOTORWAY,
+        _half_circle(carriageway, start) if turns else (),
+    )
+
+
+def _half_circle(carriageway: str, at: Pose) -> tuple[Pose, ...]:
+    """The bend at the end of the straight that `at` lies on."""
+    to_left = 1 if carriageway == "outer" else -1
+    radius_m = _RADIUS_M + to_left * _HALF_MEDIAN_M
+    eastward = math.cos(at.yaw_rad) > 0
+    begin = Pose(_STRAIGHT_M if eastward else 0.0, at.y, at.yaw_rad)
+    apex = begin.moved(radius_m, to_left * radius_m)
+    finish = begin.moved(0.0, 2 * to_left * radius_m)
+    return (
+        begin,
+        Pose(apex.x, apex.y, at.yaw_rad + to_left * math.pi / 2),
+        Pose(finish.x, finish.y, at.yaw_rad + math.pi),
+    )
+
+
+def _collector(straight: str, first: int, section: Section, poses: dict[str, Pose]) -> Street:
+    """From an exit to the entry after it."""
+    leave, join = f"{straight} {first}", f"{straight} {first + 1}"
+    start, end = poses[leave], poses[join]
+    heading_deg = math.degrees(start.yaw_rad)
+    away, back = start.moved(_JOINT_M * 2.5, -_COLLECTOR_M), end.moved(-_JOINT_M * 1.5, -_COLLECTOR_M)
+    return Street(
+        f"Collector {straight}",
+        End(leave, heading_deg, left_m=-_RAMP_LEFT_M, reach_m=_JOINT_M, ramp=True),
+        End(join, heading_deg + 180, "yield", left_m=_RAMP_LEFT_M, reach_m=0.0, ramp=True),
+        section,
+        (away, back),
+    )
