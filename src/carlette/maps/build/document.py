@@ -15,18 +15,20 @@ GEO_REFERENCE = (
     "+proj=tmerc +lat_0=0 +lon_0=0 +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m "
     "+geoidgrids=egm96_15.gtx +vunits=m +no_defs "
 )
-_FIRST_CONNECTING_ROAD, _FIRST_SIGNAL, _FIRST_CONTROLLER = 1000, 10_000, 20_000
+# CARLA takes the number of a junction for that of a road where both exist.
+_FIRST_JUNCTION, _FIRST_CONNECTING_ROAD, _FIRST_SIGNAL, _FIRST_CONTROLLER = 500, 1000, 10_000, 20_000
 
 
 def map_xml(plan: Plan) -> str:
     """The whole map; the same plan gives the same text on every machine."""
     nodes = {node.name: node for node in plan.nodes}
-    streets = [build_street(street, road_id, nodes) for road_id, street in enumerate(plan.streets, 1)]
+    junction_ids = {node.name: junction_id for junction_id, node in enumerate(plan.nodes, _FIRST_JUNCTION)}
+    streets = [build_street(street, road_id, nodes, junction_ids) for road_id, street in enumerate(plan.streets, 1)]
     road_ids, ids, controller_ids = count(_FIRST_CONNECTING_ROAD), count(_FIRST_SIGNAL), count(_FIRST_CONTROLLER)
     arms = [arm for street in streets for arm in (street.first, street.last)]
     junctions = [
-        build_junction(node, junction_id, [arm for arm in arms if arm.end.node == node.name], road_ids)
-        for junction_id, node in enumerate(plan.nodes, 1)
+        build_junction(node, junction_ids[node.name], [arm for arm in arms if arm.end.node == node.name], road_ids)
+        for node in plan.nodes
     ]
     root = Element("OpenDRIVE")
     root.append(_header(plan))

@@ -62,17 +62,16 @@ class Road:
     last: Arm
 
 
-def build_street(street: Street, road_id: int, nodes: Mapping[str, Node]) -> Road:
-    """The road of a street; its links name the nodes, by their numbers in the order of `nodes`."""
+def build_street(street: Street, road_id: int, nodes: Mapping[str, Node], junction_ids: Mapping[str, int]) -> Road:
+    """The road of a street; its links name the junctions at its nodes."""
     start, end = nodes[street.start.node], nodes[street.end.node]
     first, last = _pose(start, street.start), _pose(end, street.end)
     segments = _line([first.reversed(), *street.via, last])
     length_m = sum(one.length_m for one in segments)
-    numbers = {name: number for number, name in enumerate(nodes, 1)}
     element = road_element(road_id, street.name, first.reversed(), segments)
     link = SubElement(element, "link")
-    SubElement(link, "predecessor", elementType="junction", elementId=str(numbers[start.name]))
-    SubElement(link, "successor", elementType="junction", elementId=str(numbers[end.name]))
+    SubElement(link, "predecessor", elementType="junction", elementId=str(junction_ids[start.name]))
+    SubElement(link, "successor", elementType="junction", elementId=str(junction_ids[end.name]))
     complete_road(element, street.section.kind, street.speed_kmh, _heights(street, start, end, length_m))
     _add_lanes(element, street.section)
     arms = (
@@ -120,17 +119,16 @@ def complete_road(road: Element, kind: str, limit_kmh: float, heights: list[tupl
     road.append(view)
     profile = SubElement(road, "elevationProfile")
     for (s0, z0), (s1, z1) in pairwise([*heights, (math.inf, heights[-1][1])]):
-        rise, span = z1 - z0, s1 - s0
-        c, d = (3 * rise / span**2, -2 * rise / span**3) if rise else (0.0, 0.0)
-        SubElement(profile, "elevation", s=number(s0), a=number(z0), b="0", c=_tiny(c), d=_tiny(d))
+        c, d = _ease(z0, z1, s1 - s0)
+        SubElement(profile, "elevation", s=number(s0), a=number(z0), b="0", c=c, d=d)
     SubElement(road, "lateralProfile")
 
 
 def lane_element(lane_id: int, kind: str, width: tuple[float, float], length_m: float, mark: Mark) -> Element:
-    """A lane whose width goes evenly from the first value to the second."""
+    """A lane whose width goes smoothly from the first value to the second: its middle has no kink at the ends."""
     lane = Element("lane", id=str(lane_id), type=kind, level="false")
-    slope = (width[1] - width[0]) / length_m
-    SubElement(lane, "width", sOffset="0", a=number(width[0]), b=number(slope), c="0", d="0")
+    c, d = _ease(width[0], width[1], length_m)
+    SubElement(lane, "width", sOffset="0", a=number(width[0]), b="0", c=c, d=d)
     lane.append(mark_element(mark))
     return lane
 
@@ -146,8 +144,11 @@ def number(value: float) -> str:
     return repr(round(float(value), 8) + 0.0)
 
 
-def _tiny(value: float) -> str:
-    return repr(round(value, 15) + 0.0)
+def _ease(first: float, last: float, length: float) -> tuple[str, str]:
+    """The coefficients c and d of the cubic from one value to another that is level at both ends."""
+    change = last - first
+    c, d = (3 * change / length**2, -2 * change / length**3) if change else (0.0, 0.0)
+    return repr(round(c, 15) + 0.0), repr(round(d, 15) + 0.0)
 
 
 def _pose(node: Node, end: End) -> Pose:
