@@ -1,0 +1,244 @@
+"""Roads as OpenDRIVE writes them, sampled: reference line, heights, and where each lane's borders are.
+
+Frame: CARLA's world (y is minus OpenDRIVE's). Formulas: ASAM OpenDRIVE 1.4 to 1.8, "Geometry" and "Lanes".
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from xml.etree import ElementTree
+
+import numpy as np
+
+from carlette.geometry import Floats
+
+LONGEST_STEP_M = 8.0
+HILLY_STEP_M = 4.0
+CHORD_ERROR_M = 0.03
+_SPIRAL_STEP_M = 0.25
+
+
+@dataclass(frozen=True)
+class Cubic:
+    """Piecewise a + b ds + c ds² + d ds³, each piece from its own start on."""
+
+    starts: Floats
+    rows: Floats
+    """(n, 4)"""
+
+    def at(self, s: Floats) -> Floats:
+        """The value at each `s`; zero where there are no pieces."""
+        if not len(self.starts):
+            return np.zeros_like(s)
+        index = np.clip(np.searchsorted(self.starts, s + 1e-9, side="right") - 1, 0, None)
+        ds = s - self.starts[index]
+        a, b, c, d = self.rows[index].T
+        value: Floats = a + ds * (b + ds * (c + ds * d))
+        return value
+
+    @property
+    def is_flat(self) -> bool:
+        """Changes nowhere."""
+        return bool((self.rows[:, 1:] == 0).all())
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Paint at a lane's outer border, from `start` (m of the road) on."""
+
+    start: float
+    kind: str
+    color: str
+    width_m: float
+
+
+@dataclass(frozen=True)
+class Lane:
+    """One lane of a section."""
+
+    id: int
+    kind: str
+    width: Cubic
+    marks: list[Mark]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A stretch of road with the same lanes; `lanes` from the centre outwards, left ones (positive ids) first."""
+
+    start: float
+    end: float
+    left: list[Lane]
+    right: list[Lane]
+    center_marks: list[Mark]
+
+
+@dataclass
+class Road:
+    """One road."""
+
+    id: int
+    junction: int
+    length: float
+    kind: str
+    pieces: list[tuple[float, float, float, float, float, str, tuple[float, ...]]]
+    """s, x, y, heading, length, kind and parameters of each piece of the reference line."""
+    elevation: Cubic
+    offset: Cubic
+    sections: list[Section] = field(default_factory=list)
+
+    def line(self, s: Floats) -> tuple[Floats, Floats, Floats]:
+        """x, y (OpenDRIVE's) and heading of the reference line."""
+        x, y, heading = (np.empty_like(s) for _ in range(3))
+        starts = np.array([one[0] for one in self.pieces])
+        index = np.clip(np.searchsorted(starts, s + 1e-9, side="right") - 1, 0, None)
+        for number in np.unique(index).tolist():
+            here = index == number
+            x[here], y[here], heading[here] = _piece_at(self.pieces[number], s[here])
+        return x, y, heading
+
+    def points(self, s: Floats, t: Floats, up_m: float = 0.0) -> Floats:
+        """World points (n, 3) at `s` along and `t` to the left of the reference line."""
+        x, y, heading = self.line(s)
+        return np.stack([x - t * np.sin(heading), -(y + t * np.cos(heading)), self.elevation.at(s) + up_m], axis=1)
+
+    def stations(self, start: float, end: float) -> Floats:
+        """Where to cut the road between `start` and `end` so that straight quads follow it."""
+        cuts = {start, end}
+        for s, _, _, _, length, kind, values in self.pieces:
+            low, high = max(start, s), min(end, s + length)
+            if high - low > 1e-3:
+                step = LONGEST_STEP_M if self.elevation.is_flat else HILLY_STEP_M
+                if kind != "line":
+                    bend = max(abs(values[0]), abs(values[-1])) if kind in ("arc", "spiral") else 0.1
+                    step = min(step, max(1.0, math.sqrt(8 * CHORD_ERROR_M / max(bend, 1e-6))))
+                cuts.update(np.linspace(low, high, max(2, math.ceil((high - low) / step) + 1)).tolist())
+        ordered = sorted(cuts)
+        return np.array([one for i, one in enumerate(ordered) if i == 0 or one - ordered[i - 1] > 1e-3])
+
+    def borders(self, section: Section, s: Floats) -> list[tuple[Lane, Floats, Floats]]:
+        """Each lane with its inner and outer border (t at each `s`)."""
+        found = []
+        for lanes, sign in ((section.left, 1.0), (section.right, -1.0)):
+            inner = self.offset.at(s)
+            for lane in lanes:
+                outer = inner + sign * lane.width.at(s - section.start)
+                found.append((lane, inner, outer))
+                inner = outer
+        return found
+
+
+def read_roads(root: ElementTree.Element) -> list[Road]:
+    """All roads of a document."""
+    return [_read_road(one) for one in root.findall("road")]
+
+
+def _read_road(element: ElementTree.Element) -> Road:
+    length = float(element.get("length", "0"))
+    kind = element.find("type")
+    lanes = element.find("lanes")
+    road = Road(
+        int(element.get("id", "0")),
+        int(element.get("junction", "-1")),
+        length,
+        kind.get("type", "town") if kind is not None else "town",
+        [_read_piece(one) for one in element.findall("planView/geometry")],
+        _cubic(element.findall("elevationProfile/elevation"), "s"),
+        _cubic(lanes.findall("laneOffset") if lanes is not None else [], "s"),
+    )
+    sections = lanes.findall("laneSection") if lanes is not None else []
+    starts = [float(one.get("s", "0")) for one in sections] + [length]
+    for number, one in enumerate(sections):
+        if starts[number + 1] - starts[number] > 1e-3:
+            road.sections.append(_read_section(one, starts[number], starts[number + 1]))
+    return road
+
+
+def _read_section(element: ElementTree.Element, start: float, end: float) -> Section:
+    def side(name: str) -> list[Lane]:
+        found = [_read_lane(one, start) for one in element.findall(f"{name}/lane")]
+        return sorted(found, key=lambda one: abs(one.id))
+
+    center = element.find("center/lane")
+    return Section(start, end, side("left"), side("right"), _marks(center, start) if center is not None else [])
+
+
+def _read_lane(element: ElementTree.Element, start: float) -> Lane:
+    width = _cubic(element.findall("width"), "sOffset")
+    return Lane(int(element.get("id", "0")), element.get("type", "none"), width, _marks(element, start))
+
+
+def _marks(lane: ElementTree.Element, start: float) -> list[Mark]:
+    return [
+        Mark(
+            start + float(one.get("sOffset", "0")),
+            one.get("type", "none"),
+            one.get("color", "standard"),
+            float(one.get("width", "0.125")),
+        )
+        for one in lane.findall("roadMark")
+    ]
+
+
+def _cubic(elements: list[ElementTree.Element], key: str) -> Cubic:
+    rows = sorted([float(one.get(name, "0")) for name in (key, "a", "b", "c", "d")] for one in elements)
+    table = np.array(rows, float).reshape(-1, 5)
+    return Cubic(table[:, 0], table[:, 1:])
+
+
+def _read_piece(
+    element: ElementTree.Element,
+) -> tuple[float, float, float, float, float, str, tuple[float, ...]]:
+    s, x, y, heading, length = (float(element.get(name, "0")) for name in ("s", "x", "y", "hdg", "length"))
+    shape = element[0]
+    names = {
+        "arc": ("curvature",),
+        "spiral": ("curvStart", "curvEnd"),
+        "poly3": ("a", "b", "c", "d"),
+        "paramPoly3": ("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV"),
+    }.get(shape.tag, ())
+    values = tuple(float(shape.get(name, "0")) for name in names)
+    if shape.tag == "paramPoly3":
+        values = (*values, 1.0 / max(length, 1e-9) if shape.get("pRange") == "normalized" else 1.0)
+    return s, x, y, heading, length, shape.tag, values
+
+
+def _piece_at(
+    piece: tuple[float, float, float, float, float, str, tuple[float, ...]], s: Floats
+) -> tuple[Floats, Floats, Floats]:
+    start, x0, y0, heading, length, kind, values = piece
+    u, v, turn = _local(kind, values, s - start, length)
+    cos, sin = math.cos(heading), math.sin(heading)
+    return x0 + u * cos - v * sin, y0 + u * sin + v * cos, heading + turn
+
+
+def _local(kind: str, values: tuple[float, ...], ds: Floats, length: float) -> tuple[Floats, Floats, Floats]:
+    """Ahead, left and heading in the frame of a piece's start."""
+    if kind == "arc" and abs(values[0]) > 1e-9:
+        turn = ds * values[0]
+        return np.sin(turn) / values[0], (1.0 - np.cos(turn)) / values[0], turn
+    if kind == "spiral":
+        return _spiral(values[0], (values[1] - values[0]) / max(length, 1e-9), ds)
+    if kind == "poly3":
+        a, b, c, d = values
+        return ds, a + ds * (b + ds * (c + ds * d)), np.arctan(b + ds * (2 * c + ds * 3 * d))
+    if kind == "paramPoly3":
+        p = ds * values[8]
+        u, v = (values[i] + p * (values[i + 1] + p * (values[i + 2] + p * values[i + 3])) for i in (0, 4))
+        du, dv = (values[i + 1] + p * (2 * values[i + 2] + p * 3 * values[i + 3]) for i in (0, 4))
+        return u, v, np.arctan2(dv, du)
+    return ds, np.zeros_like(ds), np.zeros_like(ds)
+
+
+def _spiral(curvature: float, change: float, ds: Floats) -> tuple[Floats, Floats, Floats]:
+    """A clothoid, by Simpson's rule on short steps."""
+    end = float(ds.max(initial=0.0))
+    count = max(2, math.ceil(end / _SPIRAL_STEP_M))
+    grid = np.linspace(0.0, end, 2 * count + 1)
+    turn = grid * (curvature + 0.5 * change * grid)
+    ways = []
+    for values in (np.cos(turn), np.sin(turn)):
+        steps = (values[0:-2:2] + 4 * values[1:-1:2] + values[2::2]) * (grid[2] - grid[0]) / 6
+        ways.append(np.interp(ds, grid[::2], np.concatenate([[0.0], np.cumsum(steps)])))
+    return ways[0], ways[1], ds * (curvature + 0.5 * change * ds)
