@@ -190,7 +190,7 @@ class RoadTraffic:
         place = waypoint.transform.location
         route = self._seen.setting.route
         index = route.project(place, self._seen.index)
-        fx, fy = route.forward[index]
+        fx, fy = route.forward[index, :2]
         dx, dy = place.x - route.xyz[index, 0], place.y - route.xyz[index, 1]
         return round(float(-dx * fy + dy * fx) / max(float(waypoint.lane_width), 2.5))
 

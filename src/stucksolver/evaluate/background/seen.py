@@ -60,6 +60,6 @@ class Seen:
         first = max(self.index - _BEHIND, 0)
         window = route.xyz[first : self.index + _AHEAD, :2]
         best = first + int(np.argmin((window[:, 0] - state.x) ** 2 + (window[:, 1] - state.y) ** 2))
-        fx, fy = route.forward[best]
+        fx, fy = route.forward[best, :2]
         dx, dy = state.x - route.xyz[best, 0], state.y - route.xyz[best, 1]
         return float(route.s_m[best] + dx * fx + dy * fy - self.s_m), float(-dx * fy + dy * fx)
