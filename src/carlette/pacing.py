@@ -8,7 +8,8 @@ Two races of the client library make this necessary; both are wide open with a s
   condition variable, which `world.tick()` notifies without holding its mutex. If the snapshot wakes the main
   thread in just that moment, the notification is lost and the client hangs for ever. So while a traffic
   manager is registered, a snapshot waits until the settings were asked for and a little longer; and the
-  answer to a worker that asks only after the snapshot is put off as long.
+  answer to a worker that asks only after the snapshot is put off as long. The server uses this time to compute
+  the frame, and lets the client sleep meanwhile: who knows the frame's number spins until the frame is there.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ DOUBT_S = 0.003
 MEMORY_TICKS = 200
 STEP_LIMIT_S = 0.025
 """Send after this time even if the worker never asked: it may be gone or in asynchronous mode."""
+ASK_LIMIT_S = 0.001
+"""The tick is not computed before the worker has asked, or this time is over: its way is used for computing."""
 
 
 class Pacing:
@@ -52,9 +55,10 @@ class Pacing:
         """
         self._asked_since_publish = 0
 
-    def published(self, now: float) -> None:
+    def published(self, now: float, managers: int) -> None:
         """The snapshot is out."""
-        self._recent.append(self._asked_since_publish)
+        if managers:
+            self._recent.append(self._asked_since_publish)
         self._asked_since_publish = 0
         self._published = now
 
@@ -65,6 +69,10 @@ class Pacing:
         very moment in which the snapshot wakes the main thread.
         """
         return max(0.0, self._published + SETTLE_S - now) if managers else 0.0
+
+    def awaits_worker(self, now: float, managers: int) -> bool:
+        """True while a worker is about to ask for the settings: the answer should not wait for the tick."""
+        return self._asked_since_publish < managers and now < self._cue + ASK_LIMIT_S
 
     def hold_s(self, now: float, managers: int, awaited_streams: int) -> float:
         """Seconds to wait at most before asking again; 0 = publish now."""

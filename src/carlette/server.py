@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from carlette.errors import UsageError
-from carlette.pacing import Pacing
+from carlette.pacing import ASK_LIMIT_S, Pacing
 from carlette.rescue import Rescue
 from carlette.rpc.connection import RpcConnection
 from carlette.rpc.handlers import ALL
@@ -43,6 +43,10 @@ class Server:
         self._pacing = Pacing()
         self._rescue = Rescue()
         self._cued_by: RpcConnection | None = None
+        self._owed: int | None = None
+        """The request of `_cued_by` that is not answered yet."""
+        self._is_cued = False
+        """A client asked for a frame that is not computed yet."""
         self._is_pending = False
         """A tick is done whose snapshot is still held back."""
         self._next_tick = time.monotonic()
@@ -68,17 +72,21 @@ class Server:
     def _turn(self) -> None:
         self._handle_ready(self._wait_s())
         now = time.monotonic()
+        if self._is_cued and not self._pacing.awaits_worker(now, len(self.simulator.traffic_managers)):
+            self._tick()
         while self.simulator.ticks_wanted:
             self.simulator.ticks_wanted -= 1
-            self._tick(now)
+            self._cue(now)
+            self._tick()
         self._rescue.look(now)
         settings = self.simulator.world.settings
         if self._is_pending:
-            self._try_publish(now)
+            self._try_publish(time.monotonic())
         elif not settings.synchronous and now >= self._next_tick:
             self._next_tick = max(self._next_tick + settings.step_s, now)
-            self._tick(now)
-            self._try_publish(now)
+            self._cue(now)
+            self._tick()
+            self._try_publish(time.monotonic())
 
     def _handle_ready(self, wait_s: float) -> None:
         for key, events in self._selector.select(wait_s):
@@ -88,19 +96,35 @@ class Server:
 
     def _wait_s(self) -> float:
         now = time.monotonic()
+        if self._is_cued:
+            return ASK_LIMIT_S
         if self._is_pending:
             return min(IDLE_S, self._hold_s(now))
         if not self.simulator.world.settings.synchronous:
             return min(IDLE_S, max(0.0, self._next_tick - now))
         return IDLE_S
 
-    def _tick(self, now: float) -> int:
+    def _cue(self, now: float) -> None:
+        """Notes that a tick is wanted; the ones before it are finished."""
+        if self._is_cued:
+            self._tick()
         if self._is_pending:
             self._publish()
-        frame = self.simulator.tick()
-        self._is_pending = True
+        self._is_cued = True
         self._pacing.cue(now)
-        return frame
+
+    def _tick(self) -> None:
+        self._is_cued = False
+        self.simulator.tick()
+        self._is_pending = True
+        self._answer_cue()
+
+    def _answer_cue(self) -> None:
+        """Tells the client the frame to wait for, which it does by spinning."""
+        number, self._owed = self._owed, None
+        if number is not None and self._cued_by is not None:
+            frame = self.simulator.world.frame + self._is_cued
+            self._cued_by.reply(number, [[1, frame]])
 
     def _hold_s(self, now: float) -> float:
         managers = len(self.simulator.traffic_managers)
@@ -131,7 +155,7 @@ class Server:
         self._is_pending = False
         # A stream that did not come in time is not waited for again.
         self.simulator.hub.awaited.clear()
-        self._pacing.published(time.monotonic())
+        self._pacing.published(time.monotonic(), len(self.simulator.traffic_managers))
         self.simulator.publish()
         if self._cued_by is not None:
             self._rescue.published(time.monotonic(), self._cued_by.host, self._cued_by.traffic_managers)
@@ -168,9 +192,16 @@ class Server:
             self._rescue.wait_for_switch()
             self._rescue.heard()
         if method == "tick_cue":
+            self._cue(time.monotonic())
             self._cued_by = connection
-            connection.reply(number, [[1, self._tick(time.monotonic())]])
+            self._owed = number
+            if not self.simulator.traffic_managers:
+                # It wakes up while the frame is computed. A traffic manager's worker would suffer from its spinning.
+                self._answer_cue()
             return
+        if self._is_cued and method != "get_episode_settings":
+            # What is asked for after a tick belongs to the time after it.
+            self._tick()
         if method == "get_episode_settings":
             time.sleep(self._pacing.answer_after_s(time.monotonic(), len(self.simulator.traffic_managers)))
         call = ALL.calls.get(method)

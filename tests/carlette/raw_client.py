@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import socket
+import struct
+from collections.abc import Iterator
 from typing import Any
 
 import msgpack
@@ -20,16 +22,24 @@ class Raw:
 
     def call(self, method: str, *arguments: Any) -> tuple[Any, Any]:
         """The error and the result of a call."""
-        self.number += 1
-        self.socket.sendall(msgpack.packb([0, self.number, method, [[False], *arguments]]))
-        while True:
-            for message in self.unpacker:
-                kind, number, error, result = message
-                assert (kind, number) == (1, self.number)
-                return error, result
-            data = self.socket.recv(65536)
-            assert data, "the server closed the connection"
-            self.unpacker.feed(data)
+        return self.call_together((method, *arguments))[0]
+
+    def call_together(self, *calls: tuple[Any, ...]) -> list[tuple[Any, Any]]:
+        """The error and the result of each of some calls that are sent at once."""
+        first = self.number + 1
+        self.number += len(calls)
+        requests = [[0, first + i, method, [[False], *arguments]] for i, (method, *arguments) in enumerate(calls)]
+        self.socket.sendall(b"".join(map(msgpack.packb, requests)))
+        found: dict[int, tuple[Any, Any]] = {}
+        while len(found) < len(calls):
+            for kind, number, error, result in self.unpacker:
+                assert kind == 1 and first <= number <= self.number
+                found[number] = (error, result)
+            if len(found) < len(calls):
+                data = self.socket.recv(65536)
+                assert data, "the server closed the connection"
+                self.unpacker.feed(data)
+        return [found[number] for number in sorted(found)]
 
 
 def open_stream(port: int, stream_id: int) -> socket.socket:
@@ -37,3 +47,25 @@ def open_stream(port: int, stream_id: int) -> socket.socket:
     stream = socket.create_connection(("127.0.0.1", port + 1), timeout=5)
     stream.sendall(stream_id.to_bytes(4, "little"))
     return stream
+
+
+def places(stream: socket.socket, actor_id: int, last_frame: int) -> Iterator[tuple[int, float]]:
+    """The frame and the actor's x of each snapshot on a world stream, up to one frame."""
+    frame = 0
+    while frame < last_frame:
+        (size,) = struct.unpack("<I", exactly(stream, 4))
+        message = exactly(stream, size)
+        frame = struct.unpack_from("<Q", message, 8)[0]
+        records = [message[at : at + 119] for at in range(84, size, 119)]
+        yield (
+            frame,
+            next(struct.unpack_from("<f", one, 5)[0] for one in records if one[:4] == struct.pack("<I", actor_id)),
+        )
+
+
+def exactly(stream: socket.socket, size: int) -> bytes:
+    """The next bytes of a stream."""
+    data = b""
+    while len(data) < size:
+        data += stream.recv(size - len(data)) or b""
+    return data

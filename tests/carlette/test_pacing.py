@@ -45,7 +45,7 @@ def test_a_silent_traffic_manager_does_not_stop_the_world() -> None:
 
 def test_a_worker_that_asks_right_after_the_snapshot_is_answered_a_little_later() -> None:
     pacing = Pacing()
-    pacing.published(5.0)
+    pacing.published(5.0, 1)
     assert pacing.answer_after_s(5.0, managers=1) == pytest.approx(SETTLE_S)
     assert pacing.answer_after_s(5.0, managers=0) == 0.0
     assert pacing.answer_after_s(5.0 + SETTLE_S, managers=1) == 0.0
@@ -55,7 +55,7 @@ def test_a_client_that_asks_for_the_settings_itself_is_not_taken_for_the_worker(
     pacing = Pacing()
     pacing.settings_asked(4.0)
     pacing.settings_asked(4.0)
-    pacing.published(4.1)
+    pacing.published(4.1, 1)
     pacing.settings_asked(4.9)
     pacing.cue(5.0)
     assert pacing.hold_s(5.0, 1, 0) == pytest.approx(DOUBT_S)
@@ -65,7 +65,7 @@ def test_a_client_that_asks_for_the_settings_itself_is_not_taken_for_the_worker(
 
 def test_a_worker_that_was_late_is_not_taken_for_one_that_waits() -> None:
     pacing = Pacing()
-    pacing.published(4.0)
+    pacing.published(4.0, 1)
     pacing.settings_asked(4.1)
     pacing.step_begun()
     pacing.cue(5.0)

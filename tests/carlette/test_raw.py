@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from raw_client import SYNCHRONOUS, Raw
+from raw_client import SYNCHRONOUS, Raw, open_stream, places
 from serving import running_server
 
 
@@ -66,6 +66,22 @@ def test_a_stream_that_never_comes_delays_one_tick_only(raw: Raw) -> None:
     frames = [raw.call("tick_cue")[1][0][1] for _ in range(20)]
     assert frames == list(range(frames[0], frames[0] + 20))
     assert time.monotonic() - start < 2.0
+
+
+@pytest.mark.parametrize("managers", [0, 1])
+def test_what_is_asked_after_a_tick_comes_after_it(port: int, raw: Raw, managers: int) -> None:
+    spectator = raw.call("get_spectator")[1][0][1][0]
+    raw.call("set_episode_settings", SYNCHRONOUS)
+    raw.call("set_actor_location", spectator, [1.0, 0.0, 0.0])
+    if managers:
+        raw.call("add_traffic_manager_running", ["127.0.0.1", 9])
+    with open_stream(port, 1) as stream:
+        frames = [raw.call("tick_cue")[1][0][1]]
+        answers = raw.call_together(("tick_cue",), ("set_actor_location", spectator, [2.0, 0.0, 0.0]), ("tick_cue",))
+        frames += [answers[0][1][0][1], answers[2][1][0][1]]
+        assert frames == list(range(frames[0], frames[0] + 3))
+        seen = dict(places(stream, spectator, frames[-1]))
+    assert [seen[frame] for frame in frames[1:]] == [1.0, 2.0]
 
 
 def test_absurd_numbers_do_not_end_the_server(raw: Raw) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.blueprints import VehicleModel
-from carlette.geometry import Floats
+from carlette.geometry import Floats, bounded
 from carlette.physics.bodies import Bodies
 from carlette.physics.sheet import (
     DAMPING_IDLE,
@@ -66,6 +66,8 @@ REVERSE_TOP_MPS = 12.0
 MOST_GEARS = 8
 
 NO_CONTROL = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+LEAST_CONTROL = np.array((0.0, -1.0, 0.0, -np.inf, -np.inf, -np.inf, -1.0))
+MOST_CONTROL = np.array((1.0, 1.0, 1.0, np.inf, np.inf, np.inf, MOST_GEARS))
 THROTTLE, STEER, BRAKE, HAND_BRAKE, REVERSE, MANUAL, GEAR = range(7)
 
 
@@ -152,9 +154,7 @@ class Fleet(Table):
     def clean_controls(self) -> Floats:
         """The controls with NaN as full (as Unreal's clamp has it) and all within their bounds."""
         control = np.where(np.isnan(self.control), 1.0, self.control)
-        np.clip(control[:, :3], (0.0, -1.0, 0.0), 1.0, out=control[:, :3])
-        np.clip(control[:, GEAR], -1.0, MOST_GEARS, out=control[:, GEAR])
-        return control
+        return bounded(control, LEAST_CONTROL, MOST_CONTROL)
 
     def step(self, bodies: Bodies, dt: float) -> None:
         """Moves all simulated vehicles by `dt` seconds in the plane."""
@@ -195,7 +195,7 @@ class Fleet(Table):
 
     def wheel_angle(self, ahead: Floats) -> Floats:
         """Angle of the front wheels in radians; less of it at speed, by the vehicle's steering curve."""
-        angle: Floats = np.clip(self.steer * self.max_steer * self._factor(ahead), -MAX_WHEEL_RAD, MAX_WHEEL_RAD)
+        angle: Floats = bounded(self.steer * self.max_steer * self._factor(ahead), -MAX_WHEEL_RAD, MAX_WHEEL_RAD)
         return angle
 
     def _factor(self, ahead: Floats) -> Floats:
@@ -253,7 +253,7 @@ class Fleet(Table):
 
     def _in_gear(self, gear: Floats, speed: Floats) -> Floats:
         """What a gear chosen by hand leaves of the automatic gearbox's push."""
-        place = np.clip(np.abs(gear).astype(int) - 1, 0, MOST_GEARS - 1)
+        place = bounded(np.abs(gear).astype(int) - 1, 0, MOST_GEARS - 1)
         every = np.arange(len(self))
         weaker = np.minimum(self.ratio[every, place] * self.launch / np.maximum(self._full_push(speed), 1e-6), 1.0)
         share: Floats = weaker * (speed < self.top_mps[every, place])
@@ -261,7 +261,7 @@ class Fleet(Table):
 
     def _turn_wheel(self, control: Floats, dt: float) -> None:
         limit = STEER_RATE_PER_S * dt
-        self.steer += np.clip(control[:, STEER] - self.steer, -limit, limit)
+        self.steer += bounded(control[:, STEER] - self.steer, -limit, limit)
 
     def _steered_rate(self, angle: Floats, ahead: Floats) -> Floats:
         """Yaw rate (rad/s) of the path that the wheels point along, as far as the tyres hold it."""
@@ -269,24 +269,24 @@ class Fleet(Table):
         pointed = SLIP_SHARE * np.tan(angle) / (self.wheelbase * sharpest)
         curvature = sharpest * np.tanh(pointed)
         grip_rate = self.grip / np.maximum(np.abs(ahead), 0.5)
-        held: Floats = np.clip(ahead * curvature, -grip_rate, grip_rate)
+        held: Floats = bounded(ahead * curvature, -grip_rate, grip_rate)
         return held
 
     def _lateral(self, wanted: Floats, ahead: Floats, aside: Floats, rate: Floats, dt: float) -> tuple[Floats, Floats]:
         """Yaw rate (rad/s) and sideways speed after `dt`, on the way to those of the steered path."""
         change = (wanted - rate) * min(1.0, dt / YAW_LAG_S)
-        rate = rate + np.clip(change, -MAX_YAW_ACCELERATION * dt, MAX_YAW_ACCELERATION * dt)
+        rate = rate + bounded(change, -MAX_YAW_ACCELERATION * dt, MAX_YAW_ACCELERATION * dt)
         slip = 0.5 * self.wheelbase * rate - aside
         turning = ahead * rate  # takes its share of the grip first
-        aside = aside + np.clip(slip, (-self.grip - turning) * dt, (self.grip - turning) * dt)
+        aside = aside + bounded(slip, (-self.grip - turning) * dt, (self.grip - turning) * dt)
         return rate, aside
 
     def steer_for(self, curvature: Floats, ahead: Floats) -> Floats:
         """The steer (-1 to 1) of all vehicles whose path has this curvature (1/m): the model turned round."""
         sharpest = RADIUS_WHEELBASE_M / (TIGHTEST_RADIUS_M * self.wheelbase)
-        share = np.arctanh(np.clip(curvature / sharpest, -0.98, 0.98))
+        share = np.arctanh(bounded(curvature / sharpest, -0.98, 0.98))
         angle = np.arctan(share * self.wheelbase * sharpest / SLIP_SHARE)
-        steer: Floats = np.clip(angle / (self.max_steer * self._factor(ahead)), -1.0, 1.0)
+        steer: Floats = bounded(angle / (self.max_steer * self._factor(ahead)), -1.0, 1.0)
         return steer
 
     def pedals_for(self, acceleration: Floats, ahead: Floats) -> tuple[Floats, Floats]:
@@ -298,8 +298,8 @@ class Fleet(Table):
         square = full - idle
         root = np.sqrt(np.maximum(idle * idle + square * (wanted + idle), 0.0))
         throttle = np.where(np.abs(square) > 1e-6, (root - idle) / np.where(square == 0.0, 1.0, square), 0.5)
-        throttle = np.where(wanted > -idle, np.clip(throttle, 0.0, 1.0), 0.0)
-        brake = np.clip((-wanted - idle) / self.brake, 0.0, 1.0)
+        throttle = np.where(wanted > -idle, bounded(throttle, 0.0, 1.0), 0.0)
+        brake = bounded((-wanted - idle) / self.brake, 0.0, 1.0)
         return throttle, brake
 
     def _publish(self, bodies: Bodies, control: Floats, ahead: Floats) -> None:

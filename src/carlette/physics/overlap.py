@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carlette.geometry import Floats
+from carlette.geometry import Floats, columns
 from carlette.physics.bodies import Bodies
 
 RESTING_MPS = 0.1
@@ -44,7 +44,7 @@ def boxes_of(bodies: Bodies, rows: Indices, shapes: tuple[Floats, Floats] | None
     """
     offset, extent = (bodies.center[rows], bodies.extent[rows]) if shapes is None else shapes
     yaw = np.radians(bodies.rotation[rows, 1])
-    ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
+    ahead = columns(np.cos(yaw), np.sin(yaw))
     position = bodies.position[rows]
     center = position[:, :2] + offset[:, :1] * ahead + offset[:, 1:2] * _left(ahead)
     middle = position[:, 2] + offset[:, 2]
@@ -56,12 +56,13 @@ def near_pairs(boxes: Boxes, moving: NDArray[np.bool_]) -> tuple[Indices, Indice
     """Pairs whose circles and heights overlap and of which at least one moves; each pair once, i < j."""
     mover = np.flatnonzero(moving)
     radius = np.hypot(boxes.half[:, 0], boxes.half[:, 1])
-    gap = boxes.center[mover, None, :] - boxes.center[None, :, :]
-    reach = radius[mover, None] + radius[None, :]
-    close = (gap * gap).sum(axis=2) < reach * reach
-    close &= boxes.bottom[mover, None] < boxes.top[None, :]
-    close &= boxes.bottom[None, :] < boxes.top[mover, None]
-    left, second = np.nonzero(close)
+    x, y = boxes.center[:, 0], boxes.center[:, 1]
+    gap_x, gap_y = x[mover, None] - x, y[mover, None] - y
+    reach = radius[mover, None] + radius
+    close = gap_x * gap_x + gap_y * gap_y < reach * reach
+    close &= boxes.bottom[mover, None] < boxes.top
+    close &= boxes.bottom < boxes.top[mover, None]
+    left, second = close.nonzero()
     first = mover[left]
     keep = (first < second) | ((first > second) & ~moving[second])
     first, second = first[keep], second[keep]
@@ -97,4 +98,4 @@ def _reach(axes: Floats, ahead: Floats, half: Floats) -> Floats:
 
 
 def _left(ahead: Floats) -> Floats:
-    return np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
+    return columns(-ahead[:, 1], ahead[:, 0])

@@ -57,17 +57,17 @@ class Surface(Table):
         """Asks the map for the planes of the actors that have moved on."""
         position = bodies.position[self.row]
         near = np.where(self.on_foot, STEP_M, RELOOK_M)
-        moved = np.abs(position[:, :2] - self.looked).max(axis=1, initial=0.0) > near
+        gap = np.abs(position[:, :2] - self.looked)
+        moved = (gap[:, 0] > near) | (gap[:, 1] > near)
         if not moved.any():
             return
-        for index in np.flatnonzero(moved).tolist():
-            x, y, z = position[index].tolist()
-            ground = roads.ground(Vector(x, y, z))
-            self.origin[index] = ground.origin
-            self.origin[index, 2] += ground.kerb_m * self.on_foot[index]
-            self.slope[index] = (ground.slope_x, ground.slope_y)
-            self.looked[index] = (x, y)
-            self.limit_kmh[index] = ground.limit_kmh
+        which = moved.nonzero()[0]
+        grounds = [roads.ground(Vector(*point)) for point in position[which].tolist()]
+        self.origin[which] = [one.origin for one in grounds]
+        self.origin[which, 2] += np.array([one.kerb_m for one in grounds]) * self.on_foot[which]
+        self.slope[which] = [(one.slope_x, one.slope_y) for one in grounds]
+        self.looked[which] = position[which, :2]
+        self.limit_kmh[which] = [one.limit_kmh for one in grounds]
         cars = self.tilts
         bodies.record["speed_limit"][self.row[cars]] = self.limit_kmh[cars]
 
@@ -78,10 +78,11 @@ class Surface(Table):
         ground = self._ground(position)
         height = position[:, 2] - ground
         active = bodies.simulated[row] & (height > -STAGED_M)
-        along = (bodies.velocity[row, :2] * slope).sum(axis=1)
-        rising = bodies.velocity[row, 2] - along > JUMP_MPS
+        velocity = bodies.velocity[row]
+        along = velocity[:, 0] * slope[:, 0] + velocity[:, 1] * slope[:, 1]
+        rising = velocity[:, 2] - along > JUMP_MPS
         falling = active & ((height > CONTACT_M) | rising)
-        climb = bodies.velocity[row, 2] - GRAVITY * dt * ~self.weightless
+        climb = velocity[:, 2] - GRAVITY * dt * ~self.weightless
         fallen = np.maximum(position[:, 2] + climb * dt, ground)
         new_z = np.where(falling, fallen, np.where(active, ground, position[:, 2]))
         bodies.position[row, 2] = new_z
@@ -91,8 +92,8 @@ class Surface(Table):
 
     def _ground(self, position: Floats) -> Floats:
         """Height of each actor's origin while it stands where it is."""
-        offset = position[:, :2] - self.origin[:, :2]
-        level: Floats = self.origin[:, 2] + (offset * self.slope).sum(axis=1) + self.stand
+        rise = (position[:, :2] - self.origin[:, :2]) * self.slope
+        level: Floats = self.origin[:, 2] + (rise[:, 0] + rise[:, 1]) + self.stand
         return level
 
     def _tilt(self, bodies: Bodies, which: NDArray[np.bool_]) -> None:

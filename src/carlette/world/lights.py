@@ -70,6 +70,10 @@ class Signals:
     def __init__(self) -> None:
         self.lights = Lights()
         self.groups: list[Group] = []
+        self._is_news = True
+        """Something besides the time has changed since it was last published."""
+        self._is_held = False
+        """A light may be set by hand: asked first, as looking at the column costs more."""
 
     def form_groups(self, phases: list[tuple[str, int]], random: Random) -> None:
         """Groups the lights by (junction, place in the cycle); each group starts in a phase drawn at random."""
@@ -88,6 +92,7 @@ class Signals:
         lights = self.lights
         for number in numbers_:
             group = self.groups[number]
+            self._is_news = True
             group.phase = group.phase if keep_phase else 0
             group.stage, group.elapsed_s, group.due_s = 0, 0.0, None
             for place, phase in enumerate(group.phases):
@@ -99,16 +104,18 @@ class Signals:
     def set_color(self, index: int, color: Color) -> None:
         """Sets a light by hand."""
         self._paint(index, color)
-        self.lights.by_hand[index] = True
+        self.lights.by_hand[index] = self._is_held = True
 
     def set_time(self, index: int, stage: Color, seconds: float) -> None:
         """Sets how long a light stays green, yellow or red."""
         self.lights.times[index, STAGES.index(stage)] = seconds
+        self._is_news = True
         self.groups[self.lights.group[index]].due_s = None
 
     def freeze(self, frozen: bool, index: int | None = None) -> None:
         """Stops or restarts the clock of all lights, or of the group of one."""
         lights = self.lights
+        self._is_news = True
         if index is None:
             lights.frozen[:] = frozen
         else:
@@ -124,7 +131,7 @@ class Signals:
         if not len(lights):
             return
         lights.elapsed += np.where(lights.frozen, 0.0, dt)
-        if lights.by_hand.any():
+        if self._is_held:
             self._release()
         for group in self.groups:
             if not lights.frozen[group.phases[0][0]]:
@@ -136,6 +143,9 @@ class Signals:
         """Writes colours and times into the records."""
         lights, record = self.lights, bodies.record
         record["elapsed"][lights.row] = lights.elapsed
+        if not self._is_news:
+            return
+        self._is_news = False
         record["color"][lights.row] = lights.color
         record["light_times"][lights.row] = lights.times
         record["frozen"][lights.row] = lights.frozen
@@ -147,6 +157,7 @@ class Signals:
         if group.elapsed_s < group.due_s:
             return
         group.elapsed_s, group.due_s = 0.0, None
+        self._is_news = True
         group.stage = (group.stage + 1) % len(STAGES)
         if group.stage == 0:
             group.phase = (group.phase + 1) % len(group.phases)
@@ -163,7 +174,9 @@ class Signals:
                 group = self.groups[lights.group[index]]
                 current = index in group.phases[group.phase]
                 self._paint(index, STAGES[group.stage] if current else Color.RED)
+        self._is_held = bool(lights.by_hand.any())
 
     def _paint(self, index: int, color: Color) -> None:
+        self._is_news = True
         self.lights.color[index] = color
         self.lights.elapsed[index] = 0.0

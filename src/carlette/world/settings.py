@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
 
 ASYNCHRONOUS_STEP_S = 0.05
 
@@ -27,6 +30,11 @@ class EpisodeSettings:
     def step_s(self) -> float:
         """Simulated seconds of one tick."""
         return self.fixed_delta_s or ASYNCHRONOUS_STEP_S
+
+    @cached_property
+    def single_step_s(self) -> float:
+        """`step_s` as the snapshot's float32 has it."""
+        return float(np.float32(self.step_s))
 
 
 CLEAR_NOON = (5.0, 0.0, 0.0, 10.0, -1.0, 45.0, 2.0, 0.75, 0.1, 0.0, 1.0, 0.03, 0.0331, 0.0)

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from carlette.geometry import Floats
 from carlette.physics.bodies import Bodies
 from carlette.physics.fleet import Fleet
 from carlette.world.lights import Color, Lights
 
 PROBES = np.array([1.0, 0.5, 0.0, -0.5, -1.0])
 """Points along a vehicle, in half lengths, that may lie in a trigger box."""
+NEAR_M = 20.0
+"""Boxes farther away, in x or y, are not looked at."""
 
 
 def watch_lights(bodies: Bodies, fleet: Fleet, lights: Lights) -> None:
@@ -17,26 +21,36 @@ def watch_lights(bodies: Bodies, fleet: Fleet, lights: Lights) -> None:
     if not len(fleet) or not len(lights):
         return
     rows = fleet.row
-    yaw = np.radians(bodies.rotation[rows, 1])
-    ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
-    gap = bodies.position[rows, None, :] - lights.center[None, :, :]
-    near = np.abs(gap).max(axis=2) < 20.0
-    car, light = np.nonzero(near)
-    probe = gap[car, light, :2][:, None, :] + (
-        PROBES[None, :, None] * (bodies.extent[rows[car], 0, None] * ahead[car])[:, None, :]
-    )
-    axis = lights.ahead[light][:, None, :]
-    along = np.abs((probe * axis).sum(axis=2))
-    across = np.abs(probe[:, :, 1] * axis[:, :, 0] - probe[:, :, 0] * axis[:, :, 1])
-    extent = lights.extent[light]
-    inside = ((along <= extent[:, :1]) & (across <= extent[:, 1:2])).any(axis=1)
-    inside &= np.abs(gap[car, light, 2]) <= extent[:, 2] + 1.0
-    car, light = car[inside], light[inside]
     record = bodies.record
     record["has_light"][rows] = 0
     record["light_state"][rows] = Color.GREEN
     record["light_id"][rows] = 0
-    at = rows[car]
+    position = bodies.position[rows]
+    gap_x = position[:, :1] - lights.center[:, 0]
+    gap_y = position[:, 1:2] - lights.center[:, 1]
+    near = np.maximum(np.abs(gap_x), np.abs(gap_y)) < NEAR_M
+    car, light = near.nonzero()
+    if not len(car):
+        return
+    inside = _inside(bodies, rows[car], lights, light, (gap_x[near], gap_y[near]))
+    light = light[inside]
+    at = rows[car[inside]]
     record["has_light"][at] = 1
     record["light_state"][at] = lights.color[light]
     record["light_id"][at] = record["id"][lights.row[light]]
+
+
+def _inside(
+    bodies: Bodies, row: NDArray[np.int64], lights: Lights, light: NDArray[np.int64], gap: tuple[Floats, Floats]
+) -> NDArray[np.bool_]:
+    """Which of the pairs of a vehicle's row and a light, `gap` apart in x and y, touch."""
+    yaw = np.radians(bodies.rotation[row, 1])
+    reach = bodies.extent[row, :1] * PROBES
+    x = gap[0][:, None] + reach * np.cos(yaw)[:, None]
+    y = gap[1][:, None] + reach * np.sin(yaw)[:, None]
+    ahead, extent = lights.ahead[light], lights.extent[light]
+    along = np.abs(x * ahead[:, :1] + y * ahead[:, 1:])
+    across = np.abs(y * ahead[:, :1] - x * ahead[:, 1:])
+    level = np.abs(bodies.position[row, 2] - lights.center[light, 2]) <= extent[:, 2] + 1.0
+    inside: NDArray[np.bool_] = ((along <= extent[:, :1]) & (across <= extent[:, 1:2])).any(axis=1) & level
+    return inside

@@ -77,7 +77,7 @@ class World:
     @property
     def step_s(self) -> float:
         """Seconds of the next tick, as the snapshot's float32 has them."""
-        return float(np.float32(self.settings.step_s))
+        return self.settings.single_step_s
 
     @property
     def roster(self) -> tuple[int, int]:
@@ -161,7 +161,7 @@ class World:
         bodies = self.bodies
         if self.traffic is not None:
             self.traffic.step(self)
-        if self.walkers.dead.any():
+        if len(self.walkers) and self.walkers.dead.any():
             self._bury()
         before = bodies.velocity.copy()
         self.signals.step(bodies, dt)
