@@ -64,7 +64,7 @@ def _run(
     driver.set_destination(site.destination.transform.location)
     stack = CarlaStack(situation.ego, driver, carla_map)
     collisions = CollisionWatch(world, situation.ego)
-    scribe = Scribe(world, situation)
+    scribe = Scribe(world, situation.ego, situation.role_of)
     solver = _solver(job, stack, scribe) if job.with_solver else None
     try:
         loop = _Loop(job, world, situation, stack, solver, scribe, collisions)

@@ -13,6 +13,7 @@ from pydantic import Field
 from stucksolver.scene.model import Model
 
 Polyline = tuple[tuple[float, float], ...]
+ActorRole = Literal["ego", "scenario", "traffic", "prop"]
 
 
 class LaneArea(Model):
@@ -48,7 +49,7 @@ class ActorInfo(Model):
     """`car`, `van`, `truck`, `bicycle`, `pedestrian`, `cone`, ... as in the scene."""
     length_m: float
     width_m: float
-    role: Literal["ego", "scenario", "traffic", "prop"]
+    role: ActorRole
 
 
 class Frame(Model):

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Literal
 
 from stucksolver.decision import Directive, Execute, Replan, SafeStop
-from stucksolver.evaluate.runlog import ActorInfo, DecisionMoment, Frame, LogEvent, Polyline
-from stucksolver.evaluate.situation import Situation
+from stucksolver.evaluate.runlog import ActorInfo, ActorRole, DecisionMoment, Frame, LogEvent, Polyline
 from stucksolver.scene import EgoState, TrackedObject
 from stucksolver.solver import Event, EventKind
 from stucksolver.stacks.carla_stack.frames import to_local, yaw_to_local
@@ -30,12 +30,14 @@ _KINDS: dict[EventKind, Kind] = {
 class Scribe:
     """Keeps what the replay shows. Times given to it are seconds since the start of the run."""
 
-    def __init__(self, world: Any, situation: Situation) -> None:
+    def __init__(
+        self, world: Any, ego: Any, role_of: Callable[[str], ActorRole], frame_every_s: float = FRAME_EVERY_S
+    ) -> None:
         self._world = world
-        self._ego = situation.ego
-        self._tracker = Tracker(world, situation.ego.id, RANGE_M)
-        self._roles = {str(a.id): "scenario" for a in situation.others}
-        self._roles |= {str(a.id): "traffic" for a in situation.traffic}
+        self._ego = ego
+        self._role_of = role_of
+        self._frame_every_s = frame_every_s
+        self._tracker = Tracker(world, ego.id, RANGE_M)
         self._lights = [
             (light, to_local(light.get_location())) for light in world.get_actors().filter("*traffic_light*")
         ]
@@ -44,7 +46,7 @@ class Scribe:
         self._path: Polyline = ()
         self._said: Directive | None = None
         self._start_s = float(world.get_snapshot().timestamp.elapsed_seconds)
-        box = situation.ego.bounding_box.extent
+        box = ego.bounding_box.extent
         self._size = (2 * float(box.x), 2 * float(box.y))
         self.actors = [ActorInfo(label="ego", kind="car", length_m=self._size[0], width_m=self._size[1], role="ego")]
         self.frames: list[Frame] = []
@@ -55,7 +57,7 @@ class Scribe:
         """Note where everybody is, when it is time for a frame; gives back what was seen."""
         if time_s < self._next_frame_s - 1e-6:
             return None, ()
-        self._next_frame_s = time_s + FRAME_EVERY_S
+        self._next_frame_s = time_s + self._frame_every_s
         transform = self._ego.get_transform()
         x, y = to_local(transform.location)
         yaw = yaw_to_local(transform.rotation.yaw)
@@ -82,14 +84,13 @@ class Scribe:
     def _actor(self, o: TrackedObject) -> int:
         if o.id not in self._index:
             self._index[o.id] = len(self.actors)
-            role = self._roles.get(o.id, "prop")
             self.actors.append(
                 ActorInfo(
                     label=f"{o.kind.value} {o.id}",
                     kind=o.kind.value,
                     length_m=round(o.length_m, 2),
                     width_m=round(o.width_m, 2),
-                    role=role,  # type: ignore[arg-type]
+                    role=self._role_of(o.id),
                 )
             )
         return self._index[o.id]

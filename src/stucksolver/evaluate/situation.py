@@ -8,6 +8,7 @@ from typing import Any
 
 import carla
 
+from stucksolver.evaluate.runlog import ActorRole
 from stucksolver.evaluate.sites import Site
 from stucksolver.evaluate.traffic import Traffic
 
@@ -35,6 +36,12 @@ class Situation:
     ego: Any
     others: list[Any]
     traffic: list[Any]
+
+    def role_of(self, actor_id: str) -> ActorRole:
+        """What part an actor plays, for the replay."""
+        if any(str(actor.id) == actor_id for actor in self.others):
+            return "scenario"
+        return "traffic" if any(str(actor.id) == actor_id for actor in self.traffic) else "prop"
 
 
 def build(world: Any, site: Site, scenario: Scenario, oncoming: int, traffic: Traffic, seed: int) -> Situation:

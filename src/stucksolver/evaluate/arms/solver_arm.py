@@ -1,0 +1,135 @@
+"""StuckSolver beside a driver, by its public face only."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from stucksolver.decision import Decision, Directive, SafeStop
+from stucksolver.evaluate.arms.arm import ArmLog, Now
+from stucksolver.evaluate.results.outcome import Intervention, Query
+from stucksolver.reason import Reasoner
+from stucksolver.reason.reasoner import Cancellable, Trace, Traced
+from stucksolver.scene import Scene
+from stucksolver.solver import Event, EventKind, StuckSolver
+from stucksolver.stacks.carla_stack import CarlaStack
+
+Listener = Callable[[Event], None]
+ASKING = "request_assistance"
+"""The behaviour that calls for help."""
+
+
+class TimedReasoner:
+    """Notes how long each answer took, and how many tokens it cost where the reasoner tells."""
+
+    def __init__(self, inner: Reasoner) -> None:
+        self._inner = inner
+        self.took_s = 0.0
+        """Wall time of the last answer."""
+
+    @property
+    def name(self) -> str:
+        return self._inner.name
+
+    def decide(self, scene: Scene) -> Decision:
+        began = time.perf_counter()
+        try:
+            return self._inner.decide(scene)
+        finally:
+            self.took_s = time.perf_counter() - began
+
+    @property
+    def last_trace(self) -> Trace | None:
+        return self._inner.last_trace if isinstance(self._inner, Traced) else None
+
+    @property
+    def tokens(self) -> int:
+        """Of the last answer, read and written."""
+        trace = self.last_trace
+        return 0 if trace is None else (trace.input_tokens or 0) + (trace.output_tokens or 0)
+
+    def cancel(self) -> None:
+        if isinstance(self._inner, Cancellable):
+            self._inner.cancel()
+
+
+class SolverArm:
+    """`make_solver` is given the listener for the solver's events."""
+
+    def __init__(self, stack: CarlaStack, reasoner: TimedReasoner, make_solver: Callable[[Listener], StuckSolver]):
+        self._stack = stack
+        self._reasoner = reasoner
+        self._start_s: float | None = None
+        self._now = Now(0.0, 0.0, 0.0)
+        self._running: Intervention | None = None
+        self._heard: list[Listener] = []
+        self.log = ArmLog()
+        self.directive: Directive | None = None
+        self._decided: Event | None = None
+        self._solver = make_solver(self._hear)
+
+    def listen(self, listener: Listener) -> None:
+        """Someone else who wants to hear the solver's events."""
+        self._heard.append(listener)
+
+    def step(self, now: Now) -> Any:
+        self._now = now
+        self.directive = self._solver.step(self._stack.status(), self._stack.surroundings)
+        if isinstance(self.directive, SafeStop) and self.log.asked_s is None:
+            self.log.asked_s = now.time_s
+        return self._stack.perform(self.directive)
+
+    def say(self, text: str) -> None:
+        self._solver.guide(text)
+
+    def close(self, time_s: float) -> None:
+        self._solver.close()
+        if self._running is not None:
+            self._end(time_s, False, "the route ended")
+
+    def _hear(self, event: Event) -> None:
+        now = self._now
+        if event.kind is EventKind.TRIGGERED:
+            self.log.queries.append(Query(asked_s=now.time_s))
+        elif event.kind is EventKind.DECIDED:
+            self._answered(event)
+        elif event.kind is EventKind.STARTED:
+            self._began(event)
+        elif event.kind in (EventKind.FINISHED, EventKind.ABORTED) and self._running is not None:
+            self._end(now.time_s, event.kind is EventKind.FINISHED, event.text)
+        for listener in self._heard:
+            listener(event)
+
+    def _answered(self, event: Event) -> None:
+        verdict = "nothing to do"
+        if event.verdict is not None:
+            verdict = "accepted" if event.verdict.accepted else f"refused: {event.verdict}"
+        if self.log.queries:
+            answer = {"answered_s": self._now.time_s, "verdict": verdict}
+            cost = {"took_s": self._reasoner.took_s, "tokens": self._reasoner.tokens}
+            self.log.queries[-1] = self.log.queries[-1].model_copy(update=answer | cost)
+        self._decided = event
+
+    def _began(self, event: Event) -> None:
+        decided = self._decided
+        plan = None if decided is None or decided.decision is None else decided.decision.plan
+        behaviors = () if plan is None else plan.behaviors
+        guided = decided is not None and decided.trigger == "guidance"
+        self._running = Intervention(
+            start_s=self._now.time_s,
+            end_s=self._now.time_s,
+            place_m=self._now.place_m,
+            rung=str(getattr(event, "rung", None) or ("passenger" if guided else "rules")),
+            behaviors=tuple(b.name for b in behaviors),
+            moves=any(not b.stands_still for b in behaviors),
+            finished=False,
+        )
+        if ASKING in self._running.behaviors and self.log.asked_s is None:
+            self.log.asked_s = self._now.time_s
+
+    def _end(self, time_s: float, finished: bool, text: str) -> None:
+        assert self._running is not None
+        ended = {"end_s": time_s, "finished": finished, "text": text}
+        self.log.interventions.append(self._running.model_copy(update=ended))
+        self._running = None

@@ -1,0 +1,93 @@
+"""What is kept of one route beside the leaderboard's record: everything recovery's own figures are computed from.
+
+Times are seconds since the start of the route, places metres along it.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from stucksolver.scene.model import Model
+
+Expected = Literal["recover", "wait", "ask", "reroute"]
+State = Literal["driven", "unsupported", "invalid", "crashed"]
+
+
+class Noted(Model):
+    """An infraction, or a near miss, with the time at which it happened."""
+
+    kind: str
+    time_s: float
+    text: str
+
+
+class Spell(Model):
+    """A time of immobilization: below 5 km/h for 1 s or more, until 15 m of new progress."""
+
+    onset_s: float
+    place_m: float
+    recovered_after_s: float | None
+    """None: the route ended first."""
+    ended_s: float
+
+
+class Intervention(Model):
+    """A plan that was carried out."""
+
+    start_s: float
+    end_s: float
+    place_m: float
+    rung: str
+    """Which rung of the ladder it came from: `rules`, `passenger`, or a timer's action."""
+    behaviors: tuple[str, ...]
+    moves: bool
+    """False for a plan that only stands still."""
+    finished: bool
+    text: str = ""
+
+
+class Query(Model):
+    """A question to the reasoner."""
+
+    asked_s: float
+    answered_s: float | None = None
+    took_s: float | None = None
+    """Wall time."""
+    tokens: int = 0
+    verdict: str = ""
+
+
+class Outcome(Model):
+    """One route with one arm and one seed."""
+
+    version: Literal[1] = 1
+    route_id: str
+    scenario: str
+    town: str
+    seed: int
+    arm: str
+    state: State = "driven"
+    reason: str = ""
+    """Why it was not driven."""
+    expected: Expected | None = None
+    """The right thing to do in the scenario, where it is stated."""
+    asked_s: float | None = None
+    """When help was asked for, if it was."""
+    ticks: int = 0
+    wall_s: float = 0.0
+    length_m: float = 0.0
+    points: int = 0
+    first_junction: int | None = None
+    """1-based index of the first junction point of the 1 m route."""
+    stuck_end_pct: float | None = None
+    """Speed beside the traffic (%) on the stretch that the ego did not get to the end of."""
+    infractions: tuple[Noted, ...] = ()
+    near_misses: tuple[Noted, ...] = ()
+    spells: tuple[Spell, ...] = ()
+    interventions: tuple[Intervention, ...] = ()
+    queries: tuple[Query, ...] = ()
+    guidance: tuple[Noted, ...] = ()
+    track: tuple[tuple[float, float], ...] = Field(default=())
+    """(time, place) once a second."""

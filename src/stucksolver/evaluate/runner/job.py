@@ -1,0 +1,51 @@
+"""One route to be driven by one arm, with everything that another process needs to do it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from stucksolver.evaluate.guidance.script import Line
+from stucksolver.evaluate.routes import Route
+
+Replays = Literal["none", "failed", "all"]
+
+
+@dataclass(frozen=True)
+class ArmSpec:
+    """Who drives, who helps, and how time is counted.
+
+    `recovery`: `none`, `timers`, or the name of a reasoner. `detector`: fields of `DetectorSettings` that differ from
+    its defaults.
+    """
+
+    driver: str = "behavior:normal"
+    recovery: str = "none"
+    clock: str = "lockstep"
+    perception: str = "privileged"
+    ladder: Path | None = None
+    detector: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        return "driver alone" if self.recovery == "none" else self.recovery
+
+
+@dataclass(frozen=True)
+class RouteJob:
+    """`host`, `port`: a running CARLA server instead of a carlette of our own."""
+
+    route: Route
+    seed: int
+    arm: ArmSpec
+    lines: tuple[Line, ...] = ()
+    maps: str | None = None
+    replays: Replays = "none"
+    host: str | None = None
+    port: int = 2000
+
+    @property
+    def scenario(self) -> str:
+        """The type that the route is about; its first scenario, as the benchmark has it."""
+        return self.route.scenarios[0].type if self.route.scenarios else "None"
