@@ -44,6 +44,8 @@ class Car:
     steering: Steering
     wish_mps: float
     """Speed it wants; at 0 it brakes and waits."""
+    brakes_hard: bool = False
+    """With a wish of 0: an emergency stop."""
     constant: bool = False
     obeys_lights: bool = True
     yields: bool = True
@@ -216,7 +218,8 @@ class Cars:
         """IDM behind the leader, and to a stop at lines; m/s²."""
         wish = min(car.wish_mps, car.path.speed_limit())
         if wish < 0.1:
-            return -SOFT_MPS2 if speed > 0.05 else -0.5
+            brake = HARD_MPS2 if car.brakes_hard else SOFT_MPS2
+            return -brake if speed > 0.05 else -0.5
         free = MOST_MPS2 * (1.0 - (max(speed, 0.0) / wish) ** 4)
         wanted = max(free, -3.0)
         if car.leader is not None:

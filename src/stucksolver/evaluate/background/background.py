@@ -27,8 +27,9 @@ _CLAIM_M, _CLAIM_MPS = 8.0, 1.0
 class Background:
     """All of it. `populate` once, `tick` after every tick of the world; the rest are the scenarios' hooks."""
 
-    def __init__(self, setting: Setting) -> None:
-        self._setting = setting
+    def __init__(self, setting: Setting, empty: bool = False) -> None:
+        """With `empty` nobody comes, and the hooks find nobody."""
+        self._setting, self._empty = setting, empty
         self._seen = Seen(setting)
         self._junctions = route_junctions(setting.route)
         self._ticks = 0
@@ -38,6 +39,8 @@ class Background:
 
     def populate(self) -> None:
         """The first cars around the hero."""
+        if self._empty:
+            return
         hero = self._setting.hero.get_location()
         index = self._setting.route.project(hero)
         self._look(float(self._setting.route.s_m[index]))
@@ -46,7 +49,7 @@ class Background:
     def tick(self, time_s: float, hero_s_m: float) -> None:
         """Let cars come, go and choose their speeds."""
         self._ticks += 1
-        if self._ticks % EVERY:
+        if self._empty or self._ticks % EVERY:
             return
         self._look(hero_s_m)
         self._claim_for_hero()

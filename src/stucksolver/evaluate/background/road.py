@@ -73,6 +73,7 @@ class RoadTraffic:
             self._source()
         for one in self._cars:
             one.car.wish_mps = self._wish(one)
+            one.car.brakes_hard = self.front_stopped and one.ahead_m > 0.0
 
     def adopt(self, car: Car) -> None:
         """A car that has come onto the hero's road."""

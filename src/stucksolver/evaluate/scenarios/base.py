@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from random import Random
 from typing import Any, ClassVar
 
+import carla
+
+from stucksolver.evaluate.actors import Cars, Cast, State
+from stucksolver.evaluate.background import Background
 from stucksolver.evaluate.routes.route import ScenarioSpec
 from stucksolver.evaluate.scenarios.setting import Setting
 
@@ -70,9 +76,78 @@ class Scenario(ABC):
         """The hero's `carla.VehicleControl` as the vehicle gets it, while the script runs."""
         return control
 
+    # What scripts read and use.
+
+    @property
+    def cast(self) -> Cast:
+        return self.setting.cast
+
+    @property
+    def cars(self) -> Cars:
+        return self.setting.cars
+
+    @property
+    def random(self) -> Random:
+        return self.setting.random
+
+    @property
+    def hero(self) -> State:
+        return self.setting.cast.hero
+
+    @cached_property
+    def traffic(self) -> Background:
+        """The background, or an empty one whose hooks do nothing."""
+        return self.setting.background or Background(self.setting, empty=True)
+
+    @property
+    def limit_mps(self) -> float:
+        """Speed limit of the hero."""
+        return max(float(self.setting.hero.get_speed_limit()), 10.0) / 3.6
+
+    def s_at(self, distance_m: float) -> float:
+        """Arc length of a place so far beyond the trigger. Raises `ScenarioError` beyond the route's end."""
+        s_m = self.trigger_s_m + distance_m
+        if s_m > self.setting.route.length_m:
+            raise ScenarioError(
+                f"{self.spec.name}: {distance_m:.0f} m beyond the trigger point the route has ended; "
+                "extend the route or move the trigger point back"
+            )
+        return s_m
+
+    def ahead(self, distance_m: float) -> Any:
+        """The route's `carla.Waypoint` so far beyond the trigger. Raises `ScenarioError` beyond the route's end."""
+        return self.setting.route.at(self.s_at(distance_m))
+
+    def gap_m(self, s_m: float) -> float:
+        """How far along the route a place is still ahead of the hero's middle."""
+        return s_m - self.setting.hero_s_m
+
+    def within(self, s_m: float, seconds: float, distance_m: float) -> bool:
+        """Whether the hero is so many seconds or metres from a place of the route, or beyond it."""
+        gap_m = self.gap_m(s_m)
+        return gap_m < distance_m or gap_m < seconds * max(self.hero.speed_mps, 0.0)
+
+    def until(self, condition: Callable[[], bool]) -> Iterator[None]:
+        """Wait for something."""
+        while not condition():
+            yield
+
+    def wait(self, seconds: float) -> Iterator[None]:
+        """Wait for a time."""
+        end_s = self.cast.time_s + seconds - 1e-6
+        while self.cast.time_s < end_s:
+            yield
+
+    def until_passed(self, s_m: float) -> Iterator[None]:
+        """Wait until the hero is at a place of the route, or at the route's end."""
+        s_m = min(s_m, self.setting.route.length_m - 3.0)
+        yield from self.until(lambda: self.setting.hero_s_m >= s_m)
+
+    def at_route_end(self) -> bool:
+        """Whether the hero is at the end of its route, where nothing can follow any more."""
+        return self.setting.hero_s_m >= self.setting.route.length_m - 3.0
+
 
 def _location(spec: ScenarioSpec) -> Any:
-    import carla
-
     place = spec.trigger.position
     return carla.Location(place.x_m, place.y_m, place.z_m)

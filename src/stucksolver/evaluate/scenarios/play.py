@@ -80,6 +80,7 @@ class Play:
     def tick(self, time_s: float, hero_s_m: float) -> None:
         """After each tick of the world, before the driver's step; moves the background, too."""
         setting = self._setting
+        setting.hero_s_m = hero_s_m
         setting.cast.look()
         for part in self._parts:
             if part.script is None and not part.over and hero_s_m >= part.scenario.trigger_s_m - TRIGGER_M:

@@ -30,6 +30,8 @@ class Setting:
     random: random.Random
     background: Background | None = None
     dt_s: float = 0.05
+    hero_s_m: float = 0.0
+    """Where the hero is along the route; `Play` keeps it."""
 
     @cached_property
     def cast(self) -> Cast:

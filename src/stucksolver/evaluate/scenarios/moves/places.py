@@ -1,0 +1,101 @@
+"""Places beside a lane, as `carla.Transform`s and `carla.Waypoint`s."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import carla
+
+MOST_LANES = 8
+
+
+def beside(waypoint: Any, right_m: float = 0.0, ahead_m: float = 0.0, up_m: float = 0.0, turn_deg: float = 0.0) -> Any:
+    """A transform that far to the right of and ahead of a waypoint, straight on, turned clockwise."""
+    at = waypoint.transform
+    yaw = math.radians(at.rotation.yaw)
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    place = carla.Location(
+        at.location.x + ahead_m * cos - right_m * sin,
+        at.location.y + ahead_m * sin + right_m * cos,
+        at.location.z + up_m,
+    )
+    rotation = carla.Rotation(pitch=at.rotation.pitch, yaw=at.rotation.yaw + turn_deg)
+    return carla.Transform(place, rotation)
+
+
+def lane_of(waypoint: Any, kind: Any, direction: str = "right") -> Any | None:
+    """The first lane of a `carla.LaneType` on that side of the road, or None."""
+    here = waypoint
+    for _ in range(MOST_LANES):
+        there = here.get_right_lane() if direction == "right" else here.get_left_lane()
+        if there is None:
+            return None
+        if there.lane_type == kind:
+            return there
+        # Beyond the middle of the road left and right change their sides.
+        if direction == "left" and there.lane_id * here.lane_id < 0:
+            return lane_of(there, kind, "right")
+        here = there
+    return None
+
+
+def edge_m(waypoint: Any, direction: str = "right") -> float:
+    """How far the outer edge of the outermost lane on which vehicles drive or stop is from a waypoint's centre."""
+    here, edge = waypoint, waypoint.lane_width / 2.0
+    for _ in range(MOST_LANES):
+        here = here.get_right_lane() if direction == "right" else here.get_left_lane()
+        if here is None or here.lane_type not in _FOR_VEHICLES or here.lane_id * waypoint.lane_id < 0:
+            break
+        edge += here.lane_width
+    return float(edge)
+
+
+_FOR_VEHICLES = (carla.LaneType.Driving, carla.LaneType.Parking, carla.LaneType.Biking, carla.LaneType.Stop)
+
+
+def side_driving_lane(waypoint: Any, side: str) -> Any | None:
+    """The driving lane of the same direction on that side, or None."""
+    there = waypoint.get_left_lane() if side == "left" else waypoint.get_right_lane()
+    same = there is not None and there.lane_id * waypoint.lane_id > 0
+    return there if same and there.lane_type == carla.LaneType.Driving else None
+
+
+def upstream(waypoint: Any, distance_m: float, step_m: float = 5.0) -> Any:
+    """The place so far back along the lane, as straight as can be through junctions; less where the lane begins."""
+    here, gone = waypoint, 0.0
+    while gone < distance_m:
+        step = min(step_m, distance_m - gone)
+        before = here.previous(step)
+        if not before:
+            return here
+        here, gone = min(before, key=lambda one: abs(turn_deg(one, here))), gone + step
+    return here
+
+
+def run_of_lane(start: Any, length_m: float, step_m: float = 2.0) -> list[Any]:
+    """Waypoints along a lane from `start`, as straight as can be at forks; fewer where the lane ends."""
+    found, gone = [start], 0.0
+    while gone < length_m:
+        after = found[-1].next(step_m)
+        if not after:
+            break
+        found.append(after[0] if len(after) == 1 else min(after, key=lambda one: abs(way_turn_deg(found[-1], one))))
+        gone += step_m
+    return found
+
+
+def way_turn_deg(before: Any, first: Any) -> float:
+    """Change of heading (clockwise) from a waypoint to the end of the junction lane that `first` begins."""
+    here = first
+    for _ in range(60):
+        after = here.next(1.0)
+        if not here.is_junction or not after:
+            break
+        here = after[0]
+    return turn_deg(before, here)
+
+
+def turn_deg(before: Any, after: Any) -> float:
+    """Change of heading in (-180, 180], clockwise."""
+    return math.remainder(after.transform.rotation.yaw - before.transform.rotation.yaw, 360.0)
