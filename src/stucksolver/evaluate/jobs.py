@@ -69,10 +69,18 @@ def make(job: Job, progress: Callable[[float], None]) -> tuple[RunLog, int]:
 
 
 def _attempt(job: Job, progress: Callable[[float], None]) -> int:
-    """The exit code of one attempt; negative: the signal that killed it."""
+    return attempt(_work, job, progress)
+
+
+def attempt(work: Callable[[Any, Connection], None], job: Any, progress: Callable[[float], None]) -> int:
+    """Do `work` on a job in a process of its own; the exit code, negative: the signal that killed it.
+
+    Numbers that the process sends are progress; a text is what went wrong. Raises `RunError` with that text, or when
+    nothing is heard for too long.
+    """
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
-    process = context.Process(target=_work, args=(job, theirs), daemon=True)
+    process = context.Process(target=work, args=(job, theirs), daemon=True)
     # Ctrl-C reaches every process of a terminal; the run's shall not know it, not even while it starts.
     # (Starting Python's own helper would undo the block.)
     resource_tracker.ensure_running()
@@ -125,7 +133,7 @@ def _work(job: Job, theirs: Connection) -> None:
     from stucksolver.stacks.driver import RouteError
 
     try:
-        with _server(job) as server, _watched(server, theirs):
+        with _server(job) as server, watched(server, theirs):
             try:
                 log = run_job(job, server, theirs.send)
             except RuntimeError as error:
@@ -143,7 +151,7 @@ def _work(job: Job, theirs: Connection) -> None:
 
 
 @contextlib.contextmanager
-def _watched(server: Server, theirs: Connection) -> Iterator[None]:
+def watched(server: Server, theirs: Connection) -> Iterator[None]:
     """Tell of a simulator's death at once: the client library would wait for it, call by call."""
     over = threading.Event()
 

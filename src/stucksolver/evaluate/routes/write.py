@@ -12,11 +12,16 @@ from stucksolver.evaluate.routes.route import Position, Route, ScenarioSpec
 
 def write_routes(path: Path, routes: Iterable[Route]) -> None:
     """One file with all of them, whole or not at all. Raises `OutputError`."""
+    write_text(path, routes_text(routes))
+
+
+def routes_text(routes: Iterable[Route]) -> str:
+    """The text of such a file."""
     root = Xml.Element("routes")
     for route in routes:
         _route(root, route)
     Xml.indent(root, "   ")
-    write_text(path, Xml.tostring(root, encoding="unicode") + "\n")
+    return Xml.tostring(root, encoding="unicode") + "\n"
 
 
 def _route(root: Xml.Element, route: Route) -> None:

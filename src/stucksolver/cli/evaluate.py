@@ -1,0 +1,134 @@
+"""`stucksolver evaluate`."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+
+from stucksolver.cli.errors import UsageError
+from stucksolver.solver import make_clock
+
+PROFILES = ("cautious", "normal", "aggressive")
+PERCEPTIONS = ("privileged",)
+
+
+def add_evaluate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
+    """The command's options."""
+    parser = commands.add_parser("evaluate", help="drive a suite of routes with scenarios, and score it")
+    parser.add_argument("--suite", required=True, help="bench220, dev, immobilized, or a leaderboard route file")
+    parser.add_argument("--routes", default="", metavar="ID,ID", help="only these routes of the suite")
+    parser.add_argument("--driver", default="behavior", help="behavior, or behavior:cautious|normal|aggressive")
+    parser.add_argument("--recovery", default="none", help="none, timers, or a reasoner such as rules")
+    parser.add_argument(
+        "--ladder", type=Path, metavar="FILE", help="escalation policy (default: our evaluation profile)"
+    )
+    parser.add_argument("--guidance", type=Path, metavar="SCRIPT", help="what a passenger says on which route")
+    parser.add_argument("--clock", default="lockstep", help="lockstep, latency:SECONDS or latency:measured")
+    parser.add_argument("--perception", default="privileged", choices=PERCEPTIONS, help="where scenes come from")
+    parser.add_argument("--jobs", type=int, default=2, help="routes driven at a time (default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=1, help="of traffic and wordings (default: %(default)s)")
+    parser.add_argument("--seeds", metavar="N,N", help="several of them, in place of --seed")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for results")
+    parser.add_argument("--resume", action="store_true", help="go on with what is in DIR")
+    parser.add_argument("--replays", choices=("none", "failed", "all"), default="failed", help="default: %(default)s")
+    parser.add_argument("--maps", help="folders to search for towns, separated by ':'")
+    parser.add_argument("--host", help="use the CARLA server at this address instead of starting carlette")
+    parser.add_argument("--port", type=int, default=2000, help="of that server (default: %(default)s)")
+    parser.add_argument("--cluster", metavar="ADDRESS", help="run the routes on the workers of a dask scheduler")
+    parser.add_argument(
+        "--sweep",
+        action="append",
+        default=[],
+        metavar="NAME=A,B",
+        help="v_min (km/h) or dt (s) of the detector: an evaluation for each combination",
+    )
+    return parser
+
+
+def run_evaluate(options: argparse.Namespace) -> int:
+    """Run it and print the scores. Raises `UsageError` for what cannot be done; 1 if a route crashed."""
+    from stucksolver.evaluate.arms.make import ArmError
+    from stucksolver.evaluate.files import OutputError
+    from stucksolver.evaluate.guidance import GuidanceError
+    from stucksolver.evaluate.results.store import StoreError
+    from stucksolver.evaluate.routes import RouteFileError
+    from stucksolver.evaluate.runner.cluster import ClusterError
+    from stucksolver.evaluate.runner.evaluate import EvaluationSpec, evaluate
+    from stucksolver.evaluate.runner.job import ArmSpec
+    from stucksolver.evaluate.runner.suite import SuiteError
+    from stucksolver.evaluate.runner.sweep import SweepError, parse_sweep, run_sweep
+    from stucksolver.evaluate.scenarios.base import ScenarioError
+    from stucksolver.ladder import LadderError
+
+    errors = (ArmError, OutputError, GuidanceError, StoreError, RouteFileError, ClusterError, SuiteError)
+    try:
+        spec = EvaluationSpec(
+            suite=options.suite,
+            out=options.out,
+            arm=ArmSpec(
+                driver=_driver(options.driver),
+                recovery=options.recovery,
+                clock=_clock(options.clock),
+                perception=options.perception,
+                ladder=options.ladder,
+            ),
+            seeds=_seeds(options),
+            only=tuple(filter(None, options.routes.split(","))),
+            guidance=options.guidance,
+            maps=options.maps,
+            jobs=_jobs(options.jobs),
+            replays=options.replays,
+            resume=options.resume,
+            host=options.host,
+            port=options.port,
+            cluster=options.cluster,
+            command="stucksolver " + shlex.join(sys.argv[1:]),
+        )
+        if options.sweep:
+            return run_sweep(spec, parse_sweep(options.sweep))
+        return _finish(evaluate(spec).folder)
+    except (*errors, ScenarioError, LadderError, SweepError) as error:
+        raise UsageError(str(error)) from error
+
+
+def _finish(folder: Path) -> int:
+    from stucksolver.cli.score import show_scores
+
+    return show_scores([folder], report=True)
+
+
+def _driver(text: str) -> str:
+    name, _, profile = text.partition(":")
+    if name != "behavior" or (profile or "normal") not in PROFILES:
+        raise UsageError(f"unknown driver {text!r}: use behavior, or behavior: with one of {', '.join(PROFILES)}")
+    return f"behavior:{profile or 'normal'}"
+
+
+def _clock(text: str) -> str:
+    try:
+        name = make_clock(text).name
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+    if name == "wall":
+        raise UsageError("clock 'wall' is for live stacks: use lockstep, latency:SECONDS or latency:measured")
+    return name
+
+
+def _seeds(options: argparse.Namespace) -> tuple[int, ...]:
+    if options.seeds is None:
+        return (options.seed,)
+    try:
+        seeds = tuple(int(part) for part in options.seeds.split(","))
+    except ValueError as error:
+        raise UsageError(f"--seeds {options.seeds}: give whole numbers such as 1,2,3") from error
+    if len(set(seeds)) != len(seeds):
+        raise UsageError(f"--seeds {options.seeds}: a seed is there twice")
+    return seeds
+
+
+def _jobs(jobs: int) -> int:
+    if jobs < 1:
+        raise UsageError(f"--jobs {jobs}: give 1 or more")
+    return jobs

@@ -1,0 +1,56 @@
+"""What an evaluation was asked to do: kept in its folder, so that nothing else is mixed with it."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field
+
+from stucksolver.evaluate.routes import Route
+from stucksolver.evaluate.routes.write import routes_text
+from stucksolver.scene.model import Model
+
+
+class Manifest(Model):
+    """`suite_digest` is of the routes as written, `guidance_digest` and `ladder_digest` of the files' bytes."""
+
+    version: Literal[1] = 1
+    suite: str
+    suite_digest: str
+    routes: int
+    seeds: tuple[int, ...]
+    driver: str
+    recovery: str
+    reasoner: str = ""
+    clock: str
+    perception: str
+    detector: dict[str, float] = Field(default_factory=dict)
+    guidance: str = ""
+    guidance_digest: str = ""
+    ladder: str = ""
+    ladder_digest: str = ""
+    simulator: str = "carlette"
+    command: str = ""
+
+    @property
+    def title(self) -> str:
+        return f"{self.suite} ({self.suite_digest[:8]}), {self.driver}, recovery {self.recovery}"
+
+    def differs_from(self, other: Manifest) -> str:
+        """The first field in which they differ, in words; empty where they agree."""
+        for name in type(self).model_fields:
+            ours, theirs = getattr(self, name), getattr(other, name)
+            if name not in ("command", "suite", "guidance", "ladder") and ours != theirs:
+                return f"its {name.replace('_', ' ')} is {theirs!r}, not {ours!r}"
+        return ""
+
+
+def suite_digest(routes: tuple[Route, ...]) -> str:
+    """SHA-256 of the routes in our own XML form, so that white space and comments do not matter."""
+    return hashlib.sha256(routes_text(routes).encode()).hexdigest()
+
+
+def file_digest(path: Path | None) -> str:
+    return "" if path is None else hashlib.sha256(path.read_bytes()).hexdigest()

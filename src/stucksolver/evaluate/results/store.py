@@ -1,0 +1,139 @@
+"""The folder of an evaluation: which files lie where, and what is done already.
+
+evaluation.json                      what was asked for
+routes.xml                           the routes, as they were
+seed-1/records/NAME.json             one checkpoint of the leaderboard for each route, and nothing else
+seed-1/metrics/NAME/metric_info.json
+seed-1/replays/NAME.json.gz
+seed-1/outcomes/NAME.json            written last: a route that has it is done
+"""
+
+from __future__ import annotations
+
+import gzip
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pydantic import ValidationError
+
+from stucksolver.evaluate.files import write_bytes, write_text
+from stucksolver.evaluate.results.manifest import Manifest
+from stucksolver.evaluate.results.outcome import Outcome
+from stucksolver.evaluate.results.record import CheckpointFile, RouteRecord, checkpoint_text, save_name
+from stucksolver.evaluate.routes import Route, read_routes, write_routes
+
+if TYPE_CHECKING:
+    from stucksolver.evaluate.runner.drive import Driven
+
+MANIFEST, ROUTES = "evaluation.json", "routes.xml"
+DONE = ("driven", "unsupported")
+"""A route that crashed, or could not be driven as its file says, is tried again on resume."""
+
+
+class StoreError(RuntimeError):
+    """A folder is not what it should be; the message names it, the cause and the remedy."""
+
+
+class Store:
+    """Reads and writes one such folder. Raises `StoreError` and `OutputError`."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    # ---- begun, and gone on with
+
+    def begin(self, manifest: Manifest, routes: tuple[Route, ...], resume: bool) -> None:
+        """Make the folder ours, or find it to be so. Never overwrites the results of another evaluation."""
+        path = self.folder / MANIFEST
+        if path.exists():
+            found = self.manifest()
+            if not resume:
+                raise StoreError(
+                    f"{self.folder} holds results of {found.title}: add --resume to go on, or choose another --out"
+                )
+            differs = manifest.differs_from(found)
+            if differs:
+                raise StoreError(f"{self.folder} cannot be resumed: {differs}; choose another --out")
+            return
+        if self.folder.exists() and any(self.folder.iterdir()):
+            raise StoreError(f"{self.folder} is not empty and no evaluation: choose another --out")
+        write_routes(self.folder / ROUTES, routes)
+        write_text(path, manifest.model_dump_json(indent=1) + "\n")
+
+    def manifest(self) -> Manifest:
+        path = self.folder / MANIFEST
+        try:
+            return Manifest.model_validate_json(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise StoreError(f"{self.folder} is no result of `stucksolver evaluate`: no {MANIFEST} in it") from error
+        except ValidationError as error:
+            raise StoreError(
+                f"{path} was written by another version ({error.errors()[0]['msg']}): use that version, or run again"
+            ) from error
+
+    def routes(self) -> tuple[Route, ...]:
+        return read_routes(self.folder / ROUTES)
+
+    def seeds(self) -> tuple[int, ...]:
+        return self.manifest().seeds
+
+    def is_done(self, route: Route, seed: int) -> bool:
+        found = self.outcome(route, seed)
+        return found is not None and found.state in DONE
+
+    # ---- one route
+
+    def write_driven(self, route: Route, seed: int, driven: Driven) -> None:
+        """All files of a route; the outcome last."""
+        folder, name = self._seed(seed), _name(route)
+        driven.metric_info.write(folder / "metrics" / name)
+        if driven.replay is not None:
+            packed = gzip.compress(driven.replay.model_dump_json().encode(), 6, mtime=0)
+            write_bytes(folder / "replays" / f"{name}.json.gz", packed)
+        write_text(folder / "records" / f"{name}.json", checkpoint_text(driven.record))
+        self.write_outcome(route, driven.outcome)
+
+    def write_outcome(self, route: Route, outcome: Outcome) -> None:
+        write_text(self._seed(outcome.seed) / "outcomes" / f"{_name(route)}.json", outcome.model_dump_json() + "\n")
+
+    def outcome(self, route: Route, seed: int) -> Outcome | None:
+        path = self._seed(seed) / "outcomes" / f"{_name(route)}.json"
+        return Outcome.model_validate_json(_read(path)) if path.exists() else None
+
+    def record(self, route: Route, seed: int) -> RouteRecord | None:
+        path = self._seed(seed) / "records" / f"{_name(route)}.json"
+        if not path.exists():
+            return None
+        return CheckpointFile.model_validate_json(_read(path)).checkpoint.records[0]
+
+    def metric_info(self, route: Route, seed: int) -> Path:
+        return self._seed(seed) / "metrics" / _name(route) / "metric_info.json"
+
+    def replay(self, route: Route, seed: int) -> Path:
+        return self._seed(seed) / "replays" / f"{_name(route)}.json.gz"
+
+    def _seed(self, seed: int) -> Path:
+        return self.folder / f"seed-{seed}"
+
+
+def read_checkpoints(folder: Path) -> Iterator[RouteRecord]:
+    """All records of a folder of checkpoint files, also of those made elsewhere. Raises `StoreError`."""
+    for path in sorted(folder.glob("*.json")):
+        if not path.name.startswith("merged"):
+            yield from _checkpoint(path).checkpoint.records
+
+
+def _checkpoint(path: Path) -> CheckpointFile:
+    try:
+        return CheckpointFile.model_validate_json(_read(path))
+    except (ValueError, OSError) as error:
+        raise StoreError(f"{path} is no checkpoint of the leaderboard: {error}; take it away") from error
+
+
+def _name(route: Route) -> str:
+    return save_name(route.id, route.town, route.scenarios[0].type if route.scenarios else "None")
+
+
+def _read(path: Path) -> str:
+    return path.read_text(encoding="utf-8")

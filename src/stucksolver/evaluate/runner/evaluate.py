@@ -1,0 +1,124 @@
+"""An evaluation from what was asked for to its results: checked before it begins, resumed, watched, summed up."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from stucksolver.evaluate.arms.make import check_recovery
+from stucksolver.evaluate.files import require_writable
+from stucksolver.evaluate.guidance import Script, read_script
+from stucksolver.evaluate.results.manifest import Manifest, file_digest, suite_digest
+from stucksolver.evaluate.results.store import Store
+from stucksolver.evaluate.routes import Route
+from stucksolver.evaluate.runner.board import Board
+from stucksolver.evaluate.runner.job import ArmSpec, Replays, RouteJob
+from stucksolver.evaluate.runner.pool import News, run_tasks
+from stucksolver.evaluate.runner.suite import load_suite
+from stucksolver.evaluate.runner.work import Task
+from stucksolver.evaluate.scenarios.registry import scenario_type
+from stucksolver.ladder import find_ladder
+
+
+@dataclass(frozen=True)
+class EvaluationSpec:
+    """What is to be run. `host`, `port`: a running CARLA server; then one route at a time."""
+
+    suite: str
+    out: Path
+    arm: ArmSpec = field(default_factory=ArmSpec)
+    seeds: tuple[int, ...] = (1,)
+    only: tuple[str, ...] = ()
+    guidance: Path | None = None
+    maps: str | None = None
+    jobs: int = 2
+    replays: Replays = "failed"
+    resume: bool = False
+    host: str | None = None
+    port: int = 2000
+    cluster: str | None = None
+    command: str = ""
+
+
+def evaluate(spec: EvaluationSpec) -> Store:
+    """Run what is not done yet, and give the folder with everything.
+
+    Raises `SuiteError`, `RouteFileError`, `ScenarioError` (an unknown type), `ArmError`, `LadderError`,
+    `GuidanceError`, `StoreError`, `OutputError` and `ClusterError`, all but the last two before anything is run.
+    """
+    routes = load_suite(spec.suite, spec.only)
+    for scenario in {s.type for route in routes for s in route.scenarios}:
+        scenario_type(scenario)
+    check_recovery(spec.arm.recovery)
+    if spec.arm.ladder is not None:
+        find_ladder(spec.arm.ladder)
+    script = Script(routes={}) if spec.guidance is None else read_script(spec.guidance, {r.id for r in routes})
+    store = Store(spec.out)
+    store.begin(_manifest(spec, routes), routes, spec.resume)
+    require_writable(spec.out)
+    tasks = [
+        Task(_job(spec, route, seed, script), spec.out)
+        for seed in spec.seeds
+        for route in routes
+        if not store.is_done(route, seed)
+    ]
+    total = len(routes) * len(spec.seeds)
+    _watch(store, _run(spec, tasks), Board(total, total - len(tasks), sys.stderr))
+    return store
+
+
+def _run(spec: EvaluationSpec, tasks: list[Task]) -> Iterator[News]:
+    if spec.cluster is not None:
+        from stucksolver.evaluate.runner.cluster import run_on_cluster
+
+        return run_on_cluster(tasks, spec.cluster)
+    return run_tasks(tasks, 1 if spec.host is not None else spec.jobs)
+
+
+def _watch(store: Store, news: Iterator[News], board: Board) -> None:
+    try:
+        for told in news:
+            job = told.task.job
+            if told.outcome is None:
+                board.goes_on(told.task, told.time_s)
+            else:
+                record = store.record(job.route, job.seed) if told.outcome.state == "driven" else None
+                board.is_over(told.task, told.outcome, record)
+    finally:
+        board.close()
+
+
+def _job(spec: EvaluationSpec, route: Route, seed: int, script: Script) -> RouteJob:
+    return RouteJob(
+        route=route,
+        seed=seed,
+        arm=spec.arm,
+        lines=script.lines(route.id),
+        maps=spec.maps,
+        replays=spec.replays,
+        host=spec.host,
+        port=spec.port,
+    )
+
+
+def _manifest(spec: EvaluationSpec, routes: tuple[Route, ...]) -> Manifest:
+    arm = spec.arm
+    return Manifest(
+        suite=spec.suite,
+        suite_digest=suite_digest(routes),
+        routes=len(routes),
+        seeds=spec.seeds,
+        driver=arm.driver,
+        recovery=arm.recovery,
+        clock=arm.clock,
+        perception=arm.perception,
+        detector=dict(arm.detector),
+        guidance="" if spec.guidance is None else spec.guidance.name,
+        guidance_digest=file_digest(spec.guidance),
+        ladder="" if arm.ladder is None else arm.ladder.name,
+        ladder_digest=file_digest(arm.ladder),
+        simulator="carlette" if spec.host is None else "CARLA server",
+        command=spec.command,
+    )

@@ -1,0 +1,63 @@
+"""Several routes at a time on this machine, each in a process of its own."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+
+from stucksolver.evaluate.files import OutputError
+from stucksolver.evaluate.results.outcome import Outcome
+from stucksolver.evaluate.runner.work import Task, run_task
+
+
+@dataclass(frozen=True)
+class News:
+    """A route that goes on (`outcome` is None), is over, or whose result could not be written (`error`)."""
+
+    task: Task
+    time_s: float = 0.0
+    outcome: Outcome | None = None
+    error: OutputError | None = None
+
+
+Runner = Callable[[Task, Callable[[float], None]], Outcome]
+
+
+def run_tasks(tasks: Iterable[Task], at_once: int, runner: Runner = run_task) -> Iterator[News]:
+    """Run all of them, `at_once` at a time, and tell of each as it goes on. Raises `OutputError`.
+
+    When the caller stops listening, or the program ends, the processes under way are ended too.
+    """
+    waiting: queue.SimpleQueue[Task | None] = queue.SimpleQueue()
+    news: queue.SimpleQueue[News] = queue.SimpleQueue()
+    todo = list(tasks)
+    for task in todo:
+        waiting.put(task)
+    workers = min(at_once, len(todo))
+    for _ in range(workers):
+        waiting.put(None)
+        # A daemon: at the program's end its processes, daemons too, are ended by multiprocessing.
+        threading.Thread(target=_work, args=(waiting, news, runner), daemon=True).start()
+    left = len(todo)
+    while left:
+        told = news.get()
+        if told.error is not None:
+            raise told.error
+        left -= told.outcome is not None
+        yield told
+
+
+def _work(waiting: queue.SimpleQueue[Task | None], news: queue.SimpleQueue[News], runner: Runner) -> None:
+    while (task := waiting.get()) is not None:
+        try:
+            outcome = runner(task, _teller(task, news))
+        except OutputError as error:
+            news.put(News(task, error=error))
+            return
+        news.put(News(task, outcome=outcome))
+
+
+def _teller(task: Task, news: queue.SimpleQueue[News]) -> Callable[[float], None]:
+    return lambda time_s: news.put(News(task, time_s=time_s))

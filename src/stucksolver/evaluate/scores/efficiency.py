@@ -1,0 +1,52 @@
+"""Bench2Drive's driving efficiency: the ego's speed beside the traffic around it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+
+MOST_PCT = 1000.0
+_PERCENTAGE = re.compile(r"\b(\d+\.?\d*)%")
+
+
+def percentages(texts: Iterable[str]) -> list[float]:
+    """The figures in a record's minimum speed entries. Raises `ValueError` for a text without one."""
+    found = []
+    for text in texts:
+        match = _PERCENTAGE.search(text)
+        if match is None:
+            raise ValueError(f"a minimum speed entry has no percentage: {text!r}")
+        found.append(float(match[1]))
+    return found
+
+
+def route_efficiency(texts: Iterable[str]) -> float | None:
+    """Mean of the entries up to 1000 %; None without any (where the public tool divides by zero)."""
+    kept = [value for value in percentages(texts) if value <= MOST_PCT]
+    return sum(kept) / len(kept) if kept else None
+
+
+def efficiency(routes: Iterable[Sequence[str]]) -> float | None:
+    """Mean over the routes that have entries; None without any."""
+    values = [value for texts in routes if (value := route_efficiency(texts)) is not None]
+    return sum(values) / len(values) if values else None
+
+
+def corrected_efficiency(routes: Iterable[tuple[Sequence[str], float | None]]) -> float | None:
+    """The same without the benchmark's two mistakes.
+
+    The stretch on which a route got stuck counts as well (the benchmark is silent about it: it notes a stretch only
+    when its end is reached), and the last stretch counts once, not twice. Each route comes with the percentage on its
+    unfinished stretch, None where it reached its end.
+    """
+    values = []
+    for texts, stuck_end in routes:
+        entries = percentages(texts)
+        if stuck_end is not None:
+            entries.append(stuck_end)
+        elif len(entries) > 1:
+            entries.pop()
+        kept = [value for value in entries if value <= MOST_PCT]
+        if kept:
+            values.append(sum(kept) / len(kept))
+    return sum(values) / len(values) if values else None
