@@ -1,0 +1,48 @@
+"""Suites that ship: routes as the leaderboard's XML, found by name."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from stucksolver.evaluate.routes import Route, read_routes
+
+DATA = Path(__file__).with_name("data")
+
+
+class SuiteError(ValueError):
+    """There is no such suite; the message names those there are."""
+
+
+@dataclass(frozen=True)
+class Suite:
+    """Routes with what tells one version of them from another."""
+
+    name: str
+    routes: tuple[Route, ...]
+    digest: str
+    """The first 12 hexadecimal digits of the file's SHA-256."""
+
+    @property
+    def maps(self) -> tuple[str, ...]:
+        """The towns it needs, in alphabetical order."""
+        return tuple(sorted({route.town for route in self.routes}))
+
+
+def suite_names() -> tuple[str, ...]:
+    """The suites that ship."""
+    return tuple(sorted(path.stem for path in DATA.glob("*.xml")))
+
+
+def suite(name: str) -> Suite:
+    """A suite that ships (`bench220`, `dev`) or, where the name ends in `.xml`, a file of routes.
+
+    Raises `SuiteError` for a name that is neither and `RouteFileError` for a file that is not right.
+    """
+    path = Path(name) if name.endswith(".xml") else DATA / f"{name}.xml"
+    if path.parent == DATA and name not in suite_names():
+        known = ", ".join(suite_names())
+        raise SuiteError(f"no suite '{name}' ships (there are: {known}); name one of them or a route file (.xml)")
+    routes = read_routes(path)
+    return Suite(path.stem, routes, hashlib.sha256(path.read_bytes()).hexdigest()[:12])

@@ -1,0 +1,126 @@
+"""Places the routes of the suites that ship on the maps that ship.
+
+    python -m stucksolver.evaluate.suites.make           writes data/*.xml
+    python -m stucksolver.evaluate.suites.make --check   fails when a committed file differs
+
+`bench220`: five routes of each of the 44 public scenario types. `dev`: one route of every second type, with the
+same ids. The same maps give the same files.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import carla
+
+from stucksolver.evaluate.routes import Pose, Position, Route, ScenarioSpec, write_routes
+from stucksolver.evaluate.suites import DATA
+from stucksolver.evaluate.suites.along import NEEDS as ALONG
+from stucksolver.evaluate.suites.along import sites as sites_along
+from stucksolver.evaluate.suites.movements import Movement, movements
+from stucksolver.evaluate.suites.ramps import FINDERS
+from stucksolver.evaluate.suites.site import Site
+from stucksolver.evaluate.suites.through import NEEDS as THROUGH
+from stucksolver.evaluate.suites.through import sites as sites_through
+from stucksolver.evaluate.suites.values import draw
+from stucksolver.evaluate.suites.walk import Town
+from stucksolver.evaluate.suites.weathers import weather
+
+TOWNS = ("grid_town", "interurban", "motorway")
+MAPS = Path(__file__).resolve().parents[3] / "carlette" / "maps"
+TYPES = tuple(sorted((*ALONG, *THROUGH, *FINDERS)))
+ROUTES_EACH = 5
+_FIRST_ID = 1000
+_IDS_EACH = 10
+_DECIMALS = 2
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the script; 1 when `--check` finds a difference."""
+    parser = argparse.ArgumentParser(prog="python -m stucksolver.evaluate.suites.make", description=__doc__)
+    parser.add_argument("--check", action="store_true", help="compare, do not write")
+    check = parser.parse_args(arguments).check
+    routes = bench220(load_towns())
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch) if check else DATA
+        write_routes(folder / "bench220.xml", routes)
+        write_routes(folder / "dev.xml", dev(routes))
+        differing = [path.name for path in folder.glob("*.xml") if path.read_bytes() != (DATA / path.name).read_bytes()]
+    for name in differing:
+        print(f"{name} differs: run `python -m stucksolver.evaluate.suites.make`", file=sys.stderr)
+    return 1 if differing else 0
+
+
+def load_towns(folder: Path = MAPS) -> list[Town]:
+    """The maps that the suites use."""
+    return [Town(name, carla.Map(name, (folder / f"{name}.xodr").read_text("utf-8"))) for name in TOWNS]
+
+
+def bench220(towns: Sequence[Town]) -> list[Route]:
+    """Five routes of each type. Raises ValueError where the maps have too few sites for one."""
+    ways = {town.name: movements(town) for town in towns}
+    routes = []
+    for index, kind in enumerate(TYPES):
+        for number, site in enumerate(_spread(kind, list(_sites(kind, towns, ways)))):
+            routes.append(_route(kind, site, index * ROUTES_EACH + number, _FIRST_ID + index * _IDS_EACH + number))
+    return routes
+
+
+def dev(routes: Sequence[Route]) -> list[Route]:
+    """One route of every second type, not always the first."""
+    return [routes[index * ROUTES_EACH + (index // 2) % ROUTES_EACH] for index in range(0, len(TYPES), 2)]
+
+
+def _sites(kind: str, towns: Sequence[Town], ways: dict[str, list[Movement]]) -> Iterator[Site]:
+    for town in towns:
+        if kind in ALONG:
+            yield from sites_along(ALONG[kind], town)
+        elif kind in THROUGH:
+            yield from sites_through(THROUGH[kind], ways[town.name])
+        else:
+            yield from FINDERS[kind](town, ways[town.name])
+
+
+def _spread(kind: str, sites: list[Site]) -> list[Site]:
+    """Five sites: on as many roads or junctions as there are, and on all maps that have some."""
+    chance = random.Random(kind)
+    chance.shuffle(sites)
+    chosen: list[Site] = []
+    while len(chosen) < ROUTES_EACH:
+        left = [one for one in sites if (one.town.name, one.place) not in {(c.town.name, c.place) for c in chosen}]
+        if not left:
+            raise ValueError(f"{kind}: {len(chosen)} sites, {ROUTES_EACH} are needed; add roads that fit to a map")
+        groups = [(one.town.name, one.group) for one in chosen]
+        names = [one.town.name for one in chosen]
+        chosen.append(min(left, key=lambda one: (groups.count((one.town.name, one.group)), names.count(one.town.name))))
+    return chosen
+
+
+def _route(kind: str, site: Site, number: int, route_id: int) -> Route:
+    parameters = draw(kind, random.Random(f"{kind} {number}"), site.free_m)
+    parameters.update({name: _xyz(where) for name, where in site.positions.items()})
+    parameters.update(site.fixed)
+    trigger = Pose(_position(site.trigger), round(site.trigger.transform.rotation.yaw, _DECIMALS))
+    spec = ScenarioSpec(f"{kind}_{number % ROUTES_EACH + 1}", kind, trigger, parameters)
+    marks = tuple(_position(one) for one in site.marks)
+    return Route(str(route_id), site.town.name, marks, weather(number), (spec,))
+
+
+def _position(waypoint: Any) -> Position:
+    place = waypoint.transform.location
+    return Position(*(round(value, _DECIMALS) + 0.0 for value in (place.x, place.y, place.z)))
+
+
+def _xyz(waypoint: Any) -> dict[str, str]:
+    place = _position(waypoint)
+    return {"x": str(place.x_m), "y": str(place.y_m), "z": str(place.z_m)}
+
+
+if __name__ == "__main__":
+    sys.exit(main())

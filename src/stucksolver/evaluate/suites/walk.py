@@ -1,0 +1,122 @@
+"""Walking along lanes of a `carla.Map`, a metre at a time, and asking what lies beside them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import carla
+
+_LOOK_AHEAD_M = 15.0
+_MAX_SIDE_LANES = 6
+
+Path = tuple[Any, ...]
+"""Waypoints about a metre apart, in driving direction."""
+
+
+@dataclass(frozen=True)
+class Town:
+    """A map with its name, and what is asked of it more than once."""
+
+    name: str
+    map: Any
+
+    @cached_property
+    def limits_kmh(self) -> dict[tuple[int, int], float]:
+        """(road, sign of its lanes) to the limit that its signs state; 1 = left lanes, -1 = right lanes."""
+        signs = self.map.get_all_landmarks_of_type("274")
+        return {(one.road_id, _sign(one.get_lane_validities()[0][0])): one.value for one in signs}
+
+    def limit_kmh(self, waypoint: Any) -> float:
+        """The limit on a lane outside junctions; 0 where no sign states one."""
+        return self.limits_kmh.get((waypoint.road_id, _sign(waypoint.lane_id)), 0.0)
+
+    @cached_property
+    def lanes(self) -> list[Path]:
+        """Each driving lane outside junctions from its first to its last metre."""
+        starts = {(w.road_id, w.lane_id): w for w, _ in self.map.get_topology() if not w.is_junction}
+        return [_along(starts[key]) for key in sorted(starts)]
+
+
+def follow(waypoint: Any, length_m: int, through: Collection[int] = ()) -> Path:
+    """This waypoint and those after it; at a fork over one of the roads in `through`, else straight on."""
+    path = [waypoint]
+    while len(path) <= length_m:
+        options = path[-1].next(1.0)
+        if not options:
+            break
+        wanted = [one for one in options if one.road_id in through]
+        path.append((wanted or sorted(options, key=lambda one: _bend(path[-1], one)))[0])
+    return tuple(path)
+
+
+def approach(waypoint: Any, length_m: int) -> Path:
+    """Those before this waypoint, as straight as can be, and itself last."""
+    path = [waypoint]
+    while len(path) <= length_m:
+        options = path[-1].previous(1.0)
+        if not options:
+            break
+        path.append(min(options, key=lambda one: abs(turn_deg(one, path[-1]))))
+    return tuple(reversed(path))
+
+
+def turn_deg(one: Any, other: Any) -> float:
+    """Change of heading; CARLA's yaw grows to the right."""
+    return float(math.remainder(other.transform.rotation.yaw - one.transform.rotation.yaw, 360.0))
+
+
+def bend_deg(path: Sequence[Any]) -> float:
+    """The largest change of heading from the first waypoint."""
+    return max(abs(turn_deg(path[0], one)) for one in path[::3])
+
+
+def beside(waypoint: Any, kind: Any) -> Any | None:
+    """The nearest lane of a type to the right, or None."""
+    lane = waypoint
+    for _ in range(_MAX_SIDE_LANES):
+        lane = lane.get_right_lane()
+        if lane is None:
+            return None
+        if lane.lane_type == kind:
+            return lane
+    return None
+
+
+def same_way(waypoint: Any, side: Any) -> Any | None:
+    """The driving lane beside (`carla.LaneChange.Left` or `.Right`) that one may change to, or None."""
+    if not waypoint.lane_change & side:
+        return None
+    lane = waypoint.get_left_lane() if side == carla.LaneChange.Left else waypoint.get_right_lane()
+    if lane is None or lane.lane_type != carla.LaneType.Driving or lane.lane_id * waypoint.lane_id < 0:
+        return None
+    return lane
+
+
+def oncoming(waypoint: Any) -> Any | None:
+    """The adjacent oncoming driving lane across a broken line, or None."""
+    lane = waypoint.get_left_lane()
+    if lane is None or lane.lane_type != carla.LaneType.Driving or lane.lane_id * waypoint.lane_id > 0:
+        return None
+    return lane if waypoint.left_lane_marking.type == carla.LaneMarkingType.Broken else None
+
+
+def _along(waypoint: Any) -> Path:
+    path = [waypoint]
+    while True:
+        following = path[-1].next(1.0)
+        if len(following) != 1 or following[0].road_id != waypoint.road_id:
+            return tuple(path)
+        path.append(following[0])
+
+
+def _bend(here: Any, option: Any) -> float:
+    ahead = option.next(_LOOK_AHEAD_M)
+    return abs(turn_deg(here, ahead[0] if ahead else option))
+
+
+def _sign(lane_id: int) -> int:
+    return 1 if lane_id > 0 else -1
