@@ -3,13 +3,24 @@
 from carlette.errors import RequestError
 from carlette.sensors.base import Body, Moment, Sensor, Settings
 from carlette.sensors.collision import CollisionSensor
+from carlette.sensors.gnss import GnssSensor
+from carlette.sensors.imu import ImuSensor
+from carlette.sensors.lidar import LidarSensor, SemanticLidarSensor
+from carlette.sensors.obstacle import ObstacleSensor
+from carlette.sensors.radar import RadarSensor
 from carlette.sensors.scene import Scene
 from carlette.world.actor import Attributes
 
 __all__ = ["ALL", "Body", "Moment", "Scene", "Sensor", "Settings", "make_sensor"]
 
 ALL: dict[str, type[Sensor]] = {
+    "sensor.lidar.ray_cast": LidarSensor,
+    "sensor.lidar.ray_cast_semantic": SemanticLidarSensor,
     "sensor.other.collision": CollisionSensor,
+    "sensor.other.gnss": GnssSensor,
+    "sensor.other.imu": ImuSensor,
+    "sensor.other.obstacle": ObstacleSensor,
+    "sensor.other.radar": RadarSensor,
 }
 """Blueprint id to class."""
 

@@ -2,11 +2,164 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carlette.camera import tags
+from carlette.camera.mesh import EMPTY, Builder, Mesh
+from carlette.geometry import Floats, Pose, Rotation
+from carlette.sensors.faces import Faces, Indices, faces_of, static_faces
+from carlette.sensors.frames import axes
+from carlette.sensors.shapes import GREY, shape_of
+from carlette.world.actor import Actor, Kind
 from carlette.world.world import World
+
+BODIES = (Kind.VEHICLE, Kind.WALKER, Kind.PROP, Kind.LIGHT)
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """What a fan of rays met."""
+
+    distance: NDArray[np.float32]
+    """(columns, channels) metres; the reach where nothing was met."""
+    hit: NDArray[np.int32]
+    """(columns, channels): which face; -1 = none."""
+
+
+class Cast:
+    """The bodies of the actors of one world, rebuilt when actors come and go or doors swing."""
+
+    def __init__(self) -> None:
+        self._key: object = None
+        self.actors: list[Actor] = []
+        self.faces = faces_of([])
+
+    def update(self, world: World) -> None:
+        """Takes over whoever is in the world now."""
+        doors = world.doors
+        key = (id(world), world.roster, tuple(doors.row.tolist()), tuple(doors.swing.tolist()))
+        if key == self._key:
+            return
+        self._key = key
+        opened = _doors(world)
+        shown = [(one, shape_of(one)) for one in world.actors.values() if one.kind in BODIES]
+        self.actors = [actor for actor, mesh in shown if len(mesh)]
+        self.faces = faces_of(
+            [
+                Mesh.join([mesh, opened[actor.row]]) if actor.row in opened else mesh
+                for actor, mesh in shown
+                if len(mesh)
+            ]
+        )
 
 
 class Scene:
     """One frame of one world; made anew for each tick in which a sensor is due."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, cast: Cast | None = None) -> None:
         self.world = world
+        self._cast = cast or Cast()
+
+    @cached_property
+    def static(self) -> Faces:
+        """What never moves; world frame."""
+        return static_faces(self.world.roads)
+
+    @cached_property
+    def cast(self) -> Cast:
+        """The actors' bodies."""
+        self._cast.update(self.world)
+        return self._cast
+
+    @cached_property
+    def places(self) -> Floats:
+        """Where the bodies of `cast` are, (b, 3)."""
+        return self.world.bodies.position[[one.row for one in self.cast.actors]].reshape(-1, 3)
+
+    @cached_property
+    def turns(self) -> Floats:
+        """How they are turned, (b, 3, 3): from their frames to the world's."""
+        rotations = self.world.bodies.rotation[[one.row for one in self.cast.actors]].reshape(-1, 3)
+        return np.array([axes(Rotation(*one)) for one in rotations.tolist()]).reshape(-1, 3, 3)
+
+    def sweep(self, pose: Pose, azimuths: Floats, tangents: Floats, reach_m: float) -> Sweep:
+        """Casts a ray for each azimuth (rad, ascending, -π to π) and each tangent of an elevation (ascending).
+
+        `tangents` is (1, k), or (m, k) where each azimuth has its own. Angles are in the sensor's frame.
+        """
+        from carlette.sensors.kernels import scan  # numba is loaded when the first such sensor works
+
+        shape = (len(azimuths), tangents.shape[1])
+        result = Sweep(np.full(shape, reach_m, np.float32), np.full(shape, -1, np.int32))
+        origin, frame = np.array(pose.location), axes(pose.rotation)
+        near = self._near(self.static, origin, self.static.centers, reach_m)
+        still = (np.broadcast_to(frame.T, (len(near), 3, 3)), np.broadcast_to(-frame.T @ origin, (len(near), 3)))
+        moving = self.cast.faces
+        middles = self.places + np.einsum("bij,bj->bi", self.turns, moving.centers)
+        there = self._near(moving, origin, middles, reach_m)
+        turned = (frame.T @ self.turns[there], (self.places[there] - origin) @ frame)
+        for faces, which, (turns, shifts), base in (
+            (self.static, near, still, 0),
+            (moving, there, turned, len(self.static.corners)),
+        ):
+            scan(
+                faces.corners,
+                faces.spans[which],
+                np.ascontiguousarray(turns, float),
+                np.ascontiguousarray(shifts, float),
+                azimuths,
+                tangents,
+                reach_m,
+                base,
+                result.distance,
+                result.hit,
+            )
+        return result
+
+    @staticmethod
+    def _near(faces: Faces, origin: Floats, centers: Floats, reach_m: float) -> Indices:
+        gaps = np.linalg.norm(centers - origin, axis=1) - faces.radii
+        order = np.argsort(gaps)
+        nearest: Indices = order[gaps[order] < reach_m]
+        return nearest
+
+    @cached_property
+    def face_tags(self) -> NDArray[np.uint32]:
+        """The semantic tag of each face that `Sweep.hit` can name."""
+        return np.concatenate([self.static.tags, self.cast.faces.tags]).astype(np.uint32)
+
+    @cached_property
+    def face_actors(self) -> NDArray[np.uint32]:
+        """The id of the actor whose face it is; 0 = none."""
+        ids = np.array([one.id for one in self.cast.actors], np.uint32)
+        return np.concatenate([np.zeros(len(self.static.tags), np.uint32), ids[self.cast.faces.body_of]])
+
+    @cached_property
+    def face_velocities(self) -> Floats:
+        """How fast the actor is whose face it is, (n, 3) m/s, world frame."""
+        speeds = self.world.bodies.velocity[[one.row for one in self.cast.actors]].reshape(-1, 3)
+        return np.concatenate([np.zeros((len(self.static.tags), 3)), speeds[self.cast.faces.body_of]])
+
+    @cached_property
+    def face_normals(self) -> Floats:
+        """The outward normal of each face, (n, 3), world frame."""
+        faces = self.cast.faces
+        turned = np.einsum("nij,nj->ni", self.turns[faces.body_of], faces.normals)
+        return np.concatenate([self.static.normals, turned])
+
+
+def _doors(world: World) -> dict[int, Mesh]:
+    """The open doors of each vehicle, by its row."""
+    if not len(world.doors):
+        return {}
+    found: dict[int, Mesh] = {}
+    centers, halves = world.doors.boxes(world.bodies)
+    for row, center, half in zip(world.doors.row.tolist(), centers.tolist(), halves.tolist(), strict=True):
+        builder = Builder(tags.CAR)
+        builder.box(tuple(center), tuple(2 * one for one in half), GREY)
+        found[row] = Mesh.join([found.get(row, EMPTY), builder.mesh()])
+    return found

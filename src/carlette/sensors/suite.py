@@ -10,6 +10,7 @@ from typing import Any
 from carlette.errors import RequestError
 from carlette.sensors import Moment, Scene, Sensor, make_sensor
 from carlette.sensors.base import Body
+from carlette.sensors.scene import Cast
 from carlette.stream.hub import Hub
 from carlette.wire.snapshot import sensor_header
 from carlette.world.actor import Actor, Kind
@@ -40,6 +41,7 @@ class Suite:
         self._stream_of = stream_of
         self._wire = wire
         self._world: World | None = None
+        self._cast = Cast()
         self._mounts: dict[int, Mount] = {}
         self._roster = (-1, -1)
         self._messages: list[tuple[int, bytes, Body]] = []
@@ -50,7 +52,7 @@ class Suite:
         self._update_mounts(world)
         if not self._mounts:
             return
-        scene = Scene(world)
+        scene = Scene(world, self._cast)
         due = [(mount, self._moment(mount, scene)) for mount in self._mounts.values() if self._takes_turn(mount)]
         heard = [pair for pair in due if self._is_heard(pair[0])]
         for mount, moment in heard:

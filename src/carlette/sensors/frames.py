@@ -1,0 +1,26 @@
+"""Turning between a sensor's frame and the world's, both CARLA's: x ahead, y right, z up."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from carlette.geometry import Floats, Rotation, Vector, rotate
+
+
+def axes(rotation: Rotation) -> Floats:
+    """A 3x3 matrix that turns vectors of the rotated frame into the outer one; its columns are the frame's axes."""
+    columns: Floats = np.array([rotate(one, rotation) for one in (Vector(x=1.0), Vector(y=1.0), Vector(z=1.0))]).T
+    return columns
+
+
+def turn_between(before: Floats, after: Floats) -> Floats:
+    """The rotation vector (radians, outer frame) that leads from one attitude, a 3x3 matrix, to another.
+
+    Its sense is that of the cross product of components, as everywhere in CARLA: about z from x to y, so a yaw that
+    grows turns about +z, and a pitch or roll that grows about -y or -x.
+    """
+    change = after @ before.T
+    twice_sine = np.array([change[2, 1] - change[1, 2], change[0, 2] - change[2, 0], change[1, 0] - change[0, 1]])
+    size = float(np.linalg.norm(twice_sine))
+    angle = float(np.arctan2(size, np.trace(change) - 1.0))
+    return twice_sine * (angle / size if size > 1e-12 else 0.5)

@@ -1,0 +1,70 @@
+"""The GNSS receiver: latitude, longitude and altitude from the map's reference point."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import msgpack
+import numpy as np
+
+from carlette.geometry import Vector
+from carlette.sensors.base import Body, Moment, Sensor, Settings
+
+EARTH_RADIUS_M = 6378137.0
+SMALLEST_SEED, LARGEST_SEED = -(1 << 31), (1 << 31) - 1
+_REFERENCE = re.compile(r"\+(lat|lon)_0=([-+0-9.eE]+)")
+_HEADER = re.compile(r"<geoReference>(.*?)</geoReference>", re.DOTALL)
+_FIELDS = ("lat", "lon", "alt")
+
+
+class GeoPoint(NamedTuple):
+    """Degrees and metres."""
+
+    latitude: float
+    longitude: float
+    altitude_m: float
+
+
+class GnssSensor(Sensor):
+    """Where the antenna is, with a constant bias and Gaussian noise on each number, as CARLA's attributes say."""
+
+    wire_type = 4
+
+    def __init__(self, settings: Settings) -> None:
+        super().__init__(settings)
+        self._bias = np.array([settings.number(f"noise_{one}_bias") for one in _FIELDS])
+        self._stddev = np.array([settings.number(f"noise_{one}_stddev", 0.0) for one in _FIELDS])
+        self._random = seeded(settings)
+
+    def measure(self, moment: Moment) -> Iterator[Body]:
+        origin = map_reference(moment.scene.world.roads.file.text)
+        truth = geo_point(origin, moment.pose.location)
+        noisy = np.array(truth) + self._bias + self._random.normal(0.0, 1.0, 3) * self._stddev
+        yield (msgpack.packb(noisy.tolist()),)
+
+
+def seeded(settings: Settings) -> np.random.Generator:
+    """The source of chance of a sensor with the attribute `noise_seed`: the same seed gives the same noise."""
+    return np.random.default_rng(settings.whole("noise_seed", SMALLEST_SEED, LARGEST_SEED) - SMALLEST_SEED)
+
+
+def map_reference(opendrive: str) -> GeoPoint:
+    """`lat_0` and `lon_0` of a map's geoReference; 0, 0 where it has none, as in CARLA's towns."""
+    header = _HEADER.search(opendrive)
+    found = dict(_REFERENCE.findall(header[1])) if header else {}
+    return GeoPoint(float(found.get("lat", 0.0)), float(found.get("lon", 0.0)), 0.0)
+
+
+def geo_point(origin: GeoPoint, place: Vector) -> GeoPoint:
+    """The geographic place of a point of the map: spherical Mercator scaled at the origin's latitude.
+
+    That is `carla.Map.transform_to_geolocation` of 0.9.15; CARLA's y points south.
+    """
+    scaled_m = math.cos(math.radians(origin.latitude)) * EARTH_RADIUS_M
+    north_m = scaled_m * math.log(math.tan(math.radians(90.0 + origin.latitude) / 2.0)) - place.y
+    longitude = origin.longitude + math.degrees(place.x / scaled_m)
+    latitude = math.degrees(2.0 * math.atan(math.exp(north_m / scaled_m))) - 90.0
+    return GeoPoint(latitude, longitude, origin.altitude_m + place.z)
