@@ -2,8 +2,9 @@
 
 from stucksolver.decision import CONTINUE, Continue, Directive, Execute, Replan, SafeStop
 from stucksolver.guard import Guard, GuardPolicy
+from stucksolver.ladder import Ladder
 from stucksolver.scene import Scene, Status, Surroundings
-from stucksolver.solver import SolverSettings, StuckSolver
+from stucksolver.solver import StuckSolver
 
 __all__ = [
     "CONTINUE",
@@ -12,10 +13,10 @@ __all__ = [
     "Execute",
     "Guard",
     "GuardPolicy",
+    "Ladder",
     "Replan",
     "SafeStop",
     "Scene",
-    "SolverSettings",
     "Status",
     "StuckSolver",
     "Surroundings",

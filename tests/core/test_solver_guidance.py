@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import pytest
-from worlds import LANE_M, World, drive, red_light, straight_road, thing
+from worlds import LANE_M, World, drive, ladder, red_light, straight_road, thing
 
 from stucksolver.decision import CONTINUE, Execute
+from stucksolver.ladder.ladder import Words
 from stucksolver.scene import ObjectKind
-from stucksolver.solver import EventKind, SolverSettings
+from stucksolver.solver import EventKind
 
 TWO_WAY = straight_road()
 
@@ -92,7 +93,7 @@ def test_words_may_make_an_oncoming_car_no_smaller():
 
 
 def test_how_long_words_last_is_a_setting():
-    seen = drive(cyclists(sight_m=60.0), 20.0, words={5.0: "overtake"}, settings=SolverSettings(guidance_expires_s=4.0))
+    seen = drive(cyclists(sight_m=60.0), 20.0, words={5.0: "overtake"}, ladder=ladder(words=Words(expire_s=4.0)))
     assert next(e.time_s for e in seen.events if e.kind is EventKind.GUIDANCE_ENDED) == pytest.approx(9.05, abs=0.06)
 
 

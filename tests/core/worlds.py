@@ -31,6 +31,7 @@ from stucksolver.scene import (
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.build import build_scene
 from stucksolver.scene.view import View
+from stucksolver.ladder import Approval, Ladder, profile
 from stucksolver.solver import Event, EventKind, StuckSolver
 
 LANE_M = 3.5
@@ -214,6 +215,25 @@ class World:
         stood = 0.0 if moving else (o.stationary_s or 0.0) + self.dt
         update = {"x_m": o.x_m + o.vx_mps * self.dt, "y_m": o.y_m + o.vy_mps * self.dt, "stationary_s": stood}
         return o.model_copy(update=update)
+
+
+def ladder(name: str = "default", *, solid_line: str | None = None, rungs: dict | None = None, **tables: object) -> Ladder:
+    """A profile with changes: `rungs` by kind (None leaves one out), other tables whole."""
+    usual = profile(name)
+    kept = [
+        rung.model_copy(update=changes)
+        for rung in usual.rungs
+        if (changes := (rungs or {}).get(rung.kind, {})) is not None
+    ]
+    if solid_line is not None:
+        tables["approval"] = Approval(solid_line=solid_line)
+    return usual.model_copy(update={"rungs": tuple(kept), **tables})
+
+
+def stubborn(**more: object) -> Ladder:
+    """Rules only, asked for ever."""
+    nobody = {"model": None, "passenger": None, "remote": None}
+    return ladder(rungs={"rules": {"tries": 1000, **more}, **nobody})
 
 
 @dataclass

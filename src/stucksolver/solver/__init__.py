@@ -1,8 +1,22 @@
 """The object a stack owns."""
 
 from stucksolver.solver.clock import Clock, make_clock
-from stucksolver.solver.events import Event, EventKind
+from stucksolver.solver.events import Event, EventKind, Judgement, Tick, Witness
 from stucksolver.solver.progress import ProgressWatch
-from stucksolver.solver.solver import SolverSettings, StuckSolver
+from stucksolver.solver.questions import Question, QuestionError, QuestionKind
+from stucksolver.solver.solver import StuckSolver
 
-__all__ = ["Clock", "Event", "EventKind", "ProgressWatch", "SolverSettings", "StuckSolver", "make_clock"]
+__all__ = [
+    "Clock",
+    "Event",
+    "EventKind",
+    "Judgement",
+    "ProgressWatch",
+    "Question",
+    "QuestionError",
+    "QuestionKind",
+    "StuckSolver",
+    "Tick",
+    "Witness",
+    "make_clock",
+]

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from enum import Enum
+from typing import Protocol
 
-from stucksolver.decision import Decision
-from stucksolver.guard import Verdict
-from stucksolver.scene import Scene
+from stucksolver.decision import Decision, Execute, RecoveryPlan
+from stucksolver.guard import Approvals, Verdict
+from stucksolver.reason import Trace
+from stucksolver.scene import Scene, Surroundings
 from stucksolver.scene.model import Model
+from stucksolver.solver.execution import Outcome
+from stucksolver.solver.questions import Question
 
 
 class EventKind(str, Enum):
@@ -21,18 +26,77 @@ class EventKind(str, Enum):
     GUIDANCE = "guidance"
     GUIDANCE_ENDED = "guidance_ended"
     FAILED = "failed"
+    CANCELLED = "cancelled"
+    """A question to a reasoner or a person is not wanted any more: the situation cleared."""
+    ESCALATED = "escalated"
+    ASKED = "asked"
+    """A person was asked."""
+    ANSWERED = "answered"
+    STOPPED = "stopped"
+    RELEASED = "released"
+    CLOSED = "closed"
+    """The intervention is over."""
+    FAULT = "fault"
+    """The clock, the surroundings or a listener did something that they should not."""
 
 
 class Event(Model):
-    """Something that happened, at simulation time `time_s`."""
+    """Something that happened, at time `time_s` of the stack's clock."""
 
     time_s: float
     kind: EventKind
     text: str
+    intervention: int | None = None
+    """Counts from 1; None while nothing but a legitimate wait goes on."""
+    rung: str | None = None
     trigger: str | None = None
     scene: Scene | None = None
+    reasoner: str | None = None
     decision: Decision | None = None
+    waiting: bool = False
+    """A decision that says to wait, and the ladder agrees."""
+    trace: Trace | None = None
     verdict: Verdict | None = None
+    question: Question | None = None
 
 
 Listener = Callable[[Event], None]
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """All that the verdict on a proposed plan depends on. `now_s`: the solver's own time, which never jumps."""
+
+    time_s: float
+    now_s: float
+    plan: RecoveryPlan
+    surroundings: Surroundings
+    guided: bool
+    approvals: Approvals
+    verdict: Verdict
+
+
+@dataclass(frozen=True)
+class Tick:
+    """All that the verdict on a running plan depends on at one tick, and what came of it."""
+
+    time_s: float
+    now_s: float
+    surroundings: Surroundings
+    withdrawn: bool
+    """Taken back by words before this tick."""
+    result: Execute | Outcome
+    verdict: Verdict
+
+
+class Witness(Protocol):
+    """Is told everything that is needed to derive decisions and verdicts again; the record is one."""
+
+    def event(self, event: Event) -> None:
+        """Something happened."""
+
+    def judgement(self, judgement: Judgement) -> None:
+        """A plan was judged; the event of the decision follows."""
+
+    def tick(self, tick: Tick) -> None:
+        """A running plan was checked."""

@@ -11,7 +11,8 @@ RECOVERED_M = 15.0
 class ProgressWatch:
     """Remembers where and when the present immobilization began."""
 
-    def __init__(self) -> None:
+    def __init__(self, recovered_m: float = RECOVERED_M) -> None:
+        self._recovered_m = recovered_m
         self._onset: tuple[float, float] | None = None
 
     @property
@@ -20,13 +21,13 @@ class ProgressWatch:
         return self._onset is not None
 
     def update(self, status: Status, slow_since_s: float | None, trigger: Trigger | None) -> float | None:
-        """Seconds from onset to recovery, at the tick at which the 15 m are reached; else None."""
+        """Seconds from onset to recovery, at the tick at which the way is made; else None."""
         if self._onset is None:
             if trigger is not None:
                 self._onset = (status.time_s if slow_since_s is None else slow_since_s, status.progress_m)
             return None
         onset_s, onset_m = self._onset
-        if status.progress_m - onset_m < RECOVERED_M:
+        if status.progress_m - onset_m < self._recovered_m:
             return None
         self._onset = None
         return status.time_s - onset_s

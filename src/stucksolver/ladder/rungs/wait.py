@@ -9,7 +9,7 @@ from stucksolver.ladder.rungs.base import Rung
 
 
 class WaitRung(Rung):
-    """Is the vehicle held by a light, a queue, people? Rules look; the table `waits` says for how long that is right."""
+    """Is the vehicle held by a light, a queue, people? The table `waits` says for how long that is right."""
 
     summary: ClassVar[str] = "wait while a light, a queue, people or a duty to yield make waiting right"
 

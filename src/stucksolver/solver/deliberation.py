@@ -1,0 +1,246 @@
+"""From a question to a plan under way: asking, taking answers, judging, performing."""
+
+from __future__ import annotations
+
+from stucksolver.decision import CONTINUE, Directive, GuidanceIntent, RecoveryPlan, Replan
+from stucksolver.decision.behaviors import parse_behavior
+from stucksolver.detect import Trigger
+from stucksolver.guard import NOBODY, Reject, RejectCode, Verdict
+from stucksolver.ladder import AskPerson, AskReasoner, Assist, Resume
+from stucksolver.reason import ReasonerError
+from stucksolver.scene import Status
+from stucksolver.solver.events import EventKind
+from stucksolver.solver.execution import Outcome
+from stucksolver.solver.failures import passes, signature
+from stucksolver.solver.helping import why_stopped
+from stucksolver.solver.panel import Answer
+from stucksolver.solver.people import People
+from stucksolver.solver.questions import QuestionKind, Reply
+from stucksolver.solver.running import Judged
+from stucksolver.solver.senses import Read
+
+OBSERVED_AGAIN_S = 5.0
+"""An observer who found a plan looks again this much later."""
+
+
+class Deliberation(People):
+    """One question, one plan at a time."""
+
+    def _next(self, status: Status, trigger: Trigger | None, read: Read) -> Directive:
+        """Nothing is under way: ask whoever is due."""
+        now, pending = status.time_s, self._desk.pending
+        if pending is not None and self._desk.expired(now):
+            self._unanswered(pending, now)
+        elif pending is not None and pending.kind is QuestionKind.APPROVAL:
+            return self._resting
+        if self._words.now is not None:
+            move = self._words_climb.move
+            if self._words_climb.ready(now) and isinstance(move, AskReasoner):
+                self._ask(move, status, Trigger.GUIDANCE, read)
+            return self._resting
+        if self._climb.exhausted and self._climb.climb(now):
+            self._tell(now, EventKind.ESCALATED, f"to the rung {self._climb.rung}")
+        if not self._climb.ready(now):
+            return self._resting
+        return self._on_rung(status, trigger, read)
+
+    def _on_rung(self, status: Status, trigger: Trigger | None, read: Read) -> Directive:
+        move, now = self._climb.move, status.time_s
+        if isinstance(move, Assist) and self._stop is None:
+            return self._help(move, status, read)
+        if isinstance(move, AskPerson) and self._desk.pending is None:
+            text = f"I cannot get on: {why_stopped(self._asking.scene, self._failures.attempts)}. What shall I do?"
+            self._question(now, QuestionKind.ADVICE, move.to, text, within_s=move.within_s)
+        looks = not (isinstance(move, Assist) and move.resume is Resume.OPERATOR)
+        whom = move if isinstance(move, AskReasoner) else self._climb.lowest
+        if looks and whom is not None:
+            self._ask(whom, status, trigger or Trigger.SPEED, read)
+        return self._resting
+
+    # ---- asking
+
+    def _ask(self, move: AskReasoner, status: Status, trigger: Trigger, read: Read) -> None:
+        now = status.time_s
+        self._trigger = trigger
+        self._running.senses.look(read, now)
+        self._tell(now, EventKind.TRIGGERED, trigger.value)
+        outlived = self._climb.outlived(now)
+        try:
+            screen = self._climb.screens
+            self._asking.ask(move, status, self._words.now, self._failures.attempts, screen, outlived)
+        except ReasonerError as error:
+            self._no_answer(status, error)
+
+    def _take_answer(self, status: Status, trigger: Trigger | None, read: Read) -> Directive:
+        try:
+            answer = self._asking.poll(status.time_s)
+        except ReasonerError as error:
+            self._no_answer(status, error)
+            return self._resting
+        if answer is None:
+            return self._resting
+        if answer.decision.plan is None or self._only_looks:
+            self._no_plan(answer, status)
+            return self._resting
+        return self._judge(answer, answer.decision.plan, status, trigger, read)
+
+    @property
+    def _only_looks(self) -> bool:
+        """In the stop of the last rung: does a plan of the reasoner not count?"""
+        move = self._climb.move
+        return self._stop is not None and self._words.now is None and getattr(move, "resume", None) is not Resume.PLAN
+
+    def _no_answer(self, status: Status, error: ReasonerError) -> None:
+        self._begin(status)
+        self._tell(status.time_s, EventKind.FAILED, f"the reasoner gave no answer: {error}")
+        self._failed(status.time_s)
+
+    def _no_plan(self, answer: Answer, status: Status) -> None:
+        now, analysis = status.time_s, answer.decision.analysis
+        if self._words.now is not None:
+            self._begin(status)
+            self._tell_decision(now, answer, None)
+            self._no_plan_for_words(analysis.guidance_intent, now)
+            return
+        waiting = self._climb.waits(analysis.wait, now)
+        if not waiting:
+            self._begin(status)
+        self._tell_decision(now, answer, None, waiting=waiting)
+        if self._free_again():
+            self._release(now, "the way is free")
+        elif not waiting:
+            self._failed(now)
+
+    # ---- judging
+
+    def _judge(
+        self, answer: Answer, plan: RecoveryPlan, status: Status, trigger: Trigger | None, read: Read
+    ) -> Directive:
+        """Check a plan against the world as it is now, not as it was when the question was asked."""
+        now, guided = status.time_s, self._words.now is not None
+        self._begin(status)
+        if trigger is None and not guided and self._stop is None:
+            gone = Reject(code=RejectCode.NOT_IMMOBILIZED, detail="the vehicle moves again")
+            self._tell_decision(now, answer, Verdict(rejects=(gone,)))
+            return CONTINUE
+        judged = self._running.judge(
+            plan,
+            read,
+            now,
+            scene=self._asking.scene,
+            failures=self._failures,
+            guided=guided,
+            approvals=self._approved.get(signature(plan), NOBODY),
+        )
+        if judged is None:
+            self._tell(now, EventKind.FAILED, "there are no surroundings to check the plan against")
+            self._failed(now)
+            return self._resting
+        self._tell_decision(now, answer, judged.verdict)
+        if self._observe_only:
+            self._climb.pause(now + OBSERVED_AGAIN_S)
+            return CONTINUE
+        if judged.verdict.accepted:
+            return self._start(judged, status, read)
+        if judged.need is not None:
+            self._ask_for_yes(judged, answer, now)
+        else:
+            self._refused(judged, status, trigger, read)
+        return self._resting
+
+    def _refused(self, judged: Judged, status: Status, trigger: Trigger | None, read: Read) -> None:
+        """Tell the reasoner why, at once while repair rounds last, later otherwise."""
+        now = status.time_s
+        self._failures.note(judged.plan, str(judged.verdict), self._stack_s(now))
+        climb = self._words_climb if self._words.now is not None else self._climb
+        if climb.may_repair(now):
+            self._next(status, trigger, read)
+        else:
+            self._failed(now, counts=not judged.passing)
+
+    def _start(self, judged: Judged, status: Status, read: Read) -> Directive:
+        now = status.time_s
+        self._climb.begun()
+        self._words_climb.begun()
+        self._running.start(judged)
+        self._words.doing = self._words.now
+        self._helped = True
+        self._desk.withdraw()
+        if self._stop is not None:
+            self._release(now, "a plan was accepted")
+        self._tell(now, EventKind.STARTED, ", ".join(b.name for b in judged.plan.behaviors))
+        return self._perform(status, read, judged)
+
+    def _perform(self, status: Status, read: Read, judged: Judged | None = None) -> Directive:
+        execution, now = self._running.execution, status.time_s
+        assert execution is not None
+        result = self._running.tick(read, now, judged.view if judged else None)
+        if not isinstance(result, Outcome):
+            return result
+        plan, verdict = execution.plan, execution.last_verdict
+        spoken, self._words.doing = self._words.doing, None
+        kind = EventKind.FINISHED if result.finished else EventKind.ABORTED
+        self._tell(now, kind, result.text)
+        if not result.finished:
+            self._failures.note(plan, f"aborted: {result.text}", self._stack_s(now))
+            self._failures.aborted(plan, verdict)
+            self._failed(now, counts=not passes(verdict, frozenset()))
+            return CONTINUE
+        if spoken is not None and spoken is self._words.now:
+            self._end_words(now, "done")
+        self._climb.failed(now)
+        self._detector.forget()
+        return Replan(route_start=plan.route_start) if plan.replan_route else CONTINUE
+
+    def _replied(self, reply: Reply, status: Status, trigger: Trigger | None, read: Read) -> Directive:
+        """A person's yes or no."""
+        now, question = status.time_s, reply.question
+        said = "yes" if reply.yes else "no"
+        self._tell(now, EventKind.ANSWERED, f"{reply.by}: {said}", question=question)
+        if question.kind is QuestionKind.ASSISTANCE:
+            return self._helped_out(reply.yes, now)
+        answer, self._for_approval = self._for_approval, None
+        if not reply.yes or answer is None or question.plan is None:
+            self._denied(question, now)
+            return self._resting
+        self._agreed(question)
+        return self._judge(answer, question.plan, status, trigger, read)
+
+    def _help(self, move: Assist, status: Status, read: Read) -> Directive:
+        """The last rung: off the road first, where a behaviour for that is accepted; then stop."""
+        now = status.time_s
+        if self._before_stop is None:
+            self._before_stop = list(move.before)
+        while self._before_stop:
+            plan = RecoveryPlan(behaviors=(parse_behavior({"name": self._before_stop.pop(0)}),))  # type: ignore[arg-type]
+            judged = self._running.judge(
+                plan, read, now, scene=self._asking.scene, failures=self._failures, guided=False, approvals=NOBODY
+            )
+            if judged is not None and judged.verdict.accepted:
+                return self._start(judged, status, read)
+        return self._halt(move, now)
+
+    def _listen(self, status: Status) -> None:
+        """New words while a plan runs: if they take it back, it is given up as soon as that is safe."""
+        now, words = status.time_s, self._words.now
+        move = self._words_climb.move
+        if words is None or not self._words.unheard or not isinstance(move, AskReasoner):
+            return
+        try:
+            if not self._asking.busy:
+                self._trigger = Trigger.GUIDANCE
+                self._tell(now, EventKind.TRIGGERED, Trigger.GUIDANCE.value)
+                self._asking.ask(move, status, words, self._failures.attempts, False, frozenset())
+                return
+            answer = self._asking.poll(now)
+        except ReasonerError as error:
+            self._words.heard = words
+            self._tell(now, EventKind.FAILED, f"the reasoner gave no answer: {error}")
+            return
+        if answer is None:
+            return
+        self._words.heard = words
+        self._tell_decision(now, answer, None)
+        if answer.decision.analysis.guidance_intent is GuidanceIntent.WAIT:
+            self._running.withdraw()
+            self._end_words(now, "the plan is given up")

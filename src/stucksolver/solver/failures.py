@@ -1,0 +1,74 @@
+"""What has failed in this intervention: told to the reasoner, and not repeated for the same reason."""
+
+from __future__ import annotations
+
+from stucksolver.decision import RecoveryPlan
+from stucksolver.guard import Reject, RejectCode, Verdict
+from stucksolver.scene import PastAttempt
+
+UNSEEN = frozenset({RejectCode.TIMEOUT, RejectCode.DEVIATION})
+"""Reasons that no look at the start of a plan can find: a plan that failed for them is not started again."""
+PASSING = frozenset(
+    {
+        RejectCode.ONCOMING_GAP,
+        RejectCode.LANE_ENTRY,
+        RejectCode.RED_LIGHT,
+        RejectCode.STALE,
+    }
+)
+"""Reasons that go away with the traffic: waiting is right, and no try is used up."""
+DENIED = "a person said no"
+
+Signature = tuple[tuple[str, ...], ...]
+
+
+def signature(plan: RecoveryPlan) -> Signature:
+    """What makes two plans the same: their behaviours with what they refer to, whatever the figures."""
+    return tuple(
+        (b.name, *(f"{k}={v}" for k, v in sorted(b.model_dump(mode="json").items()) if not isinstance(v, float)))
+        for b in plan.behaviors
+    )
+
+
+class Failures:
+    """Kept from the start of an intervention to its end."""
+
+    def __init__(self, remembered: int) -> None:
+        self._remembered = remembered
+        self._barred: dict[Signature, str] = {}
+        self.attempts: tuple[PastAttempt, ...] = ()
+
+    def note(self, plan: RecoveryPlan, outcome: str, time_s: float) -> None:
+        """Remember for the reasoner."""
+        attempt = PastAttempt(time_s=time_s, behaviors=tuple(b.name for b in plan.behaviors), outcome=outcome)
+        self.attempts = (*self.attempts, attempt)[-self._remembered :] if self._remembered else ()
+
+    def aborted(self, plan: RecoveryPlan, verdict: Verdict) -> None:
+        """A running plan was given up: bar it, where the reason cannot be seen before it starts again."""
+        codes = sorted({r.code.value for r in verdict.rejects if r.code in UNSEEN})
+        if codes:
+            self._barred[signature(plan)] = ", ".join(codes)
+
+    def denied(self, plan: RecoveryPlan) -> None:
+        """A person said no to it."""
+        self._barred[signature(plan)] = DENIED
+
+    def against(self, plan: RecoveryPlan) -> Verdict | None:
+        """Refuses a plan that has failed before for a reason that has not gone away."""
+        why = self._barred.get(signature(plan))
+        if why is None:
+            return None
+        detail = f"the same plan failed before: {why}"
+        return Verdict(rejects=(Reject(code=RejectCode.PRECONDITION, detail=detail),))
+
+    def forget_attempts(self) -> None:
+        """New words ask for something new; what is barred stays barred."""
+        self.attempts = ()
+
+
+def passes(verdict: Verdict, moving: frozenset[str]) -> bool:
+    """Is everything that speaks against a plan traffic that will go on? `moving`: ids of what moves now."""
+    near = (RejectCode.COLLISION, RejectCode.CLEARANCE, RejectCode.GAP)
+    return bool(verdict.rejects) and all(
+        r.code in PASSING or (r.code in near and r.object_id in moving) for r in verdict.rejects
+    )

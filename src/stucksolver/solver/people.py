@@ -1,0 +1,148 @@
+"""People: the passenger's words, questions for a yes, and the stop in which help is called."""
+
+from __future__ import annotations
+
+from stucksolver.decision import CONTINUE, Directive, GuidanceIntent, SafeStop
+from stucksolver.guard import NOBODY
+from stucksolver.ladder import Assist, Resume
+from stucksolver.ladder.moves import Person
+from stucksolver.solver.core import Core
+from stucksolver.solver.events import EventKind
+from stucksolver.solver.failures import signature
+from stucksolver.solver.helping import still_blocked, why_stopped
+from stucksolver.solver.panel import Answer
+from stucksolver.solver.questions import Question, QuestionKind
+from stucksolver.solver.running import Judged
+from stucksolver.solver.trial import granted
+
+
+class People(Core):
+    """Whoever sits in the car, or at a desk far away."""
+
+    # ---- words
+
+    def _hear(self, now: float) -> None:
+        """Take new words, and drop those that led to nothing in time, with the last reason."""
+        if self._said is not None:
+            said, self._said = self._said, None
+            words = self._words.take(said, self._stack_s(now), now)
+            self._words_climb.reset()
+            self._failures.forget_attempts()
+            if self._running.execution is None:
+                self._asking.drop()
+                self._desk.withdraw()
+            self._tell(now, EventKind.GUIDANCE, words.text)
+        if self._words.expired(now):
+            if self._running.execution is None:
+                self._asking.drop()
+            last = self._failures.attempts[-1].outcome if self._failures.attempts else "no occasion"
+            self._end_words(now, f"expired ({last})")
+
+    def _end_words(self, now: float, how: str) -> None:
+        words = self._words.now
+        assert words is not None
+        self._tell(now, EventKind.GUIDANCE_ENDED, f'"{words.text}": {how}')
+        self._words.now = None
+        self._failures.forget_attempts()
+
+    def _no_plan_for_words(self, intent: GuidanceIntent | None, now: float) -> None:
+        """They ask for nothing, or nothing can be done now; unclear words are put to the next reasoner, if any."""
+        again = now + self.ladder.asking.recheck_s
+        if intent is GuidanceIntent.UNCLEAR and self._words_climb.climb(again):
+            self._words_climb.pause(again)
+        elif intent in (GuidanceIntent.WAIT, GuidanceIntent.UNCLEAR):
+            self._end_words(now, "nothing to do")
+        else:
+            self._words_climb.pause(again)
+
+    # ---- questions
+
+    def _question(
+        self,
+        now: float,
+        kind: QuestionKind,
+        to: Person,
+        text: str,
+        *,
+        within_s: float | None = None,
+        judged: Judged | None = None,
+    ) -> None:
+        question = self._desk.open(
+            Question(
+                id=self._desk.next_id(),
+                time_s=self._stack_s(now),
+                kind=kind,
+                to=to,
+                text=text,
+                plan=judged.plan if judged else None,
+                needs=judged.need.what if judged and judged.need else (),
+                within_s=within_s,
+            ),
+            now,
+        )
+        self._tell(now, EventKind.ASKED, text, question=question)
+
+    def _ask_for_yes(self, judged: Judged, answer: Answer, now: float) -> None:
+        """A plan that would be accepted if a person agreed."""
+        assert judged.need is not None
+        self._for_approval = answer
+        what = " and ".join(name.replace("_", " ") for name in judged.need.what)
+        text = f"{answer.decision.rationale}. May I? It needs your yes for: {what}"
+        within = self.ladder.asking.approval_within_s
+        self._question(now, QuestionKind.APPROVAL, judged.need.to, text, within_s=within, judged=judged)
+
+    def _unanswered(self, question: Question, now: float) -> None:
+        """Nobody answered in time."""
+        self._desk.withdraw()
+        self._tell(now, EventKind.CANCELLED, f"no answer from the {question.to}", question=question)
+        if question.kind is QuestionKind.ADVICE:
+            self._climb.climb(now)
+            self._tell(now, EventKind.ESCALATED, f"to the rung {self._climb.rung}")
+        else:
+            self._failed(now)
+
+    def _agreed(self, question: Question) -> None:
+        """Keep a yes for this plan, for as long as the intervention lasts."""
+        assert question.plan is not None
+        key = signature(question.plan)
+        self._approved[key] = granted(self._approved.get(key, NOBODY), question.to, question.needs)
+
+    def _denied(self, question: Question, now: float) -> None:
+        assert question.plan is not None
+        self._failures.denied(question.plan)
+        self._failures.note(question.plan, "a person said no", self._stack_s(now))
+        self._failed(now)
+
+    # ---- help from outside
+
+    def _halt(self, move: Assist, now: float) -> Directive:
+        """The minimal risk condition, and the call for help."""
+        scene = self._asking.scene
+        why = why_stopped(scene, self._failures.attempts)
+        self._blocked_at_stop = still_blocked(scene)
+        self._stop = SafeStop(reason=why)
+        self._tell(now, EventKind.STOPPED, f"minimal risk condition: {why}")
+        self._question(now, QuestionKind.ASSISTANCE, "operator", f"The vehicle needs help: {why}")
+        self._climb.pause(now + move.look_every_s)
+        return self._stop
+
+    def _release(self, now: float, why: str) -> None:
+        """End the stop; the rung stays until the hand-back is verified."""
+        move = self._climb.move
+        self._stop, self._before_stop = None, None
+        self._desk.withdraw()
+        self._tell(now, EventKind.RELEASED, why)
+        self._climb.pause(now + (move.look_every_s if isinstance(move, Assist) else 0.0))
+
+    def _free_again(self) -> bool:
+        """Has what stood in the way when the vehicle stopped gone?"""
+        move = self._climb.move
+        by_itself = isinstance(move, Assist) and move.resume is not Resume.OPERATOR
+        return self._stop is not None and by_itself and self._blocked_at_stop and not still_blocked(self._asking.scene)
+
+    def _helped_out(self, yes: bool, now: float) -> Directive:
+        """The operator's answer to the call."""
+        if yes:
+            self._release(now, "the operator lets it try again")
+            self._climb.reset()
+        return self._stop or CONTINUE

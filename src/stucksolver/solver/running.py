@@ -1,0 +1,106 @@
+"""Judges plans and carries them through on what the senses show, and has the witness see it all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stucksolver.decision import Execute, RecoveryPlan
+from stucksolver.guard import Approvals, Guard, Verdict
+from stucksolver.scene import Scene
+from stucksolver.scene.view import View
+from stucksolver.solver.events import Judgement, Tick
+from stucksolver.solver.execution import Execution, Outcome
+from stucksolver.solver.failures import Failures, passes
+from stucksolver.solver.senses import Read, Senses
+from stucksolver.solver.telling import Teller
+from stucksolver.solver.trial import Need, against_offers, missing_yes
+
+BLIND_LIMIT_S = 5.0
+"""A running plan ends after so long without anything new seen: it cannot be known any more whether it is done."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A plan with the guard's verdict, ready to start if that is an acceptance."""
+
+    plan: RecoveryPlan
+    verdict: Verdict
+    execution: Execution
+    view: View
+    need: Need | None
+    passing: bool
+    """Refused only for traffic that will go on?"""
+
+
+class Running:
+    """`offset_s`: what must be taken off the solver's own time to have the stack's."""
+
+    def __init__(self, guard: Guard, teller: Teller) -> None:
+        self.guard = guard
+        self._teller = teller
+        self.senses = Senses()
+        self.execution: Execution | None = None
+        self.ended: Execution | None = None
+        """The last one that came to its end."""
+        self._withdrawn = False
+        self.offset_s = 0.0
+
+    def judge(
+        self,
+        plan: RecoveryPlan,
+        read: Read,
+        now_s: float,
+        *,
+        scene: Scene | None,
+        failures: Failures,
+        guided: bool,
+        approvals: Approvals,
+    ) -> Judged | None:
+        """Check a plan against the world as it is now; None where nothing is known of it."""
+        seen = self.senses.look(read, now_s)
+        if seen is None:
+            return None
+        view = View(seen)
+        execution = Execution(plan, self.guard, guided, approvals)
+        known = against_offers(plan, scene) or failures.against(plan)
+        verdict = known or execution.start(view, now_s)
+        self._teller.judgement(
+            Judgement(now_s - self.offset_s, now_s, plan, seen, guided, approvals, verdict),
+        )
+        need = None
+        if known is None and not verdict.accepted:
+            need = missing_yes(plan, verdict, self.guard, view, now_s, guided, approvals)
+        return Judged(plan, verdict, execution, view, need, passes(verdict, moving(view)))
+
+    def start(self, judged: Judged) -> None:
+        self.execution, self._withdrawn = judged.execution, False
+
+    def withdraw(self) -> None:
+        """Give the plan up as soon as that is safe."""
+        if self.execution is not None:
+            self.execution.withdraw()
+            self._withdrawn = True
+
+    def tick(self, read: Read, now_s: float, view: View | None = None) -> Execute | Outcome:
+        """The running plan at this tick; `view` where it has been looked at already."""
+        execution = self.execution
+        assert execution is not None
+        seen = view.surroundings if view else self.senses.look(read, now_s)
+        if seen is None or self.senses.blind_s(now_s) > BLIND_LIMIT_S:
+            self._end()
+            return Outcome(False, f"nothing has been seen for {BLIND_LIMIT_S:g} s")
+        result = execution.tick(view or View(seen), now_s)
+        if self._teller.watched:
+            verdict = execution.last_verdict
+            self._teller.tick(Tick(now_s - self.offset_s, now_s, seen, self._withdrawn, result, verdict))
+        if isinstance(result, Outcome):
+            self._end()
+        return result
+
+    def _end(self) -> None:
+        self.ended, self.execution = self.execution, None
+
+
+def moving(view: View) -> frozenset[str]:
+    """Ids of what moves now."""
+    return frozenset(o.id for o, moves in zip(view.objects, view.moving, strict=True) if moves)

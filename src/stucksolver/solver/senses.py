@@ -1,0 +1,125 @@
+"""What the guard is shown: the stack's surroundings, with what is wrong with them made visible.
+
+The guard refuses and aborts on surroundings that are too old. So everything that makes them doubtful becomes age: a
+sensor that stands still, none at all, a position that jumps. And what vanishes for a moment is kept where it must be.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from stucksolver.scene import EgoState, Surroundings, TrackedObject
+
+HOLD_S = 1.0
+"""An object that is not seen any more is taken to be there for so long, going on as it did."""
+JUMP_M = 1.5
+"""The position may differ from where the speed leads by this much at most."""
+NEAR_S = 0.5
+"""Only looks no further apart than this can tell a jump."""
+DISTRUST_S = 0.5
+"""After a jump the position is not believed for so long."""
+DOUBTFUL_AGE_S = 60.0
+"""The age given to surroundings that are not believed; no guard accepts it."""
+FROZEN_TELL_S = 0.5
+MOVING_MPS = 0.5
+
+Read = Callable[[], "Surroundings | None"]
+
+
+@dataclass(frozen=True)
+class _Look:
+    now_s: float
+    raw: Surroundings
+
+
+class Senses:
+    """Looks through the stack's eyes. Give every call the solver's own time."""
+
+    def __init__(self) -> None:
+        self._last: _Look | None = None
+        self._fresh_s = -math.inf
+        """When the frame that is still shown was shown first."""
+        self._jumped_s = -math.inf
+        self._seen: dict[str, tuple[TrackedObject, float]] = {}
+        self.fault: str | None = None
+        """What is wrong now, in a few words."""
+
+    def look(self, read: Read, now_s: float) -> Surroundings | None:
+        """The surroundings at this tick, None when nothing has ever been seen."""
+        raw = read()
+        if raw is None:
+            return self._missing(now_s)
+        age, fault = self._doubt(raw, now_s)
+        self.fault = fault
+        self._last = _Look(now_s, raw)
+        objects = self._kept(raw.objects, now_s)
+        if age == raw.age_s and objects is raw.objects:
+            return raw
+        return raw.model_copy(update={"age_s": age, "objects": objects})
+
+    def blind_s(self, now_s: float) -> float:
+        """For how long nothing new has been seen."""
+        return now_s - self._fresh_s
+
+    def _missing(self, now_s: float) -> Surroundings | None:
+        self.fault = "there are no surroundings"
+        if self._last is None:
+            return None
+        raw = self._last.raw
+        return raw.model_copy(update={"age_s": raw.age_s + max(now_s - self._fresh_s, 0.0)})
+
+    def _doubt(self, raw: Surroundings, now_s: float) -> tuple[float, str | None]:
+        """The age to give to them, and what is wrong."""
+        last = self._last
+        if last is None or now_s <= last.now_s:
+            if last is None or not _same(last.raw, raw):
+                self._fresh_s = now_s
+            return raw.age_s, None
+        if _same(last.raw, raw):
+            stood = now_s - self._fresh_s
+            fault = f"the same frame for {FROZEN_TELL_S:g} s" if stood > FROZEN_TELL_S else None
+            return raw.age_s + stood, fault
+        self._fresh_s = now_s
+        passed = now_s - last.now_s
+        if passed <= NEAR_S and _off_course(last.raw.ego, raw.ego, passed) > JUMP_M:
+            self._jumped_s = now_s
+        if now_s - self._jumped_s < DISTRUST_S:
+            return DOUBTFUL_AGE_S, "the position jumped"
+        return raw.age_s, None
+
+    def _kept(self, objects: tuple[TrackedObject, ...], now_s: float) -> tuple[TrackedObject, ...]:
+        """The objects seen, and those that were seen a moment ago."""
+        seen = self._seen
+        for o in objects:
+            seen[o.id] = (o, now_s)
+        if len(seen) == len(objects):
+            return objects
+        held: list[TrackedObject] = []
+        for name, (o, when) in list(seen.items()):
+            if when == now_s:
+                continue
+            if 0.0 <= now_s - when <= HOLD_S:
+                held.append(_gone_on(o, now_s - when))
+            else:
+                del seen[name]
+        return (*objects, *held) if held else objects
+
+
+def _same(one: Surroundings, other: Surroundings) -> bool:
+    """The same frame again: by its number, or by a moving ego that has not moved."""
+    if one is other or (one.frame == other.frame and one.time_s == other.time_s):
+        return True
+    a, b = one.ego, other.ego
+    return abs(b.speed_mps) > MOVING_MPS and (a.x_m, a.y_m, a.yaw_rad) == (b.x_m, b.y_m, b.yaw_rad)
+
+
+def _off_course(before: EgoState, after: EgoState, dt_s: float) -> float:
+    """How far the position is from any that the speed could have led to, metres."""
+    moved = math.hypot(after.x_m - before.x_m, after.y_m - before.y_m)
+    return moved - max(abs(before.speed_mps), abs(after.speed_mps)) * dt_s
+
+
+def _gone_on(o: TrackedObject, dt_s: float) -> TrackedObject:
+    return o.model_copy(update={"x_m": o.x_m + o.vx_mps * dt_s, "y_m": o.y_m + o.vy_mps * dt_s})

@@ -1,0 +1,31 @@
+"""The solver's own time: it follows the stack's clock, but never jumps."""
+
+from __future__ import annotations
+
+from stucksolver.scene import Status
+
+LONGEST_TICK_S = 2.0
+"""A step back, or forward by more than this, is a fault of the clock: no control loop ticks so slowly."""
+FIRST_S = float("-inf")
+
+
+class Timeline:
+    """Gives each status a time that runs on evenly; `offset_s` is what must be taken off it for the stack's time."""
+
+    def __init__(self) -> None:
+        self.offset_s = 0.0
+        self.jump_s: float | None = None
+        """By how much the clock jumped at this tick, None where it did not."""
+        self._last_s = FIRST_S
+
+    def follow(self, status: Status) -> Status:
+        """The status in the solver's own time; the same object for as long as the clock has never jumped."""
+        now = status.time_s
+        passed = now - self._last_s
+        first, self._last_s = self._last_s == FIRST_S, now
+        if 0.0 <= passed <= LONGEST_TICK_S or first:
+            self.jump_s = None
+        else:
+            self.jump_s = passed
+            self.offset_s -= passed
+        return status if self.offset_s == 0.0 else status.model_copy(update={"time_s": now + self.offset_s})

@@ -1,0 +1,74 @@
+"""Tries a proposed plan: is it offered, has it failed before, does the guard accept it, whose yes would it need?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stucksolver.decision import RecoveryPlan
+from stucksolver.decision.behaviors import Release
+from stucksolver.guard import RULES, Approvals, Guard, Reject, RejectCode, Verdict
+from stucksolver.ladder.moves import Person
+from stucksolver.scene import Scene
+from stucksolver.scene.view import View
+from stucksolver.solver.execution import Execution
+
+RELEASABLE = frozenset(name for name in RULES if name != "red_light")
+"""What a question may be raised for without being told to: a lit red light is released on an operator's own word."""
+
+ASKABLE = frozenset(RejectCode(c) for c in RejectCode if c.name in ("APPROVAL", "AUTHORITY", "SOLID_LINE"))
+"""Reasons that a person's yes may take away."""
+
+
+@dataclass(frozen=True)
+class Need:
+    """A yes that would make a refused plan acceptable."""
+
+    to: Person
+    what: tuple[str, ...]
+
+    def given(self) -> Approvals:
+        """What is approved once it is given."""
+        names = frozenset(self.what)
+        return Approvals(passenger=names) if self.to == "passenger" else Approvals(operator=names)
+
+
+def against_offers(plan: RecoveryPlan, scene: Scene | None) -> Verdict | None:
+    """Refuses what the stack did not offer in the scene: a behaviour, or a start for a new route."""
+    if scene is None:
+        return None
+    offered = {b.name for b in scene.behaviors}
+    lacking = [f"behaviour {b.name} is not offered" for b in plan.behaviors if b.name not in offered]
+    known = {w.id for w in scene.waypoints}
+    starts = (plan.route_start, *(getattr(b, "route_start", None) for b in plan.behaviors))
+    lacking += [f"waypoint {w} is not among the scene's" for w in starts if w is not None and w not in known]
+    return Verdict(rejects=tuple(Reject(code=RejectCode.PRECONDITION, detail=x) for x in lacking)) if lacking else None
+
+
+def missing_yes(
+    plan: RecoveryPlan, verdict: Verdict, guard: Guard, view: View, now_s: float, guided: bool, has: Approvals
+) -> Need | None:
+    """The least yes with which the guard accepts a refused plan as things stand; None where no yes would help."""
+    if not any(r.code in ASKABLE for r in verdict.rejects):
+        return None
+    people: tuple[Person, ...] = ("passenger", "operator")
+    for to in people:
+        named = tuple(dict.fromkeys(b.name for b in plan.behaviors if _needs(guard, b.name, to)))
+        for extra in ((), *((rule,) for rule in RULES if rule in RELEASABLE)):
+            need = Need(to, (*named, *extra))
+            if need.what and Execution(plan, guard, guided, _joined(has, need.given())).start(view, now_s).accepted:
+                return need
+    return None
+
+
+def _needs(guard: Guard, behavior: str, to: Person) -> bool:
+    release = guard.policy.release(behavior)
+    return release is Release.PASSENGER or (release is Release.OPERATOR and to == "operator")
+
+
+def _joined(one: Approvals, other: Approvals) -> Approvals:
+    return Approvals(one.passenger | other.passenger, one.operator | other.operator)
+
+
+def granted(has: Approvals, by: Person, what: tuple[str, ...]) -> Approvals:
+    """What people have said yes to, with one yes more."""
+    return _joined(has, Need(by, what).given())
