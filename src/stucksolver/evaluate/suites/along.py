@@ -102,6 +102,7 @@ def _bend(town: Town, stretch: Path) -> bool:
     left: Any = stretch[0].get_left_lane()
     both = left is not None and left.lane_type == carla.LaneType.Driving and left.lane_id * stretch[0].lane_id < 0
     slow = 0.0 < town.limit_kmh(stretch[0]) <= _TWO_WAYS_LIMIT_KMH
+    both = both and not same_way(stretch[0], carla.LaneChange.Right)
     return both and slow and bend_deg(stretch[:60]) >= _SURE_BEND_DEG
 
 
@@ -114,17 +115,17 @@ NEEDS: Mapping[str, Along] = {
     "AccidentTwoWays": Along(_two_ways, 150),
     "ConstructionObstacle": Along(_left_lane, 125),
     "ConstructionObstacleTwoWays": Along(_two_ways, 150),
-    "ControlLoss": Along(_any_lane, 110, direct=False),
-    "DynamicObjectCrossing": Along(_sidewalk, 95),
-    "HardBreakRoute": Along(_any_lane, 120),
+    "ControlLoss": Along(_any_lane, 125, direct=False),
+    "DynamicObjectCrossing": Along(_sidewalk, 125),
+    "HardBreakRoute": Along(_any_lane, 125),
     "HazardAtSideLane": Along(_left_lane, 150),
     "HazardAtSideLaneTwoWays": Along(_two_ways, 180),
-    "InvadingTurn": Along(_bend, 110, direct=False),
+    "InvadingTurn": Along(_bend, 125, direct=False),
     "ParkedObstacle": Along(_left_lane, 125),
     "ParkedObstacleTwoWays": Along(_two_ways, 150),
-    "ParkingCrossingPedestrian": Along(_parking, 95),
-    "ParkingCutIn": Along(_parking, 110),
-    "ParkingExit": Along(_parking, 120, before_m=0),
+    "ParkingCrossingPedestrian": Along(_parking, 125),
+    "ParkingCutIn": Along(_parking, 125),
+    "ParkingExit": Along(_parking, 150, before_m=0),
     "StaticCutIn": Along(_right_lane, 185),
     "VehicleOpensDoorTwoWays": Along(_two_ways_with_parking, 150),
     "YieldToEmergencyVehicle": Along(_several_lanes, 180, before_m=45, direct=False),

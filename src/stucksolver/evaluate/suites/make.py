@@ -35,6 +35,13 @@ from stucksolver.evaluate.suites.weathers import weather
 TOWNS = ("grid_town", "interurban", "motorway")
 MAPS = Path(__file__).resolve().parents[3] / "carlette" / "maps"
 TYPES = tuple(sorted((*ALONG, *THROUGH, *FINDERS)))
+ONLY_IN = {
+    "EnterActorFlow": "interurban",
+    "HazardAtSideLane": "grid_town",
+    "InterurbanActorFlow": "interurban",
+    "InterurbanAdvancedActorFlow": "interurban",
+}
+"""Flows too fast for a town's streets, and bicycles that have no business on a motorway."""
 ROUTES_EACH = 5
 _FIRST_ID = 1000
 _IDS_EACH = 10
@@ -79,6 +86,8 @@ def dev(routes: Sequence[Route]) -> list[Route]:
 
 def _sites(kind: str, towns: Sequence[Town], ways: dict[str, list[Movement]]) -> Iterator[Site]:
     for town in towns:
+        if ONLY_IN.get(kind, town.name) != town.name:
+            continue
         if kind in ALONG:
             yield from sites_along(ALONG[kind], town)
         elif kind in THROUGH:

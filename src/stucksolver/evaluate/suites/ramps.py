@@ -14,12 +14,13 @@ from stucksolver.evaluate.suites.site import Site
 from stucksolver.evaluate.suites.through import flow, site_at
 from stucksolver.evaluate.suites.walk import Path, Town, approach, same_way
 
-_MERGE_TRIGGER_M, _MERGE_END_M = 45, 170
-_MERGE_FLOW_M = (60, 130)
-_EXIT_START_M, _EXIT_TRIGGER_M, _EXIT_CHANGE_M, _EXIT_END_M = 170, 140, 60, 90
+_MERGE_TRIGGER_M, _MERGE_END_M = 45, 150
+_MERGE_FLOW_M = (60, 120)
+_EXIT_START_M, _EXIT_TRIGGER_M, _EXIT_CHANGE_M, _EXIT_END_M = 170, 140, 60, 65
 _EXIT_FLOW_M = (165, 70)
-_CUT_IN_TRIGGER_M, _CUT_IN_FROM_M, _CUT_IN_END_M = 110, 75, 150
-_CHANGES_AFTER_M = (0, 70, 140, 230)
+_CUT_IN_TRIGGER_M, _CUT_IN_FROM_M, _CUT_IN_END_M = 110, 75, 90
+_CHANGES_AFTER_M = (0, 45, 120, 230)
+"""Where each lane begins, and the end."""
 _CHANGES_TRIGGER_M, _CHANGES_STEP_M = 15, 40
 _FEW_LANES, _MANY_LANES = 1, 3
 
@@ -96,7 +97,7 @@ def _staircase(town: Town, lane: Path, side: Any, start: int) -> Iterator[Site]:
                 return
         pieces.append(shifted)
     path = tuple(one for piece in pieces for one in piece)
-    marks = tuple(one for piece in pieces for one in (piece[0], piece[-1]))
+    marks = (path[0], *(piece[-1] for piece in pieces))
     name = f"{lane[0].road_id}/{lane[0].lane_id}"
     yield Site(town, name, f"{name}@{start}", path, marks, path[_CHANGES_TRIGGER_M])
 
