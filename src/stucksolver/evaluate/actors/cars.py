@@ -99,8 +99,12 @@ class Cars:
         merge: tuple[float, float] = (0.0, 0.0),
         obeys_lights: bool = True,
         yields: bool = True,
+        begin: bool = True,
     ) -> Car:
-        """Let a vehicle drive from a `carla.Waypoint` (or along several); see `LanePath` and `Car`."""
+        """Let a vehicle drive from a `carla.Waypoint` (or along several); see `LanePath` and `Car`.
+
+        With `begin` it has its speed at once, else it sets off from where it stands.
+        """
         waypoints = list(start) if isinstance(start, Sequence) else [start]
         path = LanePath(waypoints, onward, offset_m, merge, ends, self.stops)
         path.grow(HORIZON_M)
@@ -111,7 +115,7 @@ class Cars:
         car.state, car.start_road = self._cast.state(member), waypoints[0].road_id
         if constant:
             member.actor.enable_constant_velocity(carla.Vector3D(wish_mps, 0.0, 0.0))
-        elif wish_mps > 0.0:
+        elif begin and wish_mps > 0.0:
             self._push(car, wish_mps)
         self._cars[member.id] = car
         return car

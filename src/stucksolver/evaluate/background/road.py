@@ -47,6 +47,11 @@ class RoadTraffic:
     def cars(self) -> list[Car]:
         return [one.car for one in self._cars]
 
+    @property
+    def ahead(self) -> list[Car]:
+        """Those ahead of the hero."""
+        return [one.car for one in self._cars if one.ahead_m > 0.0]
+
     def populate(self) -> None:
         """The first cars."""
         for slot in slots(self._seen.waypoint):
