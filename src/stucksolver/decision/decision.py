@@ -20,7 +20,8 @@ class ObservedControl(Model):
     kind: ControlKind
     state: LightState | None
     applies: bool | None
-    distance_m: float
+    distance_m: float | None
+    """None where only the image shows it."""
 
 
 class Participant(Model):

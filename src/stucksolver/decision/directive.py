@@ -27,12 +27,15 @@ class Continue(Model):
 class Execute(Model):
     """Perform a behaviour. `path` is what the guard has proven; empty for a behaviour that stands still.
 
-    The same object is returned for as long as the same stretch is to be driven.
+    The same object is returned for as long as the same stretch is to be driven. `reverse`: the path leads away behind
+    the ego, which backs up along it. `ignore`: ids of objects that the path leads over and that must not be braked for.
     """
 
     kind: Literal["execute"] = "execute"
     behavior: AnyBehavior
     path: tuple[PathPoint, ...] = ()
+    reverse: bool = False
+    ignore: tuple[str, ...] = ()
 
 
 class Replan(Model):
@@ -43,7 +46,7 @@ class Replan(Model):
 
 
 class SafeStop(Model):
-    """Come to the minimal risk condition; nothing more can be done here."""
+    """Come to rest with hazard lights on, and stay so until another directive; nothing more can be done here."""
 
     kind: Literal["safe_stop"] = "safe_stop"
     reason: str

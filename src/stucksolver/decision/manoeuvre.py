@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from stucksolver.scene.frenet import Array, Lane
 from stucksolver.scene.view import View
 
 STEP_M = 0.5
+SOFT_BRAKING_MPS2 = 1.0
 HAND_BACK_BRAKING_MPS2 = 2.5
 """No stack begins to brake for the end of a path later than this deceleration would need."""
 
@@ -19,7 +20,8 @@ class Manoeuvre:
     """Stations every `STEP_M` along the road with lateral offset and an upper bound on the speed.
 
     `enters`: the lanes that the path moves into or through, in order, the ego's own lane excluded.
-    `passes`: ids of the objects that it goes round. `returns`: does it end in the route's lane?
+    `passes`: ids of the objects that it goes round; `over`: of those it drives over. `returns`: does it end in the
+    route's lane? `stops`: does it end at rest? A manoeuvre in reverse is one in the frame of `View.backwards`.
     """
 
     s: Array
@@ -28,6 +30,8 @@ class Manoeuvre:
     enters: tuple[Lane, ...] = ()
     passes: tuple[str, ...] = ()
     returns: bool = True
+    over: tuple[str, ...] = ()
+    stops: bool = False
 
     @property
     def end_s(self) -> float:
@@ -44,7 +48,7 @@ class Manoeuvre:
     def from_station(self, s: float) -> Manoeuvre:
         """What is left of it ahead of `s`; at least its last two stations."""
         first = min(int(np.searchsorted(self.s, s)), len(self.s) - 2)
-        return Manoeuvre(self.s[first:], self.d[first:], self.speed[first:], self.enters, self.passes, self.returns)
+        return replace(self, s=self.s[first:], d=self.d[first:], speed=self.speed[first:])
 
     def then(self, other: Manoeuvre) -> Manoeuvre:
         """This one, followed by another that starts where this ends."""
@@ -55,7 +59,14 @@ class Manoeuvre:
             self.enters + tuple(lane for lane in other.enters if lane not in self.enters),
             self.passes + tuple(p for p in other.passes if p not in self.passes),
             other.returns,
+            self.over + tuple(p for p in other.over if p not in self.over),
+            other.stops,
         )
+
+    def stopping(self) -> Manoeuvre:
+        """The same one, coming to rest at its end."""
+        room = np.maximum(self.end_s - self.s, 0.0)
+        return replace(self, speed=np.minimum(self.speed, np.sqrt(2 * SOFT_BRAKING_MPS2 * room) + 0.3), stops=True)
 
 
 def landing_m(speed_mps: float) -> float:

@@ -15,8 +15,10 @@ from stucksolver.scene.view import View
 
 CLEARANCE_M, NARROW_CLEARANCE_M = 1.2, 0.5
 """Planned lateral clearance beside what stands (room for a door ajar), and the least where the road is narrow."""
-VULNERABLE_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M = 1.6, 1.2
+VULNERABLE_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M = 1.9, 1.2
 """The same beside pedestrians and cyclists."""
+DOOR_M = 0.95
+"""With less than this beside a vehicle (or less than wished beside people) the pass is done at walking pace."""
 ROOM_TO_RETURN_M = 14.0
 """A gap shorter than this behind the passed object does not let the ego come back: what follows is passed too."""
 AHEAD_OF_MOVING_M = 6.0
@@ -33,6 +35,8 @@ class Passing:
     offset_m: float
     far_s: float
     speed_mps: float
+    slowly: bool = False
+    """Is it so narrow that only walking pace will do?"""
 
 
 def borrowed_lane(view: View, s: float) -> Lane | None:
@@ -66,6 +70,7 @@ def find_passing(view: View, start: Start, object_id: str, lane: Lane) -> Passin
         min(offset, limit),
         float(view.s[far] + view.along[far]),
         max(moving, 0.0),
+        moving <= 0.5 and limit < _beside(view, which, DOOR_M, VULNERABLE_CLEARANCE_M),
     )
 
 

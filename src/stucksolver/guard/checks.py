@@ -6,16 +6,24 @@ import numpy as np
 
 from stucksolver.decision.behaviors import Release
 from stucksolver.guard.case import Case
-from stucksolver.guard.predict import moving_gaps, profiles, relevant, standing_gaps, times
+from stucksolver.guard.predict import CROSSING_MPS, moving_gaps, profiles, relevant, standing_gaps, times
 from stucksolver.guard.verdict import Reject, RejectCode
-from stucksolver.scene.frenet import Array, Lane
-from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
+from stucksolver.scene.frenet import Array
+from stucksolver.scene.objects import ObjectKind, TrackedObject
+from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.surroundings import ControlKind, LightState
 from stucksolver.scene.view import MOVING_MPS
 
+STANDS_MPS = 0.3
+PARKED_S = 3.0
+"""A vehicle that has stood for so long may have somebody about to get out."""
+DOORED = frozenset({ObjectKind.CAR, ObjectKind.VAN, ObjectKind.TRUCK, ObjectKind.EMERGENCY})
+DOORS_PART = 0.5
+"""Doors are on the middle half of a vehicle's length."""
+
 
 def collision(case: Case) -> list[Reject]:
-    """No predicted overlap, and no gap below the bound for what the object is."""
+    """No predicted overlap, and no gap below the bound for what the object is, door and step off the kerb included."""
     which = relevant(case)
     if not len(which):
         return []
@@ -24,27 +32,66 @@ def collision(case: Case) -> list[Reject]:
     standing, moving = which[stands], which[~stands]
     found: list[Reject] = []
     if len(standing):
-        found += _too_near(case, standing, standing_gaps(case, standing), case.slow.t)
+        gap = standing_gaps(case, standing)
+        found += _too_near(case, standing, gap, _margins(case, standing, case.quick.v), case.slow.t)
+        found += _doors(case, standing, gap)
     if len(moving):
         t = times(case)
         stations = profiles(case, t)
         gap = moving_gaps(case, stations, moving, t)
         gap = np.where(_will_be_followed(case, stations, moving), np.maximum(gap, gap[:, :1]), gap)
-        found += _too_near(case, moving, gap.min(axis=0), t)
+        speed = np.maximum(np.interp(t, case.quick.t, case.quick.v), np.interp(t, case.slow.t, case.slow.v))
+        found += _too_near(case, moving, gap.min(axis=0), _margins(case, moving, speed), t)
     return found
 
 
-def _too_near(case: Case, which: Array, gap: Array, t: Array) -> list[Reject]:
-    """The objects whose gap (instants, objects) falls below the bound for what they are."""
+def _margins(case: Case, which: Array, speed: Array) -> Array:
+    """(instants, objects): the gaps to keep at a speed of ours."""
     view, policy = case.view, case.policy
-    margin = np.where(view.moving[which] > 0, policy.moving_gap_m, policy.standing_gap_m)
-    margin = np.where(view.vulnerable[which] > 0, policy.vulnerable_gap_m, margin)
+    drift = np.abs(view.vd[which])
+    drift = np.where(drift > CROSSING_MPS, 0.0, drift)  # quicker ones are predicted to go on
+    aside = policy.moving_gap_m + drift * policy.reaction_s + drift**2 / (2 * policy.lateral_braking_mps2)
+    margin = np.where(view.moving[which] > 0, aside, policy.standing_gap_m)
+    margin = np.where(view.vulnerable[which] > 0, np.maximum(margin, policy.vulnerable_gap_m), margin)
+    stepping = view.on_foot[which]
+    if not stepping.any():
+        return margin[None, :]
+    step = policy.step_mps * (policy.reaction_s / 2 + speed / (2 * policy.response_braking_mps2))
+    result: Array = np.maximum(margin, step[:, None] * stepping)
+    return result
+
+
+def _too_near(case: Case, which: Array, gap: Array, margin: Array, t: Array) -> list[Reject]:
+    """The objects whose gap (instants, objects) falls below the bound for what they are."""
     # What is already nearer than the bound counts only when the plan brings it nearer still.
     bad = (gap < margin) & (gap < gap[0] - 0.05)
     return [
         _reject(case, int(which[k]), float(t[bad[:, k].argmax()]), float(gap[bad[:, k], k].min()))
         for k in np.flatnonzero(bad.any(axis=0))
     ]
+
+
+def _doors(case: Case, standing: Array, gap: Array) -> list[Reject]:
+    """Quicker than walking pace only out of reach of the doors of parked vehicles."""
+    view, policy = case.view, case.policy
+    near = standing[(gap < policy.door_m).any(axis=0)]
+    fast = case.quick.v > policy.creep_speed_mps + 1e-6
+    which = [i for i in near if _may_open(view.objects[int(i)])] if len(near) and fast.any() else []
+    if not which:
+        return []
+    reach = standing_gaps(case, np.array(which), aside_m=policy.door_m, part=DOORS_PART)
+    bad = (reach < 0.0) & (reach < reach[0] - 0.05) & fast[:, None]
+    found = []
+    for k in np.flatnonzero(bad.any(axis=0)):
+        thing, first = view.objects[int(which[k])], int(bad[:, k].argmax())
+        detail = f"a door of {thing.kind.value} {thing.id} may open into the way"
+        found.append(Reject(code=RejectCode.DOOR, detail=detail, object_id=thing.id, time_s=float(case.slow.t[first])))
+    return found
+
+
+def _may_open(thing: TrackedObject) -> bool:
+    """A vehicle with doors that has come to stay."""
+    return thing.kind in DOORED and (thing.stationary_s is None or thing.stationary_s >= PARKED_S)
 
 
 def _reject(case: Case, index: int, time_s: float, gap_m: float) -> Reject:
@@ -75,7 +122,17 @@ def _will_be_followed(case: Case, station: Array, which: Array) -> Array:
 
 def drivable_area(case: Case) -> list[Reject]:
     """The body stays on the driving lanes."""
-    low, high = case.view.frame.drivable
+    return within(case, case.view.frame.drivable, "the driving lanes")
+
+
+def roadside(case: Case) -> list[Reject]:
+    """The body stays on what may be stood on: driving and parking lanes, and shoulders."""
+    return within(case, case.view.frame.roadside, "the road")
+
+
+def within(case: Case, borders: tuple[Array, Array], what: str) -> list[Reject]:
+    """The body stays between borders given at the frame's stations."""
+    low, high = borders
     s = case.path.s
     stations = case.view.frame.s
     tolerance = case.policy.drivable_tolerance_m
@@ -83,15 +140,14 @@ def drivable_area(case: Case) -> list[Reject]:
     over_right = np.interp(s, stations, low) - (case.path.d - case.reach)
     beyond = np.maximum(over_left, over_right)
     if case.path.end_s > case.view.frame.end_m:
-        detail = "the path runs beyond the known road"
-        return [Reject(code=RejectCode.OFF_ROAD, detail=detail)]
+        return [Reject(code=RejectCode.OFF_ROAD, detail="the path runs beyond the known road")]
     # Where the ego already stands over an edge, it may leave it, but not go further out, and must end on the road.
     allowed = np.full(len(s), max(tolerance, float(beyond[0]) + 0.05))
     allowed[-1] = tolerance
     worst = int((beyond - allowed).argmax())
     if beyond[worst] <= allowed[worst]:
         return []
-    detail = f"{beyond[worst]:.1f} m off the driving lanes, {s[worst] - s[0]:.0f} m ahead"
+    detail = f"{beyond[worst]:.1f} m off {what}, {s[worst] - s[0]:.0f} m ahead"
     return [Reject(code=RejectCode.OFF_ROAD, detail=detail, gap_m=-float(beyond[worst]))]
 
 
@@ -107,12 +163,15 @@ def speed(case: Case) -> list[Reject]:
 
 OVER_THE_LINE_M = 1.0
 """A vehicle that stands with its bumper this far past a light's line has not passed the light."""
+AT_THE_LINE_M = 6.0
+"""A vehicle that stands no further than this before a line has stopped at it."""
 
 
 def stop_line(case: Case) -> list[Reject]:
-    """No stop line is crossed unless its light is green; stop signs are left to the stack's own driving.
+    """No light's line is crossed unless it is green; a dark light and a stop sign only after a stop, and creeping.
 
-    While a plan runs, a line before which comfortable braking cannot stop any more is past mending.
+    Only an operator may release a red light, for creeping. While a plan runs, a line before which comfortable braking
+    cannot stop any more is past mending.
     """
     ego = case.view.ego
     reach = case.path.end_s + ego.length_m / 2 - case.view.ego_front_s
@@ -122,79 +181,22 @@ def stop_line(case: Case) -> list[Reject]:
         least = nearest - (OVER_THE_LINE_M if light else 0.0)
         if control.applies is False or not least <= control.distance_m < reach:
             continue
-        if light and control.state is not LightState.GREEN:
-            state = control.state.value if control.state else "unknown"
-            detail = f"{state} light {control.distance_m:.0f} m ahead"
-            return [Reject(code=RejectCode.RED_LIGHT, detail=detail)]
-        if control.kind is ControlKind.STOP_SIGN:
-            detail = f"stop sign {control.distance_m:.0f} m ahead"
-            return [Reject(code=RejectCode.STOP_LINE, detail=detail)]
-    return []
-
-
-def marking(case: Case) -> list[Reject]:
-    """Kerbs never; solid lines only past a stationary obstruction, slowly, and where the policy says so."""
-    for lane in case.path.enters:
-        inside = case.inside(lane)
-        edges = np.flatnonzero(np.abs(np.diff(inside)) > 0)
-        outer = _outer(lane, case.start_lane, float(case.path.s[0]))
-        for k in edges:
-            lines = outer.lines(float(case.path.s[k]) - 2.0, float(case.path.s[k]) + 2.0)
-            if LineKind.KERB in lines:
-                return [Reject(code=RejectCode.OFF_ROAD, detail="the way leads over a kerb")]
-            if LineKind.SOLID in lines:
-                why = _against_solid(case, lane, int(k))
-                if why:
-                    return [Reject(code=RejectCode.SOLID_LINE, detail=f"solid line: {why}")]
-    return []
-
-
-def _outer(lane: Lane, start: Lane | None, s: float) -> Lane:
-    """Of the lane entered and the lane left, the one further from the route, which owns the line between them."""
-    if start is None or abs(lane.at(s)[1]) >= abs(start.at(s)[1]):
-        return lane
-    return start
-
-
-def _against_solid(case: Case, lane: Lane, k: int) -> str | None:
-    """Why a solid line may not be crossed into a lane at station `k`, None where it may."""
-    policy, here = case.policy, float(case.path.s[k])
-    if policy.solid_line == "forbid":
-        return "crossing is forbidden here"
-    if not case.approvals.cover("solid_line", Release(policy.solid_line)):
-        return f"crossing needs the yes of the {policy.solid_line}"
-    if case.path.speed[k] > policy.recovery_speed_mps:
-        return "only at 20 km/h or less"
-    if any(z.start_m - 3.0 < here < z.end_m + 3.0 for z in case.view.surroundings.road.zones):
-        return "not in or at a junction or crossing"
-    if lane.strip.direction is LaneDirection.OPPOSITE and _legal_way(case, here):
-        return "there is a lane of our direction beside it"
-    return _no_obstruction(case)
-
-
-def _legal_way(case: Case, s: float) -> bool:
-    """Is there a lane of our direction that may be entered from the route's own?"""
-    for side in (+1, -1):
-        lane = case.view.frame.beside(s, 0.0, side)
-        if lane is None or lane.strip.kind is not LaneKind.DRIVING or lane.strip.direction is LaneDirection.OPPOSITE:
+        if light and control.state is LightState.GREEN:
             continue
-        if not lane.lines(s - 2.0, s + 2.0) & {LineKind.SOLID, LineKind.KERB}:
-            return True
-    return False
+        if light and control.state is not LightState.OFF:
+            state = control.state.value if control.state else "unknown"
+            if not (case.approvals.cover("red_light", Release.OPERATOR) and _creeps_over(case, control.distance_m)):
+                return [Reject(code=RejectCode.RED_LIGHT, detail=f"{state} light {control.distance_m:.0f} m ahead")]
+        elif light or control.kind is ControlKind.STOP_SIGN:
+            stopped = ego.speed_mps < STANDS_MPS and control.distance_m < AT_THE_LINE_M
+            if not case.running and not (stopped and _creeps_over(case, control.distance_m)):
+                what = "dark light (an all-way stop)" if light else "stop sign"
+                detail = f"{what} {control.distance_m:.0f} m ahead: stop at it first, then creep"
+                return [Reject(code=RejectCode.STOP_LINE, detail=detail)]
+    return []
 
 
-def _no_obstruction(case: Case) -> str | None:
-    """Why what lies ahead is no stationary obstruction: nothing does, it moves, or it is a queue."""
-    view, policy = case.view, case.policy
-    ahead = np.flatnonzero((view.gap > -1.0) & (view.gap < 40.0) & (view.in_corridor(view.ego.width_m / 2) > 0))
-    if not case.path.passes and not len(ahead):
-        comes_back = case.path.returns and abs(float(case.path.d[0])) > 1.0
-        return None if comes_back else "nothing stands in the way"
-    for i in ahead:
-        thing = view.objects[int(i)]
-        if thing.stationary_s is None or thing.stationary_s < policy.solid_line_standing_s:
-            return "what is ahead is not a stationary obstruction"
-        moved = thing.moved_s_ago
-        if not thing.hazard_lights and moved is not None and moved < policy.waits.queue_moved_within_s:
-            return "what is ahead moved a moment ago: it may be a queue"
-    return None
+def _creeps_over(case: Case, distance_m: float) -> bool:
+    """Is the path slow until the front bumper is over a line?"""
+    before = case.path.s <= case.path.s[0] + max(distance_m, 0.0) + 1.0
+    return bool((case.path.speed[before] <= case.policy.creep_speed_mps + 1e-6).all())

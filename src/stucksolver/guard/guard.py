@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
-from stucksolver.guard import checks, traffic
+from stucksolver.guard import checks, marking, obstacles, rules, traffic
+from stucksolver.guard.aborts import committed, stops_are_safe
 from stucksolver.guard.case import Case
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.guard.verdict import OK, Reject, RejectCode, Verdict
+from stucksolver.scene.frenet import Array
 from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import View
 
@@ -21,34 +24,59 @@ CHECKS: dict[Check, Callable[[Case], list[Reject]]] = {
     Check.DRIVABLE_AREA: checks.drivable_area,
     Check.SPEED: checks.speed,
     Check.STOP_LINE: checks.stop_line,
-    Check.MARKING: checks.marking,
+    Check.ROADSIDE: checks.roadside,
+    Check.WITHIN_LANE: rules.within_lane,
+    Check.CREEP_SPEED: rules.creep_speed,
+    Check.AUTHORITY: rules.authority,
+    Check.OFF_ROUTE: rules.off_route,
+    Check.STOPPING_PLACE: rules.stopping_place,
+    Check.SEEN_FREE: rules.seen_free,
+    Check.PASSABLE: obstacles.passable,
+    Check.PATIENCE: obstacles.patience,
+    Check.MARKING: marking.marking,
     Check.ONCOMING: traffic.oncoming,
     Check.LANE_ENTRY: traffic.lane_entry,
 }
+
+
+SPEED_TOLERANCE_MPS = 1.0
 
 
 @dataclass(frozen=True)
 class Proven:
     """Behaviours that the guard has accepted as one path.
 
-    `ends_s`: where each behaviour ends. `commit_s`: from there on the ego can no longer stop inside its own lane, so
-    that finishing, which was proven, is the safe way out; None for a path that never leaves the lane.
+    `ends_s`: where each behaviour ends. `no_stop`: the stations at which the ego is committed, since a stop would end
+    where no vehicle should stand; finishing, which was proven, is the safe way out there. `reverse`: the path is one
+    of `View.backwards`.
     """
 
     behaviors: tuple[Behavior, ...]
     path: Manoeuvre
     ends_s: tuple[float, ...]
-    commit_s: float | None
+    no_stop: Array
     expected_s: float
     guided: bool
     approvals: Approvals = NOBODY
+    start_mps: float = 0.0
 
     @property
+    def reverse(self) -> bool:
+        return self.behaviors[0].reverse
+
+    @cached_property
     def checks(self) -> tuple[Check, ...]:
         return tuple(check for check in CHECKS if any(check in b.checks for b in self.behaviors))
 
+    @cached_property
+    def commit_s(self) -> float | None:
+        """The last place before which a stop is always safe; None for a path without a commit point."""
+        first = np.flatnonzero(self.no_stop)
+        return float(self.path.s[max(int(first[0]) - 1, 0)]) if len(first) else None
+
     def committed(self, s: float) -> bool:
-        return self.commit_s is not None and s >= self.commit_s
+        """Is it too late to stop at an arc length, and not yet safe again?"""
+        return bool(self.no_stop[min(int(np.searchsorted(self.path.s, s, side="right")), len(self.no_stop) - 1)])
 
 
 class Guard:
@@ -68,7 +96,8 @@ class Guard:
             proven = self._plan(behaviors, view, guided, approvals)
         except CannotPlan as error:
             return Verdict(rejects=(Reject(code=RejectCode.NO_PATH, detail=str(error)),)), None
-        rejects = self._run(proven.checks, Case(view, proven.path, self.policy, guided, approvals=approvals))
+        case = Case(self._facing(view, proven), proven.path, self.policy, guided, approvals=approvals)
+        rejects = self._run(proven.checks, case) or stops_are_safe(case, proven.no_stop)
         return (Verdict(rejects=tuple(rejects)), None) if rejects else (OK, proven)
 
     def allows_standing(self, behavior: Behavior, view: View, approvals: Approvals = NOBODY) -> Verdict:
@@ -81,7 +110,8 @@ class Guard:
 
     def recheck(self, proven: Proven, view: View) -> Verdict:
         """Judge a running plan on this tick; a verdict with reasons names the abort."""
-        off = self._off_path(proven, view)
+        view = self._facing(view, proven)
+        off = self._off_path(proven, view) or self._too_fast(proven, view)
         rest = proven.path.from_station(view.ego_s)
         case = Case(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
         if not proven.committed(view.ego_s):
@@ -108,6 +138,15 @@ class Guard:
             return Abort.STOP
         return Abort.FINISH if self.way_back(view) is None else Abort.RETURN_TO_LANE
 
+    @staticmethod
+    def may_stand(view: View) -> bool:
+        """Is here a place for a stop: no junction, crosswalk or level crossing, no lane of the oncoming traffic?"""
+        if view.zone_at(view.ego_s) is not None:
+            return False
+        half = view.ego.width_m / 2 - 0.3
+        lanes = (view.frame.lane_at(view.ego_s, view.ego_d + side) for side in (-half, 0.0, half))
+        return not any(lane is not None and lane.strip.direction is LaneDirection.OPPOSITE for lane in lanes)
+
     def way_back(self, view: View) -> Manoeuvre | None:
         """A path without collision, on the road, from here back into the route's own lane, None where there is none."""
         speed = max(view.ego.speed_mps, 3.0)
@@ -117,6 +156,9 @@ class Guard:
         return None if checks.collision(case) or checks.drivable_area(case) else path
 
     def _plan(self, behaviors: Sequence[Behavior], view: View, guided: bool, approvals: Approvals) -> Proven:
+        if len({b.reverse for b in behaviors}) > 1:
+            raise CannotPlan("the vehicle must stop between going ahead and backing up")
+        view = view.backwards if behaviors and behaviors[0].reverse else view
         start = Start(view.ego_s, view.ego_d, view.ego.speed_mps)
         path: Manoeuvre | None = None
         ends: list[float] = []
@@ -131,8 +173,20 @@ class Guard:
         if path is None:
             raise CannotPlan("the plan is empty")
         case = Case(view, path, self.policy, guided)
-        expected = case.slow.duration_s
-        return Proven(tuple(behaviors), path, tuple(ends), _commit(case), expected, guided, approvals)
+        return Proven(
+            tuple(behaviors),
+            path,
+            tuple(ends),
+            committed(case),
+            case.slow.duration_s,
+            guided,
+            approvals,
+            abs(view.ego.speed_mps),
+        )
+
+    @staticmethod
+    def _facing(view: View, proven: Proven) -> View:
+        return view.backwards if proven.reverse else view
 
     def _run(self, names: tuple[Check, ...], case: Case) -> list[Reject]:
         return [reject for name in names for reject in CHECKS[name](case)]
@@ -149,21 +203,16 @@ class Guard:
             return None
         return Reject(code=RejectCode.STALE, detail=f"the surroundings are {age:.1f} s old")
 
+    def _too_fast(self, proven: Proven, view: View) -> Reject | None:
+        """The cap of the plan is kept by the vehicle, too, but for what it came with."""
+        cap = float(proven.path.speed.max()) + SPEED_TOLERANCE_MPS
+        now = abs(view.ego.speed_mps)
+        if now <= max(cap, proven.start_mps):
+            return None
+        return Reject(code=RejectCode.OVERSPEED, detail=f"drives {now:.1f} m/s, the plan allows {cap:.1f} m/s")
+
     def _off_path(self, proven: Proven, view: View) -> Reject | None:
         error = abs(view.ego_d - float(np.interp(view.ego_s, proven.path.s, proven.path.d)))
         if error <= self.policy.tracking_error_m:
             return None
         return Reject(code=RejectCode.DEVIATION, detail=f"{error:.1f} m beside the proven path", gap_m=error)
-
-
-def _commit(case: Case) -> float | None:
-    """Where the ego can for the last time stop inside its own lane, by comfortable braking."""
-    leaves = [np.flatnonzero(case.inside(lane)) for lane in case.path.enters if lane is not case.start_lane]
-    first = min((int(k[0]) for k in leaves if len(k)), default=None)
-    if first is None:
-        return None
-    braking = case.view.ego.limits.comfort_braking_mps2
-    room = case.path.s[first] - case.path.s[: first + 1]
-    can_stop = case.quick.v[: first + 1] ** 2 / (2 * braking) <= room
-    last = np.flatnonzero(can_stop)
-    return float(case.path.s[last[-1]]) if len(last) else float(case.path.s[0])

@@ -41,6 +41,8 @@ def relevant(case: Case) -> Array:
     low, high = case.path.d.min() - case.reach.max(), case.path.d.max() + case.reach.max()
     near_d = (view.d + margin > low) & (view.d - margin < high)
     found: Array = np.flatnonzero(near_s & near_d & ~from_behind)
+    if case.path.over:
+        found = np.array([i for i in found if view.objects[int(i)].id not in case.path.over], dtype=int)
     return found
 
 
@@ -56,14 +58,17 @@ def profiles(case: Case, t: Array) -> Array:
     return result
 
 
-def standing_gaps(case: Case, which: Array) -> Array:
-    """(stations, objects): gaps to what stands, wherever on the path and whenever the ego is there."""
+def standing_gaps(case: Case, which: Array, aside_m: float = 0.0, part: float = 1.0) -> Array:
+    """(stations, objects): gaps to what stands, wherever on the path and whenever the ego is there.
+
+    `aside_m` widens the objects, of whose length only the middle `part` is then taken.
+    """
     view, path = case.view, case.path
     return separation(
         (path.s[:, None], path.d[:, None], case.heading[:, None]),
         (view.ego.length_m / 2, view.ego.width_m / 2),
         (view.s[which], view.d[which], view.yaw[which]),
-        (view.half_length[which], view.half_width[which]),
+        (part * view.half_length[which], view.half_width[which] + aside_m),
     )
 
 

@@ -1,6 +1,14 @@
 """What the solver is told."""
 
-from stucksolver.scene.objects import MOTOR_VEHICLES, STATIC_KINDS, VULNERABLE, ObjectKind, TrackedObject
+from stucksolver.scene.objects import (
+    MOTOR_VEHICLES,
+    ON_FOOT,
+    PASSABLE_KINDS,
+    STATIC_KINDS,
+    VULNERABLE,
+    ObjectKind,
+    TrackedObject,
+)
 from stucksolver.scene.road import (
     LaneDirection,
     LaneKind,
@@ -35,6 +43,8 @@ from stucksolver.scene.surroundings import (
 
 __all__ = [
     "MOTOR_VEHICLES",
+    "ON_FOOT",
+    "PASSABLE_KINDS",
     "STATIC_KINDS",
     "VULNERABLE",
     "AvailableBehavior",

@@ -126,10 +126,18 @@ class RoadFrame:
     @cached_property
     def drivable(self) -> tuple[Array, Array]:
         """(right, left) border of the connected driving lanes around the route's own lane at each station."""
+        return self._borders(frozenset({LaneKind.DRIVING}))
+
+    @cached_property
+    def roadside(self) -> tuple[Array, Array]:
+        """The same with parking lanes and shoulders, where one may stand."""
+        return self._borders(frozenset({LaneKind.DRIVING, LaneKind.PARKING, LaneKind.SHOULDER}))
+
+    def _borders(self, kinds: frozenset[LaneKind]) -> tuple[Array, Array]:
         low, high = np.zeros(len(self.s)), np.zeros(len(self.s))
         spans: list[list[tuple[float, float]]] = [[] for _ in self.s]
         for lane in self.lanes:
-            if lane.strip.kind is LaneKind.DRIVING:
+            if lane.strip.kind in kinds:
                 for k, (right, left) in enumerate(zip(lane.right, lane.left, strict=True)):
                     spans[lane.strip.start + k].append((float(right), float(left)))
         for k, here in enumerate(spans):
@@ -169,12 +177,12 @@ def _connected(spans: list[tuple[float, float]]) -> tuple[float, float]:
 
 
 @lru_cache(maxsize=8)
-def _frame_of(key: str, road: _ByKey) -> RoadFrame:
+def _frame_of(key: str, road: RoadGeometryByKey) -> RoadFrame:
     return RoadFrame(road.road)
 
 
 @dataclass(frozen=True, eq=False)
-class _ByKey:
+class RoadGeometryByKey:
     """Hashes by the geometry's key, so that the cache need not hash thousands of numbers."""
 
     road: RoadGeometry
@@ -183,11 +191,11 @@ class _ByKey:
         return hash(self.road.key)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _ByKey) and (
+        return isinstance(other, RoadGeometryByKey) and (
             self.road is other.road or (self.road.key == other.road.key and self.road == other.road)
         )
 
 
 def road_frame(road: RoadGeometry) -> RoadFrame:
     """The frame of a road geometry, kept from one tick to the next."""
-    return _frame_of(road.key, _ByKey(road))
+    return _frame_of(road.key, RoadGeometryByKey(road))

@@ -14,13 +14,18 @@ class ObjectKind(str, Enum):
     VAN = "van"
     TRUCK = "truck"
     BUS = "bus"
+    SCHOOL_BUS = "school_bus"
     EMERGENCY = "emergency"
     MOTORCYCLE = "motorcycle"
     BICYCLE = "bicycle"
     PEDESTRIAN = "pedestrian"
+    FLAGGER = "flagger"
     ANIMAL = "animal"
     CONE = "cone"
     BARRIER = "barrier"
+    CROSSING_GATE = "crossing_gate"
+    BAG = "bag"
+    LITTER = "litter"
     DEBRIS = "debris"
     PROP = "prop"
     UNKNOWN = "unknown"
@@ -32,13 +37,24 @@ MOTOR_VEHICLES = frozenset(
         ObjectKind.VAN,
         ObjectKind.TRUCK,
         ObjectKind.BUS,
+        ObjectKind.SCHOOL_BUS,
         ObjectKind.EMERGENCY,
         ObjectKind.MOTORCYCLE,
     }
 )
-VULNERABLE = frozenset({ObjectKind.PEDESTRIAN, ObjectKind.BICYCLE, ObjectKind.ANIMAL})
+ON_FOOT = frozenset({ObjectKind.PEDESTRIAN, ObjectKind.FLAGGER, ObjectKind.ANIMAL})
+"""Those who may step into the road from a standstill."""
+VULNERABLE = ON_FOOT | {ObjectKind.BICYCLE}
 """Vulnerable road users: passed with a wider clearance."""
-STATIC_KINDS = frozenset({ObjectKind.CONE, ObjectKind.BARRIER, ObjectKind.DEBRIS, ObjectKind.PROP})
+PASSABLE_KINDS = frozenset({ObjectKind.BAG, ObjectKind.LITTER})
+"""Soft by class: an empty bag, paper, cardboard. All that may ever be driven over."""
+STATIC_KINDS = PASSABLE_KINDS | {
+    ObjectKind.CONE,
+    ObjectKind.BARRIER,
+    ObjectKind.CROSSING_GATE,
+    ObjectKind.DEBRIS,
+    ObjectKind.PROP,
+}
 
 
 class TrackedObject(Model):
@@ -61,5 +77,10 @@ class TrackedObject(Model):
     """For how long it has been seen standing (below 0.1 m/s); 0 while it moves; None where not tracked."""
     moved_s_ago: float | None = None
     """Since when it has not been seen moving, None if it never was."""
+    seen_for_s: float | None = None
+    """For how long it has been tracked without a break."""
+    kind_confidence: float | None = Field(default=None, ge=0, le=1)
+    """How sure perception is of the kind; None where it does not say."""
     hazard_lights: bool | None = None
+    emergency_lights: bool | None = None
     brake_lights: bool | None = None

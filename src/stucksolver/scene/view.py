@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 import numpy as np
 
 from stucksolver.scene.frenet import Array, Lane, RoadFrame, road_frame, wrap_angle
-from stucksolver.scene.objects import STATIC_KINDS, VULNERABLE, TrackedObject
-from stucksolver.scene.road import LaneDirection, LaneKind
+from stucksolver.scene.mirror import backwards
+from stucksolver.scene.objects import ON_FOOT, STATIC_KINDS, VULNERABLE, TrackedObject
+from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
 from stucksolver.scene.surroundings import Surroundings
 
 MOVING_MPS = 0.1
@@ -45,6 +47,16 @@ class View:
         self.across: Array = self.half_length * n + self.half_width * c
 
     @cached_property
+    def backwards(self) -> View:
+        """The same tick as one sees it who backs up along the route: forward is behind, left is right."""
+        return View(backwards(self.surroundings))
+
+    @cached_property
+    def on_foot(self) -> Array:
+        """1.0 for those who may step into the road, else 0.0."""
+        return np.array([float(o.kind in ON_FOOT) for o in self.objects])
+
+    @cached_property
     def vulnerable(self) -> Array:
         """1.0 for vulnerable road users, else 0.0."""
         return np.array([float(o.kind in VULNERABLE) for o in self.objects])
@@ -58,6 +70,14 @@ class View:
     def index_of(self, object_id: str) -> int | None:
         """Where an object stands in the arrays, None if it is not seen now."""
         return next((i for i, o in enumerate(self.objects) if o.id == object_id), None)
+
+    def zone_at(self, s: float, *kinds: ZoneKind) -> Zone | None:
+        """The zone that the ego's body would touch with its centre at `s`; of the given kinds, if any are given."""
+        half = self.ego.length_m / 2
+        for zone in self.surroundings.road.zones:
+            if zone.start_m < s + half and s - half < zone.end_m and (not kinds or zone.kind in kinds):
+                return zone
+        return None
 
     @property
     def ego_front_s(self) -> float:
@@ -80,6 +100,11 @@ class View:
     def sight_ahead_m(self, lane: Lane) -> float:
         """How far a lane is seen ahead of the ego; 0 where the surroundings do not say."""
         return next((x.ahead_m for x in self.surroundings.sight if x.lane_id == lane.strip.id), 0.0)
+
+    def free_ahead_m(self) -> float:
+        """From the front bumper to the nearest thing in the ego's way along the route; infinite where there is none."""
+        ahead = self.gap[(self.in_corridor(self.ego.width_m / 2) > 0) & (self.s > self.ego_s)]
+        return float(ahead.min()) if len(ahead) else math.inf
 
     def in_corridor(self, half_width_m: float, clearance_m: float = 0.2) -> Array:
         """Which objects reach into a strip of that half width around the route's centre line (1.0 or 0.0)."""

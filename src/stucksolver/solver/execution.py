@@ -6,8 +6,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stucksolver.decision import Execute, PathPoint, RecoveryPlan
-from stucksolver.decision.behaviors import Abort, Behavior, KeepLane, Wait
+from stucksolver.decision import Execute, PathPoint, RecoveryPlan, Replan, SafeStop
+from stucksolver.decision.behaviors import (
+    Abort,
+    Behavior,
+    Check,
+    HazardLights,
+    KeepLane,
+    PullOver,
+    ReplanRoute,
+    RequestAssistance,
+    Wait,
+)
 from stucksolver.decision.manoeuvre import Manoeuvre, landing_m
 from stucksolver.guard import NOBODY, Approvals, Guard, Proven, Reject, RejectCode, Verdict
 from stucksolver.scene.view import View
@@ -16,6 +26,8 @@ ARRIVED_M = 1.5
 """A behaviour counts as driven this far before its end, a whole path as far as `landing_m` says."""
 STOPPED_MPS = 0.15
 BACK_IN_LANE_M = 0.4
+ALONE = frozenset({Check.CREEP_SPEED, Check.WITHIN_LANE, Check.ROADSIDE, Check.STOPPING_PLACE})
+"""Behaviours with bounds of their own on the whole path are proven by themselves."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +36,9 @@ class Outcome:
 
     finished: bool
     text: str
+
+
+Step = Execute | Replan | SafeStop
 
 
 class Execution:
@@ -36,7 +51,9 @@ class Execution:
         self._approvals = approvals
         self._segments = _segments(plan.behaviors)
         self._proven: Proven | None = None
-        self._directive: Execute | None = None
+        self._behavior: Behavior = plan.behaviors[0]
+        self._directive: Step | None = None
+        self._shown = False
         self._until_s = 0.0
         self._index = 0
         self._withdrawn = False
@@ -47,70 +64,84 @@ class Execution:
     def start(self, view: View, now_s: float) -> Verdict:
         """Have the guard prove the next stretch; begins it when it is accepted."""
         segment = self._segments[0]
+        proven: Proven | None = None
         if segment[0].stands_still:
             verdict = self._guard.allows_standing(segment[0], view, self._approvals)
-            expected = 0.0
         else:
-            verdict, self._proven = self._guard.accept(segment, view, self._guided, self._approvals)
-            expected = self._proven.expected_s if self._proven else 0.0
+            verdict, proven = self._guard.accept(segment, view, self._guided, self._approvals)
         if verdict.accepted:
             self._segments.pop(0)
-            self._index = 0
+            self._proven, self._behavior = proven, segment[0]
+            self._index, self._shown = 0, False
+            expected = proven.expected_s if proven else 0.0
             self._until_s = now_s + max(b.time_allowance_s(expected) for b in segment)
-            self._directive = self._execute(segment[0], view)
+            self._directive = self._direct(view)
         return verdict
 
     def withdraw(self) -> None:
         """Give the plan up as soon as that is safe: at once before the commit point, else at its end."""
         self._withdrawn = True
 
-    def tick(self, view: View, now_s: float) -> Execute | Outcome:
+    def tick(self, view: View, now_s: float) -> Step | Outcome:
         """What to do at this tick, or how it ended."""
         if self._ending is not None:
             return self._end(view)
-        if self._withdrawn and (self._proven is None or not self._proven.committed(view.ego_s)):
+        if self._withdrawn and not self._committed(view):
             return self._abort(Abort.STOP, "withdrawn", view)
         if self._proven is None:
             return self._stand(view, now_s)
         return self._move(self._proven, view, now_s)
 
-    def _stand(self, view: View, now_s: float) -> Execute | Outcome:
-        assert self._directive is not None
-        behavior = self._directive.behavior
-        if isinstance(behavior, Wait) and now_s < self._until_s - 1.0:
-            return self._directive
-        return self._next(view, now_s)
+    def _committed(self, view: View) -> bool:
+        return self._proven is not None and self._proven.committed(_facing(view, self._proven).ego_s)
 
-    def _move(self, proven: Proven, view: View, now_s: float) -> Execute | Outcome:
+    def _stand(self, view: View, now_s: float) -> Step | Outcome:
+        assert self._directive is not None
+        if self._shown and (now_s >= self._until_s - 1e-6 or self._behavior.done(view)):
+            return self._next(view, now_s)
+        self._shown = True
+        return self._directive
+
+    def _move(self, proven: Proven, view: View, now_s: float) -> Step | Outcome:
         self.last_verdict = verdict = self._guard.recheck(proven, view)
         if not verdict.accepted and verdict.abort is not Abort.FINISH:
             return self._abort(verdict.abort or Abort.STOP, str(verdict), view)
-        if now_s > self._until_s and not proven.committed(view.ego_s):
+        seen = _facing(view, proven)
+        if now_s > self._until_s and not proven.committed(seen.ego_s):
             late = Reject(code=RejectCode.TIMEOUT, detail="it took longer than its time allowance")
             self.last_verdict = Verdict(rejects=(late,), abort=Abort.STOP)
             return self._abort(Abort.STOP, str(self.last_verdict), view)
-        if view.ego_s >= proven.path.end_s - landing_m(view.ego.speed_mps):
+        if _arrived(proven, seen) or (self._behavior.done(view) and not proven.committed(seen.ego_s)):
             self._proven = None
             return self._next(view, now_s)
-        while self._index < len(proven.ends_s) - 1 and view.ego_s >= proven.ends_s[self._index] - ARRIVED_M:
+        while self._index < len(proven.ends_s) - 1 and seen.ego_s >= proven.ends_s[self._index] - ARRIVED_M:
             self._index += 1
-            self._directive = self._execute(proven.behaviors[self._index], view)
+            self._behavior = proven.behaviors[self._index]
+            self._directive = self._direct(view)
         assert self._directive is not None
         return self._directive
 
-    def _next(self, view: View, now_s: float) -> Execute | Outcome:
+    def _next(self, view: View, now_s: float) -> Step | Outcome:
         if not self._segments:
             return Outcome(True, "the plan is done")
         verdict = self.start(view, now_s)
         if not verdict.accepted:
+            self.last_verdict = verdict
             return self._abort(Abort.STOP, f"the next step was refused: {verdict}", view)
         assert self._directive is not None
+        self._shown = True
         return self._directive
 
-    def _abort(self, way: Abort, why: str, view: View) -> Execute | Outcome:
+    def _abort(self, way: Abort, why: str, view: View) -> Step | Outcome:
+        """Ends the plan by a stop where one may stand, else by the way back, else by handing over at once.
+
+        The stack then drives on by itself; it never stands where nobody should.
+        """
         self._ending = Outcome(False, why)
-        if way is Abort.RETURN_TO_LANE:
+        if way is Abort.RETURN_TO_LANE or not self._guard.may_stand(view):
             self._way_back = self._guard.way_back(view)
+            if self._way_back is None:
+                return self._ending
         if self._way_back is None:
             self._directive = Execute(behavior=Wait(duration_s=2.0))
         else:
@@ -119,30 +150,64 @@ class Execution:
             self._directive = Execute(behavior=behavior, path=path_points(self._way_back, view))
         return self._end(view)
 
-    def _end(self, view: View) -> Execute | Outcome:
+    def _end(self, view: View) -> Step | Outcome:
         """Until the abort has brought the ego to rest, or back into its lane."""
         assert self._ending is not None and self._directive is not None
         if self._way_back is None:
-            done = view.ego.speed_mps < STOPPED_MPS
+            done = abs(view.ego.speed_mps) < STOPPED_MPS
         else:
             done = abs(view.ego_d) < BACK_IN_LANE_M or view.ego_s >= self._way_back.end_s - landing_m(
                 view.ego.speed_mps
             )
         return self._ending if done else self._directive
 
-    def _execute(self, behavior: Behavior, view: View) -> Execute:
-        path = path_points(self._proven.path.from_station(view.ego_s), view) if self._proven else ()
-        return Execute(behavior=behavior, path=path)  # type: ignore[arg-type]
+    def _direct(self, view: View) -> Step:
+        """What the stack is to do for the present behaviour."""
+        behavior, proven = self._behavior, self._proven
+        if isinstance(behavior, ReplanRoute):
+            return Replan(route_start=behavior.route_start)
+        if isinstance(behavior, RequestAssistance):
+            return SafeStop(reason=behavior.reason)
+        if proven is None:
+            return Execute(behavior=behavior)  # type: ignore[arg-type]
+        seen = _facing(view, proven)
+        path = path_points(proven.path.from_station(seen.ego_s), seen)
+        return Execute(behavior=behavior, path=path, reverse=proven.reverse, ignore=proven.path.over)  # type: ignore[arg-type]
+
+
+def minimal_risk(guard: Guard, view: View, reason: str) -> RecoveryPlan:
+    """The way to the minimal risk condition from here: hazard lights, to the roadside if that is safe, stop, call."""
+    lights, call = HazardLights(), RequestAssistance(reason=reason[:200])
+    aside = next((p for p in map(_pull_over, (20.0, 12.0)) if guard.accept([p], view, False)[0].accepted), None)
+    return RecoveryPlan(behaviors=(lights, call) if aside is None else (lights, aside, call))
+
+
+def _pull_over(distance_m: float) -> PullOver:
+    return PullOver(distance_m=distance_m)
+
+
+def _facing(view: View, proven: Proven) -> View:
+    return view.backwards if proven.reverse else view
+
+
+def _arrived(proven: Proven, seen: View) -> bool:
+    left = proven.path.end_s - seen.ego_s
+    if proven.path.stops:
+        return left < ARRIVED_M and abs(seen.ego.speed_mps) < STOPPED_MPS
+    return left <= landing_m(seen.ego.speed_mps)
 
 
 def _segments(behaviors: tuple[Behavior, ...]) -> list[list[Behavior]]:
-    """Behaviours that move are proven together, as one path; each that stands still is by itself."""
+    """Behaviours that move on without a stop are proven together, as one path; the others each by itself."""
     segments: list[list[Behavior]] = []
+    joined = False
     for behavior in behaviors:
-        if behavior.stands_still or not segments or segments[-1][0].stands_still:
-            segments.append([behavior])
-        else:
+        alone = behavior.stands_still or behavior.reverse or bool(ALONE & set(behavior.checks))
+        if joined and not alone:
             segments[-1].append(behavior)
+        else:
+            segments.append([behavior])
+        joined = not alone
     return segments
 
 

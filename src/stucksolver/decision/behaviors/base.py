@@ -9,6 +9,7 @@ from typing import ClassVar
 
 from stucksolver.decision.manoeuvre import Manoeuvre
 from stucksolver.scene.model import Model
+from stucksolver.scene.road import LaneDirection, ZoneKind
 from stucksolver.scene.view import View
 
 
@@ -22,6 +23,15 @@ class Check(str, Enum):
     MARKING = "marking"
     ONCOMING = "oncoming"
     LANE_ENTRY = "lane_entry"
+    OFF_ROUTE = "off_route"
+    AUTHORITY = "authority"
+    CREEP_SPEED = "creep_speed"
+    WITHIN_LANE = "within_lane"
+    STOPPING_PLACE = "stopping_place"
+    ROADSIDE = "roadside"
+    PASSABLE = "passable"
+    PATIENCE = "patience"
+    SEEN_FREE = "seen_free"
 
 
 class Abort(str, Enum):
@@ -40,7 +50,16 @@ class Release(str, Enum):
     OPERATOR = "operator"
 
 
-MOVING_CHECKS = (Check.COLLISION, Check.DRIVABLE_AREA, Check.SPEED, Check.STOP_LINE)
+MOVING_CHECKS = (
+    Check.COLLISION,
+    Check.DRIVABLE_AREA,
+    Check.SPEED,
+    Check.STOP_LINE,
+    Check.OFF_ROUTE,
+    Check.AUTHORITY,
+)
+CREEP_MPS = 2.2
+"""Just under the 8 km/h of all that must be slow."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +78,8 @@ class Behavior(Model, ABC):
     abort_before_commit: ClassVar[Abort] = Abort.STOP
     abort_after_commit: ClassVar[Abort] = Abort.FINISH
     stands_still: ClassVar[bool] = False
+    reverse: ClassVar[bool] = False
+    """Backs up: `view` and `start` are then those of `View.backwards`."""
     release: ClassVar[Release] = Release.AUTONOMOUS
     """Who may release it where the policy does not say otherwise."""
     summary: ClassVar[str]
@@ -66,17 +87,43 @@ class Behavior(Model, ABC):
 
     name: str
 
-    @abstractmethod
     def precondition(self, view: View) -> str | None:
         """Why it cannot be done here now, or None."""
+        return None
 
     @abstractmethod
     def manoeuvre(self, view: View, start: Start) -> Manoeuvre | None:
         """Its path from `start`; None for a behaviour that stands still. Raises `CannotPlan`."""
 
+    def done(self, view: View) -> bool:
+        """Is its purpose reached before its path or its time is at an end?"""
+        return False
+
     def time_allowance_s(self, expected_s: float) -> float:
         """After how long it is given up, for an expected duration."""
         return 2.0 * expected_s + 5.0
+
+
+class Standing(Behavior):
+    """A behaviour without a path: the vehicle stands, or comes to rest where it is."""
+
+    stands_still: ClassVar[bool] = True
+
+    def precondition(self, view: View) -> str | None:
+        return no_place_to_stand(view)
+
+    def manoeuvre(self, view: View, start: Start) -> Manoeuvre | None:
+        return None
+
+
+def no_place_to_stand(view: View) -> str | None:
+    """Why the ego must not stay where it is: a stop is not safe there."""
+    lane = view.ego_lane
+    if lane is not None and lane.strip.direction is LaneDirection.OPPOSITE:
+        return "the ego is in an oncoming lane, where a stop is not safe"
+    if view.zone_at(view.ego_s, ZoneKind.LEVEL_CROSSING) is not None:
+        return "the ego is on a level crossing, where a stop is not safe"
+    return None
 
 
 class CannotPlan(Exception):

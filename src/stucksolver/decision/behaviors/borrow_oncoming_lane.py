@@ -4,7 +4,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.decision.behaviors.base import MOVING_CHECKS, Abort, Behavior, CannotPlan, Check, Start
+from stucksolver.decision.behaviors.base import CREEP_MPS, MOVING_CHECKS, Abort, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, along_lane, landing_m, lateral
 from stucksolver.decision.passing import Passing, borrowed_lane, find_passing, length_abreast
 from stucksolver.decision.swing import swing_out
@@ -18,7 +18,13 @@ class BorrowOncomingLane(Behavior):
         "Pass the object past_object_id (and everything between) through the lane of the oncoming traffic on the "
         "left at up to speed_mps, then come back to the own lane."
     )
-    checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.MARKING, Check.ONCOMING, Check.LANE_ENTRY)
+    checks: ClassVar[tuple[Check, ...]] = (
+        *MOVING_CHECKS,
+        Check.MARKING,
+        Check.ONCOMING,
+        Check.LANE_ENTRY,
+        Check.PATIENCE,
+    )
     abort_after_commit: ClassVar[Abort] = Abort.RETURN_TO_LANE
 
     name: Literal["borrow_oncoming_lane"] = "borrow_oncoming_lane"
@@ -37,9 +43,10 @@ class BorrowOncomingLane(Behavior):
         if lane is None:
             raise CannotPlan("there is no oncoming lane on the left")
         passing: Passing = find_passing(view, start, self.past_object_id, lane)
-        out = swing_out(view, start, passing.offset_m, self.speed_mps)
-        abreast = length_abreast(view, start, out, passing, self.speed_mps)
-        beside = along_lane(None, out.end_s, out.end_d, abreast, self.speed_mps)
+        speed = min(self.speed_mps, CREEP_MPS) if passing.slowly else self.speed_mps
+        out = swing_out(view, start, passing.offset_m, speed)
+        abreast = length_abreast(view, start, out, passing, speed)
+        beside = along_lane(None, out.end_s, out.end_d, abreast, speed)
         back_m = max(2.5 * float(beside.speed[-1]), 12.0)
         back = lateral(beside.end_s, beside.end_d, 0.0, back_m, self.speed_mps, view)
         path = (

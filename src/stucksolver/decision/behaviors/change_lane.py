@@ -27,10 +27,6 @@ class ChangeLane(Behavior):
     distance_m: float = Field(ge=15.0, le=150.0)
     speed_mps: float = Field(gt=0.5, le=11.0)
 
-    def precondition(self, view: View) -> str | None:
-        # Where an earlier behaviour of the plan ends is known only to `manoeuvre`, which checks the same again.
-        return None
-
     def target(self, view: View, start: Start) -> Lane:
         lane = view.frame.beside(start.s_m, start.d_m, +1 if self.side == "left" else -1)
         if lane is None or lane.strip.kind is not LaneKind.DRIVING:

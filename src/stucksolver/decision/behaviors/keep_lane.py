@@ -6,6 +6,7 @@ from pydantic import Field
 
 from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, along_lane
+from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import View
 
@@ -20,11 +21,14 @@ class KeepLane(Behavior):
     distance_m: float = Field(ge=5.0, le=150.0)
     speed_mps: float = Field(gt=0.5, le=11.0)
 
-    def precondition(self, view: View) -> str | None:
-        return None
-
     def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
-        lane = view.frame.lane_at(start.s_m, start.d_m)
-        if lane is not None and lane.strip.direction is LaneDirection.OPPOSITE:
-            raise CannotPlan("the vehicle is in an oncoming lane, which is left, not kept")
+        lane = own_lane(view, start)
         return along_lane(lane, start.s_m, start.d_m, self.distance_m, self.speed_mps)
+
+
+def own_lane(view: View, start: Start) -> Lane | None:
+    """The lane at a place. Raises `CannotPlan` where that is an oncoming one."""
+    lane = view.frame.lane_at(start.s_m, start.d_m)
+    if lane is not None and lane.strip.direction is LaneDirection.OPPOSITE:
+        raise CannotPlan("the vehicle is in an oncoming lane, which is left, not kept")
+    return lane

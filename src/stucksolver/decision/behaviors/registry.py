@@ -3,21 +3,47 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Annotated
+from typing import Annotated, get_args
 
 from pydantic import Field, TypeAdapter
 
+from stucksolver.decision.behaviors.back_up import BackUp
 from stucksolver.decision.behaviors.base import Behavior
 from stucksolver.decision.behaviors.borrow_oncoming_lane import BorrowOncomingLane
 from stucksolver.decision.behaviors.change_lane import ChangeLane
+from stucksolver.decision.behaviors.creep import Creep
+from stucksolver.decision.behaviors.drive_over import DriveOver
+from stucksolver.decision.behaviors.follow_vehicle import FollowVehicle
+from stucksolver.decision.behaviors.hazard_lights import HazardLights
 from stucksolver.decision.behaviors.keep_lane import KeepLane
+from stucksolver.decision.behaviors.nudge import Nudge
+from stucksolver.decision.behaviors.pull_over import PullOver
+from stucksolver.decision.behaviors.rejoin_route import RejoinRoute
+from stucksolver.decision.behaviors.replan import ReplanRoute
+from stucksolver.decision.behaviors.request_assistance import RequestAssistance
 from stucksolver.decision.behaviors.wait import Wait
 from stucksolver.scene.scene import AvailableBehavior
 
-AnyBehavior = Annotated[Wait | KeepLane | ChangeLane | BorrowOncomingLane, Field(discriminator="name")]
+AnyBehavior = Annotated[
+    Wait
+    | KeepLane
+    | FollowVehicle
+    | ChangeLane
+    | BorrowOncomingLane
+    | Nudge
+    | Creep
+    | BackUp
+    | DriveOver
+    | PullOver
+    | RejoinRoute
+    | ReplanRoute
+    | HazardLights
+    | RequestAssistance,
+    Field(discriminator="name"),
+]
 
 REGISTRY: dict[str, type[Behavior]] = {
-    cls.model_fields["name"].default: cls for cls in (Wait, KeepLane, ChangeLane, BorrowOncomingLane)
+    cls.model_fields["name"].default: cls for cls in get_args(get_args(AnyBehavior)[0])
 }
 
 _adapter: TypeAdapter[AnyBehavior] = TypeAdapter(AnyBehavior)

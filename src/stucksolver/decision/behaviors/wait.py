@@ -4,29 +4,35 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.decision.behaviors.base import Behavior, Start
-from stucksolver.decision.manoeuvre import Manoeuvre
-from stucksolver.scene.road import LaneDirection
+from stucksolver.decision.behaviors.base import Standing
+from stucksolver.scene.surroundings import ControlKind, LightState
 from stucksolver.scene.view import View
 
+CLEAR_M = 15.0
+ONCOMING_M = 80.0
 
-class Wait(Behavior):
-    """Stay stopped for a while."""
 
-    summary: ClassVar[str] = "Stay stopped for duration_s seconds."
-    stands_still: ClassVar[bool] = True
+class Wait(Standing):
+    """Stay stopped for a time, or until what it waits for has come, at the longest for that time."""
+
+    summary: ClassVar[str] = (
+        "Stay stopped for duration_s seconds, or until less: `clear` the path ahead is free, `light` no light ahead "
+        "is red or yellow, `oncoming` nobody comes towards us."
+    )
 
     name: Literal["wait"] = "wait"
-    duration_s: float = Field(ge=0.5, le=20.0)
+    duration_s: float = Field(ge=0.5, le=60.0)
+    until: Literal["time", "clear", "light", "oncoming"] = "time"
 
-    def precondition(self, view: View) -> str | None:
-        lane = view.ego_lane
-        if lane is not None and lane.strip.direction is LaneDirection.OPPOSITE:
-            return "the ego is in an oncoming lane, where a stop is not safe"
-        return None
-
-    def manoeuvre(self, view: View, start: Start) -> Manoeuvre | None:
-        return None
+    def done(self, view: View) -> bool:
+        if self.until == "clear":
+            return view.free_ahead_m() > CLEAR_M
+        if self.until == "light":
+            lights = [c for c in view.surroundings.controls if c.kind is ControlKind.TRAFFIC_LIGHT and c.applies]
+            return all(c.state in (LightState.GREEN, LightState.OFF) or c.distance_m < -1.0 for c in lights)
+        if self.until == "oncoming":
+            return not ((view.vs < -0.5) & (view.gap > -view.ego.length_m) & (view.gap < ONCOMING_M)).any()
+        return False
 
     def time_allowance_s(self, expected_s: float) -> float:
-        return self.duration_s + 1.0
+        return self.duration_s

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from stucksolver.scene import ObjectKind
@@ -16,25 +17,30 @@ _BASE_TYPES = {
 }
 _TWO_WHEELERS = ("crossbike", "century", "omafiets")
 _PROPS = (
-    ("cone", ObjectKind.CONE),
-    ("barrier", ObjectKind.BARRIER),
-    ("warning", ObjectKind.BARRIER),
-    ("dirtdebris", ObjectKind.DEBRIS),
-    ("bag", ObjectKind.DEBRIS),
+    (r".*cone.*", ObjectKind.CONE),
+    (r"crossinggate.*", ObjectKind.CROSSING_GATE),
+    (r".*(barrier|warning).*", ObjectKind.BARRIER),
+    (r"(plastic|paper)bag.*", ObjectKind.BAG),
+    (r"(garbage|paper|creasedbox|colacan).*", ObjectKind.LITTER),
+    (r".*(debris|bag|brokentile|rock|tyre|plank).*", ObjectKind.DEBRIS),
 )
 
 
 def kind_of(type_id: str, attributes: dict[str, str]) -> ObjectKind:
     """From the blueprint's id and its public attributes (`base_type` and `special_type` exist since 0.9.13)."""
+    if type_id.startswith("animal."):
+        return ObjectKind.ANIMAL
     if type_id.startswith("walker."):
         return ObjectKind.PEDESTRIAN
     if type_id.startswith("vehicle."):
         return _vehicle(type_id, attributes)
     name = type_id.rsplit(".", 1)[-1]
-    return next((kind for part, kind in _PROPS if part in name), ObjectKind.PROP)
+    return next((kind for pattern, kind in _PROPS if re.fullmatch(pattern, name)), ObjectKind.PROP)
 
 
 def _vehicle(type_id: str, attributes: dict[str, str]) -> ObjectKind:
+    if "school" in type_id:
+        return ObjectKind.SCHOOL_BUS
     if attributes.get("special_type") == "emergency":
         return ObjectKind.EMERGENCY
     base = _BASE_TYPES.get(attributes.get("base_type", "").lower())

@@ -23,6 +23,9 @@ ON_ROUTE_M = 2.2
 """A stop line's waypoint this near to a station belongs to the route's lane."""
 BODY_M = 1.0
 """From the route to the ego's side: so near to it a crosswalk is on its way."""
+ANDREWS_CROSS = "201"
+"""OpenDRIVE's signal type of the cross at a level crossing (StVO sign 201), as CARLA's landmarks carry it."""
+CROSS_BESIDE_M, CROSS_TRACKS_M = 10.0, 12.0
 BEYOND_M = 80.0
 """How far the road is known past the destination, so that a plan may end there."""
 
@@ -55,6 +58,7 @@ class RouteRoad:
         self.arc: np.ndarray[Any, Any] = np.concatenate([[0.0], np.cumsum(steps)])
         self._points = points
         self._crosswalks = _crosswalk_spans(carla_map, points, self.arc)
+        self._level_crossings = _level_crossing_spans(carla_map, points, self.arc)
 
     def arc_of(self, x: float, y: float, first: int, last: int) -> float:
         """Arc length of the point of stations `first` to `last` that is nearest to a place."""
@@ -86,7 +90,13 @@ class RouteRoad:
         destination = self.destination_arc if self.destination_arc <= end else None
         zones = [*_junctions(part, self.arc[first:last])]
         zones += [
-            Zone(kind=ZoneKind.CROSSWALK, start_m=a, end_m=b) for a, b in self._crosswalks if b > base and a < end
+            Zone(kind=kind, start_m=a, end_m=b)
+            for kind, spans in (
+                (ZoneKind.CROSSWALK, self._crosswalks),
+                (ZoneKind.LEVEL_CROSSING, self._level_crossings),
+            )
+            for a, b in spans
+            if b > base and a < end
         ]
         return RoadGeometry(
             key=f"{id(self)}-{first}-{last}-{speed_limit_mps}",
@@ -203,6 +213,18 @@ def _crosswalk_spans(carla_map: Any, points: Any, arc: Any) -> list[tuple[float,
             ends = shapely.get_coordinates(line.intersection(polygon))
             along = [line.project(shapely.Point(end)) for end in ends]
             spans.append((float(arc[first] + min(along)), float(arc[first] + max(along))))
+    return spans
+
+
+def _level_crossing_spans(carla_map: Any, points: Any, arc: Any) -> list[tuple[float, float]]:
+    """Where the route passes St Andrew's crosses, as spans of arc length: tracks lie close by on either side."""
+    spans = []
+    for landmark in carla_map.get_all_landmarks_of_type(ANDREWS_CROSS):
+        x, y = to_local(landmark.transform.location)
+        away = np.hypot(points[:, 0] - x, points[:, 1] - y)
+        k = int(away.argmin())
+        if away[k] < CROSS_BESIDE_M:
+            spans.append((float(arc[k]) - CROSS_TRACKS_M, float(arc[k]) + CROSS_TRACKS_M))
     return spans
 
 

@@ -8,8 +8,8 @@ from typing import Any
 import carla
 import numpy as np
 
-from stucksolver.decision import Directive, Execute, Replan, SafeStop
-from stucksolver.decision.behaviors import REGISTRY, describe
+from stucksolver.decision import Continue, Directive, Execute, Replan, SafeStop
+from stucksolver.decision.behaviors import REGISTRY, HazardLights, describe
 from stucksolver.scene import (
     AvailableBehavior,
     CandidateWaypoint,
@@ -42,6 +42,7 @@ DESTINATION_M = 5.0
 HAZARD = 32 | 16
 """Both blinkers, as bits of `carla.VehicleLightState`."""
 STARTS_WITHIN_M = 30.0
+ON_ITS_WAY_MPS = 2.0
 
 
 class CarlaStack:
@@ -153,25 +154,42 @@ class CarlaStack:
         if directive is not self._performed:
             self._begin(directive)
             self._performed = directive
+        if self._lights_before is not None and self._on_its_way():
+            self._hazard_lights(False)
         return self._driver.run_step()
 
     def _begin(self, directive: Directive) -> None:
-        if self._lights_before is not None:
-            self._vehicle.set_light_state(self._lights_before)
-            self._lights_before = None
         if isinstance(directive, Execute) and directive.path:
             points = [DrivePoint(*to_world(p.x_m, p.y_m), p.speed_mps) for p in directive.path]
-            self._driver.follow(points)
+            if directive.ignore:
+                self._driver.follow(points, directive.reverse, frozenset(int(i) for i in directive.ignore))
+            else:
+                self._driver.follow(points, directive.reverse)
         elif isinstance(directive, Execute):
+            if isinstance(directive.behavior, HazardLights):
+                self._hazard_lights(directive.behavior.on)
             self._driver.hold()
         elif isinstance(directive, SafeStop):
+            self._hazard_lights(True)
             self._driver.hold()
-            self._lights_before = self._vehicle.get_light_state()
-            self._vehicle.set_light_state(carla.VehicleLightState(int(self._lights_before) | HAZARD))
         else:
             self._driver.release()
             if isinstance(directive, Replan):
                 self._replan(directive)
+
+    def _hazard_lights(self, on: bool) -> None:
+        """On, or back to what the lights were before."""
+        if on and self._lights_before is None:
+            self._lights_before = self._vehicle.get_light_state()
+            self._vehicle.set_light_state(carla.VehicleLightState(int(self._lights_before) | HAZARD))
+        elif not on and self._lights_before is not None:
+            self._vehicle.set_light_state(self._lights_before)
+            self._lights_before = None
+
+    def _on_its_way(self) -> bool:
+        """Does it drive by itself again, so that nobody need be warned of it any more?"""
+        velocity = self._vehicle.get_velocity()
+        return isinstance(self._performed, Continue) and math.hypot(velocity.x, velocity.y) > ON_ITS_WAY_MPS
 
     def _replan(self, directive: Replan) -> None:
         """Plan anew; where no route leads on from there, the present one stays."""

@@ -21,6 +21,10 @@ STANDING_MPS = 0.1
 LIGHTS_EVERY_S = 0.5
 _LEFT_BLINKER, _RIGHT_BLINKER, _BRAKE = 32, 16, 8
 _HAZARD = _LEFT_BLINKER | _RIGHT_BLINKER
+_EMERGENCY = 512 | 1024
+"""`carla.VehicleLightState.Special1` and `Special2`: the lights on the roof."""
+GROUND_TRUTH = 1.0
+"""The client's word on what a thing is leaves no doubt."""
 
 
 @dataclass
@@ -104,6 +108,9 @@ def _tracked(seen: Seen, i: int, track: _Track, now_s: float) -> TrackedObject:
         height_m=float(seen.top[i] - seen.bottom[i]),
         stationary_s=0.0 if track.standing_since_s is None else now_s - track.standing_since_s,
         moved_s_ago=None if track.last_moved_s is None else now_s - track.last_moved_s,
+        seen_for_s=now_s - track.first_seen_s,
+        kind_confidence=GROUND_TRUTH,
         hazard_lights=None if track.lights is None else track.lights & _HAZARD == _HAZARD,
+        emergency_lights=None if track.lights is None else bool(track.lights & _EMERGENCY),
         brake_lights=None if track.lights is None else bool(track.lights & _BRAKE),
     )

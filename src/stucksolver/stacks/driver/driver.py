@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import carla
@@ -51,6 +51,7 @@ class BehaviorDriver:
         self._lights = LightWatch([])
         self._route: tuple[RoutePoint, ...] = ()
         self._holding = False
+        self._ignored: frozenset[int] = frozenset()
         self._hazard: Hazard | None = None
 
     @property
@@ -95,10 +96,11 @@ class BehaviorDriver:
         """True once the ego's centre is within two metres of the end of its route."""
         return self._planner.arrived
 
-    def follow(self, path: Sequence[DrivePoint], reverse: bool = False) -> None:
+    def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
         """Drive `path`, backing up with `reverse`, no further than its end. Raises `ValueError` for a bad path."""
         motion = self._motion()
         self._planner.follow(path, motion.pose, motion.z, reverse)
+        self._ignored = frozenset(ignore)
         self._holding = False
 
     def hold(self) -> None:
@@ -110,6 +112,7 @@ class BehaviorDriver:
         motion = self._motion()
         self._planner.release(motion.pose, motion.speed)
         self._holding = False
+        self._ignored = frozenset()
 
     def run_step(self) -> Any:
         """Decide this tick's `carla.VehicleControl`; does not apply it."""
@@ -137,7 +140,7 @@ class BehaviorDriver:
         """The lowest acceleration (m/s²) that anything allows."""
         speed, concerns = way.speed, self._concerns
         around = self._perception.read(way.pose.x, way.pose.y)
-        hazards = concerns.hazards(path, way, around)
+        hazards = [h for h in concerns.hazards(path, way, around) if h.actor_id not in self._ignored]
         self._hazard = hazards[0] if hazards else None
         allowed = [
             concerns.cruise(path, speed, self._vehicle.get_speed_limit(), self._command()),

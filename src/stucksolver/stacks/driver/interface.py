@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any, NamedTuple, Protocol
 
 
@@ -43,10 +43,11 @@ class Driver(Protocol):
     def done(self) -> bool:
         """True once the ego is at the end of its route."""
 
-    def follow(self, path: Sequence[DrivePoint], reverse: bool = False) -> None:
+    def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
         """Drive `path` in place of the route from the next step on, still braking for what lies in it.
 
-        With `reverse` the ego backs up along it: the path leads away behind the ego.
+        With `reverse` the ego backs up along it: the path leads away behind the ego. Actors whose ids are in `ignore`
+        are driven over.
         """
 
     def hold(self) -> None:

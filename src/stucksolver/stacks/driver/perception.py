@@ -112,7 +112,7 @@ def body_of(actor: Any) -> Body | None:
     if not all(map(math.isfinite, offset)):
         offset = (0.0, 0.0, size[2])
     yaw = math.radians(box.rotation.yaw)
-    return Body(actor.id, actor.type_id.startswith("walker."), size[0], size[1], size[2], offset, yaw)
+    return Body(actor.id, actor.type_id.startswith(("walker.", "animal.")), size[0], size[1], size[2], offset, yaw)
 
 
 def _row(body: Body, actor: Any) -> tuple[float, float, float, float, float, float, float]:

@@ -1,0 +1,36 @@
+"""Back up a little: to get room for swinging out, or to see more."""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.decision.behaviors.base import CREEP_MPS, Behavior, CannotPlan, Check, Start
+from stucksolver.decision.manoeuvre import Manoeuvre, straight
+from stucksolver.scene.view import View
+
+STANDS_MPS = 0.3
+
+
+class BackUp(Behavior):
+    """Reverse straight along the lane and come to rest. `view` and `start` look backwards."""
+
+    summary: ClassVar[str] = "Reverse distance_m metres along the lane, where the way behind is seen to be free."
+    checks: ClassVar[tuple[Check, ...]] = (
+        Check.COLLISION,
+        Check.DRIVABLE_AREA,
+        Check.SPEED,
+        Check.CREEP_SPEED,
+        Check.SEEN_FREE,
+        Check.AUTHORITY,
+        Check.STOPPING_PLACE,
+    )
+    reverse: ClassVar[bool] = True
+
+    name: Literal["back_up"] = "back_up"
+    distance_m: float = Field(ge=1.0, le=8.0)
+    speed_mps: float = Field(default=1.0, ge=0.5, le=CREEP_MPS)
+
+    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+        if abs(start.speed_mps) > STANDS_MPS:
+            raise CannotPlan("the vehicle must stand before it backs up")
+        return straight(start.s_m, start.d_m, self.distance_m, self.speed_mps).stopping()

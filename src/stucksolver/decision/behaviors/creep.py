@@ -1,0 +1,25 @@
+"""Go on slowly, a little, and stop: to see more, or to show that one means to go."""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.decision.behaviors.base import CREEP_MPS, MOVING_CHECKS, Behavior, Check, Start
+from stucksolver.decision.behaviors.keep_lane import own_lane
+from stucksolver.decision.manoeuvre import Manoeuvre, along_lane
+from stucksolver.scene.view import View
+
+
+class Creep(Behavior):
+    """Creep ahead in the own lane and come to rest."""
+
+    summary: ClassVar[str] = "Creep distance_m metres ahead in the own lane at walking pace, then stop."
+    checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.CREEP_SPEED, Check.STOPPING_PLACE)
+
+    name: Literal["creep"] = "creep"
+    distance_m: float = Field(ge=1.0, le=15.0)
+    speed_mps: float = Field(default=1.5, ge=0.5, le=CREEP_MPS)
+
+    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+        lane = own_lane(view, start)
+        return along_lane(lane, start.s_m, start.d_m, self.distance_m, self.speed_mps).stopping()

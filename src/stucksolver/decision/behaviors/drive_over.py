@@ -1,0 +1,36 @@
+"""Drive over what is soft by class, low, and long enough seen to be sure of it."""
+
+from dataclasses import replace
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.decision.behaviors.base import CREEP_MPS, MOVING_CHECKS, Behavior, CannotPlan, Check, Start
+from stucksolver.decision.behaviors.keep_lane import own_lane
+from stucksolver.decision.manoeuvre import Manoeuvre, along_lane
+from stucksolver.scene.view import View
+
+BEYOND_M = 2.0
+
+
+class DriveOver(Behavior):
+    """Go on in the own lane over one object, slowly."""
+
+    summary: ClassVar[str] = (
+        "Drive slowly over object_id, an empty bag or litter, at most 0.15 m high; never a living thing or an unknown."
+    )
+    checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.CREEP_SPEED, Check.PASSABLE)
+
+    name: Literal["drive_over"] = "drive_over"
+    object_id: str
+    speed_mps: float = Field(default=2.0, ge=0.5, le=CREEP_MPS)
+
+    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+        i = view.index_of(self.object_id)
+        if i is None:
+            raise CannotPlan(f"object {self.object_id} is not seen")
+        past = float(view.s[i] + view.along[i]) + view.ego.length_m / 2 + BEYOND_M - start.s_m
+        if not 3.0 < past < 40.0:
+            raise CannotPlan(f"object {self.object_id} is not close ahead")
+        path = along_lane(own_lane(view, start), start.s_m, start.d_m, past, self.speed_mps)
+        return replace(path, over=(self.object_id,))

@@ -1,0 +1,42 @@
+"""Car following: go on behind a leader, for as long as it leads."""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
+from stucksolver.decision.behaviors.keep_lane import own_lane
+from stucksolver.decision.manoeuvre import Manoeuvre, along_lane
+from stucksolver.scene.view import View
+
+RANGE_M = 50.0
+LEADS_MPS = 0.5
+
+
+class FollowVehicle(Behavior):
+    """Follow a moving leader in the own lane; the stack keeps its distance to it as always."""
+
+    summary: ClassVar[str] = (
+        "Follow the moving vehicle leader_id ahead in the own lane for up to distance_m metres at up to speed_mps."
+    )
+    checks: ClassVar[tuple[Check, ...]] = MOVING_CHECKS
+
+    name: Literal["follow_vehicle"] = "follow_vehicle"
+    leader_id: str
+    distance_m: float = Field(ge=5.0, le=150.0)
+    speed_mps: float = Field(gt=0.5, le=11.0)
+
+    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+        i = view.index_of(self.leader_id)
+        if i is None or not self._leads(view, i):
+            raise CannotPlan(f"{self.leader_id} does not lead: it must move ahead in the own lane")
+        return along_lane(own_lane(view, start), start.s_m, start.d_m, self.distance_m, self.speed_mps)
+
+    def done(self, view: View) -> bool:
+        i = view.index_of(self.leader_id)
+        return i is None or not (0.0 < view.gap[i] < 2 * RANGE_M and view.in_corridor(view.ego.width_m / 2)[i])
+
+    @staticmethod
+    def _leads(view: View, i: int) -> bool:
+        in_lane = bool(view.in_corridor(view.ego.width_m / 2)[i])
+        return in_lane and 0.0 < view.gap[i] < RANGE_M and view.vs[i] > LEADS_MPS

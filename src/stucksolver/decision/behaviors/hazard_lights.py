@@ -1,0 +1,21 @@
+"""Warn the others."""
+
+from typing import ClassVar, Literal
+
+from stucksolver.decision.behaviors.base import Standing
+from stucksolver.scene.view import View
+
+
+class HazardLights(Standing):
+    """Hazard lights on, or off again. They go out by themselves when the vehicle is on its way again."""
+
+    summary: ClassVar[str] = "Switch the hazard lights on or off; the vehicle stays where it is or goes on."
+
+    name: Literal["hazard_lights"] = "hazard_lights"
+    on: bool = True
+
+    def precondition(self, view: View) -> str | None:
+        return None
+
+    def time_allowance_s(self, expected_s: float) -> float:
+        return 0.0

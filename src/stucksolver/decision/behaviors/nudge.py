@@ -1,0 +1,43 @@
+"""Move aside within the own lane: to look past what is ahead, or to pass it where the lane is wide enough."""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
+from stucksolver.decision.behaviors.keep_lane import own_lane
+from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift, straight
+from stucksolver.scene.view import View
+
+EDGE_M = 0.05
+
+
+class Nudge(Behavior):
+    """Shift sideways inside the lane's borders, go on there, and come to rest."""
+
+    summary: ClassVar[str] = (
+        "Move offset_m metres to `side` within the own lane (no further than its border), go on until distance_m "
+        "metres are done, then stop there: to see past an obstacle, or to pass it in a wide lane."
+    )
+    checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.WITHIN_LANE, Check.STOPPING_PLACE)
+
+    name: Literal["nudge"] = "nudge"
+    side: Literal["left", "right"]
+    offset_m: float = Field(ge=0.2, le=1.5)
+    distance_m: float = Field(ge=3.0, le=40.0)
+    speed_mps: float = Field(default=1.5, ge=0.5, le=5.5)
+
+    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+        lane = own_lane(view, start)
+        if lane is None:
+            raise CannotPlan("the vehicle is in no lane")
+        right, _, left = lane.at(start.s_m + self.distance_m)
+        half, turn = view.ego.width_m / 2 + EDGE_M, 1 if self.side == "left" else -1
+        wanted = start.d_m + turn * self.offset_m
+        target = min(max(wanted, right + half), left - half)
+        if (target - start.d_m) * turn < 0.15:
+            raise CannotPlan(f"the lane leaves no room on the {self.side}")
+        length = max(shortest_shift(target - start.d_m, 1.3 * view.ego.limits.min_turn_radius_m), 3.0)
+        out = lateral(start.s_m, start.d_m, target, length, self.speed_mps, view)
+        rest = start.s_m + self.distance_m - out.end_s
+        return (out.then(straight(out.end_s, target, rest, self.speed_mps)) if rest > 0.5 else out).stopping()

@@ -1,0 +1,28 @@
+"""Ask for a person's help, standing safely."""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.decision.behaviors.base import Standing
+from stucksolver.scene.view import View
+
+CLEAR_M = 25.0
+
+
+class RequestAssistance(Standing):
+    """Stop with hazard lights on and ask the remote operator, until the way is free or the time is up."""
+
+    summary: ClassVar[str] = (
+        "Stop with hazard lights on and ask a remote operator for help, saying why; for at most duration_s seconds."
+    )
+
+    name: Literal["request_assistance"] = "request_assistance"
+    reason: str = Field(max_length=200)
+    duration_s: float = Field(default=30.0, ge=5.0, le=300.0)
+
+    def done(self, view: View) -> bool:
+        return view.ego.speed_mps < 0.2 and view.free_ahead_m() > CLEAR_M
+
+    def time_allowance_s(self, expected_s: float) -> float:
+        return self.duration_s

@@ -1,0 +1,81 @@
+"""Painted lines: who may cross them, and when."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stucksolver.decision.behaviors import Release
+from stucksolver.guard.case import Case
+from stucksolver.guard.verdict import Reject, RejectCode
+from stucksolver.scene.frenet import Lane
+from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
+
+
+def marking(case: Case) -> list[Reject]:
+    """Kerbs never; solid lines only past a stationary obstruction, slowly, and where the policy says so."""
+    for lane in case.path.enters:
+        inside = case.inside(lane)
+        edges = np.flatnonzero(np.abs(np.diff(inside)) > 0)
+        outer = _outer(lane, case.start_lane, float(case.path.s[0]))
+        for k in edges:
+            lines = outer.lines(float(case.path.s[k]) - 2.0, float(case.path.s[k]) + 2.0)
+            if LineKind.KERB in lines:
+                return [Reject(code=RejectCode.OFF_ROAD, detail="the way leads over a kerb")]
+            if LineKind.SOLID in lines:
+                why = _against_solid(case, lane, int(k))
+                if why:
+                    return [Reject(code=RejectCode.SOLID_LINE, detail=f"solid line: {why}")]
+    return []
+
+
+def _outer(lane: Lane, start: Lane | None, s: float) -> Lane:
+    """Of the lane entered and the lane left, the one further from the route, which owns the line between them."""
+    if start is None or abs(lane.at(s)[1]) >= abs(start.at(s)[1]):
+        return lane
+    return start
+
+
+def _against_solid(case: Case, lane: Lane, k: int) -> str | None:
+    """Why a solid line may not be crossed into a lane at station `k`, None where it may."""
+    policy, here = case.policy, float(case.path.s[k])
+    if policy.solid_line == "forbid":
+        return "crossing is forbidden here"
+    if not case.approvals.cover("solid_line", Release(policy.solid_line)):
+        return f"crossing needs the yes of the {policy.solid_line}"
+    if case.path.speed[k] > policy.recovery_speed_mps:
+        return "only at 20 km/h or less"
+    if any(z.start_m - 3.0 < here < z.end_m + 3.0 for z in case.view.surroundings.road.zones):
+        return "not in or at a junction or crossing"
+    if lane.strip.direction is LaneDirection.OPPOSITE and _legal_way(case, here):
+        return "there is a lane of our direction beside it"
+    if lane.strip.direction is LaneDirection.SAME and case.view.sight_ahead_m(lane) < case.path.end_s - here:
+        return "the lane beyond is not seen as far as the way goes"
+    return _no_obstruction(case)
+
+
+def _legal_way(case: Case, s: float) -> bool:
+    """Is there a lane of our direction that may be entered from the route's own?"""
+    for side in (+1, -1):
+        lane = case.view.frame.beside(s, 0.0, side)
+        if lane is None or lane.strip.kind is not LaneKind.DRIVING or lane.strip.direction is LaneDirection.OPPOSITE:
+            continue
+        if not lane.lines(s - 2.0, s + 2.0) & {LineKind.SOLID, LineKind.KERB}:
+            return True
+    return False
+
+
+def _no_obstruction(case: Case) -> str | None:
+    """Why what lies ahead is no stationary obstruction: nothing does, it moves, or it is a queue."""
+    view, policy = case.view, case.policy
+    ahead = np.flatnonzero((view.gap > -1.0) & (view.gap < 40.0) & (view.in_corridor(view.ego.width_m / 2) > 0))
+    if not case.path.passes and not len(ahead):
+        comes_back = case.path.returns and abs(float(case.path.d[0])) > 1.0
+        return None if comes_back else "nothing stands in the way"
+    for i in ahead:
+        thing = view.objects[int(i)]
+        if thing.stationary_s is None or thing.stationary_s < policy.solid_line_standing_s:
+            return "what is ahead is not a stationary obstruction"
+        moved = thing.moved_s_ago
+        if not thing.hazard_lights and moved is not None and moved < policy.waits.queue_moved_within_s:
+            return "what is ahead moved a moment ago: it may be a queue"
+    return None

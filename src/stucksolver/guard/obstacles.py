@@ -1,0 +1,111 @@
+"""What may be passed, and when; what may be driven over."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stucksolver.guard.case import Case
+from stucksolver.guard.verdict import Reject, RejectCode
+from stucksolver.scene.boxes import separation
+from stucksolver.scene.objects import MOTOR_VEHICLES, PASSABLE_KINDS, VULNERABLE, ObjectKind
+from stucksolver.scene.surroundings import ControlKind, LightState
+from stucksolver.scene.view import MOVING_MPS
+
+PARKED_OFFSET_M = 0.4
+"""A vehicle this far from the lane's centre stands as parked ones do."""
+QUEUE_M = 15.0
+"""A light, stop line or standing vehicle this near ahead of a vehicle may be what it waits for."""
+
+
+def patience(case: Case) -> list[Reject]:
+    """Nobody is passed through an oncoming lane who may only be waiting: queues never, others after their time.
+
+    A passenger may ask to pass who moves, or not to wait; no words make a queue an obstruction.
+    """
+    view = case.view
+    found = []
+    for name in case.path.passes:
+        i = view.index_of(name)
+        if i is None or view.objects[i].kind not in MOTOR_VEHICLES | {ObjectKind.BICYCLE}:
+            continue
+        why = _moving(case, i) if np.hypot(view.vs[i], view.vd[i]) > MOVING_MPS else _standing(case, i)
+        if why is not None:
+            detail = f"{view.objects[i].kind.value} {name} {why}"
+            found.append(Reject(code=RejectCode.WAIT_FIRST, detail=detail, object_id=name))
+    return found
+
+
+def _moving(case: Case, i: int) -> str | None:
+    return None if case.guided or case.running or case.view.vs[i] < 0.5 else "moves: it is followed, not passed"
+
+
+def _standing(case: Case, i: int) -> str | None:
+    view, waits, thing = case.view, case.policy.waits, case.view.objects[i]
+    if not thing.hazard_lights and in_queue(case, i):
+        return "may be in a queue"
+    parked = thing.hazard_lights or abs(float(view.d[i])) > PARKED_OFFSET_M
+    needed = waits.hazard_or_parked_s if parked else waits.unknown_vehicle_s
+    stood = thing.stationary_s or 0.0
+    if case.guided or case.running or stood >= needed:
+        return None
+    return f"has stood for {stood:.0f} s, not yet {needed:.0f} s"
+
+
+def in_queue(case: Case, i: int) -> bool:
+    """Has it moved lately, or a light, a stop line or a vehicle that moved lately close ahead of it?"""
+    view, lately = case.view, case.policy.waits.queue_moved_within_s
+    moved = view.objects[i].moved_s_ago
+    if moved is not None and moved < lately:
+        return True
+    front = float(view.gap[i] + 2 * view.along[i])
+    for control in view.surroundings.controls:
+        holds = control.kind is ControlKind.STOP_SIGN or control.state in (LightState.RED, LightState.YELLOW)
+        if control.applies is not False and holds and front - 2.0 <= control.distance_m < front + QUEUE_M:
+            return True
+    next_up = (view.gap > front) & (view.gap < front + QUEUE_M) & (np.abs(view.d - view.d[i]) < 1.5)
+    return any(
+        view.objects[int(j)].kind in MOTOR_VEHICLES and (view.objects[int(j)].moved_s_ago or lately) < lately
+        for j in np.flatnonzero(next_up)
+    )
+
+
+def passable(case: Case) -> list[Reject]:
+    """Only what is soft by class, surely so, low, seen long enough, and away from everything living."""
+    found = []
+    for name in case.path.over:
+        i = case.view.index_of(name)
+        why = "is not seen" if i is None else _not_passable(case, i)
+        if why is not None:
+            found.append(Reject(code=RejectCode.NOT_PASSABLE, detail=f"{name} {why}", object_id=name))
+    return found
+
+
+def _not_passable(case: Case, i: int) -> str | None:
+    thing, policy = case.view.objects[i], case.policy
+    if thing.kind not in PASSABLE_KINDS:
+        return f"is a {thing.kind.value}, which is never driven over"
+    confirmed = "drive_over" in case.approvals.passenger | case.approvals.operator
+    needed = policy.confirmed_confidence if confirmed else policy.passable_confidence
+    if (thing.kind_confidence or 0.0) < needed:
+        return f"is a {thing.kind.value} with confidence {thing.kind_confidence or 0.0:.2f}, {needed:.2f} is asked"
+    if thing.height_m > policy.passable_height_m:
+        return f"is {thing.height_m:.2f} m high, at most {policy.passable_height_m:.2f} m is driven over"
+    if (thing.seen_for_s or 0.0) < policy.passable_seen_s:
+        return f"has been seen for {thing.seen_for_s or 0.0:.1f} s, {policy.passable_seen_s:.0f} s is asked"
+    return _living_near(case, i)
+
+
+def _living_near(case: Case, i: int) -> str | None:
+    view = case.view
+    for j, other in enumerate(view.objects):
+        if j == i or other.kind not in VULNERABLE | {ObjectKind.UNKNOWN}:
+            continue
+        gap = separation(
+            (view.s[i], view.d[i], view.yaw[i]),
+            (view.half_length[i], view.half_width[i]),
+            (view.s[j], view.d[j], view.yaw[j]),
+            (view.half_length[j], view.half_width[j]),
+        )
+        if float(gap) < case.policy.living_clearance_m:
+            return f"has {other.kind.value} {other.id} {max(float(gap), 0.0):.1f} m beside it"
+    return None

@@ -1,0 +1,128 @@
+"""The rules of the road that someone will be tempted to bend, and each behaviour's own bounds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stucksolver.guard.case import Case
+from stucksolver.guard.verdict import Reject, RejectCode
+from stucksolver.scene.frenet import Array
+from stucksolver.scene.objects import ObjectKind, TrackedObject
+from stucksolver.scene.road import LaneDirection, LaneKind, ZoneKind
+
+STANDS_MPS = 0.5
+BESIDE_M = 8.0
+"""What stands this near to the way belongs to its scene."""
+REAR_MARGIN_M = 5.0
+LANE_TOLERANCE_M = 0.1
+
+
+def off_route(case: Case) -> list[Reject]:
+    """Not too far, and not for too long, outside the route's own lane."""
+    policy, path = case.policy, case.path
+    home = case.view.frame.lane_at(float(path.s[0]), 0.0)
+    if home is None:
+        outside = np.abs(path.d) > 2.0
+    else:
+        right, left = np.interp(path.s, home.s, home.right), np.interp(path.s, home.s, home.left)
+        outside = (path.d < right) | (path.d > left)
+    if not outside.any():
+        return []
+    way = float(np.diff(path.s)[outside[1:]].sum())
+    time = float(np.diff(case.slow.t)[outside[1:]].sum())
+    if way <= policy.off_route_m and time <= policy.off_route_s:
+        return []
+    detail = (
+        f"{way:.0f} m and {time:.0f} s beside the route, at most {policy.off_route_m:.0f} m, {policy.off_route_s:.0f} s"
+    )
+    return [Reject(code=RejectCode.OFF_ROUTE, detail=detail, time_s=time, gap_m=policy.off_route_m - way)]
+
+
+def authority(case: Case) -> list[Reject]:
+    """A level crossing, school bus, flagger or emergency scene is never passed on own authority."""
+    view, policy = case.view, case.policy
+    half = view.ego.length_m / 2
+    start, end = float(case.path.s[0]) - half, float(case.path.end_s) + half
+    found: list[tuple[str, str | None]] = [
+        ("level_crossing", None)
+        for zone in view.surroundings.road.zones
+        if zone.kind is ZoneKind.LEVEL_CROSSING and start < zone.end_m and zone.start_m < end
+    ]
+    for i, thing in enumerate(view.objects):
+        rule = _scene_of(thing)
+        ahead = view.s[i] + view.along[i] > start and view.s[i] - view.along[i] < end
+        if rule and ahead and abs(view.d[i]) - view.across[i] < BESIDE_M:
+            found.append((rule, thing.id))
+    return [
+        Reject(
+            code=RejectCode.AUTHORITY,
+            detail=f"{rule.replace('_', ' ')}: needs the yes of the {policy.authority.value}",
+            object_id=who,
+        )
+        for rule, who in found
+        if not case.approvals.cover(rule, policy.authority)
+    ]
+
+
+def _scene_of(thing: TrackedObject) -> str | None:
+    if thing.kind is ObjectKind.FLAGGER:
+        return "flagger"
+    if thing.kind is ObjectKind.CROSSING_GATE:
+        return "level_crossing"
+    if np.hypot(thing.vx_mps, thing.vy_mps) > STANDS_MPS:
+        return None
+    if thing.kind is ObjectKind.SCHOOL_BUS:
+        return "school_bus"
+    return "emergency_scene" if thing.kind is ObjectKind.EMERGENCY and thing.emergency_lights else None
+
+
+def creep_speed(case: Case) -> list[Reject]:
+    """Walking pace for what must be slow."""
+    asked, cap = float(case.path.speed.max()), case.policy.creep_speed_mps
+    if asked <= cap + 1e-6:
+        return []
+    return [Reject(code=RejectCode.OVERSPEED, detail=f"asks {asked:.1f} m/s, walking pace is {cap:.1f} m/s")]
+
+
+def within_lane(case: Case) -> list[Reject]:
+    """The body stays between the borders of the lane in which it begins."""
+    lane = case.start_lane
+    if lane is None:
+        return [Reject(code=RejectCode.LEAVES_LANE, detail="the vehicle is in no lane")]
+    s, d = case.path.s, case.path.d
+    over: Array = np.maximum(
+        d + case.reach - np.interp(s, lane.s, lane.left), np.interp(s, lane.s, lane.right) - (d - case.reach)
+    )
+    # In the frame of the present heading the ego may already reach over; it must not do so further.
+    if float(over.max()) <= max(LANE_TOLERANCE_M, float(over[0]) + 0.05):
+        return []
+    return [Reject(code=RejectCode.LEAVES_LANE, detail=f"reaches {over.max():.1f} m out of its lane")]
+
+
+def stopping_place(case: Case) -> list[Reject]:
+    """The end is a place to stand: no junction, crosswalk, level crossing, or lane of the oncoming traffic."""
+    zone = case.view.zone_at(case.path.end_s)
+    if zone is not None:
+        where = zone.kind.value.replace("_", " ")
+        return [Reject(code=RejectCode.STOPPING_PLACE, detail=f"it would end in a {where}")]
+    end = case.path.end_s
+    for lane in case.view.frame.lanes:
+        if lane.strip.kind is not LaneKind.DRIVING or lane.strip.direction is not LaneDirection.OPPOSITE:
+            continue
+        if lane.covers(end, end) and case.inside(lane)[-1] > 0:
+            return [Reject(code=RejectCode.STOPPING_PLACE, detail="it would end in an oncoming lane")]
+    return []
+
+
+def seen_free(case: Case) -> list[Reject]:
+    """The lane is seen for the whole way and a margin; asked of what is done where a driver does not look by habit."""
+    lane = case.start_lane
+    needed = case.path.end_s - case.view.ego_s + case.view.ego.length_m / 2 + REAR_MARGIN_M
+    seen = 0.0 if lane is None else case.view.sight_ahead_m(lane)
+    if seen >= needed:
+        return []
+    return [
+        Reject(
+            code=RejectCode.UNSEEN, detail=f"sees {seen:.0f} m of the way, needs {needed:.0f} m", gap_m=seen - needed
+        )
+    ]
