@@ -6,13 +6,15 @@ still answers on its own port, and there leaving synchronous mode wakes the work
 0.9.15 and 0.9.16), which then makes the very step that was missed. So a silent client is asked whether it is well,
 told to leave synchronous mode, and told to enter it again.
 
-Who is not touched: a client that called anything since its snapshot (every step of a traffic manager calls, so a
+A worker that is merely late must not be woken: it would make that step twice, and be out of step with its client from
+there on. So a silent client on this machine is left alone while one of its threads works, or waits for a core
+(`stillness`); of a client elsewhere nothing is known, so it must have been silent for longer. A client that truly lost
+its wake-up goes on, after the rescue, bit for bit as if nothing had happened.
+
+Who else is not touched: a client that called anything since its snapshot (every step of a traffic manager calls, so a
 client that a debugger stops between ticks is well, and so is a traffic manager in asynchronous mode), a process that
 is stopped as a whole (it answers nothing), and what is no traffic manager (it answers with an error). A client that
 ticks with a traffic manager in another process is not helped: the registration is not its own.
-
-A rescue keeps the client alive, but not always its trajectory: on a loaded machine three of four runs with a rescue
-ended elsewhere than the run without. The warning in the log marks such a run as not repeatable.
 """
 
 from __future__ import annotations
@@ -27,8 +29,12 @@ from typing import Any
 
 import msgpack
 
+from carlette.stillness import is_still
+
 STALLED_S = 0.5
 """A client in step with the server calls within microseconds of a snapshot."""
+FAR_STALLED_S = 3.0
+"""The same for a client whose threads cannot be looked at: on another machine, or with a thread that always works."""
 ANSWER_S = 2.0
 MOST_TRIES = 4
 """Of a rescue that was not answered; each waits twice as long as the one before."""
@@ -42,6 +48,8 @@ class _Silence:
     """A client that has not called since its snapshot."""
 
     due: float
+    surely_lost: float
+    """From here on it is no longer asked whether it works."""
     host: str
     ports: tuple[int, ...]
     tries: int = 0
@@ -72,7 +80,7 @@ class Rescue:
     def published(self, now: float, host: str, managers: Iterable[int]) -> None:
         """The snapshot that a client at `host` with these traffic manager ports cued is out."""
         ports = tuple(managers)
-        self._silence = _Silence(now + STALLED_S, host, ports) if ports else None
+        self._silence = _Silence(now + STALLED_S, now + FAR_STALLED_S, host, ports) if ports else None
 
     def heard(self) -> None:
         """That client called again: it is well."""
@@ -86,12 +94,18 @@ class Rescue:
         if silence.is_over or silence.tries == MOST_TRIES:
             self._silence = None
             return
-        silence.tries += 1
-        silence.due = now + STALLED_S * 2**silence.tries
-        self._helper = threading.Thread(target=self._free, args=(silence,), name="carlette-rescue", daemon=True)
+        arguments = (silence, now >= silence.surely_lost)
+        self._helper = threading.Thread(target=self._free, args=arguments, name="carlette-rescue", daemon=True)
         self._helper.start()
 
-    def _free(self, silence: _Silence) -> None:
+    def _free(self, silence: _Silence, is_surely_lost: bool) -> None:
+        if not is_surely_lost and not all(is_still(port) for port in silence.ports):
+            return
+        if self._silence is not silence:
+            # It was heard while its threads were looked at.
+            return
+        silence.tries += 1
+        silence.due += STALLED_S * 2**silence.tries
         for port in silence.ports:
             if self._wakes(silence.host, port):
                 self.count += 1

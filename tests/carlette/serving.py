@@ -5,16 +5,16 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 READY = re.compile(r"carlette: listening on (\S+):(\d+) map=(\S+)")
 
 
 @contextmanager
-def running_server(*arguments: str) -> Iterator[int]:
+def running_server(*arguments: str, program: Sequence[str] = ("-m", "carlette")) -> Iterator[int]:
     """A server on a free port, which it yields; ends with the block, and with this process."""
-    command = [sys.executable, "-m", "carlette", "--port", "0", "--exit-on-stdin-eof", *arguments]
+    command = [sys.executable, *program, "--port", "0", "--exit-on-stdin-eof", *arguments]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None

@@ -22,7 +22,7 @@ def junction_of(phases: int) -> tuple[Signals, Bodies]:
     signals, bodies = Signals(), Bodies()
     for _ in range(phases):
         signals.lights.append(row=bodies.append())
-    signals.form_groups([("1", place) for place in range(phases)], Random(0))
+    signals.form_groups([("1", (place,)) for place in range(phases)], Random(0))
     return signals, bodies
 
 
@@ -102,3 +102,15 @@ def test_a_car_before_a_light_is_told_its_state(town01) -> None:
     assert (record["has_light"][car.row], record["light_id"][car.row]) == (1, light.id)
     assert record["light_state"][car.row] == Color.RED
     assert record["has_light"][away.row] == 0
+
+
+def test_a_light_of_two_controllers_has_green_in_both_phases() -> None:
+    signals, bodies = Signals(), Bodies()
+    for _ in range(3):
+        signals.lights.append(row=bodies.append())
+    signals.form_groups([("1", (0, 2)), ("1", (0,)), ("1", (1,))], Random(0))
+    seen = run(signals, bodies, 3 * (GREEN_S + YELLOW_S + RED_S))
+    together = {tuple(colors) for colors in seen if Color.GREEN in colors}
+    green, red = Color.GREEN, Color.RED
+    assert together == {(green, green, red), (red, red, green), (green, red, red)}
+    assert signals.members(0) == [0, 1, 2]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import multiprocessing
 import socket
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -14,10 +16,11 @@ import msgpack
 import pytest
 from serving import running_server
 from test_raw import Raw
-from test_traffic import serve, traffic
+from test_traffic import VERSION, serve, traffic
 
 from carlette import rescue
-from carlette.rescue import STALLED_S, Rescue
+from carlette.rescue import FAR_STALLED_S, STALLED_S, Rescue
+from carlette.stillness import is_still
 
 pytestmark = pytest.mark.integration
 
@@ -91,7 +94,10 @@ def test_a_silent_client_is_woken_once_and_not_before_the_stall_time(manager: Fa
     watch.published(100.0, "127.0.0.1", [manager.port])
     watch.look(100.0 + STALLED_S - 0.01)
     assert settled(no_rescue_runs) and manager.calls == []
+    # This very process is at work, so it might only be late.
     watch.look(100.0 + STALLED_S + 0.01)
+    assert settled(no_rescue_runs) and manager.calls == []
+    watch.look(100.0 + FAR_STALLED_S + 0.01)
     assert settled(lambda: watch.count == 1)
     assert manager.calls == WAKING
     watch.look(200.0)
@@ -104,7 +110,7 @@ def test_every_manager_of_a_silent_client_is_woken_even_where_one_does_not_answe
     monkeypatch.setattr(rescue, "ANSWER_S", 0.2)
     watch = Rescue()
     watch.published(0.0, "127.0.0.1", [mute.port, manager.port])
-    watch.look(1.0)
+    watch.look(FAR_STALLED_S + 0.1)
     assert settled(lambda: watch.count == 1 and no_rescue_runs())
     assert manager.calls == WAKING
 
@@ -131,7 +137,7 @@ def test_a_manager_that_does_not_answer_is_left_in_its_mode_and_nothing_hangs(
     watch = Rescue()
     watch.published(0.0, "127.0.0.1", [mute.port])
     began = time.monotonic()
-    watch.look(1.0)
+    watch.look(FAR_STALLED_S + 0.1)
     assert time.monotonic() - began < 0.1
     assert settled(no_rescue_runs)
     assert mute.calls == [(HEALTH, [])]
@@ -143,7 +149,7 @@ def test_a_manager_that_is_gone_is_no_error() -> None:
         port = int(gone.getsockname()[1])
     watch = Rescue()
     watch.published(0.0, "127.0.0.1", [port])
-    watch.look(1.0)
+    watch.look(FAR_STALLED_S + 0.1)
     assert settled(no_rescue_runs) and watch.count == 0
 
 
@@ -163,7 +169,7 @@ def test_the_server_wakes_the_client_that_cued_a_tick_and_fell_silent(manager: F
         began = time.monotonic()
         assert settled(lambda: len(manager.calls) == 3)
         assert manager.calls == WAKING
-        assert STALLED_S - 0.05 < manager.times[0] - began < STALLED_S + 1.0
+        assert STALLED_S - 0.05 < manager.times[0] - began < FAR_STALLED_S + 1.0
         # The next tick is watched as the first was.
         client.call("tick_cue")
         assert settled(lambda: manager.calls == WAKING * 2)
@@ -199,6 +205,42 @@ def test_other_clients_are_served_while_a_manager_does_not_answer(mute: FakeMana
         assert time.monotonic() - began < 0.5
         client.socket.close()
         other.socket.close()
+
+
+LISTEN = "import socket, sys, time; s = socket.create_server(('127.0.0.1', int(sys.argv[1]))); print(1, flush=True); "
+
+
+@pytest.mark.parametrize(("then", "still"), [("time.sleep(60)", True), ("[None for _ in iter(int, 1)]", False)])
+def test_a_process_is_still_when_all_its_threads_sleep(then: str, still: bool) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = int(free.getsockname()[1])
+    command = [sys.executable, "-c", LISTEN + then, str(port)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
+        try:
+            assert process.stdout is not None and process.stdout.readline()
+            assert settled(lambda: is_still(port) is still)
+        finally:
+            process.kill()
+
+
+def test_nothing_is_known_of_a_port_where_nobody_listens() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as gone:
+        port = int(gone.getsockname()[1])
+    assert is_still(port) is None
+
+
+IMPATIENT = "from carlette import cli, rescue; rescue.STALLED_S = 0.0; cli.main()"
+
+
+def test_a_client_that_is_merely_late_drives_as_if_nobody_watched() -> None:
+    """A server that takes every client for silent at once looks at its threads, and leaves it alone."""
+    pytest.importorskip("carla")
+    arguments = ("--map", "demo_town", "--client-version", VERSION, "--seed", "11")
+    with running_server(*arguments) as port:
+        patient = traffic(port, 10, 300)
+    with running_server(*arguments, program=("-c", IMPATIENT)) as port:
+        impatient = traffic(port, 10, 300)
+    assert patient["digest"] == impatient["digest"]
 
 
 def burn() -> None:

@@ -118,7 +118,7 @@ def test_the_lights_of_a_group_stand_at_one_junction_and_take_turns(town: str) -
     groups = defaultdict(set)
     for light in signals:
         if light.type == LIGHT_TYPE:
-            groups[light.phase[0]].add(light.phase[1])
+            groups[light.group].update(light.phases)
     assert all(len(places) >= 2 for places in groups.values())
 
 

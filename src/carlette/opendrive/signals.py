@@ -35,9 +35,11 @@ class Signal:
     pose: Pose
     box: Box
     """Trigger volume in the frame of `pose`."""
-    phase: tuple[str, int]
-    """Group (junction) and place in the group's cycle; negative, and the same for a road's lanes, where the
-    file names no controller."""
+    group: str
+    """The junction whose cycle it is in."""
+    phases: tuple[int, ...]
+    """Its places in that cycle, one for each controller that holds it; negative, and the same for a road's lanes,
+    where the file names no controller."""
 
 
 def read_signals(roads: RoadNetwork, root: ElementTree.Element) -> list[Signal]:
@@ -58,17 +60,20 @@ def _signal_ids(root: ElementTree.Element) -> list[tuple[str, str]]:
     return [key for key in dict.fromkeys(found) if key[0] in ACTOR_TYPES]
 
 
-def _phases(root: ElementTree.Element) -> dict[str, tuple[str, int]]:
-    """Signal id to its junction and its controller's place in the cycle."""
+def _phases(root: ElementTree.Element) -> dict[str, tuple[str, tuple[int, ...]]]:
+    """Signal id to its junction and its controllers' places in the cycle."""
     signals = {
-        one.get("id", ""): [control.get("signalId", "") for control in one.findall("control")]
+        one.get("id", ""): {control.get("signalId", "") for control in one.findall("control")}
         for one in root.findall("controller")
     }
-    phases: dict[str, tuple[str, int]] = {}
+    phases: dict[str, tuple[str, tuple[int, ...]]] = {}
     for junction in root.iter("junction"):
+        name = junction.get("id", "")
         for place, controller in enumerate(junction.findall("controller")):
-            for signal_id in signals.get(controller.get("id", ""), []):
-                phases.setdefault(signal_id, (junction.get("id", ""), place))
+            for signal_id in signals.get(controller.get("id", ""), ()):
+                group, places = phases.get(signal_id, (name, ()))
+                if group == name:
+                    phases[signal_id] = (name, (*places, place))
     return phases
 
 
@@ -106,7 +111,9 @@ def _approach(waypoint: Any) -> Any:
     return back[0] if back and not back[0].is_junction else waypoint
 
 
-def _signal(key: tuple[str, str], lanes: list[Any], phases: dict[str, tuple[str, int]], roads: RoadNetwork) -> Signal:
+def _signal(
+    key: tuple[str, str], lanes: list[Any], phases: dict[str, tuple[str, tuple[int, ...]]], roads: RoadNetwork
+) -> Signal:
     kind, signal_id = key
     yaw = lanes[0].transform.rotation.yaw
     across = wrap_degrees(yaw + 90.0)
@@ -117,7 +124,7 @@ def _signal(key: tuple[str, str], lanes: list[Any], phases: dict[str, tuple[str,
     box = Box(_into_frame(middle, pose), Vector(half_width_m, BOX_HALF_DEPTH_M, BOX_HALF_HEIGHT_M))
     junction = lanes[0].next(2 * BACK_FROM_JUNCTION_M)
     group = str(junction[0].junction_id) if junction and junction[0].is_junction else f"signal {signal_id}"
-    return Signal(signal_id, kind, pose, box, phases.get(signal_id, (group, -1 - lanes[0].road_id)))
+    return Signal(signal_id, kind, pose, box, *phases.get(signal_id, (group, (-1 - lanes[0].road_id,))))
 
 
 def _span(lanes: list[Any], across_deg: float) -> tuple[Vector, float]:

@@ -35,7 +35,7 @@ class Group:
     """The lights of a junction; its phases get green one after the other."""
 
     phases: list[list[int]]
-    """Indices of the lights with green together."""
+    """Indices of the lights with green together; a light may have green in several phases."""
     phase: int = 0
     stage: int = 0
     elapsed_s: float = 0.0
@@ -75,11 +75,12 @@ class Signals:
         self._is_held = False
         """A light may be set by hand: asked first, as looking at the column costs more."""
 
-    def form_groups(self, phases: list[tuple[str, int]], random: Random) -> None:
-        """Groups the lights by (junction, place in the cycle); each group starts in a phase drawn at random."""
+    def form_groups(self, phases: list[tuple[str, tuple[int, ...]]], random: Random) -> None:
+        """Groups the lights by (junction, places in the cycle); each group starts in a phase drawn at random."""
         by_junction: dict[str, dict[int, list[int]]] = {}
-        for index, (junction, place) in enumerate(phases):
-            by_junction.setdefault(junction, {}).setdefault(place, []).append(index)
+        for index, (junction, places) in enumerate(phases):
+            for place in places:
+                by_junction.setdefault(junction, {}).setdefault(place, []).append(index)
         for number, members in enumerate(by_junction.values()):
             ordered = [members[key] for key in sorted(members)]
             self.groups.append(Group(ordered, phase=random.randrange(len(ordered))))
@@ -95,11 +96,10 @@ class Signals:
             self._is_news = True
             group.phase = group.phase if keep_phase else 0
             group.stage, group.elapsed_s, group.due_s = 0, 0.0, None
-            for place, phase in enumerate(group.phases):
-                for index in phase:
-                    lights.by_hand[index] = False
-                    lights.times[index] = (GREEN_S, YELLOW_S, RED_S)
-                    self._paint(index, Color.GREEN if place == group.phase else Color.RED)
+            for index in (one for phase in group.phases for one in phase):
+                lights.by_hand[index] = False
+                lights.times[index] = (GREEN_S, YELLOW_S, RED_S)
+                self._paint(index, Color.GREEN if index in group.phases[group.phase] else Color.RED)
 
     def set_color(self, index: int, color: Color) -> None:
         """Sets a light by hand."""
@@ -123,7 +123,8 @@ class Signals:
 
     def members(self, index: int) -> list[int]:
         """The lights of the same group."""
-        return [one for phase in self.groups[self.lights.group[index]].phases for one in phase]
+        phases = self.groups[self.lights.group[index]].phases
+        return list(dict.fromkeys(one for phase in phases for one in phase))
 
     def step(self, bodies: Bodies, dt: float) -> None:
         """Lets the time of all lights run."""

@@ -253,7 +253,7 @@ class World:
                     extent=signal.box.extent,
                     ahead=(np.cos(yaw), np.sin(yaw)),
                 )
-                phases.append(signal.phase)
+                phases.append((signal.group, signal.phases))
         self.signals.form_groups(phases, random)
         self.signals.publish(self.bodies)
         self.bodies.publish()
