@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.score import show_scores, show_sweep
 from stucksolver.solver import make_clock
 
 PROFILES = ("cautious", "normal", "aggressive")
@@ -57,9 +58,9 @@ def run_evaluate(options: argparse.Namespace) -> int:
     from stucksolver.evaluate.runner.cluster import ClusterError
     from stucksolver.evaluate.runner.evaluate import EvaluationSpec, evaluate
     from stucksolver.evaluate.runner.job import ArmSpec
-    from stucksolver.evaluate.runner.suite import SuiteError
     from stucksolver.evaluate.runner.sweep import SweepError, parse_sweep, run_sweep
     from stucksolver.evaluate.scenarios.base import ScenarioError
+    from stucksolver.evaluate.suites import SuiteError
     from stucksolver.ladder import LadderError
 
     errors = (ArmError, OutputError, GuidanceError, StoreError, RouteFileError, ClusterError, SuiteError)
@@ -87,16 +88,10 @@ def run_evaluate(options: argparse.Namespace) -> int:
             command="stucksolver " + shlex.join(sys.argv[1:]),
         )
         if options.sweep:
-            return run_sweep(spec, parse_sweep(options.sweep))
-        return _finish(evaluate(spec).folder)
+            return show_sweep(run_sweep(spec, parse_sweep(options.sweep)), spec.out)
+        return show_scores([evaluate(spec).folder])
     except (*errors, ScenarioError, LadderError, SweepError) as error:
         raise UsageError(str(error)) from error
-
-
-def _finish(folder: Path) -> int:
-    from stucksolver.cli.score import show_scores
-
-    return show_scores([folder], report=True)
 
 
 def _driver(text: str) -> str:

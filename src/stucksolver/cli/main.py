@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.evaluate import add_evaluate, run_evaluate
+from stucksolver.cli.score import add_compare, add_score, run_compare, run_score
 
 SUPPORTED = "Python 3.10, 3.11 or 3.12 on Linux x86-64"
 
@@ -51,14 +53,26 @@ def _parser() -> argparse.ArgumentParser:
     demo.add_argument("--host", help="use the CARLA server at this address instead of starting carlette")
     demo.add_argument("--port", type=int, default=2000, help="of that server (default: %(default)s)")
     demo.set_defaults(run=_demo)
+    add_evaluate(commands).set_defaults(run=_evaluate)
+    add_score(commands).set_defaults(run=run_score)
+    add_compare(commands).set_defaults(run=run_compare)
     return parser
 
 
 def _demo(options: argparse.Namespace) -> int:
+    _require_client()
+    from stucksolver.cli.demo import run_demo
+
+    return run_demo(options)
+
+
+def _evaluate(options: argparse.Namespace) -> int:
+    _require_client()
+    return run_evaluate(options)
+
+
+def _require_client() -> None:
     if importlib.util.find_spec("carla") is None:
         raise UsageError(
             f"the carla package is not installed; it exists for {SUPPORTED}: pip install 'stucksolver[sim]'"
         )
-    from stucksolver.cli.demo import run_demo
-
-    return run_demo(options)

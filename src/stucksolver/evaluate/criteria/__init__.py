@@ -1,6 +1,8 @@
-"""What the benchmark judges a drive by, tick by tick, over the `carla` client API."""
+"""What the benchmark judges a drive by, tick by tick, over the `carla` client API; see `criteria.jury.Jury`.
+
+`criteria.base` needs no client, so that scores can be computed where there is none.
+"""
 
 from stucksolver.evaluate.criteria.base import Criterion, Infraction, Moment
-from stucksolver.evaluate.criteria.jury import Jury
 
-__all__ = ["Criterion", "Infraction", "Jury", "Moment"]
+__all__ = ["Criterion", "Infraction", "Moment"]

@@ -32,7 +32,7 @@ class Stage(Protocol):
 
 
 class Jury:
-    """Watches one ego on one route from the start to its end. Call `update` once a tick, `finish` once, then `close`."""
+    """Watches one ego on one route. Call `update` once a tick, `finish` once at the end, then `close`."""
 
     def __init__(self, world: Any, carla_map: Any, ego: Any, line: RouteLine, stage: Stage) -> None:
         walk = RouteWalk(line)

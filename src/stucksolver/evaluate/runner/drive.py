@@ -14,7 +14,8 @@ from stucksolver.evaluate.arms import make_arm
 from stucksolver.evaluate.arms.arm import Arm, Now
 from stucksolver.evaluate.arms.solver_arm import SolverArm
 from stucksolver.evaluate.background import Background
-from stucksolver.evaluate.criteria import Jury, Moment
+from stucksolver.evaluate.criteria import Moment
+from stucksolver.evaluate.criteria.jury import Jury
 from stucksolver.evaluate.guidance.speaker import Speaker
 from stucksolver.evaluate.jobs import CLIENT_TIMEOUT_S, PROGRESS_EVERY_S
 from stucksolver.evaluate.results.metric_info import MetricInfo

@@ -16,7 +16,7 @@ from stucksolver.evaluate.routes import Route
 from stucksolver.evaluate.runner.board import Board
 from stucksolver.evaluate.runner.job import ArmSpec, Replays, RouteJob
 from stucksolver.evaluate.runner.pool import News, run_tasks
-from stucksolver.evaluate.runner.suite import load_suite
+from stucksolver.evaluate.runner.suite import load_routes
 from stucksolver.evaluate.runner.work import Task
 from stucksolver.evaluate.scenarios.registry import scenario_type
 from stucksolver.ladder import find_ladder
@@ -48,7 +48,7 @@ def evaluate(spec: EvaluationSpec) -> Store:
     Raises `SuiteError`, `RouteFileError`, `ScenarioError` (an unknown type), `ArmError`, `LadderError`,
     `GuidanceError`, `StoreError`, `OutputError` and `ClusterError`, all but the last two before anything is run.
     """
-    routes = load_suite(spec.suite, spec.only)
+    routes = load_routes(spec.suite, spec.only)
     for scenario in {s.type for route in routes for s in route.scenarios}:
         scenario_type(scenario)
     check_recovery(spec.arm.recovery)

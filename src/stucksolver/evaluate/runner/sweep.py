@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from stucksolver.evaluate.runner.evaluate import EvaluationSpec, evaluate
+from stucksolver.evaluate.scores.summary import Summary, summarize
 
 SETTINGS = {"v_min": ("v_min_mps", 1 / 3.6), "dt": ("dwell_s", 1.0)}
 """Names on the command line: the detector's field, and the factor from the unit given (km/h, s)."""
@@ -45,13 +46,8 @@ def sweep_specs(spec: EvaluationSpec, sweep: Sweep) -> dict[str, EvaluationSpec]
     return found
 
 
-def run_sweep(spec: EvaluationSpec, sweep: Sweep) -> int:
-    """Run all of them, print and write their figures; 1 if a route crashed. Raises what `evaluate` raises."""
-    from stucksolver.evaluate.report.tradeoff import write_tradeoff
-    from stucksolver.evaluate.scores.summary import summarize
-
+def run_sweep(spec: EvaluationSpec, sweep: Sweep) -> dict[str, Summary]:
+    """Run all of them; their figures by label. Raises `SweepError` and what `evaluate` raises."""
     if spec.arm.recovery in ("none", "timers"):
         raise SweepError(f"--recovery {spec.arm.recovery} has no detector to sweep; use rules or another reasoner")
-    summaries = {label: summarize(evaluate(one)) for label, one in sweep_specs(spec, sweep).items()}
-    print(write_tradeoff(summaries, spec.out))
-    return int(any(s.crashed or s.invalid for s in summaries.values()))
+    return {label: summarize(evaluate(one)) for label, one in sweep_specs(spec, sweep).items()}

@@ -1,0 +1,94 @@
+"""`stucksolver score` and `stucksolver compare`: figures from files alone."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stucksolver.cli.errors import UsageError
+
+if TYPE_CHECKING:
+    from stucksolver.evaluate.results.store import Store
+    from stucksolver.evaluate.scores.summary import Summary
+
+
+def add_score(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
+    parser = commands.add_parser("score", help="compute all scores of evaluations from their files")
+    parser.add_argument("folders", nargs="+", type=Path, metavar="DIR", help="what `evaluate --out` wrote")
+    parser.add_argument("--alone", type=Path, metavar="DIR", help="the same suite and seeds with the driver alone")
+    parser.add_argument("--plots", type=Path, metavar="DIR", help="write PNG plots of all of them, side by side")
+    return parser
+
+
+def add_compare(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
+    parser = commands.add_parser("compare", help="is the second evaluation better than the first, and how surely?")
+    parser.add_argument("first", type=Path, metavar="A")
+    parser.add_argument("second", type=Path, metavar="B")
+    return parser
+
+
+def run_score(options: argparse.Namespace) -> int:
+    from stucksolver.evaluate.report.plots import can_plot
+
+    if options.plots is not None and not can_plot():
+        raise UsageError("--plots needs matplotlib: pip install 'stucksolver[report]'")
+    return show_scores(options.folders, alone=options.alone, plots=options.plots)
+
+
+def show_scores(folders: list[Path], alone: Path | None = None, plots: Path | None = None) -> int:
+    """Print all tables and write each folder's report; 1 if a route crashed or is not as it should be."""
+    from stucksolver.evaluate.files import OutputError
+    from stucksolver.evaluate.report import ReportError
+    from stucksolver.evaluate.report.evaluation import write_evaluation
+    from stucksolver.evaluate.report.plots import write_plots
+    from stucksolver.evaluate.report.tables import summary_text
+    from stucksolver.evaluate.results.store import Store, StoreError
+    from stucksolver.evaluate.routes import RouteFileError
+    from stucksolver.evaluate.scores.summary import summarize
+
+    try:
+        pair = _pair(folders, alone)
+        summaries = []
+        for folder in folders:
+            store = Store(folder)
+            summaries.append(summarize(store, pair if pair is not None and folder != pair.folder else None))
+            write_evaluation(store, summaries[-1])
+        if plots is not None:
+            write_plots(summaries, plots)
+    except (StoreError, RouteFileError, OutputError, ReportError, OSError) as error:
+        raise UsageError(str(error)) from error
+    print(summary_text(summaries))
+    print("\n" + "\n".join(f"report: {folder / 'report.html'}" for folder in folders))
+    return int(any(s.crashed or s.invalid for s in summaries))
+
+
+def _pair(folders: list[Path], alone: Path | None) -> Store | None:
+    """The evaluation of the driver alone: as told, or the one of these that is."""
+    from stucksolver.evaluate.results.store import Store
+
+    if alone is not None:
+        return Store(alone)
+    return next((s for s in map(Store, folders) if s.manifest().recovery == "none"), None)
+
+
+def show_sweep(summaries: dict[str, Summary], out: Path) -> int:
+    from stucksolver.evaluate.report.tradeoff import write_tradeoff
+
+    print(write_tradeoff(summaries, out))
+    return int(any(s.crashed or s.invalid for s in summaries.values()))
+
+
+def run_compare(options: argparse.Namespace) -> int:
+    """Print the comparison. Raises `UsageError`."""
+    from stucksolver.evaluate.results.store import Store, StoreError
+    from stucksolver.evaluate.routes import RouteFileError
+    from stucksolver.evaluate.scores.compare import ComparisonError, comparison, comparison_text
+    from stucksolver.evaluate.scores.summary import summarize
+
+    try:
+        first, second = summarize(Store(options.first)), summarize(Store(options.second), Store(options.first))
+        print(comparison_text(first, second, comparison(first, second)))
+    except (StoreError, RouteFileError, ComparisonError) as error:
+        raise UsageError(str(error)) from error
+    return 0

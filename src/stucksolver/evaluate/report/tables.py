@@ -1,0 +1,149 @@
+"""Results as text, JSON and CSV, for people and for scripts."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+import json
+from typing import Any
+
+from stucksolver.evaluate.scores.columns import (
+    ABILITY_HEAD,
+    HEAD,
+    RECOVERY_HEAD,
+    ability_row,
+    aligned,
+    corrected_row,
+    main_row,
+    recovery_row,
+    run_name,
+)
+from stucksolver.evaluate.scores.summary import RouteRow, Summary
+
+CSV_HEAD = (
+    "route_id",
+    "scenario",
+    "town",
+    "seed",
+    "status",
+    "driving_score",
+    "success",
+    "route_completion",
+    "penalty",
+    "infractions",
+    "near_misses",
+    "smoothness",
+    "smoothness_corrected",
+    "duration_game_s",
+    "wall_s",
+    "spells",
+    "interventions",
+    "queries",
+    "expected",
+    "asked_s",
+    "reason",
+)
+
+
+def summary_text(summaries: list[Summary]) -> str:
+    """All tables for a terminal, a line for each run."""
+    main = [row for s in summaries for row in (main_row(s), corrected_row(s))]
+    parts = [
+        aligned(HEAD, main),
+        aligned(ABILITY_HEAD, [ability_row(s) for s in summaries]),
+        aligned(RECOVERY_HEAD, [recovery_row(s) for s in summaries]),
+        "\n".join(f"{run_name(s)}: " + ", ".join(f"{n} {name}" for name, n in _statuses(s)) for s in summaries),
+    ]
+    return "\n\n".join(parts)
+
+
+def _statuses(summary: Summary) -> list[tuple[str, int]]:
+    return summary.statuses.most_common()
+
+
+def summary_json(summary: Summary) -> str:
+    """Everything but the routes."""
+    recovery = dataclasses.asdict(summary.recovery)
+    recovery |= {"median_s": summary.recovery.median_s, "p95_s": summary.recovery.p95_s}
+    data: dict[str, Any] = {
+        "manifest": summary.manifest.model_dump(mode="json"),
+        "routes": len(summary.rows),
+        "driving_score": summary.driving_score,
+        "success_rate": summary.success_rate,
+        "route_completion": summary.route_completion,
+        "infraction_score": summary.infraction_score,
+        "efficiency": summary.efficiency,
+        "efficiency_corrected": summary.efficiency_corrected,
+        "comfort": summary.comfort,
+        "comfort_corrected": summary.comfort_corrected,
+        "abilities": summary.abilities,
+        "recovery": recovery,
+        "statuses": dict(summary.statuses.most_common()),
+        "per_scenario": per_scenario(summary),
+    }
+    return json.dumps(data, indent=1) + "\n"
+
+
+def per_scenario(summary: Summary) -> dict[str, dict[str, float]]:
+    """Routes, driving score and success rate (%) of each scenario type, by name."""
+    groups: dict[str, list[RouteRow]] = {}
+    for row in summary.rows:
+        groups.setdefault(row.scenario, []).append(row)
+    return {
+        name: {
+            "routes": len(rows),
+            "driving_score": sum(row.score for row in rows) / len(rows),
+            "success_rate": 100.0 * sum(row.success for row in rows) / len(rows),
+        }
+        for name, rows in sorted(groups.items())
+    }
+
+
+def routes_csv(summary: Summary) -> str:
+    """A line for each route and seed."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(CSV_HEAD)
+    writer.writerows(_csv_row(row) for row in summary.rows)
+    return text.getvalue()
+
+
+def _csv_row(row: RouteRow) -> list[Any]:
+    record, outcome = row.record, row.outcome
+    status = record.status if record is not None else "missing" if outcome is None else outcome.state
+    return [
+        row.route.id,
+        row.scenario,
+        row.route.town,
+        row.seed,
+        status,
+        row.score,
+        int(row.success),
+        "" if record is None else record.scores.score_route,
+        "" if record is None else record.scores.score_penalty,
+        "" if record is None else infraction_text(row),
+        "" if outcome is None else len(outcome.near_misses),
+        _blank(row.smooth),
+        _blank(row.smooth_corrected),
+        "" if record is None else record.meta.duration_game,
+        "" if outcome is None else outcome.wall_s,
+        "" if outcome is None else len(outcome.spells),
+        "" if outcome is None else len(outcome.interventions),
+        "" if outcome is None else len(outcome.queries),
+        "" if outcome is None else outcome.expected or "",
+        "" if outcome is None else _blank(outcome.asked_s),
+        "" if outcome is None else (outcome.reason.splitlines() or [""])[-1],
+    ]
+
+
+def infraction_text(row: RouteRow) -> str:
+    """Kinds and counts of a record's infractions, but those on minimum speed."""
+    if row.record is None:
+        return ""
+    counts = {k: len(v) for k, v in row.record.infractions.items() if v and k != "min_speed_infractions"}
+    return " ".join(f"{kind}:{count}" for kind, count in counts.items())
+
+
+def _blank(value: float | None) -> Any:
+    return "" if value is None else round(value, 4)
