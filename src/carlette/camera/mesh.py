@@ -179,6 +179,42 @@ class Builder:
             caps = math.ceil((sides - 2) / 2) * 2
             self._colors[max(start, len(self._colors) - caps) :] = [(*cap, 255)] * caps
 
+    def loft(self, stations: Sequence[tuple[float, float, float, float, float]], color: Color, y: float = 0.0) -> None:
+        """A body along x, mirrored about `y`: stations (x, low z, high z, half width below, above), open below."""
+        for one, other in zip(stations, stations[1:], strict=False):
+            (x0, l0, h0, b0, a0), (x1, l1, h1, b1, a1) = one, other
+            for side in (1.0, -1.0):
+                wall = ((x0, y + side * b0, l0), (x1, y + side * b1, l1), (x1, y + side * a1, h1), (x0, y + side * a0, h0))
+                self.face(wall, color, (0.0, side, 0.1))
+            self.face(((x0, y - a0, h0), (x0, y + a0, h0), (x1, y + a1, h1), (x1, y - a1, h1)), color, (0.0, 0.0, 1.0))
+        for (x, low, high, below, above), side in ((stations[0], -1.0), (stations[-1], 1.0)):
+            side = side if stations[-1][0] > stations[0][0] else -side
+            ring = ((x, y - below, low), (x, y + below, low), (x, y + above, high), (x, y - above, high))
+            self.face(ring, color, (side, 0.0, 0.0))
+
+    def disc(self, center: Point, radius: float, towards: Point, color: Color, *, sides: int = 10, glow: bool = False,
+             alpha: int = 255) -> None:
+        """A flat round face across x (`towards` along x) or across y."""
+        turns = [2 * math.pi * one / sides for one in range(sides)]
+        (x, y, z), r = center, radius
+        if abs(towards[0]) > abs(towards[1]):
+            ring = [(x, y + r * math.cos(a), z + r * math.sin(a)) for a in turns]
+        else:
+            ring = [(x + r * math.cos(a), y, z + r * math.sin(a)) for a in turns]
+        self.face(ring, color, towards, glow=glow, alpha=alpha)
+
+    def plate(self, center: Point, size: tuple[float, float], towards: Point, color: Color, *, glow: bool = False,
+              alpha: int = 255) -> None:
+        """An upright rectangle of width and height, across x or across y, or flat (`towards` along z: x and y size)."""
+        (x, y, z), (a, b) = center, (size[0] / 2, size[1] / 2)
+        if abs(towards[2]) > 0.5:
+            ring = [(x + a * i, y + b * j, z) for i, j in _SQUARE]
+        elif abs(towards[0]) > abs(towards[1]):
+            ring = [(x, y + a * i, z + b * j) for i, j in _SQUARE]
+        else:
+            ring = [(x + a * i, y, z + b * j) for i, j in _SQUARE]
+        self.face(ring, color, towards, glow=glow, alpha=alpha)
+
     def limb(self, start: Point, end: Point, width: float, depth: float, color: Color) -> None:
         """A four-sided stick from joint to joint; `width` along y, `depth` along x at its ends."""
         low = [(start[0] + x * depth / 2, start[1] + y * width / 2, start[2]) for x, y in _SQUARE]
@@ -192,11 +228,11 @@ class Builder:
         self.hull(low, high, color)
 
     def add(self, mesh: Mesh) -> None:
-        """Takes over what was built elsewhere."""
+        """Takes over what was built elsewhere; what has no tag there gets this builder's."""
         self._corners.extend(mesh.corners.tolist())
         self._colors.extend(tuple(one) for one in mesh.colors.tolist())
         self._glow.extend(mesh.glow.tolist())
-        self._tags.extend(mesh.tags.tolist())
+        self._tags.extend(one or self.tag for one in mesh.tags.tolist())
 
 
 _SQUARE = ((1, 1), (1, -1), (-1, -1), (-1, 1))

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carlette.camera import tags
 from carlette.camera.light import Light
@@ -25,6 +26,10 @@ SUPERSAMPLED_PIXELS = 700_000
 CLEAR_PER_M = 0.0015
 """In air clearer than this, a chunk fades as a whole."""
 KEPT_COLORS = 4096
+BAND_ROWS = 16
+Pixels = NDArray[np.uint32]
+_EVEN, _ODD = np.uint64(0x00FF00FF00FF00FF), np.uint64(0xFF00FF00)
+_2, _6, _8, _32 = (np.uint64(one) for one in (2, 6, 8, 32))
 
 
 @dataclass(frozen=True)
@@ -274,15 +279,34 @@ def _turned_only(into: Singles) -> Singles:
     return turned
 
 
-def _averaged(buffer: np.ndarray[tuple[int, ...], np.dtype[np.uint32]]) -> np.ndarray[tuple[int, ...], np.dtype[np.uint32]]:
-    """Each two by two pixels as one, all four bytes at once."""
-    even, odd = np.uint32(0x00FF00FF), np.uint32(8)
-    rows = buffer[0::2], buffer[1::2]
-    low = (rows[0] & even) + (rows[1] & even)
-    high = ((rows[0] >> odd) & even) + ((rows[1] >> odd) & even)
-    low = ((low[:, 0::2] + low[:, 1::2]) >> np.uint32(2)) & even
-    high = ((high[:, 0::2] + high[:, 1::2]) >> np.uint32(2)) & even
-    return low | (high << odd)
+def _averaged(buffer: Pixels) -> Pixels:
+    """Each two by two pixels as one: two pixels of four bytes at once, in bands that stay in the cache."""
+    pairs = buffer.view(np.uint64)
+    height, width = buffer.shape[0] // 2, buffer.shape[1] // 2
+    picture = np.empty((height, width), np.uint32)
+    low, high, rest = (np.empty((BAND_ROWS, width), np.uint64) for _ in range(3))
+    for start in range(0, height, BAND_ROWS):
+        count = min(BAND_ROWS, height - start)
+        one, other = pairs[2 * start : 2 * (start + count) : 2], pairs[2 * start + 1 : 2 * (start + count) : 2]
+        a, b, c = low[:count], high[:count], rest[:count]
+        np.bitwise_and(one, _EVEN, out=a)
+        np.bitwise_and(other, _EVEN, out=c)
+        a += c
+        np.right_shift(one, _8, out=b)
+        b &= _EVEN
+        np.right_shift(other, _8, out=c)
+        c &= _EVEN
+        b += c
+        for sums in (a, b):
+            np.right_shift(sums, _32, out=c)
+            sums += c
+        a >>= _2
+        a &= _EVEN
+        b <<= _6
+        b &= _ODD
+        a |= b
+        picture[start : start + count] = a
+    return picture
 
 
 __all__ = ["LAYERS", "Painter", "Part", "Shot"]

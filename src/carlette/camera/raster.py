@@ -12,7 +12,10 @@ from __future__ import annotations
 
 import ctypes
 import importlib.util
+import os
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -110,7 +113,9 @@ class Raster:
 
     def _open(self, width: int, height: int) -> None:
         if not self._is_open:
-            if not self._library.swInit(width, height):
+            with _silenced():
+                is_ready = self._library.swInit(width, height)
+            if not is_ready:
                 raise UsageError("the software renderer found no memory for its picture; close other programs")
             self._is_open = True
         elif self._size != (width, height):
@@ -158,6 +163,22 @@ class _Target:
     def free(self, library: Any) -> None:
         library.swDeleteFramebuffers(2, self._buffers)
         library.swDeleteTextures(2, self._textures)
+
+
+@contextmanager
+def _silenced() -> Iterator[None]:
+    """Keeps what a C library prints off the standard output, on which callers of the server read its own words."""
+    libc = ctypes.CDLL(None)
+    libc.fflush(None)
+    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    try:
+        yield
+    finally:
+        libc.fflush(None)
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nowhere)
 
 
 @lru_cache(maxsize=1)
