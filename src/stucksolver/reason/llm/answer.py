@@ -1,0 +1,263 @@
+"""Reads a model's answer: tolerant about what stands around the JSON, strict about what stands in it."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import Field, ValidationError
+
+from stucksolver.decision import (
+    Analysis,
+    AnalysisStep,
+    CauseCode,
+    Decision,
+    GuidanceIntent,
+    Intent,
+    Observation,
+    ObservedControl,
+    Participant,
+    RecoveryPlan,
+    WaitReason,
+)
+from stucksolver.decision.behaviors import Behavior
+from stucksolver.decision.behaviors.registry import AnyBehavior
+from stucksolver.reason.llm.offers import available
+from stucksolver.reason.llm.schema import MOST_BEHAVIORS, STEPS, steps_of
+from stucksolver.reason.reasoner import PARSERS, ReasonerError
+from stucksolver.scene import ControlKind, LaneRelation, LightState, ObjectKind, Scene, SceneObject, TrafficControl
+from stucksolver.scene.model import Model
+
+FORMAT = "llm-decide-1"
+"""Of recorded answers; raised when an answer that was right before could no longer be read."""
+MOST_CHARACTERS = 40_000
+MOST_ERRORS = 3
+
+
+class AnswerError(ReasonerError):
+    """An answer that is no decision about this scene. The message is fit to be quoted to the model."""
+
+
+class _Step(Model):
+    answer: bool | None
+    evidence: str
+
+
+class _Control(Model):
+    kind: ControlKind
+    state: LightState | None
+    applies: bool | None
+
+
+class _Participant(Model):
+    object_id: str
+    kind: ObjectKind
+    lane: LaneRelation
+    intent: Intent
+
+
+class _Observation(Model):
+    controls: tuple[_Control, ...]
+    participants: tuple[_Participant, ...]
+    summary: str
+
+
+class _Analysis(Model):
+    steps: dict[str, _Step]
+    immobilized: bool
+    cause: CauseCode | None
+    wait: WaitReason | None
+    guidance_intent: GuidanceIntent | None
+    reason: str
+
+
+class _Decision(Model):
+    rationale: str
+    behaviors: tuple[AnyBehavior, ...] | None = Field(min_length=1, max_length=MOST_BEHAVIORS)
+    replan_route: bool
+    route_start: str | None
+
+
+class _Answer(Model):
+    observation: _Observation
+    analysis: _Analysis
+    decision: _Decision
+
+
+class _PlanQuestion(Model):
+    behaviors: tuple[AnyBehavior, ...] = Field(min_length=1, max_length=MOST_BEHAVIORS)
+
+
+def parse_answer(text: str, scene: Scene) -> Decision:
+    """The decision in an answer. Raises `AnswerError` with everything that is wrong, worded for the model."""
+    answer = _read(_Answer, text)
+    wrong = [*_wrong_steps(answer.analysis, scene), *_wrong_ids(answer, scene), *_contradictions(answer, scene)]
+    if wrong:
+        raise AnswerError("; ".join(wrong[:MOST_ERRORS]))
+    return _decision(answer, scene)
+
+
+def parse_plan(text: str, scene: Scene) -> RecoveryPlan:
+    """The plan in a question to the guard. Raises `AnswerError`."""
+    behaviors = _read(_PlanQuestion, text).behaviors
+    wrong = _wrong_behaviors(behaviors, scene)
+    if wrong:
+        raise AnswerError("; ".join(wrong[:MOST_ERRORS]))
+    return RecoveryPlan(behaviors=behaviors)
+
+
+PARSERS[FORMAT] = parse_answer
+
+
+# ---- from text to a typed answer
+
+
+def _read(kind: type[Any], text: str) -> Any:
+    if len(text) > MOST_CHARACTERS:
+        raise AnswerError(f"the answer is longer than {MOST_CHARACTERS} characters")
+    try:
+        return kind.model_validate_json(_json_in(text), strict=True)
+    except ValidationError as error:
+        raise AnswerError("; ".join(_worded(e) for e in error.errors()[:MOST_ERRORS])) from error
+
+
+def _worded(error: Any) -> str:
+    where = ".".join(str(part) for part in error["loc"])
+    return f"{where}: {error['msg']}" if where else str(error["msg"])
+
+
+def _json_in(text: str) -> str:
+    """The one JSON object in a text; prose and code fences around it are overlooked. Raises `AnswerError`."""
+    found = [value for value in _objects(text) if isinstance(value, dict)]
+    answers = [value for value in found if value.keys() & {"decision", "behaviors"}] or found
+    if not answers:
+        raise AnswerError("the answer holds no JSON object")
+    if len(answers) > 1:
+        raise AnswerError("the answer holds more than one JSON object; give one")
+    try:
+        return json.dumps(answers[0], allow_nan=False)
+    except (ValueError, RecursionError) as error:
+        raise AnswerError("the answer holds a number that is not finite, or is nested too deep") from error
+
+
+def _objects(text: str) -> Iterator[Any]:
+    """Every JSON object that stands in a text and in no other; trailing commas are forgiven."""
+    decoder = json.JSONDecoder()
+    text = re.sub(r",(\s*[}\]])", r"\1", text) if not _is_json(text) else text
+    at = text.find("{")
+    while at >= 0:
+        try:
+            value, end = decoder.raw_decode(text, at)
+            yield value
+        except (ValueError, RecursionError):
+            end = at + 1
+        at = text.find("{", end)
+
+
+def _is_json(text: str) -> bool:
+    try:
+        json.loads(text)
+    except (ValueError, RecursionError):
+        return False
+    return True
+
+
+# ---- does it fit the scene?
+
+
+def _wrong_steps(analysis: _Analysis, scene: Scene) -> list[str]:
+    asked = steps_of(scene)
+    return [] if set(analysis.steps) == set(asked) else [f"analysis.steps must be exactly {', '.join(asked)}"]
+
+
+def _wrong_ids(answer: _Answer, scene: Scene) -> list[str]:
+    objects = {o.id for o in scene.objects}
+    starts = {w.id for w in scene.waypoints}
+    wrong = [f"unknown object {p.object_id!r}" for p in answer.observation.participants if p.object_id not in objects]
+    if answer.decision.route_start is not None and answer.decision.route_start not in starts:
+        wrong.append(f"unknown waypoint {answer.decision.route_start!r}")
+    return wrong + _wrong_behaviors(answer.decision.behaviors or (), scene)
+
+
+def _wrong_behaviors(behaviors: tuple[Behavior, ...], scene: Scene) -> list[str]:
+    objects, starts = {o.id for o in scene.objects}, {w.id for w in scene.waypoints}
+    offered = {b.name for b in available(scene)}
+    wrong = [f"behavior {b.name} is not available here" for b in behaviors if b.name not in offered]
+    for behavior in behaviors:
+        for key, value in behavior.model_dump().items():
+            if key == "route_start" and value is not None and value not in starts:
+                wrong.append(f"{behavior.name}: unknown waypoint {value!r}")
+            elif key.endswith("_id") and value is not None and value not in objects:
+                wrong.append(f"{behavior.name}: unknown object {value!r}")
+    return wrong
+
+
+def _contradictions(answer: _Answer, scene: Scene) -> list[str]:
+    """What a careful reader of the chain would not let pass."""
+    plan, analysis = answer.decision.behaviors is not None, answer.analysis
+    wrong = []
+    if plan and not analysis.immobilized and scene.guidance is None:
+        wrong.append("behaviors are given although the vehicle is not immobilized and nobody spoke")
+    if scene.guidance is not None and analysis.guidance_intent is None:
+        wrong.append("the passenger spoke: analysis.guidance_intent must say what is asked")
+    if answer.decision.route_start is not None and not answer.decision.replan_route:
+        wrong.append("route_start is given although replan_route is false")
+    return wrong
+
+
+# ---- to the decision's own type
+
+
+def _decision(answer: _Answer, scene: Scene) -> Decision:
+    chosen = answer.decision
+    plan = None
+    if chosen.behaviors is not None:
+        plan = RecoveryPlan(
+            behaviors=chosen.behaviors, replan_route=chosen.replan_route, route_start=chosen.route_start
+        )
+    return Decision(
+        observation=_observation(answer.observation, scene),
+        analysis=_analysis(answer.analysis, scene),
+        plan=plan,
+        rationale=chosen.rationale,
+    )
+
+
+def _observation(seen: _Observation, scene: Scene) -> Observation:
+    """Distances are the measured ones; the model is not asked for numbers that we have."""
+    by_id = {o.id: o for o in scene.objects}
+    return Observation(
+        controls=tuple(
+            ObservedControl(kind=c.kind, state=c.state, applies=c.applies, distance_m=_distance(c, scene.controls))
+            for c in seen.controls
+        ),
+        participants=tuple(_participant(p, by_id[p.object_id]) for p in seen.participants),
+        summary=seen.summary,
+    )
+
+
+def _participant(seen: _Participant, measured: SceneObject) -> Participant:
+    return Participant(
+        object_id=seen.object_id, kind=seen.kind, lane=seen.lane, distance_m=measured.gap_m, intent=seen.intent
+    )
+
+
+def _distance(seen: _Control, measured: tuple[TrafficControl, ...]) -> float | None:
+    return next((c.distance_m for c in measured if c.kind is seen.kind), None)
+
+
+def _analysis(said: _Analysis, scene: Scene) -> Analysis:
+    steps = tuple(
+        AnalysisStep(id=name, question=STEPS[name], answer=said.steps[name].answer, evidence=said.steps[name].evidence)
+        for name in steps_of(scene)
+    )
+    return Analysis(
+        steps=steps,
+        immobilized=said.immobilized,
+        cause=said.cause,
+        wait=said.wait,
+        guidance_intent=said.guidance_intent,
+        reason=said.reason,
+    )

@@ -1,0 +1,94 @@
+"""What an episode and a trip may cost. When it is spent, the next rung of the ladder is due."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stucksolver.reason.llm.chat import GiveUp, Usage
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Upper bounds; None is no bound. Money in US dollars, by `prices.py`."""
+
+    queries: int | None = None
+    tokens: int | None = None
+    usd: float | None = None
+
+
+@dataclass(frozen=True)
+class Price:
+    """US dollars for a million tokens."""
+
+    input_usd: float
+    cached_usd: float
+    output_usd: float
+
+    def of(self, usage: Usage) -> float:
+        """What a query cost, US dollars."""
+        fresh = usage.input_tokens - usage.cached_tokens
+        spent = fresh * self.input_usd + usage.cached_tokens * self.cached_usd + usage.output_tokens * self.output_usd
+        return spent / 1e6
+
+
+PRICES = {
+    "gpt-4o-2024-08-06": Price(2.50, 1.25, 10.00),
+    "gpt-4o": Price(2.50, 1.25, 10.00),
+    "gpt-4o-mini": Price(0.15, 0.075, 0.60),
+    "gpt-4.1": Price(2.00, 0.50, 8.00),
+    "gpt-4.1-mini": Price(0.40, 0.10, 1.60),
+}
+"""OpenAI's list prices as published for these models; other models cost what the user says, or count as unknown."""
+
+
+@dataclass
+class Spent:
+    """What was used so far. `usd` is None as soon as the price of anything is unknown."""
+
+    queries: int = 0
+    tokens: int = 0
+    usd: float | None = 0.0
+
+    def add(self, usage: Usage | None, price: Price | None) -> None:
+        self.queries += 1
+        if usage is None:
+            self.usd = None
+            return
+        self.tokens += usage.input_tokens + usage.output_tokens
+        self.usd = None if self.usd is None or price is None else self.usd + price.of(usage)
+
+
+EPISODE = Budget(queries=8, tokens=40_000)
+TRIP = Budget(queries=100, tokens=500_000)
+
+
+class Purse:
+    """Keeps an episode's and a trip's budget. An episode begins anew when its first question comes after a pause.
+
+    Raises `ValueError` where a bound in money is set for a model whose price is not known.
+    """
+
+    def __init__(self, price: Price | None, episode: Budget = EPISODE, trip: Budget = TRIP) -> None:
+        if price is None and (episode.usd is not None or trip.usd is not None):
+            raise ValueError("a budget in money needs the model's price; give it, or set the budget in tokens")
+        self.price, self._bounds = price, {"episode": episode, "trip": trip}
+        self.spent = {"episode": Spent(), "trip": Spent()}
+
+    def new_episode(self) -> None:
+        self.spent["episode"] = Spent()
+
+    def check(self) -> None:
+        """Raises `GiveUp` where a bound is reached."""
+        for name, bound in self._bounds.items():
+            spent = self.spent[name]
+            for what, limit, used in (
+                ("queries", bound.queries, spent.queries),
+                ("tokens", bound.tokens, spent.tokens),
+                ("US dollars", bound.usd, spent.usd),
+            ):
+                if limit is not None and used is not None and used >= limit:
+                    raise GiveUp(f"the {name}'s budget of {limit:g} {what} is spent")
+
+    def add(self, usage: Usage | None) -> None:
+        for spent in self.spent.values():
+            spent.add(usage, self.price)

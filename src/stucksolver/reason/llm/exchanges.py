@@ -1,0 +1,138 @@
+"""Stores every request and answer, images by digest, so that a run is made again bit for bit without the network."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import threading
+from collections import defaultdict, deque
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from stucksolver.reason.llm.chat import ChatModel, GiveUp, Message, Reply, Tool, ToolCall, TryAgain, Usage
+
+FILE = "exchanges.jsonl"
+IMAGES = "images"
+
+
+class ExchangesError(Exception):
+    """A folder of exchanges cannot be used; the message says why and what to do."""
+
+
+class RecordingChat:
+    """Passes everything on to another model and keeps it in a folder. A disk that is full costs the record only."""
+
+    def __init__(self, inner: ChatModel, folder: Path) -> None:
+        self.inner, self.folder = inner, folder
+        self.name = inner.name
+        self.model = getattr(inner, "model", "")
+        self.fault: str | None = None
+        """Why nothing more is kept, once something has failed."""
+        self._lock = threading.Lock()
+        try:
+            (folder / IMAGES).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ExchangesError(f"exchanges cannot be kept in {folder}: {error.strerror}") from error
+
+    def chat(self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float) -> Reply:
+        try:
+            reply = self.inner.chat(messages, tools, must_call, limit_s)
+        except (TryAgain, GiveUp) as error:
+            self._keep(messages, tools, must_call, {"error": type(error).__name__, "text": str(error)})
+            raise
+        self._keep(messages, tools, must_call, {"reply": dataclasses.asdict(reply)})
+        return reply
+
+    def cancel(self) -> None:
+        self.inner.cancel()
+
+    def _keep(
+        self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, result: dict[str, Any]
+    ) -> None:
+        request = request_form(messages, tools, must_call)
+        line = {"model": self.name, "key": request_key(request), "request": request, **result}
+        try:
+            with self._lock:
+                for message in messages:
+                    self._keep_image(message)
+                with (self.folder / FILE).open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(line, ensure_ascii=False) + "\n")
+        except OSError as error:
+            self.fault = f"exchanges are no longer kept in {self.folder}: {error.strerror}"
+
+    def _keep_image(self, message: Message) -> None:
+        if message.image is not None:
+            path = self.folder / IMAGES / f"{image_digest(message)}.jpg"
+            if not path.exists():
+                path.write_bytes(message.image.jpeg)
+
+
+class RecordedChat:
+    """Answers from a folder: the same request gets the same answers, in the same order."""
+
+    def __init__(self, folder: Path) -> None:
+        self._answers = _load(folder)
+        first = next((line for lines in self._answers.values() for line in lines), None)
+        self.model = str(first["model"]) if first else "nothing"
+        self.name = f"recorded:{folder.name} of {self.model}"
+
+    def chat(self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float) -> Reply:
+        key = request_key(request_form(messages, tools, must_call))
+        lines = self._answers.get(key)
+        if not lines:
+            raise GiveUp("this question is not among the recorded ones; record it anew with --exchanges")
+        # The last answer to a question stays: a resumed run asks it once more.
+        line = lines.popleft() if len(lines) > 1 else lines[0]
+        if "error" in line:
+            raise (TryAgain if line["error"] == "TryAgain" else GiveUp)(line["text"])
+        return _reply(line["reply"])
+
+    def cancel(self) -> None:
+        """Answers come at once; there is nothing to end."""
+
+
+def request_form(messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None) -> dict[str, Any]:
+    """A request as plain data, its image by digest."""
+    turns = []
+    for message in messages:
+        turn = {"role": message.role, "text": message.text, "call_id": message.call_id}
+        turn["calls"] = [dataclasses.asdict(call) for call in message.calls]
+        turn["image_sha256"] = image_digest(message)
+        turns.append({key: value for key, value in turn.items() if value})
+    return {"messages": turns, "tools": [dataclasses.asdict(tool) for tool in tools], "must_call": must_call}
+
+
+def request_key(request: dict[str, Any]) -> str:
+    """SHA-256 of a request in its canonical form."""
+    return hashlib.sha256(json.dumps(request, sort_keys=True, ensure_ascii=False).encode()).hexdigest()
+
+
+def image_digest(message: Message) -> str | None:
+    """SHA-256 of a message's JPEG."""
+    return None if message.image is None else hashlib.sha256(message.image.jpeg).hexdigest()
+
+
+def _load(folder: Path) -> dict[str, deque[dict[str, Any]]]:
+    path = folder / FILE
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise ExchangesError(f"no exchanges in {folder}: {path} cannot be read ({error.strerror})") from error
+    answers: dict[str, deque[dict[str, Any]]] = defaultdict(deque)
+    for number, line in enumerate(text.splitlines(), 1):
+        try:
+            entry = json.loads(line)
+            same = request_key(entry["request"]) == entry["key"]
+        except (ValueError, KeyError, TypeError) as error:
+            raise ExchangesError(f"{path}, line {number}: not an exchange; remove the line or record anew") from error
+        if not same:
+            raise ExchangesError(f"{path}, line {number}: the request does not match its key; it was changed")
+        answers[entry["key"]].append(entry)
+    return answers
+
+
+def _reply(data: dict[str, Any]) -> Reply:
+    usage = Usage(**data["usage"]) if data["usage"] else None
+    return Reply(data["text"], tuple(ToolCall(**call) for call in data["calls"]), usage, data["model"])

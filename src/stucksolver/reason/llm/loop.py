@@ -1,0 +1,55 @@
+"""An event loop in a thread of its own, so that one exchange has a hard end and can be cancelled from anywhere."""
+
+from __future__ import annotations
+
+import asyncio
+import concurrent.futures
+import threading
+from collections.abc import Coroutine
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+
+
+class Cancelled(Exception):
+    """Somebody does not want the answer any more."""
+
+
+class OutOfTime(Exception):
+    """It has not come within its limit."""
+
+
+class Loop:
+    """Runs one coroutine at a time. The thread is a daemon: it keeps no process from ending."""
+
+    def __init__(self) -> None:
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._running: concurrent.futures.Future[Any] | None = None
+        self._lock = threading.Lock()
+
+    def run(self, work: Coroutine[Any, Any, T], limit_s: float) -> T:
+        """The result of `work`. Raises `OutOfTime`, `Cancelled`, or what it raises."""
+        with self._lock:
+            if self._loop is None:
+                self._loop = asyncio.new_event_loop()
+                threading.Thread(target=self._loop.run_forever, name="stucksolver-model", daemon=True).start()
+            running = self._running = asyncio.run_coroutine_threadsafe(work, self._loop)
+        try:
+            result: T = running.result(timeout=max(limit_s, 0.0))
+            return result
+        except concurrent.futures.CancelledError:
+            raise Cancelled from None
+        except concurrent.futures.TimeoutError:
+            if running.done() and not running.cancelled() and (error := running.exception()) is not None:
+                raise error from None
+            running.cancel()
+            raise OutOfTime from None
+        finally:
+            with self._lock:
+                self._running = None
+
+    def cancel(self) -> None:
+        """End what runs now, if anything does."""
+        with self._lock:
+            if self._running is not None:
+                self._running.cancel()

@@ -1,0 +1,206 @@
+"""The language-model reasoner: prompt, function call, strict reading, one repair; within a deadline and a budget."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from stucksolver.decision import Decision, RecoveryPlan
+from stucksolver.reason.llm.answer import FORMAT, AnswerError, parse_answer, parse_plan
+from stucksolver.reason.llm.budget import PRICES, Purse
+from stucksolver.reason.llm.chat import ChatModel, GiveUp, Message, Reply, Tool, TryAgain, Usage
+from stucksolver.reason.llm.prompt import PROMPT_VERSION, messages
+from stucksolver.reason.llm.schema import CHECK_PLAN, DECIDE, check_tool, decide_tool
+from stucksolver.reason.reasoner import ReasonerError, Trace
+from stucksolver.scene import Scene
+
+PlanCheck = Callable[[RecoveryPlan], str]
+"""What the guard says of a plan now, in words."""
+FIRST_PAUSE_S = 0.25
+EPISODE_PAUSE_S = 60.0
+EPISODE_PROGRESS_M = 15.0
+
+
+@dataclass(frozen=True)
+class ModelSettings:
+    """How long and how often a model is asked."""
+
+    deadline_s: float = 5.0
+    """For one decision, repair and retries included."""
+    repairs: int = 1
+    checks: int = 2
+    """Questions to the guard before the model must decide; only where a check is given."""
+
+
+@dataclass
+class _Talk:
+    """One decision on its way."""
+
+    scene: Scene
+    turns: list[Message]
+    ends_at: float
+    check: PlanCheck | None
+    checks_left: int
+    repairs_left: int
+    answers: list[str] = field(default_factory=list)
+    usage: Usage | None = None
+    model: str | None = None
+
+    def left_s(self) -> float:
+        return self.ends_at - time.monotonic()
+
+
+class LanguageModelReasoner:
+    """Any `ChatModel` as a reasoner. `decide` runs in the solver's worker thread; `cancel` comes from another."""
+
+    def __init__(self, model: ChatModel, *, settings: ModelSettings | None = None, purse: Purse | None = None) -> None:
+        self.model = model
+        self.name = f"{model.name} (prompt {PROMPT_VERSION})"
+        self.last_trace: Trace | None = None
+        self.purse = purse or Purse(PRICES.get(getattr(model, "model", "")))
+        self._settings = settings or ModelSettings()
+        self._check: PlanCheck | None = None
+        self._cancelled = threading.Event()
+        self._last: tuple[float, float | None] | None = None
+
+    def check_with(self, check: PlanCheck | None) -> None:
+        """Let the model ask the guard before it commits; None takes that away."""
+        self._check = check
+
+    def decide(self, scene: Scene) -> Decision:
+        """As in `Reasoner`; raises `ReasonerError` for no answer in time, no budget, or an answer that stays wrong."""
+        self._cancelled.clear()
+        self._note_episode(scene)
+        self.purse.check()
+        began = time.monotonic()
+        talk = _Talk(
+            scene,
+            messages(scene),
+            began + self._settings.deadline_s,
+            self._check,
+            self._settings.checks,
+            self._settings.repairs,
+        )
+        prompt = _prompt_text(talk.turns)
+        try:
+            return self._talk(talk)
+        finally:
+            self.last_trace = Trace(
+                format=FORMAT,
+                prompt=prompt,
+                answers=tuple(talk.answers),
+                model=talk.model or self.model.name,
+                input_tokens=talk.usage.input_tokens if talk.usage else None,
+                output_tokens=talk.usage.output_tokens if talk.usage else None,
+                seconds=round(time.monotonic() - began, 4),
+            )
+
+    def cancel(self) -> None:
+        self._cancelled.set()
+        self.model.cancel()
+
+    # ---- one decision
+
+    def _talk(self, talk: _Talk) -> Decision:
+        while True:
+            reply = self._ask(talk)
+            answer, asks = _chosen(reply)
+            talk.answers.append(answer)
+            if asks and talk.check is not None and talk.checks_left > 0:
+                self._answer_check(talk, reply, answer)
+                continue
+            try:
+                if asks:
+                    raise AnswerError(f"call {DECIDE} now, with the whole answer")
+                return parse_answer(answer, talk.scene)
+            except AnswerError as error:
+                self._repair(talk, reply, error)
+
+    def _ask(self, talk: _Talk) -> Reply:
+        """One exchange, again after a pause while the failure may pass and the deadline allows."""
+        pause = FIRST_PAUSE_S
+        while True:
+            if self._cancelled.is_set():
+                raise GiveUp("the question was withdrawn")
+            tools = self._tools(talk)
+            must = DECIDE if len(tools) == 1 else None
+            try:
+                reply = self.model.chat(talk.turns, tools, must, talk.left_s())
+            except TryAgain as error:
+                wait = max(pause, error.after_s or 0.0)
+                if talk.left_s() <= wait:
+                    raise ReasonerError(f"{error}; the deadline of {self._settings.deadline_s:g} s is over") from error
+                self._cancelled.wait(wait)
+                pause *= 2
+                continue
+            self.purse.add(reply.usage)
+            if reply.usage is not None:
+                talk.usage = reply.usage if talk.usage is None else talk.usage + reply.usage
+            talk.model = reply.model
+            return reply
+
+    def _tools(self, talk: _Talk) -> list[Tool]:
+        tools = [decide_tool(talk.scene)]
+        if talk.check is not None and talk.checks_left > 0:
+            tools.append(check_tool(talk.scene))
+        return tools
+
+    def _answer_check(self, talk: _Talk, reply: Reply, answer: str) -> None:
+        assert talk.check is not None
+        talk.checks_left -= 1
+        try:
+            said = talk.check(parse_plan(answer, talk.scene))
+        except AnswerError as error:
+            said = f"not a plan: {error}"
+        talk.turns += _told(reply, said)
+
+    def _repair(self, talk: _Talk, reply: Reply, error: AnswerError) -> None:
+        """Quote the error to the model once; then it is a failure."""
+        if talk.repairs_left == 0:
+            raise ReasonerError(f"{self.model.name} answered what cannot be used: {error}") from error
+        talk.repairs_left -= 1
+        self.purse.check()
+        talk.turns += _told(reply, f"That answer cannot be used: {error}. Answer again, complete and corrected.")
+
+    def _note_episode(self, scene: Scene) -> None:
+        """A new episode begins after 60 s without a question or 15 m of progress since the last."""
+        left, last = scene.ego.distance_to_destination_m, self._last
+        self._last = (scene.time_s, left)
+        if last is None:
+            return
+        progressed = left is not None and last[1] is not None and last[1] - left > EPISODE_PROGRESS_M
+        if progressed or not 0 <= scene.time_s - last[0] <= EPISODE_PAUSE_S:
+            self.purse.new_episode()
+
+
+def _chosen(reply: Reply) -> tuple[str, bool]:
+    """The answer's text, and whether it asks the guard. The wrong tool is read like any answer: it will not fit."""
+    for call in reply.calls:
+        if call.name in (DECIDE, CHECK_PLAN):
+            return call.arguments, call.name == CHECK_PLAN
+    return (reply.calls[0].arguments if reply.calls else reply.text), False
+
+
+def _told(reply: Reply, text: str) -> list[Message]:
+    """The reply and our answer to it, as the protocol wants them: each call is answered, or the text is."""
+    said = Message("assistant", reply.text, calls=reply.calls)
+    if reply.calls:
+        return [said, *(Message("tool", text, call_id=call.id) for call in reply.calls)]
+    return [said, Message("user", text)]
+
+
+def _prompt_text(turns: list[Message]) -> str:
+    """The prompt for the record; the image by its digest."""
+    told = [
+        {
+            "role": turn.role,
+            "text": turn.text,
+            **({"image_sha256": hashlib.sha256(turn.image.jpeg).hexdigest()} if turn.image else {}),
+        }
+        for turn in turns
+    ]
+    return json.dumps(told, ensure_ascii=False)

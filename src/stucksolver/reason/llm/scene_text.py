@@ -1,0 +1,128 @@
+"""A scene as compact text: measured numbers, one object a line, nearest first."""
+
+from __future__ import annotations
+
+import json
+
+from stucksolver.scene import CandidateWaypoint, Scene, SceneLane, SceneObject, TrafficControl
+
+MOST_CHARACTERS = 1300
+"""With the system's words it keeps the prompt below 1,500 tokens (dense numbers take one for two characters)."""
+LEAST_OBJECTS = 4
+
+
+def scene_text(scene: Scene) -> str:
+    """What the model is told about this scene. Deterministic; metres, seconds, m/s; left is positive.
+
+    What is too much is left out, the farthest objects first; how many is said.
+    """
+    head = [_ego(scene), "lanes (id relation direction type width line free_ahead/behind seen):"]
+    head += [_lane(lane) for lane in scene.lanes]
+    tail = _controls(scene) + _starts(scene) + _failed(scene) + _said(scene)
+    room = MOST_CHARACTERS - sum(len(line) + 1 for line in head + tail)
+    return "\n".join(head + _objects(scene, room) + tail)
+
+
+def _controls(scene: Scene) -> list[str]:
+    return ["controls:", *(_control(control) for control in scene.controls)] if scene.controls else []
+
+
+def _starts(scene: Scene) -> list[str]:
+    return ["route starts: " + "; ".join(_waypoint(w) for w in scene.waypoints)] if scene.waypoints else []
+
+
+def _failed(scene: Scene) -> list[str]:
+    if not scene.attempts:
+        return []
+    return ["failed so far:", *(f"{'+'.join(a.behaviors)}: {_short(a.outcome, 120)}" for a in scene.attempts[-3:])]
+
+
+def _said(scene: Scene) -> list[str]:
+    """As a JSON string: what is said stays between its quotes, whatever it is."""
+    if scene.guidance is None:
+        return []
+    return [f"passenger says {scene.time_s - scene.guidance.time_s:.0f} s ago: {json.dumps(scene.guidance.text)}"]
+
+
+def _objects(scene: Scene, room: int) -> list[str]:
+    if not scene.objects:
+        return ["objects: none"]
+    head = "objects (id kind lane gap edges_right..left speed_along stood_for length*width*height marks):"
+    lines = [head]
+    for o in sorted(scene.objects, key=_importance):
+        line = _object(o)
+        if len(lines) > LEAST_OBJECTS and sum(len(x) + 1 for x in lines) + len(line) > room:
+            break
+        lines.append(line)
+    left_out = len(scene.objects) + 1 - len(lines)
+    return [*lines, f"and {left_out} more, farther"] if left_out else lines
+
+
+def _importance(o: SceneObject) -> float:
+    """Nearest first; what stands in the path comes before what does not."""
+    return abs(o.gap_m or 0.0) * (0.5 if o.in_path else 1.0)
+
+
+def _ego(scene: Scene) -> str:
+    ego = scene.ego
+    parts = [
+        f"ego: {_n(ego.speed_mps)} m/s, below 5 km/h for {_n(ego.stopped_for_s)} s",
+        f"progress in 20 s {_n(ego.progress_20s_m)} m",
+        f"lane {ego.lane_id or 'none'} offset {_n(ego.lateral_offset_m)}",
+        "at destination" if ego.at_destination else f"{_n(ego.distance_to_destination_m)} m to destination",
+        f"size {_n(ego.length_m)}x{_n(ego.width_m)}",
+        f"limit {_n(scene.speed_limit_mps)} m/s",
+    ]
+    if scene.route_command:
+        parts.append(f"route: {scene.route_command}")
+    return ", ".join(parts)
+
+
+def _lane(lane: SceneLane) -> str:
+    enter = "" if lane.may_enter or lane.relation.value == "ego" else " no-entry-by-markings"
+    return (
+        f"{lane.id} {lane.relation.value} {lane.direction.value} {lane.kind.value} {_n(lane.width_m)} "
+        f"{lane.line.value} {_n(lane.free_ahead_m)}/{_n(lane.free_behind_m)} {_n(lane.sight_ahead_m)}{enter}"
+    )
+
+
+def _object(o: SceneObject) -> str:
+    marks = [
+        word
+        for word, on in (
+            ("in-path", o.in_path),
+            ("hazard-lights", o.hazard_lights),
+            ("emergency-lights", o.emergency_lights),
+            ("brake-lights", o.brake_lights),
+        )
+        if on
+    ]
+    line = (
+        f"{o.id} {o.kind.value} {o.lane.value} {_n(o.gap_m)} {_n(o.right_edge_m)}..{_n(o.left_edge_m)} "
+        f"{_n(o.speed_along_mps)} {_n(o.stationary_s)} {_n(o.length_m)}*{_n(o.width_m)}*{_n(o.height_m)}"
+    )
+    return " ".join([line, *marks])
+
+
+def _control(control: TrafficControl) -> str:
+    applies = {True: "applies", False: "not for us", None: "applies?"}[control.applies]
+    state = f" {control.state.value}" if control.state else ""
+    return f"{control.kind.value}{state} {_n(control.distance_m)} m {applies}"
+
+
+def _waypoint(w: CandidateWaypoint) -> str:
+    reach = {True: "reaches destination", False: "dead end", None: ""}[w.reaches_destination]
+    length = "" if w.route_length_m is None else f"{_n(w.route_length_m)} m"
+    return " ".join(x for x in (w.id, f"lane {w.lane_id} at {_n(w.distance_m)}", reach, length) if x)
+
+
+def _n(value: float | None) -> str:
+    """A number with at most one decimal; `?` for what is unknown."""
+    if value is None:
+        return "?"
+    text = f"{value:.1f}"
+    return "0" if text in ("0.0", "-0.0") else text.removesuffix(".0")
+
+
+def _short(text: str, longest: int) -> str:
+    return text if len(text) <= longest else text[: longest - 1] + "…"

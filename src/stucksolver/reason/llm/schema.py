@@ -1,0 +1,153 @@
+"""The one function a model calls, derived from the decision's types, the behaviours on offer and the scene's ids.
+
+An unavailable behaviour, an unknown object or an unknown waypoint cannot be expressed in it. It stays within the subset
+of JSON Schema that strict structured output takes (every field required, no further ones, no defaults), and what
+differs from scene to scene stands last, so that prompt caches hit on what stands before.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Any
+
+from stucksolver.decision import CauseCode, GuidanceIntent, Intent, WaitReason
+from stucksolver.reason.llm.chat import Tool
+from stucksolver.reason.llm.offers import available
+from stucksolver.scene import ControlKind, LaneRelation, LightState, ObjectKind, Scene
+
+DECIDE = "decide"
+CHECK_PLAN = "check_plan"
+MOST_BEHAVIORS = 6
+
+STEPS = {
+    "S2.1": "Does the passenger ask for something that can be done?",
+    "S2.2": "Is the vehicle at its destination?",
+    "S2.3": "Is it moving along its route?",
+    "S2.4": "Is it held by a light, a sign, a queue, people, or a duty to yield?",
+    "S2.5": "Is it immobilized, and by what?",
+}
+"""The chain of the second step: S2.1 with guidance, the others without."""
+
+Schema = dict[str, Any]
+
+
+def decide_tool(scene: Scene) -> Tool:
+    """The final answer: observation, analysis, decision, in the order of the chain."""
+    parameters = _object(
+        {"observation": _observation(), "analysis": _analysis(scene), "decision": _decision(scene)},
+    )
+    parameters["$defs"] = _definitions(scene)
+    return Tool(DECIDE, "Answer with what you observe, analyse and decide, in this order.", parameters)
+
+
+def check_tool(scene: Scene) -> Tool:
+    """Ask the guard about a plan before committing to it."""
+    parameters = _object({"behaviors": _plan(scene)})
+    parameters["$defs"] = _definitions(scene)
+    return Tool(CHECK_PLAN, "Ask whether the safety guard would accept these behaviors now.", parameters)
+
+
+def steps_of(scene: Scene) -> tuple[str, ...]:
+    """Which questions of the chain apply."""
+    return ("S2.1",) if scene.guidance is not None else ("S2.2", "S2.3", "S2.4", "S2.5")
+
+
+def _observation() -> Schema:
+    control = _object(
+        {"kind": _enum(ControlKind), "state": _or_null(_enum(LightState)), "applies": {"type": ["boolean", "null"]}}
+    )
+    participant = _object(
+        {
+            "object_id": {"$ref": "#/$defs/object_id"},
+            "kind": _enum(ObjectKind),
+            "lane": _enum(LaneRelation),
+            "intent": _enum(Intent),
+        }
+    )
+    return _object({"controls": _list(control), "participants": _list(participant), "summary": _text()})
+
+
+def _analysis(scene: Scene) -> Schema:
+    return _object(
+        {
+            "steps": _object({name: {"$ref": "#/$defs/step"} for name in steps_of(scene)}),
+            "immobilized": {"type": "boolean"},
+            "cause": _or_null(_enum(CauseCode)),
+            "wait": _or_null(_enum(WaitReason)),
+            "guidance_intent": _or_null(_enum(GuidanceIntent)),
+            "reason": _text(),
+        }
+    )
+
+
+def _decision(scene: Scene) -> Schema:
+    return _object(
+        {
+            "rationale": _text(),
+            "behaviors": _or_null(_plan(scene)),
+            "replan_route": {"type": "boolean"},
+            "route_start": _or_null({"$ref": "#/$defs/waypoint_id"}),
+        }
+    )
+
+
+def _plan(scene: Scene) -> Schema:
+    return {
+        "type": "array",
+        "minItems": 1,
+        "maxItems": MOST_BEHAVIORS,
+        "items": {"anyOf": [_behavior(b.name, b.parameters) for b in available(scene)]},
+    }
+
+
+def _behavior(name: str, parameters: Schema) -> Schema:
+    """A behaviour's own schema, without titles and defaults, its ids bound to those of the scene."""
+    fields = {key: _field(key, value) for key, value in parameters["properties"].items() if key != "name"}
+    return _object({"name": {"type": "string", "enum": [name]}, **fields})
+
+
+def _field(key: str, value: Schema) -> Schema:
+    if key == "route_start":
+        return _or_null({"$ref": "#/$defs/waypoint_id"})
+    if key.endswith("_id"):
+        return {"$ref": "#/$defs/object_id"}
+    return {k: v for k, v in value.items() if k not in ("title", "default", "maxLength", "description")}
+
+
+def _definitions(scene: Scene) -> Schema:
+    """What is used more than once, then the scene's ids.
+
+    A list that is empty offers a word that no id has, since an enumeration must not be empty.
+    """
+    return {
+        "step": _object({"answer": {"type": ["boolean", "null"]}, "evidence": _text()}),
+        "object_id": {"type": "string", "enum": [o.id for o in scene.objects] or ["none"]},
+        "waypoint_id": {"type": "string", "enum": [w.id for w in scene.waypoints] or ["none"]},
+    }
+
+
+def _object(properties: Schema) -> Schema:
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": list(properties),
+        "additionalProperties": False,
+    }
+
+
+def _list(items: Schema) -> Schema:
+    return {"type": "array", "items": items}
+
+
+def _enum(kind: type[Enum]) -> Schema:
+    return {"type": "string", "enum": [str(member.value) for member in kind]}
+
+
+def _or_null(schema: Schema) -> Schema:
+    if "enum" in schema:
+        return {"type": ["string", "null"], "enum": [*schema["enum"], None]}
+    return {"anyOf": [schema, {"type": "null"}]}
+
+
+def _text() -> Schema:
+    return {"type": "string"}
