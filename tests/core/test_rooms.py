@@ -21,7 +21,7 @@ MAY_IMPORT = {
     "guard": {"scene", "decision"},
     "ladder": {"scene", "decision", "detect", "reason", "guard"},
     "solver": CORE,
-    "record": {"scene", "decision"},
+    "record": CORE | {"solver"},
     "perception": {"scene"},
 }
 """The design's table; rooms that are not listed may import the product at will."""

@@ -47,9 +47,10 @@ class AskPerson:
 
 @dataclass(frozen=True)
 class Assist:
-    """Stop in the minimal risk condition and call for help. `before`: behaviours tried first, in that order."""
+    """Stop in the minimal risk condition and call for help."""
 
-    before: tuple[str, ...]
+    pull_over: bool
+    """Off the road first, where a plan for that is accepted."""
     look_every_s: float
     resume: Resume
 

@@ -14,7 +14,7 @@ from stucksolver.scene import Scene, Status
 from stucksolver.solver.asking import Asking
 from stucksolver.solver.climb import Climb
 from stucksolver.solver.clock import Clock, make_clock
-from stucksolver.solver.events import Event, EventKind, Listener, Witness
+from stucksolver.solver.events import Event, EventKind, Facts, Listener, Witness
 from stucksolver.solver.failures import Failures, Signature
 from stucksolver.solver.panel import Answer
 from stucksolver.solver.progress import ProgressWatch
@@ -53,6 +53,10 @@ class Core:
         self._climb = Climb(self.ladder, reasoners, only_reasoners=observe_only)
         self._words_climb = Climb(self.ladder, reasoners, only_reasoners=True)
         self._teller = Teller(on_event, record)
+        if record is not None:
+            names = {rung: one.name for rung, one in reasoners.items()}
+            settings = self._detector.settings
+            record.begin(Facts(self.ladder, self.guard.policy, self.clock.name, settings, names, observe_only))
         self._running = Running(self.guard, self._teller)
         self._desk = Desk()
         self._words = Words(self.ladder.words.expire_s)
@@ -65,8 +69,8 @@ class Core:
         self._trigger: Trigger | None = None
         self._stop: SafeStop | None = None
         self._blocked_at_stop = False
-        self._before_stop: list[str] | None = None
-        """Behaviours still to be tried before the stop, once the last rung is reached."""
+        self._tried_aside = False
+        """Was pulling over tried before the stop?"""
         self._helped = False
         """Has a plan been started since the last recovery?"""
         self._recovered = False
@@ -162,7 +166,7 @@ class Core:
             return
         self._tell(status.time_s, EventKind.CLOSED, "the vehicle is on its way" if self._recovered else "done")
         self._open = self._recovered = self._helped = False
-        self._before_stop = None
+        self._tried_aside = False
         self._climb.reset()
         self._failures = Failures(self.ladder.asking.remembered)
         self._approved.clear()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from stucksolver.decision import CONTINUE, Directive, GuidanceIntent, RecoveryPlan, Replan
-from stucksolver.decision.behaviors import parse_behavior
 from stucksolver.detect import Trigger
 from stucksolver.guard import NOBODY, Reject, RejectCode, Verdict
 from stucksolver.ladder import AskPerson, AskReasoner, Assist, Resume
@@ -207,15 +206,11 @@ class Deliberation(People):
         return self._judge(answer, question.plan, status, trigger, read)
 
     def _help(self, move: Assist, status: Status, read: Read) -> Directive:
-        """The last rung: off the road first, where a behaviour for that is accepted; then stop."""
+        """The last rung: off the road first, where a plan for that is accepted; then stop."""
         now = status.time_s
-        if self._before_stop is None:
-            self._before_stop = list(move.before)
-        while self._before_stop:
-            plan = RecoveryPlan(behaviors=(parse_behavior({"name": self._before_stop.pop(0)}),))  # type: ignore[arg-type]
-            judged = self._running.judge(
-                plan, read, now, scene=self._asking.scene, failures=self._failures, guided=False, approvals=NOBODY
-            )
+        if move.pull_over and not self._tried_aside:
+            self._tried_aside = True
+            judged = self._running.aside(read, now, scene=self._asking.scene, failures=self._failures)
             if judged is not None and judged.verdict.accepted:
                 return self._start(judged, status, read)
         return self._halt(move, now)

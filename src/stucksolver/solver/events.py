@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
-from stucksolver.decision import Decision, Execute, RecoveryPlan
-from stucksolver.guard import Approvals, Verdict
+from stucksolver.decision import Decision, Directive, RecoveryPlan
+from stucksolver.detect import DetectorSettings
+from stucksolver.guard import Approvals, GuardPolicy, Verdict
+from stucksolver.ladder import Ladder
 from stucksolver.reason import Trace
 from stucksolver.scene import Scene, Surroundings
 from stucksolver.scene.model import Model
@@ -85,12 +87,30 @@ class Tick:
     surroundings: Surroundings
     withdrawn: bool
     """Taken back by words before this tick."""
-    result: Execute | Outcome
+    result: Directive | Outcome
     verdict: Verdict
 
 
+@dataclass(frozen=True)
+class Facts:
+    """What a solver is made of. `reasoners`: the rungs' names for them, and their own."""
+
+    ladder: Ladder
+    policy: GuardPolicy
+    clock: str
+    detector: DetectorSettings
+    reasoners: Mapping[str, str]
+    observe_only: bool
+
+
 class Witness(Protocol):
-    """Is told everything that is needed to derive decisions and verdicts again; the record is one."""
+    """Is told everything that is needed to derive decisions and verdicts again; the record is one.
+
+    What it raises ends it: the solver tells of it once, and drives on.
+    """
+
+    def begin(self, facts: Facts) -> None:
+        """Called once, when the solver is made."""
 
     def event(self, event: Event) -> None:
         """Something happened."""

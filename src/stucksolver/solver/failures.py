@@ -14,6 +14,7 @@ PASSING = frozenset(
         RejectCode.LANE_ENTRY,
         RejectCode.RED_LIGHT,
         RejectCode.STALE,
+        RejectCode.WAIT_FIRST,
     }
 )
 """Reasons that go away with the traffic: waiting is right, and no try is used up."""

@@ -129,7 +129,7 @@ class People(Core):
     def _release(self, now: float, why: str) -> None:
         """End the stop; the rung stays until the hand-back is verified."""
         move = self._climb.move
-        self._stop, self._before_stop = None, None
+        self._stop, self._tried_aside = None, False
         self._desk.withdraw()
         self._tell(now, EventKind.RELEASED, why)
         self._climb.pause(now + (move.look_every_s if isinstance(move, Assist) else 0.0))

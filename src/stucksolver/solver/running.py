@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stucksolver.decision import Execute, RecoveryPlan
-from stucksolver.guard import Approvals, Guard, Verdict
+from stucksolver.decision import Directive, RecoveryPlan
+from stucksolver.decision.behaviors import PullOver
+from stucksolver.guard import NOBODY, Approvals, Guard, Verdict
 from stucksolver.scene import Scene
 from stucksolver.scene.view import View
 from stucksolver.solver.events import Judgement, Tick
-from stucksolver.solver.execution import Execution, Outcome
+from stucksolver.solver.execution import Execution, Outcome, minimal_risk
 from stucksolver.solver.failures import Failures, passes
 from stucksolver.solver.senses import Read, Senses
 from stucksolver.solver.telling import Teller
@@ -72,6 +73,16 @@ class Running:
             need = missing_yes(plan, verdict, self.guard, view, now_s, guided, approvals)
         return Judged(plan, verdict, execution, view, need, passes(verdict, moving(view)))
 
+    def aside(self, read: Read, now_s: float, *, scene: Scene | None, failures: Failures) -> Judged | None:
+        """The way to the roadside, judged; None where there is none, or nothing is known."""
+        seen = self.senses.look(read, now_s)
+        plan = None if seen is None else minimal_risk(self.guard, View(seen), "")
+        behaviors = () if plan is None else plan.behaviors[:-1]
+        if not any(isinstance(b, PullOver) for b in behaviors):
+            return None
+        way = RecoveryPlan(behaviors=behaviors)
+        return self.judge(way, read, now_s, scene=scene, failures=failures, guided=False, approvals=NOBODY)
+
     def start(self, judged: Judged) -> None:
         self.execution, self._withdrawn = judged.execution, False
 
@@ -81,7 +92,7 @@ class Running:
             self.execution.withdraw()
             self._withdrawn = True
 
-    def tick(self, read: Read, now_s: float, view: View | None = None) -> Execute | Outcome:
+    def tick(self, read: Read, now_s: float, view: View | None = None) -> Directive | Outcome:
         """The running plan at this tick; `view` where it has been looked at already."""
         execution = self.execution
         assert execution is not None

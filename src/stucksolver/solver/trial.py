@@ -15,7 +15,7 @@ from stucksolver.solver.execution import Execution
 RELEASABLE = frozenset(name for name in RULES if name != "red_light")
 """What a question may be raised for without being told to: a lit red light is released on an operator's own word."""
 
-ASKABLE = frozenset(RejectCode(c) for c in RejectCode if c.name in ("APPROVAL", "AUTHORITY", "SOLID_LINE"))
+ASKABLE = frozenset({RejectCode.APPROVAL, RejectCode.AUTHORITY, RejectCode.SOLID_LINE})
 """Reasons that a person's yes may take away."""
 
 

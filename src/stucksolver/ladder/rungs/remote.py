@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field
 
-from stucksolver.decision.behaviors import REGISTRY
 from stucksolver.ladder.moves import Assist, Resume
 from stucksolver.ladder.rungs.base import Rung
 
@@ -17,18 +16,10 @@ class RemoteRung(Rung):
     summary: ClassVar[str] = "pull over where that is safe, stop with hazard lights, call for remote assistance"
 
     kind: Literal["remote"] = "remote"
-    before: tuple[str, ...] = ()
-    """Behaviours tried before the stop; the first that the guard accepts is performed."""
+    pull_over: bool = True
+    """To the roadside before the stop, where the guard accepts that."""
     look_every_s: float = Field(default=10.0, ge=0.5, le=600)
     resume: Resume = Resume.CLEAR
 
-    @field_validator("before")
-    @classmethod
-    def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        for name in names:
-            if name not in REGISTRY:
-                raise ValueError(f"unknown behaviour {name!r}; there are: {', '.join(REGISTRY)}")
-        return names
-
     def move(self) -> Assist:
-        return Assist(self.before, self.look_every_s, self.resume)
+        return Assist(self.pull_over, self.look_every_s, self.resume)

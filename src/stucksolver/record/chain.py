@@ -1,0 +1,90 @@
+"""Lines of JSON, each with a hash over itself and the hash before it, so that a changed byte anywhere is found."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+_MARK = b',"hash":"'
+_TAIL = len(_MARK) + 64 + len(b'"}')
+START = "0" * 64
+
+
+class RecordError(RuntimeError):
+    """A record cannot be written or read; the message names the file, the line where there is one, and the remedy."""
+
+
+class ChainWriter:
+    """Appends lines to a new file. Each is handed to the system as a whole: a killed process leaves whole lines."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._hash = START
+        self._end = 0
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = path.open("xb", buffering=0)
+        except OSError as error:
+            raise _cannot_write(path, error) from error
+
+    def write(self, data: Mapping[str, Any]) -> None:
+        """Append one line. Raises `RecordError`; the lines before it are whole then."""
+        body = json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False).encode()
+        digest = _digest(self._hash, body)
+        line = body[:-1] + _MARK + digest.encode() + b'"}\n'
+        try:
+            written = 0
+            while written < len(line):
+                written += self._file.write(line[written:])
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                self._file.truncate(self._end)
+            raise _cannot_write(self.path, error) from error
+        self._hash = digest
+        self._end += len(line)
+
+    def close(self) -> None:
+        """Bring it to the disk and close it."""
+        with contextlib.suppress(OSError):
+            os.fsync(self._file.fileno())
+        self._file.close()
+
+
+def read_chain(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Line numbers from 1, and what the lines say.
+
+    Raises `RecordError` with the number of the first line that was changed. A last line that breaks off, as a killed
+    process could leave it, ends the reading without an error.
+    """
+    before = START
+    try:
+        lines = path.read_bytes().split(b"\n")
+    except OSError as error:
+        raise RecordError(f"cannot read {path}: {error.strerror}; give a file `intervention-….jsonl`") from error
+    last = lines.pop()
+    for number, line in enumerate(lines, 1):
+        body, digest = line[:-_TAIL] + b"}", line[-_TAIL + len(_MARK) : -2].decode("ascii", "replace")
+        if line[-_TAIL : -_TAIL + len(_MARK)] != _MARK or line[-2:] != b'"}' or _digest(before, body) != digest:
+            raise RecordError(f"{path}, line {number}: changed after writing (this line, or one missing before it)")
+        before = digest
+        yield number, json.loads(body)
+    if last and _looks_whole(last):
+        raise RecordError(f"{path}, line {len(lines) + 1}: the end of this line was changed after writing")
+
+
+def _looks_whole(last: bytes) -> bool:
+    """A line without its line feed that is otherwise complete was not left by a killed process."""
+    return last.endswith(b'"}') and last[-_TAIL : -_TAIL + len(_MARK)] == _MARK
+
+
+def _digest(before: str, body: bytes) -> str:
+    return hashlib.sha256(before.encode() + body).hexdigest()
+
+
+def _cannot_write(path: Path, error: OSError) -> RecordError:
+    return RecordError(f"cannot write {path}: {error.strerror}; make room or choose another folder")

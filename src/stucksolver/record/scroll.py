@@ -1,0 +1,162 @@
+"""One record: what stands in each of its lines, and the images beside it."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import datetime
+import hashlib
+import importlib.metadata
+import platform
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from stucksolver.decision import Directive
+from stucksolver.decision.schema import VERSION
+from stucksolver.detect import DetectorSettings
+from stucksolver.guard import Approvals, GuardPolicy
+from stucksolver.record.chain import ChainWriter, RecordError
+from stucksolver.record.compact import Packer
+from stucksolver.solver.events import Event, Facts, Judgement, Tick
+from stucksolver.solver.execution import Outcome
+
+FORMAT = 1
+POLICY: TypeAdapter[GuardPolicy] = TypeAdapter(GuardPolicy)
+APPROVALS: TypeAdapter[Approvals] = TypeAdapter(Approvals)
+DETECTOR: TypeAdapter[DetectorSettings] = TypeAdapter(DetectorSettings)
+MOST_FILES = 100_000
+
+
+class Scroll:
+    """Lines of kind `begin`, `road`, `event`, `judged`, `tick`, `end`, in the order in which things happened."""
+
+    def __init__(self, folder: Path, facts: Facts) -> None:
+        self._folder = folder
+        self._facts = facts
+        self._packer = Packer()
+        self._said: Directive | None = None
+        self._chain: ChainWriter | None = None
+
+    def open(self) -> Path:
+        """Begin a new file, never an old one again. Raises `RecordError`."""
+        self._chain = _new_file(self._folder)
+        self._line("begin", _facts(self._facts))
+        return self._chain.path
+
+    def write(self, entry: Event | Judgement | Tick) -> None:
+        """Append what happened. Raises `RecordError`."""
+        if isinstance(entry, Event):
+            self._line("event", {"event": self._event(entry)})
+            return
+        road = self._packer.new_road(entry.surroundings)
+        if road is not None:
+            self._line("road", {"road": road})
+        if isinstance(entry, Judgement):
+            self._line("judged", self._judgement(entry))
+        else:
+            self._line("tick", self._tick(entry))
+
+    def end(self, how: str) -> None:
+        """The last line; a record without it was broken off."""
+        self._line("end", {"how": how})
+        self.leave()
+
+    def leave(self) -> None:
+        if self._chain is not None:
+            self._chain.close()
+
+    def _line(self, kind: str, data: dict[str, Any]) -> None:
+        assert self._chain is not None, "open it first"
+        self._chain.write({"kind": kind, **data})
+
+    def _event(self, event: Event) -> dict[str, Any]:
+        data = event.model_dump(mode="json", exclude_none=False)
+        data = {key: value for key, value in data.items() if value is not None}
+        image = event.scene.image if event.scene else None
+        if image is not None:
+            digest = hashlib.sha256(image.jpeg).hexdigest()
+            _write_once(self._folder / "images" / f"{digest}.jpg", image.jpeg)
+            data["scene"]["image"] = {"width": image.width, "height": image.height, "sha256": digest}
+        return data
+
+    def _judgement(self, judgement: Judgement) -> dict[str, Any]:
+        return {
+            "time_s": judgement.time_s,
+            "now_s": judgement.now_s,
+            "plan": judgement.plan.model_dump(mode="json"),
+            "guided": judgement.guided,
+            "approvals": _sorted(APPROVALS.dump_python(judgement.approvals, mode="json")),
+            "verdict": judgement.verdict.model_dump(mode="json", exclude_defaults=True),
+            "seen": self._packer.pack(judgement.surroundings),
+        }
+
+    def _tick(self, tick: Tick) -> dict[str, Any]:
+        data: dict[str, Any] = {"time_s": tick.time_s, "now_s": tick.now_s}
+        if tick.withdrawn:
+            data["withdrawn"] = True
+        if not tick.verdict.accepted:
+            data["verdict"] = tick.verdict.model_dump(mode="json", exclude_defaults=True)
+        if isinstance(tick.result, Outcome):
+            data["outcome"] = dataclasses.asdict(tick.result)
+        elif tick.result is not self._said:
+            data["directive"] = tick.result.model_dump(mode="json")
+            self._said = tick.result
+        data["seen"] = self._packer.pack(tick.surroundings)
+        return data
+
+
+def image_of(data: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The JSON form of an image that lies beside a record. Raises `RecordError` where it is missing or changed."""
+    path = folder / "images" / f"{data['sha256']}.jpg"
+    try:
+        jpeg = path.read_bytes()
+    except OSError as error:
+        raise RecordError(f"the image {path} is missing: keep the folder `images` beside the record") from error
+    if hashlib.sha256(jpeg).hexdigest() != data["sha256"]:
+        raise RecordError(f"the image {path} was changed after writing")
+    return {"width": data["width"], "height": data["height"], "jpeg": base64.b64encode(jpeg).decode()}
+
+
+def _facts(facts: Facts) -> dict[str, Any]:
+    """Everything that decides how a run goes, with versions."""
+    return {
+        "format": FORMAT,
+        "schema": VERSION,
+        "written": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
+        "versions": {
+            "stucksolver": importlib.metadata.version("stucksolver"),
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+            "platform": platform.platform(),
+        },
+        "clock": facts.clock,
+        "reasoners": dict(facts.reasoners),
+        "observe_only": facts.observe_only,
+        "detector": DETECTOR.dump_python(facts.detector, mode="json"),
+        "policy": POLICY.dump_python(facts.policy, mode="json"),
+        "ladder": facts.ladder.model_dump(mode="json", by_alias=True),
+    }
+
+
+def _new_file(folder: Path) -> ChainWriter:
+    for number in range(1, MOST_FILES):
+        path = folder / f"intervention-{number:04d}.jsonl"
+        if not path.exists():
+            return ChainWriter(path)
+    raise RecordError(f"{folder} holds {MOST_FILES} records: choose another folder")
+
+
+def _write_once(path: Path, content: bytes) -> None:
+    if path.exists():
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_suffix(".part")
+    part.write_bytes(content)
+    part.replace(path)
+
+
+def _sorted(data: dict[str, list[str]]) -> dict[str, list[str]]:
+    return {key: sorted(value) for key, value in data.items()}
