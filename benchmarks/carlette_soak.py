@@ -1,9 +1,10 @@
 """Many thousand ticks of the client's traffic manager against carlette: how many hang, how many had to be rescued.
 
-    python -m benchmarks.carlette_soak --ticks 20000 --cars 20 --map demo_town
+    python -m benchmarks.carlette_soak --ticks 200000 --cars 20 --map demo_town --ledger soak.jsonl
 
 Every client is a process of its own and the server counts its rescues in its log. Prints progress to standard
-error and one line of JSON to standard output.
+error and one line of JSON to standard output. With a ledger the run can be ended at any time: the next one with the
+same ledger makes the ticks that are missing, and both are counted together.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -29,10 +31,21 @@ HANG_S = 30.0
 REPORT_TICKS = 500
 READY = re.compile(r"listening on \S+:(\d+) map=")
 WOKEN = "from a lost wake-up"
+COUNTED = ("ticks", "hangs", "rescues")
 
 
-def soak(ticks: int, cars: int, town: str, seed: int) -> dict[str, Any]:
-    """Ticks until `ticks` are done or the client hangs; what happened."""
+def soak(ticks: int, cars: int, town: str, seed: int, ledger: Path | None = None) -> dict[str, Any]:
+    """Ticks until `ticks` are done or the client hangs; what happened, in this run and those in the `ledger`."""
+    earlier = Counter[str]()
+    for line in ledger.read_text().splitlines() if ledger and ledger.exists() else ():
+        earlier.update(json.loads(line))
+    ticks = max(ticks - earlier["ticks"], 0)
+    result = _run(ticks, cars, town, seed, ledger)
+    counted = {name: result[name] + earlier[name] for name in COUNTED}
+    return {**result, **counted, "rescues_per_10000": 1e4 * counted["rescues"] / max(counted["ticks"], 1)}
+
+
+def _run(ticks: int, cars: int, town: str, seed: int, ledger: Path | None) -> dict[str, Any]:
     with tempfile.TemporaryFile("a+") as log, _server(town, log) as (port, server):
         receiver, sender = multiprocessing.get_context("spawn").Pipe(duplex=False)
         arguments = (port, cars, ticks, seed, sender)
@@ -40,14 +53,17 @@ def soak(ticks: int, cars: int, town: str, seed: int) -> dict[str, Any]:
         start = time.perf_counter()
         client.start()
         sender.close()
-        done, moved_m, hung = 0, 0.0, False
+        done, moved_m, hung, woken = 0, 0.0, False, 0
         try:
             while done < ticks:
                 if not receiver.poll(HANG_S):
                     hung = True
+                    _note(ledger, ticks=0, hangs=1, rescues=0)
                     break
-                done, moved_m = receiver.recv()
-                print(f"{town}: {done} of {ticks} ticks, {_woken(log)} rescues", file=sys.stderr, flush=True)
+                before = done, woken
+                (done, moved_m), woken = receiver.recv(), _woken(log)
+                _note(ledger, ticks=done - before[0], hangs=0, rescues=woken - before[1])
+                print(f"{town}: {done} of {ticks} ticks, {woken} rescues", file=sys.stderr, flush=True)
         except EOFError:
             raise RuntimeError(f"the client ended after about {done} ticks; see its messages") from None
         finally:
@@ -60,11 +76,16 @@ def soak(ticks: int, cars: int, town: str, seed: int) -> dict[str, Any]:
             "ticks": done,
             "hangs": int(hung),
             "rescues": _woken(log),
-            "rescues_per_10000": 1e4 * _woken(log) / max(done, 1),
             "ticks_per_s": done / seconds,
             "mean_distance_m": moved_m / max(cars, 1),
             "server_memory_mb": _resident_mb(server),
         }
+
+
+def _note(ledger: Path | None, **counts: int) -> None:
+    if ledger:
+        with ledger.open("a") as lines:
+            lines.write(json.dumps(counts) + "\n")
 
 
 @contextmanager
@@ -128,8 +149,9 @@ def main() -> None:
     parser.add_argument("--cars", type=int, default=20)
     parser.add_argument("--map", default="demo_town", help="a town, or a .xodr file")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--ledger", type=Path, help="a file in which runs that are ended and begun again are counted")
     options = parser.parse_args()
-    result = soak(options.ticks, options.cars, options.map, options.seed)
+    result = soak(options.ticks, options.cars, options.map, options.seed, options.ledger)
     print(json.dumps(result), flush=True)
     sys.exit(bool(result["hangs"]))
 

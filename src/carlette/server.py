@@ -65,7 +65,9 @@ class Server:
                 now = time.monotonic()
                 if now - checked > IDLE_S:
                     checked = now
-                    self._running = self._running and alive()
+                    # Not `running and alive()`: a signal meanwhile would be forgotten.
+                    if not alive():
+                        self._running = False
         finally:
             self._close()
 

@@ -229,7 +229,7 @@ def test_nothing_is_known_of_a_port_where_nobody_listens() -> None:
     assert is_still(port) is None
 
 
-IMPATIENT = "from carlette import cli, rescue; rescue.STALLED_S = 0.0; cli.main()"
+IMPATIENT = "from carlette import cli, rescue, server; rescue.STALLED_S = server.IDLE_S = 0.0; cli.main()"
 
 
 def test_a_client_that_is_merely_late_drives_as_if_nobody_watched() -> None:
@@ -237,9 +237,9 @@ def test_a_client_that_is_merely_late_drives_as_if_nobody_watched() -> None:
     pytest.importorskip("carla")
     arguments = ("--map", "demo_town", "--client-version", VERSION, "--seed", "11")
     with running_server(*arguments) as port:
-        patient = traffic(port, 10, 300)
+        patient = traffic(port, 10, 150)
     with running_server(*arguments, program=("-c", IMPATIENT)) as port:
-        impatient = traffic(port, 10, 300)
+        impatient = traffic(port, 10, 150)
     assert patient["digest"] == impatient["digest"]
 
 
