@@ -84,7 +84,6 @@ def two_way(name: str, side: tuple[Lane, ...], centre: Mark, limit_kmh: float) -
     return Section(name, side, side, centre, limit_kmh)
 
 
-STREET = two_way("street", lanes(1, NONE, KERB_STRIP, SIDEWALK), PASSING, 40)
 SLOW_STREET = two_way("school street", lanes(1, NONE, KERB_STRIP, SIDEWALK), NO_PASSING, 30)
 PARKING_STREET = two_way("parking street", lanes(1, NONE, PARKING, SIDEWALK), PASSING, 40)
 BIKE_STREET = two_way("bicycle street", lanes(1, SOLID, BIKING, SIDEWALK), PASSING, 40)

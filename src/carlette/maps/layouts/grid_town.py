@@ -2,11 +2,11 @@
 
         0      280     560     840    1120
     780  .--------T-------L-------T--------.      T  stop or yield on the stem
-         |        |       |       |        |      L  traffic lights
+         |        |       |       =        |      L  traffic lights
     520  T========R=======L=======S========T      R  roundabout
-         |        #       |       #        |      S  all-way stop
+         |        #       |       =        |      S  all-way stop
     260  L--------L-------L-------L--------L      =  bicycle lanes
-         |        #       |       #        |      #  parking lanes
+         |        #       |       |        |      #  parking lanes
       0  '--------T-------L-------T--------'
 
 The outer ring and the row at 260 have two lanes each way, and so has the column at 560, where the outermost lane
@@ -27,7 +27,6 @@ from carlette.maps.build.sections import (
     PARKING_STREET,
     RING,
     SLOW_STREET,
-    STREET,
     Section,
 )
 from carlette.maps.lines import Pose
@@ -124,8 +123,8 @@ def _columns() -> list[Street]:
         (2, 1): ("Bus Avenue", BUS_AVENUE),
         (2, 2): ("Bus Avenue", BUS_AVENUE),
         (3, 0): ("School Street", SLOW_STREET),
-        (3, 1): ("Park Street", PARKING_STREET),
-        (3, 2): ("Park Street North", STREET),
+        (3, 1): ("Park Street", BIKE_STREET),
+        (3, 2): ("Park Street", BIKE_STREET),
     }
     streets = []
     for (column, row), (name, section) in kinds.items():

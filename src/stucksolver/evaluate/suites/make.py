@@ -10,6 +10,7 @@ same ids. The same maps give the same files.
 from __future__ import annotations
 
 import argparse
+import math
 import random
 import sys
 import tempfile
@@ -97,25 +98,32 @@ def _sites(kind: str, towns: Sequence[Town], ways: dict[str, list[Movement]]) ->
 
 
 def _spread(kind: str, sites: list[Site]) -> list[Site]:
-    """Five sites: on as many roads or junctions as there are, and on all maps that have some."""
+    """Five sites: from as many lanes, at as many junctions, and on as many maps as there are."""
     chance = random.Random(kind)
     chance.shuffle(sites)
     chosen: list[Site] = []
     while len(chosen) < ROUTES_EACH:
-        left = [one for one in sites if (one.town.name, one.place) not in {(c.town.name, c.place) for c in chosen}]
-        if not left:
+        if not sites:
             raise ValueError(f"{kind}: {len(chosen)} sites, {ROUTES_EACH} are needed; add roads that fit to a map")
-        groups = [(one.town.name, one.group) for one in chosen]
-        names = [one.town.name for one in chosen]
-        chosen.append(min(left, key=lambda one: (groups.count((one.town.name, one.group)), names.count(one.town.name))))
+        chosen.append(min(sites, key=lambda one: _likeness(one, chosen)))
+        sites = [one for one in sites if (one.town, one.place) != (chosen[-1].town, chosen[-1].place)]
     return chosen
+
+
+def _likeness(site: Site, chosen: list[Site]) -> tuple[int, int, int]:
+    """How many of those chosen start on the same lane, lie at the same junction or road, or on the same map."""
+    here = [one for one in chosen if one.town is site.town]
+    lane = (site.trigger.road_id, site.trigger.lane_id)
+    same_lane = sum((one.trigger.road_id, one.trigger.lane_id) == lane for one in here)
+    return same_lane, sum(one.group == site.group for one in here), len(here)
 
 
 def _route(kind: str, site: Site, number: int, route_id: int) -> Route:
     parameters = draw(kind, random.Random(f"{kind} {number}"), site.free_m)
     parameters.update({name: _xyz(where) for name, where in site.positions.items()})
     parameters.update(site.fixed)
-    trigger = Pose(_position(site.trigger), round(site.trigger.transform.rotation.yaw, _DECIMALS))
+    yaw_deg = math.remainder(site.trigger.transform.rotation.yaw, 360.0)
+    trigger = Pose(_position(site.trigger), round(yaw_deg, _DECIMALS) + 0.0)
     spec = ScenarioSpec(f"{kind}_{number % ROUTES_EACH + 1}", kind, trigger, parameters)
     marks = tuple(_position(one) for one in site.marks)
     return Route(str(route_id), site.town.name, marks, weather(number), (spec,))

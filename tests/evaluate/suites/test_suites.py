@@ -1,0 +1,179 @@
+"""The suites that ship are complete, valid on their maps, and what the script makes."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from functools import cache
+
+import numpy as np
+import pytest
+
+carla = pytest.importorskip("carla")
+
+from stucksolver.evaluate.routes.line import RouteLine  # noqa: E402 (needs carla)
+from stucksolver.evaluate.suites import SuiteError, make, suite, suite_names  # noqa: E402
+from stucksolver.evaluate.suites.values import DRAWS, Interval, OneOf  # noqa: E402
+from stucksolver.evaluate.suites.weathers import FIELDS, PRESETS  # noqa: E402
+
+FLOWS = {
+    "EnterActorFlow",
+    "HighwayExit",
+    "InterurbanActorFlow",
+    "InterurbanAdvancedActorFlow",
+    "MergerIntoSlowTraffic",
+    "MergerIntoSlowTrafficV2",
+}
+ON_MAP = ("start_actor_flow", "end_actor_flow", "other_actor_location")
+BENCH = suite("bench220")
+
+
+@cache
+def towns():
+    return {town.name: town for town in make.load_towns()}
+
+
+@cache
+def traced(route_id):
+    route = next(one for one in BENCH.routes if one.id == route_id)
+    return RouteLine.trace(towns()[route.town].map, route.waypoints)
+
+
+def by_type(routes):
+    return Counter(scenario.type for route in routes for scenario in route.scenarios)
+
+
+def test_bench220_has_five_routes_of_each_of_the_44_types_and_dev_one_of_every_second():
+    assert set(by_type(BENCH.routes).values()) == {5}
+    assert len(by_type(BENCH.routes)) == 44
+    dev = suite("dev").routes
+    assert len(dev) == len(by_type(dev)) == 22
+    assert all(route in BENCH.routes for route in dev)
+    assert {route.town for route in dev} == {"grid_town", "interurban", "motorway"}
+
+
+def test_a_suite_says_which_version_of_it_this_is_and_which_maps_it_needs(tmp_path):
+    assert {"bench220", "dev"} <= set(suite_names())
+    copy = tmp_path / "own.xml"
+    copy.write_bytes((make.DATA / "dev.xml").read_bytes())
+    assert suite(str(copy)).digest == suite("dev").digest != BENCH.digest
+    assert BENCH.maps == ("grid_town", "interurban", "motorway")
+    assert all((make.MAPS / f"{name}.xodr").exists() for name in BENCH.maps)
+
+
+def test_an_unknown_suite_is_refused_with_those_there_are():
+    with pytest.raises(SuiteError, match=r"no suite 'bench2drive' ships \(there are: bench220, dev"):
+        suite("bench2drive")
+
+
+@pytest.mark.integration
+def test_the_committed_files_are_what_the_script_writes():
+    assert make.main(["--check"]) == 0
+
+
+@pytest.mark.parametrize("route", suite("dev").routes, ids=lambda route: route.scenarios[0].type)
+def test_each_route_of_dev_can_be_driven_past_its_trigger(route):
+    check_line(route)
+
+
+@pytest.mark.integration
+def test_each_route_of_bench220_can_be_driven_past_its_trigger():
+    for route in BENCH.routes:
+        check_line(route)
+
+
+def check_line(route):
+    """150 to 300 m long, no detour, trigger on it and looking along it, no mark left out."""
+    line = traced(route.id)
+    assert 145 < line.length_m < 305
+    marks = np.array([(mark.x_m, mark.y_m) for mark in route.waypoints])
+    steps = np.hypot(*np.diff(marks, axis=0).T)
+    assert line.length_m < 1.1 * steps.sum() + 5.0
+    for mark in marks:
+        assert np.hypot(*(line.xyz[:, :2] - mark).T).min() < 1.0
+    trigger = route.scenarios[0].trigger
+    gaps = np.hypot(*(line.xyz[:, :2] - (trigger.position.x_m, trigger.position.y_m)).T)
+    place = int(gaps.argmin())
+    assert gaps[place] < 1.0
+    yaw_deg = line.waypoints[place].transform.rotation.yaw
+    assert abs(math.remainder(yaw_deg - trigger.yaw_deg, 360)) < 3.0
+    assert line.s_m[place] < 60.0
+
+
+def test_parameters_are_complete_and_within_the_published_ranges():
+    for route in BENCH.routes:
+        (scenario,) = route.scenarios
+        for name, one in DRAWS.get(scenario.type, {}).items():
+            given = scenario.parameters[name]
+            if isinstance(one, Interval):
+                assert one.first[0] <= float(given["from"]) <= one.first[1]
+                assert one.last[0] <= float(given["to"]) <= one.last[1]
+            elif isinstance(one, OneOf):
+                assert given["value"] in one.words
+            elif name != "bicycle_drive_distance":
+                assert one.low <= float(given["value"]) <= one.high
+            else:
+                assert 40 <= float(given["value"]) <= one.high
+        if scenario.type in FLOWS:
+            assert {"start_actor_flow", "end_actor_flow"} <= set(scenario.parameters)
+        if scenario.type.startswith("OppositeVehicle"):
+            assert scenario.parameters["direction"]["value"] in ("left", "right", "opposite")
+
+
+def test_parameters_vary_between_the_routes_of_a_type():
+    for kind in DRAWS:
+        drawn = [str(dict(r.scenarios[0].parameters)) for r in BENCH.routes if r.scenarios[0].type == kind]
+        where = [r.scenarios[0].trigger for r in BENCH.routes if r.scenarios[0].type == kind]
+        assert len(set(drawn)) >= 2 or kind in ("ParkingExit", "ParkingCutIn")
+        assert len(set(where)) == 5
+
+
+def test_flows_begin_and_end_on_lanes_and_meet_the_route():
+    for route in BENCH.routes:
+        (scenario,) = route.scenarios
+        kind = carla.LaneType.Biking if scenario.type == "CrossingBicycleFlow" else carla.LaneType.Driving
+        for name in ON_MAP:
+            if name not in scenario.parameters:
+                continue
+            place = carla.Location(*(float(scenario.parameters[name][axis]) for axis in "xyz"))
+            found = towns()[route.town].map.get_waypoint(place, False, kind)
+            assert found is not None, (route.id, name)
+            assert not found.is_junction
+            assert found.transform.location.distance(place) < 0.5
+
+
+@pytest.mark.integration
+def test_a_flow_drives_from_its_start_to_its_end_across_the_route():
+    for route in BENCH.routes:
+        (scenario,) = route.scenarios
+        if scenario.type not in FLOWS:
+            continue
+        ends = [carla.Location(*(float(scenario.parameters[n][a]) for a in "xyz")) for n in ON_MAP[:2]]
+        flow = trace_flow(route, ends)
+        line = traced(route.id)
+        gaps = np.hypot(
+            line.xyz[:, None, 0] - flow.xyz[None, :, 0],
+            line.xyz[:, None, 1] - flow.xyz[None, :, 1],
+        )
+        assert gaps.min() < 1.0, route.id
+        assert 90 < flow.length_m < 320, route.id
+
+
+def trace_flow(route, ends):
+    positions = [make.Position(one.x, one.y, one.z) for one in ends]
+    return RouteLine.trace(towns()[route.town].map, positions)
+
+
+def test_routes_of_a_type_use_different_roads_or_junctions():
+    for kind in by_type(BENCH.routes):
+        triggers = [r.scenarios[0].trigger.position for r in BENCH.routes if r.scenarios[0].type == kind]
+        gaps = [math.dist((a.x_m, a.y_m), (b.x_m, b.y_m)) for a in triggers for b in triggers if a is not b]
+        assert min(gaps) > 3.0
+
+
+def test_all_presets_of_weather_come_up_with_all_fields():
+    seen = Counter(tuple(route.weathers[0].values.items()) for route in BENCH.routes)
+    assert len(seen) == len(PRESETS)
+    assert max(seen.values()) - min(seen.values()) <= 1
+    for weather in seen:
+        assert tuple(name for name, _ in weather) == FIELDS
