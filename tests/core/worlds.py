@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stucksolver.decision import Directive, Execute
-from stucksolver.decision.behaviors import REGISTRY, describe
+from stucksolver.decision import Directive, Execute, SafeStop
+from stucksolver.decision.behaviors import REGISTRY, HazardLights, describe
+from stucksolver.ladder import Approval, Ladder, profile
 from stucksolver.scene import (
     ControlKind,
     EgoState,
@@ -31,7 +32,6 @@ from stucksolver.scene import (
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.build import build_scene
 from stucksolver.scene.view import View
-from stucksolver.ladder import Approval, Ladder, profile
 from stucksolver.solver import Event, EventKind, StuckSolver
 
 LANE_M = 3.5
@@ -95,8 +95,15 @@ def thing(
     hazard: bool | None = False,
     length: float | None = None,
     width: float | None = None,
+    height: float = 1.5,
+    **more: object,
 ) -> TrackedObject:
-    sizes = {ObjectKind.BICYCLE: (1.8, 0.6), ObjectKind.PEDESTRIAN: (0.5, 0.5), ObjectKind.CONE: (0.4, 0.4)}
+    sizes = {
+        ObjectKind.BICYCLE: (1.8, 0.6),
+        ObjectKind.PEDESTRIAN: (0.5, 0.5),
+        ObjectKind.CONE: (0.4, 0.4),
+        ObjectKind.BAG: (0.3, 0.3),
+    }
     usual = sizes.get(kind, (4.6, 1.9))
     moving = math.hypot(speed, sideways) > 0.1
     return TrackedObject(
@@ -109,10 +116,11 @@ def thing(
         vy_mps=sideways,
         length_m=length or usual[0],
         width_m=width or usual[1],
-        height_m=1.5,
+        height_m=height,
         stationary_s=stationary_s if stationary_s is not None else (0.0 if moving else 30.0),
         moved_s_ago=moved_s_ago,
         hazard_lights=hazard,
+        **more,
     )
 
 
@@ -128,18 +136,20 @@ class World:
     yaw: float = 0.0
     speed: float = 0.0
     sight_m: float = 300.0
+    behind_m: float = 80.0
     time_s: float = 0.0
     frame: int = 0
     cruise_mps: float = 8.0
     dt: float = 0.05
     age_s: float = 0.0
     offers: tuple[str, ...] = NAMES
+    hazard_lights: bool = False
 
     def ego(self) -> EgoState:
         return EgoState(x_m=self.x, y_m=self.y, yaw_rad=self.yaw, speed_mps=self.speed, length_m=4.9, width_m=1.85)
 
     def surroundings(self) -> Surroundings:
-        sight = tuple(LaneSight(lane_id=s.id, ahead_m=self.sight_m, behind_m=80.0) for s in self.road.lanes)
+        sight = tuple(LaneSight(lane_id=s.id, ahead_m=self.sight_m, behind_m=self.behind_m) for s in self.road.lanes)
         return Surroundings(
             frame=self.frame,
             time_s=self.time_s,
@@ -178,9 +188,13 @@ class World:
 
     def drive(self, directive: Directive) -> None:
         """One tick: the directive's path is followed to the point; else straight on, behind what is in the way."""
+        if isinstance(directive, Execute) and isinstance(directive.behavior, HazardLights):
+            self.hazard_lights = directive.behavior.on
+        if isinstance(directive, SafeStop):
+            self.hazard_lights = True
         if isinstance(directive, Execute) and directive.path:
             self._along(directive)
-        elif isinstance(directive, Execute):
+        elif isinstance(directive, Execute | SafeStop):
             self._settle(0.0)
         else:
             self._settle(self._free_speed())
@@ -190,6 +204,9 @@ class World:
         self.frame += 1
 
     def _along(self, directive: Execute) -> None:
+        if directive.reverse:
+            self._back(directive)
+            return
         xs = np.array([p.x_m for p in directive.path])
         ys = np.array([p.y_m for p in directive.path])
         bound = float(np.interp(self.x, xs, [p.speed_mps for p in directive.path]))
@@ -199,7 +216,15 @@ class World:
         self.yaw = math.atan2(ahead - y, 0.5)
         self.y = y
 
+    def _back(self, directive: Execute) -> None:
+        """Straight back, stopping at the end of the path."""
+        way = self.x - directive.path[-1].x_m
+        wanted = min(directive.path[0].speed_mps, math.sqrt(max(2 * 1.0 * (way - 0.1), 0.0)))
+        self.speed = -min(wanted, abs(self.speed) + 1.0 * self.dt)
+        self.x += self.speed * self.dt
+
     def _settle(self, wanted: float, turn: float = 1.0) -> None:
+        self.speed = max(self.speed, 0.0)
         change = float(np.clip(wanted - self.speed, -6.0 * self.dt, 1.5 * self.dt))
         self.speed = max(self.speed + change, 0.0)
         self.x += self.speed * turn * self.dt
@@ -217,7 +242,9 @@ class World:
         return o.model_copy(update=update)
 
 
-def ladder(name: str = "default", *, solid_line: str | None = None, rungs: dict | None = None, **tables: object) -> Ladder:
+def ladder(
+    name: str = "default", *, solid_line: str | None = None, rungs: dict | None = None, **tables: object
+) -> Ladder:
     """A profile with changes: `rungs` by kind (None leaves one out), other tables whole."""
     usual = profile(name)
     kept = [

@@ -2,14 +2,18 @@
 
 from typing import ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
 from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.behaviors.keep_lane import own_lane
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift, straight
+from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import View
 
 EDGE_M = 0.05
+SHARES = (1.0, 0.85, 0.7, 0.5)
+"""How much of the shift is tried, if the corners swing out too far in a short distance."""
 
 
 class Nudge(Behavior):
@@ -33,11 +37,21 @@ class Nudge(Behavior):
             raise CannotPlan("the vehicle is in no lane")
         right, _, left = lane.at(start.s_m + self.distance_m)
         half, turn = view.ego.width_m / 2 + EDGE_M, 1 if self.side == "left" else -1
-        wanted = start.d_m + turn * self.offset_m
-        target = min(max(wanted, right + half), left - half)
+        target = min(max(start.d_m + turn * self.offset_m, right + half), left - half)
         if (target - start.d_m) * turn < 0.15:
             raise CannotPlan(f"the lane leaves no room on the {self.side}")
-        length = max(shortest_shift(target - start.d_m, 1.3 * view.ego.limits.min_turn_radius_m), 3.0)
-        out = lateral(start.s_m, start.d_m, target, length, self.speed_mps, view)
-        rest = start.s_m + self.distance_m - out.end_s
-        return (out.then(straight(out.end_s, target, rest, self.speed_mps)) if rest > 0.5 else out).stopping()
+        for share in SHARES:
+            aside = share * (target - start.d_m)
+            length = max(shortest_shift(aside, 1.3 * view.ego.limits.min_turn_radius_m), min(self.distance_m, 15.0))
+            out = lateral(start.s_m, start.d_m, start.d_m + aside, length, self.speed_mps, view)
+            if float((turn * out.d + corners(out, view)).max()) <= (left if turn > 0 else -right) + 2 * EDGE_M:
+                rest = max(start.s_m + self.distance_m - out.end_s, 0.5)
+                return out.then(straight(out.end_s, out.end_d, rest, self.speed_mps)).stopping()
+        raise CannotPlan(f"the lane leaves no room to turn to the {self.side}")
+
+
+def corners(path: Manoeuvre, view: View) -> Array:
+    """Half extent of the ego's body across the road at each station."""
+    heading = path.heading()
+    reach: Array = view.ego.width_m / 2 * np.cos(heading) + view.ego.length_m / 2 * np.abs(np.sin(heading))
+    return reach
