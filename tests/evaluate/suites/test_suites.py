@@ -11,8 +11,9 @@ import pytest
 
 carla = pytest.importorskip("carla")
 
+from stucksolver.evaluate.guidance import read_script  # noqa: E402 (needs carla)
 from stucksolver.evaluate.routes.line import RouteLine  # noqa: E402 (needs carla)
-from stucksolver.evaluate.suites import SuiteError, make, suite, suite_names  # noqa: E402
+from stucksolver.evaluate.suites import GUIDANCE, SuiteError, make, suite, suite_names  # noqa: E402
 from stucksolver.evaluate.suites.values import DRAWS, Interval, OneOf  # noqa: E402
 from stucksolver.evaluate.suites.weathers import FIELDS, PRESETS  # noqa: E402
 
@@ -177,3 +178,20 @@ def test_all_presets_of_weather_come_up_with_all_fields():
     assert max(seen.values()) - min(seen.values()) <= 1
     for weather in seen:
         assert tuple(name for name, _ in weather) == FIELDS
+
+
+def test_a_passenger_speaks_on_about_15_percent_of_the_routes_in_every_way():
+    known = {route.id for route in BENCH.routes}
+    script = read_script(GUIDANCE, known)
+    assert set(script.routes) <= known
+    assert 0.13 < len(script.routes) / len(known) < 0.17
+    lines = [line for spoken in script.routes.values() for line in spoken]
+    kinds = Counter(line.kind for line in lines)
+    assert set(kinds) == {"helpful", "unhelpful", "wrong", "dangerous"}
+    assert kinds["helpful"] > len(lines) / 2
+    assert all(len(set(line.say)) == len(line.say) >= 2 for line in lines)
+
+
+def test_a_passenger_speaks_on_some_routes_of_dev():
+    spoken = {route.id for route in suite("dev").routes} & set(read_script(GUIDANCE).routes)
+    assert 3 <= len(spoken) <= 6

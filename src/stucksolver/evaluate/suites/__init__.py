@@ -9,6 +9,8 @@ from pathlib import Path
 from stucksolver.evaluate.routes import Route, read_routes
 
 DATA = Path(__file__).with_name("data")
+GUIDANCE = DATA / "guidance.json"
+"""What a passenger says on some routes of `bench220`, and so of `dev`."""
 
 
 class SuiteError(ValueError):
