@@ -2,6 +2,7 @@
 
 from carlette.errors import RequestError
 from carlette.sensors.base import Body, Moment, Sensor, Settings
+from carlette.sensors.camera import ColorCamera, DepthCamera, InstanceCamera, SemanticCamera
 from carlette.sensors.collision import CollisionSensor
 from carlette.sensors.gnss import GnssSensor
 from carlette.sensors.imu import ImuSensor
@@ -14,6 +15,10 @@ from carlette.world.actor import Attributes
 __all__ = ["ALL", "Body", "Moment", "Scene", "Sensor", "Settings", "make_sensor"]
 
 ALL: dict[str, type[Sensor]] = {
+    "sensor.camera.depth": DepthCamera,
+    "sensor.camera.instance_segmentation": InstanceCamera,
+    "sensor.camera.rgb": ColorCamera,
+    "sensor.camera.semantic_segmentation": SemanticCamera,
     "sensor.lidar.ray_cast": LidarSensor,
     "sensor.lidar.ray_cast_semantic": SemanticLidarSensor,
     "sensor.other.collision": CollisionSensor,

@@ -13,6 +13,18 @@ def axes(rotation: Rotation) -> Floats:
     return columns
 
 
+def many_axes(rotations: Floats) -> Floats:
+    """The matrices of many rotations at once: (n, 3) degrees, pitch yaw roll, to (n, 3, 3); as `axes` has them."""
+    (cp, cy, cr), (sp, sy, sr) = np.cos(np.radians(rotations)).T, np.sin(np.radians(rotations)).T
+    rows = [
+        [cp * cy, cy * sp * sr - sy * cr, -cy * sp * cr - sy * sr],
+        [cp * sy, sy * sp * sr + cy * cr, -sy * sp * cr + cy * sr],
+        [sp, -cp * sr, cp * cr],
+    ]
+    matrices: Floats = np.moveaxis(np.array(rows), 2, 0)
+    return matrices
+
+
 def turn_between(before: Floats, after: Floats) -> Floats:
     """The rotation vector (radians, outer frame) that leads from one attitude, a 3x3 matrix, to another.
 

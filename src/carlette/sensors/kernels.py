@@ -21,9 +21,9 @@ def compiled(function: Function) -> Function:
     """Compiles a function; where the file system takes no cache, anew in every process."""
     njit: Any = numba.njit
     try:
-        built: Function = njit(function, cache=True, nogil=True, error_model="numpy")
+        built: Function = njit(function, cache=True, nogil=True, error_model="numpy", fastmath=True)
     except RuntimeError:
-        built = njit(function, nogil=True, error_model="numpy")
+        built = njit(function, nogil=True, error_model="numpy", fastmath=True)
     return built
 
 
@@ -37,15 +37,18 @@ def scan(
     tangents: Array,
     reach: float,
     base: int,
-    distance: Array,
+    nearness: Array,
     hit: Array,
+    gaps: Array,
 ) -> None:
     """The nearest front face on each ray.
 
     `corners` is (n, 4, 3), flat convex quads in the frames of their bodies; body `i` owns `spans[i, 0]` up to
     `spans[i, 1]` and is turned by `turns[i]` (3x3) and moved by `shifts[i]` into the sensor's frame. `azimuths` (m) are
-    ascending, within -π to π; `tangents` is (1, k) for all columns or (m, k). Writes `distance` (m, k), metres, where
-    a face is nearer than what it holds, and `hit` (m, k), `base` plus the index of the quad.
+    ascending, within -π to π; `tangents` is (1, k) for all columns or (m, k). Writes `nearness` (m, k), one through the
+    distance in metres, where a face is nearer than what it holds, and `hit` (m, k), `base` plus the quad's index.
+    `gaps[base + quad]` gets the distance of each front face's plane: that over the distance of a point is the cosine of
+    its incidence.
 
     Within one column, a quad covers an interval of tangents: each edge and the sensor span a plane, which gives a
     linear bound. So only the rays that truly meet the quad are touched.
@@ -55,8 +58,12 @@ def scan(
     cosines = 1.0 / np.sqrt(1.0 + tangents * tangents)
     ahead = np.cos(azimuths)
     aside = np.sin(azimuths)
+    lowest, finest = tangents[0, 0], 4 * channels
+    scale = finest / max(tangents[0, channels - 1] - lowest, 1e-9)
+    starts_at = np.searchsorted(tangents[0], lowest + np.arange(finest + 1) / scale)
     p = np.empty((4, 3))
     e = np.empty((4, 3))
+    tilt = np.empty(4)
     for body in range(spans.shape[0]):
         turn = turns[body]
         shift = shifts[body]
@@ -74,8 +81,10 @@ def scan(
             vx, vy, vz = p[3, 0] - p[1, 0], p[3, 1] - p[1, 1], p[3, 2] - p[1, 2]
             nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
             offset = nx * p[0, 0] + ny * p[0, 1] + nz * p[0, 2]
-            if offset >= 0.0 or offset * offset >= reach * reach * (nx * nx + ny * ny + nz * nz):
+            length = np.sqrt(nx * nx + ny * ny + nz * nz)
+            if offset >= 0.0 or -offset >= reach * length:
                 continue
+            gaps[base + quad] = -offset / length
             size = 0.0
             for i in range(4):
                 gx, gy, gz = p[i, 0] - mx, p[i, 1] - my, p[i, 2] - mz
@@ -89,6 +98,7 @@ def scan(
                 e[i, 0] = p[i, 2] * p[j, 1] - p[i, 1] * p[j, 2]
                 e[i, 1] = p[i, 0] * p[j, 2] - p[i, 2] * p[j, 0]
                 e[i, 2] = p[i, 1] * p[j, 0] - p[i, 0] * p[j, 1]
+                tilt[i] = -1.0 / e[i, 2] if e[i, 2] != 0.0 else 0.0
                 gap = np.arctan2(p[i, 1], p[i, 0]) - middle
                 if gap > np.pi:
                     gap -= 2.0 * np.pi
@@ -101,6 +111,7 @@ def scan(
                 low, high = middle + low, middle + high
                 starts = (low, low + 2.0 * np.pi, low - 2.0 * np.pi)
                 ends = (high, high + 2.0 * np.pi, high - 2.0 * np.pi)
+            wx, wy, wz = nx / offset, ny / offset, nz / offset
             for part in range(3):
                 if ends[part] < -np.pi or starts[part] > np.pi:
                     continue
@@ -111,77 +122,64 @@ def scan(
                     least, most = -1e30, 1e30
                     for i in range(4):
                         level = e[i, 0] * ca + e[i, 1] * sa
-                        rise = e[i, 2]
-                        if rise > 0.0:
-                            least = max(least, -level / rise)
-                        elif rise < 0.0:
-                            most = min(most, -level / rise)
+                        if tilt[i] < 0.0:
+                            least = max(least, level * tilt[i])
+                        elif tilt[i] > 0.0:
+                            most = min(most, level * tilt[i])
                         elif level < 0.0:
                             most = -1e31
                     if least > most:
                         continue
                     row = column if rows > 1 else 0
-                    flat = nx * ca + ny * sa
-                    channel = np.searchsorted(tangents[row], least)
+                    flat = wx * ca + wy * sa
+                    # A table leads close to the first channel of the interval; for rays of their own, there is one.
+                    channel = 0
+                    if rows == 1 and least > lowest:
+                        channel = starts_at[int(min((least - lowest) * scale, finest))]
+                        channel -= channel > 0
+                    while channel < channels and tangents[row, channel] < least:
+                        channel += 1
                     while channel < channels and tangents[row, channel] <= most:
-                        slope = cosines[row, channel] * (flat + nz * tangents[row, channel])
-                        if slope < 0.0:
-                            found = offset / slope
-                            if found < distance[column, channel]:
-                                distance[column, channel] = found
-                                hit[column, channel] = base + quad
+                        near = cosines[row, channel] * (flat + wz * tangents[row, channel])
+                        if near > nearness[column, channel]:
+                            nearness[column, channel] = near
+                            hit[column, channel] = base + quad
                         channel += 1
 
 
 @compiled
-def pack_points(
-    distance: Array,
-    hit: Array,
-    place: Array,
-    order: Array,
-    azimuths: Array,
-    tangents: Array,
-    losses: Array,
-    chances: Array,
-    noise: Array,
+def place_points(
+    nearness: Array,
+    kept: Array,
+    column_of: Array,
+    starts: Array,
+    ways: Array,
+    levels: Array,
+    off: Array,
+    intensity: Array,
     points: Array,
-    faces: Array,
-) -> Array:
-    """The points of a scan as LiDARs send them, channel after channel; returns how many each channel has.
+    sources: Array,
+) -> None:
+    """Writes x, y, z and intensity of the rays that were kept, channel after channel, each in the order of time.
 
-    `distance` and `hit` are (m, k) as `scan` leaves them. `place` (m) is the column of each step of the sweep in the
-    order of time, `order` (k) the row of `tangents` of each channel. `losses` are the share of rays that never leave,
-    the attenuation (1/m), and what a point with an intensity below the third is kept by: the chance is the fourth
-    times the intensity plus the fifth. `chances` (2, k, m), uniform, decide; `noise` (k, m) lengthens the rays, metres;
-    where they are empty, all is kept as it is. Writes x, y, z, intensity to `points` (n, 4) and the face to `faces`.
+    `column_of` (m) is the column of each step; `starts` (k) where each row of tangents begins in `points` (n, 4)
+    and `sources` (n), which gets the flat index of the ray; `ways` (m, 2) and `levels` (k, 2) are cosine and sine of
+    azimuths and elevations; `intensity` is (m, k); `off` (m, k) lengthens the rays, metres, unless it is empty.
     """
-    steps, channels = distance.shape
-    counts = np.zeros(channels, np.uint32)
-    ahead = np.cos(azimuths)
-    aside = np.sin(azimuths)
-    number = 0
-    for channel in range(channels):
-        row = order[channel]
-        tangent = tangents[row]
-        cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
-        for step in range(steps):
-            column = place[step]
-            face = hit[column, row]
-            if face < 0:
-                continue
-            intensity = np.exp(-losses[1] * distance[column, row])
-            if chances.size:
-                if chances[0, channel, step] < losses[0]:
-                    continue
-                if intensity <= losses[2] and chances[1, channel, step] >= losses[3] * intensity + losses[4]:
-                    continue
-            far = distance[column, row] + (noise[channel, step] if noise.size else 0.0)
-            flat = far * cosine
-            points[number, 0] = flat * ahead[column]
-            points[number, 1] = flat * aside[column]
-            points[number, 2] = flat * tangent
-            points[number, 3] = intensity
-            faces[number] = face
-            number += 1
-            counts[channel] += 1
-    return counts
+    places = starts.copy()
+    channels = kept.shape[1]
+    for step in range(len(column_of)):
+        column = column_of[step]
+        for row in range(channels):
+            if kept[column, row]:
+                far = 1.0 / nearness[column, row]
+                if off.size:
+                    far += off[column, row]
+                number = places[row]
+                places[row] = number + 1
+                flat = far * levels[row, 0]
+                points[number, 0] = flat * ways[column, 0]
+                points[number, 1] = flat * ways[column, 1]
+                points[number, 2] = far * levels[row, 1]
+                points[number, 3] = intensity[column, row]
+                sources[number] = column * channels + row

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from carlette.errors import RequestError
 from carlette.geometry import Floats
 from carlette.sensors.base import Body, Moment, Sensor, Settings
-from carlette.sensors.frames import axes
+from carlette.sensors.faces import Indices, Singles
 from carlette.sensors.scene import Sweep
 
 MOST_CHANNELS = 1024
@@ -27,18 +27,30 @@ MOST_RAYS = 4_000_000
 """In one message; what a client asks for beyond that is not cast."""
 MOST_RANGE_M = 2000.0
 STEEPEST_DEG = 89.99
-_NO_CHANCES, _NO_NOISE = np.zeros((0, 0, 0), np.float32), np.zeros((0, 0), np.float32)
+_NOTHING: Singles = np.zeros((0, 0), np.float32)
 
 log = logging.getLogger(__name__)
+
+
+class Losses(NamedTuple):
+    """What becomes of the rays of a sweep on their way, (columns, channels) each."""
+
+    intensity: Singles
+    """Of what comes back."""
+    kept: NDArray[np.bool_]
+    off_m: Singles
+    """How much too long a distance is measured; empty = exact."""
 
 
 class Points(NamedTuple):
     """What the lasers met, channel after channel."""
 
-    rows: NDArray[np.float32]
+    rows: Singles
     """(n, 4): x, y, z in the sensor's frame, intensity."""
     faces: NDArray[np.int32]
     """(n,): which face of the scene."""
+    incidence: Singles
+    """(n,): cosine of the angle at which the ray meets it."""
     counts: NDArray[np.uint32]
     """Points of each channel."""
 
@@ -56,12 +68,10 @@ class Fan(Sensor):
         self._width_deg = settings.number("horizontal_fov", 0.1, 360.0)
         upper, lower = (settings.number(one, -90.0, 90.0) for one in ("upper_fov", "lower_fov"))
         lasers = np.clip(np.linspace(upper, lower, self._channels), -STEEPEST_DEG, STEEPEST_DEG)
-        tangents = np.tan(np.radians(lasers))
-        self._ascending = np.sort(tangents)
-        self._order = np.argsort(np.argsort(tangents, kind="stable"), kind="stable")
+        self._tangents = np.tan(np.radians(lasers))
         self._turned_deg = 0.0
         """How far the head has turned, 0 up to the width."""
-        self._warned = False
+        self._has_warned = False
 
     def pass_over(self, moment: Moment) -> None:
         self._turned_deg = math.fmod(self._turned_deg + self._step_deg(moment), self._width_deg)
@@ -70,43 +80,36 @@ class Fan(Sensor):
         """Sweeps over one tick's part of a turn."""
         steps = self._steps(moment)
         spread = self._turned_deg + self._step_deg(moment) / max(steps, 1) * np.arange(steps)
-        angles = np.radians(np.fmod(spread, self._width_deg) - self._width_deg / 2.0)
+        azimuths = np.radians(np.fmod(spread, self._width_deg) - self._width_deg / 2.0)
         self.pass_over(moment)
-        ascending = np.argsort(angles, kind="stable")
-        azimuths = angles[ascending]
-        place = np.empty(steps, np.int64)
-        place[ascending] = np.arange(steps)
-        sweep = moment.scene.sweep(moment.pose, azimuths, self._ascending[None, :], self.reach_m)
-        return self._packed(moment, sweep, place, azimuths)
+        columns, rows = np.argsort(azimuths, kind="stable"), np.argsort(self._tangents, kind="stable")
+        sweep = moment.scene.sweep(moment.pose, azimuths[columns], self._tangents[rows][None, :], self.reach_m)
+        return self._points(sweep, azimuths[columns], _inverse(columns), rows, self.losses(moment, sweep))
 
     def header(self, counts: NDArray[np.uint32]) -> bytes:
         """The head's angle (rad), the number of channels, and the points of each."""
         return struct.pack("<fI", math.radians(self._turned_deg), self._channels) + counts.tobytes()
 
-    def _packed(self, moment: Moment, sweep: Sweep, place: NDArray[np.int64], azimuths: Floats) -> Points:
-        from carlette.sensors.kernels import pack_points
+    def losses(self, moment: Moment, sweep: Sweep) -> Losses:
+        """What becomes of the rays on their way: here, nothing."""
+        del moment
+        return Losses(sweep.nearness, sweep.hit >= 0, _NOTHING)
 
-        lost = self.losses(moment, (self._channels, len(place)))
-        rows = np.empty((sweep.hit.size, 4), np.float32)
-        faces = np.empty(sweep.hit.size, np.int32)
-        counts = pack_points(
-            sweep.distance,
-            sweep.hit,
-            place,
-            self._order,
-            azimuths,
-            self._ascending,
-            *lost,
-            rows,
-            faces,
-        )
-        total = int(counts.sum())
-        return Points(rows[:total], faces[:total], counts)
+    def _points(self, sweep: Sweep, azimuths: Floats, column_of: Indices, rows: Indices, losses: Losses) -> Points:
+        """`azimuths` of the columns, the column of each step, and the channel of each row of tangents."""
+        from carlette.sensors.kernels import place_points
 
-    def losses(self, moment: Moment, shape: tuple[int, int]) -> tuple[Floats, NDArray[np.float32], NDArray[np.float32]]:
-        """What `kernels.pack_points` wants to know: nothing is lost here."""
-        del moment, shape
-        return np.zeros(5), _NO_CHANCES, _NO_NOISE
+        intensity, kept, off_m = losses
+        counts = np.zeros(self._channels, np.int64)
+        counts[rows] = np.count_nonzero(kept, axis=0)
+        starts = (np.cumsum(counts) - counts)[rows]
+        found, sources = np.empty((counts.sum(), 4), np.float32), np.empty(counts.sum(), np.int64)
+        lasers = np.arctan(self._tangents[rows])
+        ways, levels = (np.stack([np.cos(one), np.sin(one)], axis=1) for one in (azimuths, lasers))
+        place_points(sweep.nearness, kept, column_of, starts, ways, levels, off_m, intensity, found, sources)
+        faces = sweep.hit.ravel()[sources]
+        incidence = sweep.nearness.ravel()[sources] * sweep.gaps[faces]
+        return Points(found, faces, incidence, counts.astype(np.uint32))
 
     def _step_deg(self, moment: Moment) -> float:
         return self._turns_per_s * self._width_deg * moment.delta_s
@@ -114,14 +117,10 @@ class Fan(Sensor):
     def _steps(self, moment: Moment) -> int:
         wanted = math.floor(self._points_per_s * moment.delta_s / self._channels + 0.5)
         most = max(1, MOST_RAYS // self._channels)
-        if wanted > most and not self._warned:
-            self._warned = True
-            log.warning(
-                "LiDAR %d asks for %d rays in a tick; it gets %d",
-                moment.actor.id,
-                wanted * self._channels,
-                most * self._channels,
-            )
+        if wanted > most and not self._has_warned:
+            self._has_warned = True
+            asked, given = wanted * self._channels, most * self._channels
+            log.warning("LiDAR %d asks for %d rays in a tick; it gets %d", moment.actor.id, asked, given)
         return min(wanted, most)
 
 
@@ -132,13 +131,10 @@ class LidarSensor(Fan):
 
     def __init__(self, settings: Settings) -> None:
         super().__init__(settings)
-        general = settings.number("dropoff_general_rate", 0.0, 1.0)
-        limit = settings.number("dropoff_intensity_limit")
-        at_zero = settings.number("dropoff_zero_intensity", 0.0, 1.0)
-        attenuation = settings.number("atmosphere_attenuation_rate", 0.0)
-        slope = at_zero / limit if limit > 0.0 else 0.0
-        self._losses = np.array([general, attenuation, limit, slope, 1.0 - at_zero])
-        self._loses = general > 0.0 or (at_zero > 0.0 and limit > 0.0)
+        self._general = settings.number("dropoff_general_rate", 0.0, 1.0)
+        self._limit = settings.number("dropoff_intensity_limit")
+        self._at_zero = settings.number("dropoff_zero_intensity", 0.0, 1.0)
+        self._attenuation = settings.number("atmosphere_attenuation_rate", 0.0)
         self._noise_stddev = settings.number("noise_stddev", 0.0)
         self._random: np.random.Generator | None = None
 
@@ -146,14 +142,20 @@ class LidarSensor(Fan):
         points = self.look(moment)
         yield self.header(points.counts), points.rows.tobytes()
 
-    def losses(self, moment: Moment, shape: tuple[int, int]) -> tuple[Floats, NDArray[np.float32], NDArray[np.float32]]:
+    def losses(self, moment: Moment, sweep: Sweep) -> Losses:
         if self._random is None:
             self._random = np.random.default_rng(moment.actor.id)
-        chances = self._random.random((2, *shape), np.float32) if self._loses else _NO_CHANCES
-        noise = _NO_NOISE
+        random, shape = self._random, sweep.hit.shape
+        intensity = np.exp(np.float32(-self._attenuation) / sweep.nearness)
+        kept, off_m = sweep.hit >= 0, _NOTHING
+        if self._general > 0.0:
+            kept &= random.random(shape, np.float32) >= self._general
+        if self._at_zero > 0.0 and self._limit > 0.0:
+            chance = intensity * np.float32(self._at_zero / self._limit) + np.float32(1.0 - self._at_zero)
+            kept &= (intensity > self._limit) | (random.random(shape, np.float32) < chance)
         if self._noise_stddev > 0.0:
-            noise = self._random.standard_normal(shape, np.float32) * np.float32(self._noise_stddev)
-        return self._losses, chances, noise
+            off_m = random.standard_normal(shape, np.float32) * np.float32(self._noise_stddev)
+        return Losses(intensity, kept, off_m)
 
 
 class SemanticLidarSensor(Fan):
@@ -163,21 +165,27 @@ class SemanticLidarSensor(Fan):
 
     def measure(self, moment: Moment) -> Iterator[Body]:
         points = self.look(moment)
-        scene = moment.scene
-        count = len(points.rows)
-        rows = np.empty((count, 6), np.float32)
+        rows = np.empty((len(points.rows), 6), np.float32)
         rows[:, :3] = points.rows[:, :3]
-        normals = scene.face_normals[points.faces] @ axes(moment.pose.rotation)
-        length = np.maximum(np.linalg.norm(rows[:, :3], axis=1), 1e-6)
-        rows[:, 3] = -(normals * rows[:, :3]).sum(axis=1) / length
+        rows[:, 3] = points.incidence
         labels = rows.view(np.uint32)
-        labels[:, 4] = scene.face_actors[points.faces]
-        labels[:, 5] = scene.face_tags[points.faces]
+        labels[:, 4] = moment.scene.face_actors[points.faces]
+        labels[:, 5] = moment.scene.face_tags[points.faces]
         yield self.header(points.counts), rows.tobytes()
 
 
+def _inverse(order: Indices) -> Indices:
+    """Where each thing went that `order` has put in order."""
+    places = np.empty(len(order), np.int64)
+    places[order] = np.arange(len(order))
+    return places
+
+
 def require_kernels(type_id: str) -> None:
-    """Loads the compiled loops while the client waits for its sensor, not in the middle of a tick."""
+    """Loads the compiled loop while the client waits for its sensor, not in the middle of a tick.
+
+    Raises `RequestError` where numba is not installed.
+    """
     try:
         from carlette.sensors.warmth import warm_up
     except ImportError as error:

@@ -42,10 +42,10 @@ class RadarSensor(Sensor):
         altitudes = np.arctan2(ways[:, 2], np.hypot(ways[:, 0], ways[:, 1]))
         farthest = self._reach_m * float(length.max(initial=0.0))
         sweep = moment.scene.sweep(moment.pose, azimuths, np.tan(altitudes)[:, None], farthest)
-        depths, faces = sweep.distance[:, 0], sweep.hit[:, 0]
+        depths, faces = 1.0 / sweep.nearness[:, 0], sweep.hit[:, 0]
         met = (faces >= 0) & (depths <= self._reach_m * length)
         units = (ways[met] / length[met, None]) @ axes(moment.pose.rotation).T
-        speeds = ((moment.scene.face_velocities[faces[met]] - own) * units).sum(axis=1)
+        speeds = ((moment.scene.velocities(faces[met]) - own) * units).sum(axis=1)
         rows = np.stack([speeds, azimuths[met], altitudes[met], depths[met]], axis=1)
         yield (rows.astype(np.float32).tobytes(),)
 

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carlette.camera import tags
 from carlette.camera.mesh import EMPTY, Builder, Mesh
-from carlette.geometry import Floats, Pose, Rotation
-from carlette.sensors.faces import Faces, Indices, faces_of, static_faces
-from carlette.sensors.frames import axes
+from carlette.geometry import Floats, Pose
+from carlette.sensors.faces import Faces, Indices, Singles, faces_of, static_faces
+from carlette.sensors.frames import axes, many_axes
 from carlette.sensors.shapes import GREY, shape_of
 from carlette.world.actor import Actor, Kind
 from carlette.world.world import World
@@ -20,14 +20,15 @@ from carlette.world.world import World
 BODIES = (Kind.VEHICLE, Kind.WALKER, Kind.PROP, Kind.LIGHT)
 
 
-@dataclass(frozen=True)
-class Sweep:
+class Sweep(NamedTuple):
     """What a fan of rays met."""
 
-    distance: NDArray[np.float32]
-    """(columns, channels) metres; the reach where nothing was met."""
+    nearness: Singles
+    """(columns, channels): one through the distance in metres."""
     hit: NDArray[np.int32]
     """(columns, channels): which face; -1 = none."""
+    gaps: Singles
+    """(faces,) metres from the sensor to the plane of each face that was met."""
 
 
 class Cast:
@@ -37,6 +38,8 @@ class Cast:
         self._key: object = None
         self.actors: list[Actor] = []
         self.faces = faces_of([])
+        self.body_of = self.faces.body_of
+        """Which of `actors` each face belongs to."""
 
     def update(self, world: World) -> None:
         """Takes over whoever is in the world now."""
@@ -47,14 +50,10 @@ class Cast:
         self._key = key
         opened = _doors(world)
         shown = [(one, shape_of(one)) for one in world.actors.values() if one.kind in BODIES]
-        self.actors = [actor for actor, mesh in shown if len(mesh)]
-        self.faces = faces_of(
-            [
-                Mesh.join([mesh, opened[actor.row]]) if actor.row in opened else mesh
-                for actor, mesh in shown
-                if len(mesh)
-            ]
-        )
+        shown = [(actor, Mesh.join([mesh, opened.get(actor.row, EMPTY)])) for actor, mesh in shown if len(mesh)]
+        self.actors = [actor for actor, _ in shown]
+        self.faces = faces_of([mesh for _, mesh in shown])
+        self.body_of = self.faces.body_of
 
 
 class Scene:
@@ -83,8 +82,7 @@ class Scene:
     @cached_property
     def turns(self) -> Floats:
         """How they are turned, (b, 3, 3): from their frames to the world's."""
-        rotations = self.world.bodies.rotation[[one.row for one in self.cast.actors]].reshape(-1, 3)
-        return np.array([axes(Rotation(*one)) for one in rotations.tolist()]).reshape(-1, 3, 3)
+        return many_axes(self.world.bodies.rotation[[one.row for one in self.cast.actors]].reshape(-1, 3))
 
     def sweep(self, pose: Pose, azimuths: Floats, tangents: Floats, reach_m: float) -> Sweep:
         """Casts a ray for each azimuth (rad, ascending, -π to π) and each tangent of an elevation (ascending).
@@ -94,7 +92,11 @@ class Scene:
         from carlette.sensors.kernels import scan  # numba is loaded when the first such sensor works
 
         shape = (len(azimuths), tangents.shape[1])
-        result = Sweep(np.full(shape, reach_m, np.float32), np.full(shape, -1, np.int32))
+        result = Sweep(
+            np.full(shape, 1.0 / max(reach_m, 1e-6), np.float32),
+            np.full(shape, -1, np.int32),
+            np.empty(len(self.static.tags) + len(self.cast.faces.tags), np.float32),
+        )
         origin, frame = np.array(pose.location), axes(pose.rotation)
         near = self._near(self.static, origin, self.static.centers, reach_m)
         still = (np.broadcast_to(frame.T, (len(near), 3, 3)), np.broadcast_to(-frame.T @ origin, (len(near), 3)))
@@ -115,8 +117,7 @@ class Scene:
                 tangents,
                 reach_m,
                 base,
-                result.distance,
-                result.hit,
+                *result,
             )
         return result
 
@@ -129,27 +130,23 @@ class Scene:
 
     @cached_property
     def face_tags(self) -> NDArray[np.uint32]:
-        """The semantic tag of each face that `Sweep.hit` can name."""
+        """The semantic tag of each face that `Sweep.hit` can name (`CityObjectLabel`)."""
         return np.concatenate([self.static.tags, self.cast.faces.tags]).astype(np.uint32)
 
     @cached_property
     def face_actors(self) -> NDArray[np.uint32]:
         """The id of the actor whose face it is; 0 = none."""
         ids = np.array([one.id for one in self.cast.actors], np.uint32)
-        return np.concatenate([np.zeros(len(self.static.tags), np.uint32), ids[self.cast.faces.body_of]])
+        return np.concatenate([np.zeros(len(self.static.tags), np.uint32), ids[self.cast.body_of]])
 
-    @cached_property
-    def face_velocities(self) -> Floats:
-        """How fast the actor is whose face it is, (n, 3) m/s, world frame."""
-        speeds = self.world.bodies.velocity[[one.row for one in self.cast.actors]].reshape(-1, 3)
-        return np.concatenate([np.zeros((len(self.static.tags), 3)), speeds[self.cast.faces.body_of]])
-
-    @cached_property
-    def face_normals(self) -> Floats:
-        """The outward normal of each face, (n, 3), world frame."""
-        faces = self.cast.faces
-        turned = np.einsum("nij,nj->ni", self.turns[faces.body_of], faces.normals)
-        return np.concatenate([self.static.normals, turned])
+    def velocities(self, faces: NDArray[np.int32]) -> Floats:
+        """How fast the actors are whose faces were met, (n, 3) m/s, world frame."""
+        found = np.zeros((len(faces), 3))
+        moving = faces >= len(self.static.tags)
+        rows = np.array([one.row for one in self.cast.actors], np.int64)
+        bodies = self.cast.body_of[faces[moving] - len(self.static.tags)]
+        found[moving] = self.world.bodies.velocity[rows[bodies]]
+        return found
 
 
 def _doors(world: World) -> dict[int, Mesh]:

@@ -6,18 +6,16 @@ from functools import lru_cache
 
 import numpy as np
 
-from carlette.sensors.kernels import pack_points, scan
+from carlette.sensors.kernels import place_points, scan
 
 
 @lru_cache(maxsize=1)
 def warm_up() -> None:
     """Casts one ray at one wall; after that, no call compiles anything."""
-    corners = np.array([[(5, -1, -1), (5, -1, 1), (5, 1, 1), (5, 1, -1)]], np.float32)
-    azimuths, tangents = np.zeros(1), np.zeros((1, 1))
-    distance, hit = np.full((1, 1), 10.0, np.float32), np.full((1, 1), -1, np.int32)
-    spans = np.array([[0, 1]])
-    scan(corners, spans, np.eye(3)[None], np.zeros((1, 3)), azimuths, tangents, 10.0, 0, distance, hit)
-    points, faces = np.empty((1, 4), np.float32), np.empty(1, np.int32)
-    chances, noise = np.zeros((0, 0, 0), np.float32), np.zeros((0, 0), np.float32)
-    zeros = np.zeros(1, np.int64)
-    pack_points(distance, hit, zeros, zeros, azimuths, tangents[0], np.zeros(5), chances, noise, points, faces)
+    wall = np.array([[(5, -1, -1), (5, -1, 1), (5, 1, 1), (5, 1, -1)]], np.float32)
+    nearness, hit, gaps = np.full((1, 1), 0.1, np.float32), np.full((1, 1), -1, np.int32), np.zeros(1, np.float32)
+    body = (wall, np.array([[0, 1]]), np.eye(3)[None], np.zeros((1, 3)))
+    scan(*body, np.zeros(1), np.zeros((1, 1)), 10.0, 0, nearness, hit, gaps)
+    kept, start, flat = np.ones((1, 1), bool), np.zeros(1, np.int64), np.ones((1, 2))
+    points, sources = np.empty((1, 4), np.float32), np.empty(1, np.int64)
+    place_points(nearness, kept, start, start, flat, flat, np.zeros((0, 0), np.float32), nearness, points, sources)
