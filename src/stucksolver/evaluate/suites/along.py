@@ -33,6 +33,8 @@ class Along:
     """Free lane after the trigger."""
     before_m: int = 28
     """From the route's start to the trigger, on the same road."""
+    behind_m: int = 0
+    """More of the lane before the route's start."""
     direct: bool = True
     """Whether the stretch must be straight."""
 
@@ -41,7 +43,7 @@ def sites(need: Along, town: Town) -> Iterator[Site]:
     """All places of a map that fit, one every 20 m of each lane."""
     for lane in town.lanes:
         last = len(lane) - need.after_m - _MARGIN_M
-        for start in range(need.before_m + _MARGIN_M, last + 1, _STEP_M):
+        for start in range(need.behind_m + need.before_m + _MARGIN_M, last + 1, _STEP_M):
             stretch = lane[start : start + need.after_m]
             if need.direct and bend_deg(stretch) > _STRAIGHT_DEG:
                 continue
@@ -125,7 +127,7 @@ NEEDS: Mapping[str, Along] = {
     "ParkedObstacleTwoWays": Along(_two_ways, 150),
     "ParkingCrossingPedestrian": Along(_parking, 125),
     "ParkingCutIn": Along(_parking, 125),
-    "ParkingExit": Along(_parking, 150, before_m=0),
+    "ParkingExit": Along(_parking, 150, before_m=0, behind_m=20),
     "StaticCutIn": Along(_right_lane, 185),
     "VehicleOpensDoorTwoWays": Along(_two_ways_with_parking, 150),
     "YieldToEmergencyVehicle": Along(_several_lanes, 180, before_m=45, direct=False),
