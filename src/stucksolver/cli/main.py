@@ -10,7 +10,10 @@ from pathlib import Path
 
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.evaluate import add_evaluate, run_evaluate
+from stucksolver.cli.ladder import add_ladder, run_ladder
+from stucksolver.cli.replay import add_replay, run_replay
 from stucksolver.cli.score import add_compare, add_score, run_compare, run_score
+from stucksolver.cli.watch import add_watch, run_watch
 
 SUPPORTED = "Python 3.10, 3.11 or 3.12 on Linux x86-64"
 
@@ -56,6 +59,9 @@ def _parser() -> argparse.ArgumentParser:
     add_evaluate(commands).set_defaults(run=_evaluate)
     add_score(commands).set_defaults(run=run_score)
     add_compare(commands).set_defaults(run=run_compare)
+    add_watch(commands).set_defaults(run=_watch)
+    add_replay(commands).set_defaults(run=run_replay)
+    add_ladder(commands).set_defaults(run=run_ladder)
     return parser
 
 
@@ -69,6 +75,11 @@ def _demo(options: argparse.Namespace) -> int:
 def _evaluate(options: argparse.Namespace) -> int:
     _require_client()
     return run_evaluate(options)
+
+
+def _watch(options: argparse.Namespace) -> int:
+    _require_client()
+    return run_watch(options)
 
 
 def _require_client() -> None:

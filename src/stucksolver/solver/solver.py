@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from stucksolver.decision import CONTINUE, Directive
-from stucksolver.detect import Trigger
+from stucksolver.detect import DetectorSettings, Trigger
 from stucksolver.ladder.moves import Person
 from stucksolver.scene import Status, Surroundings
 from stucksolver.solver.deliberation import Deliberation
@@ -37,6 +37,11 @@ class StuckSolver(Deliberation):
         directive = self._attend(status, trigger, surroundings)
         self._engaged = trigger is not None or self._open or self._progress.on or self._busy
         return directive
+
+    @property
+    def detector_settings(self) -> DetectorSettings:
+        """What counts as immobilized."""
+        return self._detector.settings
 
     def guide(self, text: str) -> None:
         """Take a passenger's words, at any time; they count from the next step on. Longer than 500 is cut."""

@@ -1,0 +1,44 @@
+"""`stucksolver ladder`: shows or checks a ladder."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from stucksolver.cli.errors import UsageError
+from stucksolver.ladder import PROFILES, Ladder, LadderError, find_ladder, profile_text
+
+
+def add_ladder(commands: Any) -> argparse.ArgumentParser:
+    """Register the command."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        "ladder", help="print a ladder that ships, to start from, or check one of your own"
+    )
+    parser.add_argument("ladder", nargs="?", default="default", help=f"{', '.join(PROFILES)} or a file")
+    return parser
+
+
+def run_ladder(options: argparse.Namespace) -> int:
+    """Print a profile's file, or what a file says. Raises `UsageError`."""
+    if options.ladder in PROFILES:
+        print(profile_text(options.ladder), end="")
+        return 0
+    ladder = chosen_ladder(options.ladder)
+    print(f"{options.ladder}: ladder {ladder.name!r} is in order")
+    for number, rung in enumerate(ladder.rungs, 1):
+        values = ", ".join(f"{k} {_plain(v)}" for k, v in rung.model_dump(mode="json").items() if k != "kind")
+        print(f"{number}. {rung.kind}: {rung.summary}" + (f" ({values})" if values else ""))
+    return 0
+
+
+def chosen_ladder(text: str) -> Ladder:
+    """What `--ladder` names. Raises `UsageError`."""
+    try:
+        return find_ladder(text if text in PROFILES else Path(text))
+    except LadderError as error:
+        raise UsageError(str(error)) from error
+
+
+def _plain(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value).lower()

@@ -1,0 +1,90 @@
+"""`stucksolver watch`: looks on while somebody else drives."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from stucksolver.cli.errors import UsageError
+from stucksolver.cli.ladder import chosen_ladder
+
+SHOW_EVERY_S = 0.5
+
+
+def add_watch(commands: Any) -> argparse.ArgumentParser:
+    """Register the command."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        "watch", help="observe a running car in CARLA or carlette: detect, reason, check and record, never act"
+    )
+    parser.add_argument("--host", default="127.0.0.1", help="of the server (default: %(default)s)")
+    parser.add_argument("--port", type=int, default=2000, help="of the server (default: %(default)s)")
+    parser.add_argument("--role", default="hero", help="role name of the car (default: %(default)s)")
+    parser.add_argument("--out", type=Path, help="folder for the records; without it nothing is written")
+    parser.add_argument("--ladder", default="default", help="a profile or a file (default: %(default)s)")
+    parser.add_argument("--seconds", type=float, help="end after this much wall time (default: until Ctrl-C)")
+    return parser
+
+
+def run_watch(options: argparse.Namespace) -> int:
+    """Look on until told to end. Raises `UsageError`."""
+    import carla
+
+    from stucksolver.evaluate.files import OutputError, require_writable
+    from stucksolver.evaluate.server import ServerError, check_versions, remote_server
+    from stucksolver.stacks.observer import NoSuchCar, Watching
+
+    ladder = chosen_ladder(options.ladder)
+    try:
+        if options.out is not None:
+            require_writable(options.out)
+        remote_server(options.host, options.port)
+        client = carla.Client(options.host, options.port)
+        client.set_timeout(10.0)
+        check_versions(client)
+        watching = Watching(client.get_world(), options.role, ladder, options.out, lambda event: None)
+    except (ServerError, NoSuchCar, OutputError) as error:
+        raise UsageError(str(error)) from error
+    line, until = _Line(), None if options.seconds is None else time.monotonic() + options.seconds
+    try:
+        with contextlib.suppress(KeyboardInterrupt):
+            while until is None or time.monotonic() < until:
+                status = watching.look()
+                line.show(f"{status.time_s:8.1f} s  {status.speed_mps:5.1f} m/s  ", watching.state)
+    except NoSuchCar as error:
+        line.end()
+        raise UsageError(str(error)) from error
+    finally:
+        watching.close()
+    line.end()
+    print(f"{watching.interventions} times stuck", *(f"record: {path}" for path in watching.files), sep="\n")
+    return 0
+
+
+class _Line:
+    """On a terminal one line in place, elsewhere a line whenever the state changes."""
+
+    def __init__(self) -> None:
+        self._shown_s = 0.0
+        self._state = ""
+        self._width = 0
+
+    def show(self, figures: str, state: str) -> None:
+        if not sys.stderr.isatty():
+            if state != self._state:
+                self._state = state
+                print(figures + state, file=sys.stderr, flush=True)
+            return
+        if time.monotonic() - self._shown_s < SHOW_EVERY_S:
+            return
+        self._shown_s = time.monotonic()
+        text = (figures + state)[:118]
+        print("\r" + text.ljust(self._width), end="", file=sys.stderr, flush=True)
+        self._width = len(text)
+
+    def end(self) -> None:
+        if self._width:
+            print(file=sys.stderr)

@@ -1,0 +1,103 @@
+"""Watches a running car: detects, reasons, checks, records. It never acts, ticks, or changes a setting."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from stucksolver.ladder import Ladder
+from stucksolver.record import Recorder
+from stucksolver.scene import Status
+from stucksolver.solver import Event, EventKind, StuckSolver
+from stucksolver.stacks.observer.observed import ObservedStack
+
+TICK_LIMIT_S = 10.0
+"""A world that does not go on for so long stands still."""
+
+
+class NoSuchCar(RuntimeError):
+    """The car to be watched is not there, or not any more; the message says what is."""
+
+
+def find_car(world: Any, role: str) -> Any:
+    """The vehicle with a role name. Raises `NoSuchCar`."""
+    cars = list(world.get_actors().filter("vehicle.*"))
+    found = [car for car in cars if car.attributes.get("role_name") == role]
+    if not found:
+        roles = sorted({car.attributes.get("role_name", "") for car in cars} - {""})
+        there = f"there are: {', '.join(roles)}" if roles else "there are no vehicles"
+        raise NoSuchCar(f"no vehicle has the role {role!r}; {there}: see --role")
+    return found[0]
+
+
+class Watching:
+    """One car under observation. Call `look` again and again; it waits for the next tick of somebody else."""
+
+    def __init__(self, world: Any, role: str, ladder: Ladder, out: Path | None, heard: Callable[[Event], None]) -> None:
+        self._world = world
+        self._car = find_car(world, role)
+        self._stack = ObservedStack(self._car)
+        self._recorder = None if out is None else Recorder(out)
+        self._heard = heard
+        self.solver = StuckSolver(
+            self._stack.scene,
+            ladder=ladder,
+            clock="wall",
+            on_event=self._hear,
+            record=self._recorder,
+            observe_only=True,
+        )
+        self.state = "driving"
+        self.interventions = 0
+        self._decided: str | None = None
+
+    def look(self) -> Status:
+        """One tick. Raises `NoSuchCar` when the car is gone or the world stands still."""
+        try:
+            self._world.wait_for_tick(TICK_LIMIT_S)
+        except RuntimeError as error:
+            raise NoSuchCar(
+                f"the world has not gone on for {TICK_LIMIT_S:g} s, or its server is gone: {error}"
+            ) from error
+        if not self._car.is_alive:
+            raise NoSuchCar("the watched car is gone")
+        status = self._stack.status()
+        self.solver.step(status, self._stack.surroundings)
+        if status.speed_mps > self._moving_mps:
+            self.state = "driving"
+        elif self._decided is not None:
+            self.state = self._decided
+        return status
+
+    @property
+    def files(self) -> list[Path]:
+        """The records begun so far."""
+        return [] if self._recorder is None else self._recorder.files
+
+    def close(self) -> None:
+        self.solver.close()
+        if self._recorder is not None:
+            self._recorder.close()
+
+    @property
+    def _moving_mps(self) -> float:
+        return self.solver.detector_settings.v_min_mps
+
+    def _hear(self, event: Event) -> None:
+        if event.intervention is not None:
+            self.interventions = max(self.interventions, event.intervention)
+        if event.kind is EventKind.DECIDED and event.decision is not None:
+            self._decided = _in_words(event)
+        elif event.kind is EventKind.CLOSED or event.kind is EventKind.CANCELLED:
+            self._decided = None
+        self._heard(event)
+
+
+def _in_words(event: Event) -> str:
+    """A decision with its verdict, in a line."""
+    if event.waiting:
+        return f"waiting is right: {event.text}"
+    if event.verdict is None:
+        return f"stuck; no plan: {event.text}"
+    return f"stuck; would {event.text}: {event.verdict}"
