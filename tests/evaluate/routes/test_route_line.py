@@ -1,0 +1,64 @@
+"""A route laid on a map, without a server."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+carla = pytest.importorskip("carla")
+
+from carlette.maps import DEMO_TOWN  # noqa: E402
+from stucksolver.evaluate.routes import Position  # noqa: E402
+from stucksolver.evaluate.routes.line import RouteLine  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def line() -> RouteLine:
+    town = carla.Map("demo_town", DEMO_TOWN.read_text(encoding="utf-8"))
+    here = min((w for w, _ in town.get_topology() if not w.is_junction), key=lambda w: (w.road_id, w.lane_id))
+    places = [here]
+    for _ in range(2):
+        places.append(_onward(places[-1], 80))
+    return RouteLine.trace(town, [_position(w) for w in places])
+
+
+def _onward(waypoint: Any, steps: int) -> Any:
+    for _ in range(steps):
+        waypoint = waypoint.next(1.0)[0]
+    return waypoint
+
+
+def _position(waypoint: Any) -> Position:
+    place = waypoint.transform.location
+    return Position(place.x, place.y, place.z)
+
+
+def test_points_lie_about_a_metre_apart_and_arc_lengths_grow(line: RouteLine) -> None:
+    steps = np.diff(line.s_m)
+    assert steps.min() > 0.2 and steps.max() < 2.1
+    assert line.length_m == pytest.approx(160.0, rel=0.05)
+    assert len(line.waypoints) == len(line.s_m) == len(line.commands) == len(line.points)
+
+
+def test_a_place_is_found_again_at_its_arc_length(line: RouteLine) -> None:
+    for index in range(0, len(line.waypoints), 7):
+        place = line.waypoints[index].transform.location
+        assert line.project(place, max(index - 5, 0)) == index == line.index_at(float(line.s_m[index]))
+
+
+def test_a_jump_is_followed(line: RouteLine) -> None:
+    last = len(line.waypoints) - 1
+    assert line.project(line.waypoints[last].transform.location, 0) == last
+
+
+def test_beyond_its_ends_the_ends_are_meant(line: RouteLine) -> None:
+    assert line.at(-5.0) is line.waypoints[0]
+    assert line.at(1e6) is line.waypoints[-1]
+
+
+def test_headings_point_along_the_line(line: RouteLine) -> None:
+    for k, (a, b) in enumerate(pairwise(line.xyz)):
+        assert (b - a) @ line.forward[k] > 0.0
