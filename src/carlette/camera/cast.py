@@ -19,7 +19,6 @@ from carlette.camera.props import prop_mesh
 from carlette.camera.vehicles import vehicle_mesh
 from carlette.camera.view import matrix_of
 from carlette.geometry import Box, Floats, Pose, Rotation, Vector
-from carlette.physics.doors import STOP_ARM
 from carlette.world.actor import Actor, Kind
 from carlette.world.skeleton import bones
 from carlette.world.world import World
@@ -58,7 +57,9 @@ def contains(world: World, actor: Actor, point: Vector, margin_m: float = 0.05) 
 def _open_doors(world: World) -> dict[int, list[tuple[int, float]]]:
     """Doors that are not shut, by the row of their vehicle: number and swing (0 to 1)."""
     found: dict[int, list[tuple[int, float]]] = {}
-    for row, door, swing in zip(world.doors.row.tolist(), world.doors.door.tolist(), world.doors.swing.tolist(), strict=True):
+    for row, door, swing in zip(
+        world.doors.row.tolist(), world.doors.door.tolist(), world.doors.swing.tolist(), strict=True
+    ):
         found.setdefault(row, []).append((door, round(swing * SWING_STEPS) / SWING_STEPS))
     return found
 
@@ -75,7 +76,7 @@ def _vehicle(
         return Part(mesh, matrix, actor.id, tag, radius, is_shade, adds)
 
     if model.is_two_wheeler:
-        way = matrix[:2, 0] @ matrix[:2, 3]
+        way = float(matrix[:2, 0] @ matrix[:2, 3])
         turn = round((way / 2.2) % 1.0 * GAIT_STEPS) / GAIT_STEPS
         yield part(_cycle(actor.type_id, actor.box, model.wheelbase_m, color, turn, model.base_type == "motorcycle"))
         yield from _shadows(actor, pose, light)
@@ -118,9 +119,11 @@ def _walker(world: World, actor: Actor, pose: Pose, light: Light) -> Iterator[Pa
 def _joints(actor: Actor) -> tuple[tuple[str, float, float, float], ...]:
     """Joints in the actor's frame, without the rig's prefix; hashable."""
     found = bones(Pose(), actor.box.extent.z, actor.posed, actor.blend)
-    return tuple(
-        (one.name.removeprefix("crl_"), *(round(value, 3) for value in one.component.location)) for one in found
-    )
+    joints = []
+    for one in found:
+        x, y, z = one.component.location
+        joints.append((one.name.removeprefix("crl_"), round(x, 3), round(y, 3), round(z, 3)))
+    return tuple(joints)
 
 
 def _prop(actor: Actor, pose: Pose, light: Light) -> Iterator[Part]:
@@ -150,15 +153,19 @@ def _shadows(actor: Actor, pose: Pose, light: Light) -> Iterator[Part]:
 
 
 @lru_cache(maxsize=1024)
-def _shadow(
-    box: Box, low: float, heading_deg: float, sun: tuple[float, float, float] | None, strength: float
-) -> Mesh:
+def _shadow(box: Box, low: float, heading_deg: float, sun: tuple[float, float, float] | None, strength: float) -> Mesh:
     builder = Builder()
     (cx, cy, _), (hx, hy, hz) = box.center, box.extent
-    for grow, alpha in ((0.16, 50), (-0.02, 90)):
-        a, b = hx + grow * min(1.0, 2 * hx), hy + grow * min(1.0, 2 * hy)
-        ring: list[Point] = [(cx + a * i, cy + b * j, low + 0.035) for i, j in _RING]
-        builder.face(ring, (0, 0, 0), (0, 0, 1.0), glow=True, alpha=alpha)
+    up: Point = (0.0, 0.0, 1.0)
+    grow = 0.35 * min(1.0, 2 * min(hx, hy))
+    inner, outer = (
+        [(cx + a * i, cy + b * j, low + 0.035) for i, j in _RING]
+        for a, b in ((hx * 0.96, hy * 0.96), (hx + grow, hy + grow))
+    )
+    builder.face(inner, (0, 0, 0), up, glow=True, alpha=140)
+    for k in range(4):
+        n = (k + 1) % 4
+        builder.glowing([inner[k], inner[n], outer[n], outer[k]], (0, 0, 0), up, [140, 140, 0, 0])
     if sun is not None:
         turn = math.radians(-heading_deg)
         x, y = sun[0] * math.cos(turn) - sun[1] * math.sin(turn), sun[0] * math.sin(turn) + sun[1] * math.cos(turn)
@@ -218,7 +225,7 @@ _lights = lru_cache(maxsize=512)(trafficlights.lamps_mesh)
 def _door(type_id: str, box: Box, door: int, swing: float, color: Color) -> Mesh:
     if door in (4, 5):
         return openings.lid_mesh(type_id, box, door, color)
-    return openings.door_mesh(type_id, box, door, swing if door != STOP_ARM else swing, color)
+    return openings.door_mesh(type_id, box, door, swing, color)
 
 
 @lru_cache(maxsize=256)

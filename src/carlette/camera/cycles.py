@@ -42,7 +42,10 @@ def _wheel(builder: Builder, center: Point, radius: float, width: float) -> None
                 for r, t in ((radius, a), (radius, b), (radius * 0.84, b), (radius * 0.84, a))
             ]
             builder.face(ring, RUBBER, (0.0, side, 0.0))
-        tread = [(x + radius * math.cos(t), y + w, z + radius * math.sin(t)) for t, w in ((a, width / 2), (b, width / 2), (b, -width / 2), (a, -width / 2))]
+        tread = [
+            (x + radius * math.cos(t), y + w, z + radius * math.sin(t))
+            for t, w in ((a, width / 2), (b, width / 2), (b, -width / 2), (a, -width / 2))
+        ]
         builder.face(tread, RUBBER, (math.cos(a), 0.0, math.sin(a)))
     for turn in turns[::2]:
         tip = (x + radius * 0.85 * math.cos(turn), y, z + radius * 0.85 * math.sin(turn))
@@ -71,12 +74,24 @@ def _motor_body(builder: Builder, type_id: str, box: Box, wheels: tuple[float, f
     scooter, cruiser = "vespa" in type_id, "harley" in type_id
     seat_z = 0.74 if cruiser else 0.80
     if scooter:
-        builder.loft(((x - reach - 0.2, 0.32, 0.66, 0.14, 0.1), (x - reach + 0.1, 0.25, 0.76, 0.22, 0.16), (x + 0.02, 0.25, 0.74, 0.18, 0.14)), color, y)
+        builder.loft(
+            (
+                (x - reach - 0.2, 0.32, 0.66, 0.14, 0.1),
+                (x - reach + 0.1, 0.25, 0.76, 0.22, 0.16),
+                (x + 0.02, 0.25, 0.74, 0.18, 0.14),
+            ),
+            color,
+            y,
+        )
         builder.loft(((x, 0.24, 0.32, 0.2, 0.2), (x + 0.34, 0.24, 0.32, 0.2, 0.2)), color, y)
         builder.loft(((x + 0.32, 0.3, 0.95, 0.24, 0.16), (x + 0.42, 0.3, 0.98, 0.22, 0.14)), color, y)
     else:
         builder.box((x - 0.02, y, 0.46), (0.52, 0.32, 0.34), (70, 72, 76))
-        builder.loft(((x - 0.08, 0.68, 0.82, 0.12, 0.08), (x + 0.16, 0.66, 0.94, 0.17, 0.12), (x + 0.42, 0.64, 0.86, 0.14, 0.1)), color, y)
+        builder.loft(
+            ((x - 0.08, 0.68, 0.82, 0.12, 0.08), (x + 0.16, 0.66, 0.94, 0.17, 0.12), (x + 0.42, 0.64, 0.86, 0.14, 0.1)),
+            color,
+            y,
+        )
         builder.loft(((x - reach - 0.22, 0.72, 0.86, 0.06, 0.06), (x - 0.1, 0.62, 0.80, 0.12, 0.12)), color, y)
         if not cruiser:
             builder.loft(((x + 0.3, 0.42, 0.98, 0.2, 0.12), (x + reach - 0.02, 0.56, 0.92, 0.14, 0.08)), color, y)
@@ -93,7 +108,9 @@ def _motor_body(builder: Builder, type_id: str, box: Box, wheels: tuple[float, f
     return (x - 0.28, y, seat_z + 0.06)
 
 
-def _rider(builder: Builder, type_id: str, box: Box, place: tuple[Point, float, float], pedal: float, *, motor: bool) -> None:
+def _rider(
+    builder: Builder, type_id: str, box: Box, place: tuple[Point, float, float], pedal: float, *, motor: bool
+) -> None:
     """Sits on the saddle, hands on the bar, feet on pedals or rests."""
     (sx, y, sz), reach, top = place
     h = 1.72
@@ -120,5 +137,7 @@ def _rider(builder: Builder, type_id: str, box: Box, place: tuple[Point, float, 
                    f"foreArm__{side}": elbow, f"hand__{side}": hand}  # fmt: skip
     look = clothes_of(type_id, "male", "rider")
     helmet: Color = (30, 30, 34) if motor else (236, 236, 240)
-    dressed = Clothes(look.skin, helmet, (46, 46, 52) if motor else TOPS[len(type_id) % len(TOPS)], look.trousers, hat=helmet)
+    dressed = Clothes(
+        look.skin, helmet, (46, 46, 52) if motor else TOPS[len(type_id) % len(TOPS)], look.trousers, hat=helmet
+    )
     builder.add(person(joints, h, dressed))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,7 +15,8 @@ from carlette.camera.signs import stop_face
 SKINS: tuple[Color, ...] = ((236, 196, 168), (214, 166, 130), (170, 122, 90), (116, 80, 58))
 HAIRS: tuple[Color, ...] = ((44, 34, 28), (88, 62, 42), (190, 156, 96), (120, 116, 112), (140, 70, 40))
 TOPS: tuple[Color, ...] = (
-    (196, 50, 46), (46, 92, 170), (236, 236, 232), (60, 128, 76), (240, 190, 60), (128, 70, 140), (70, 74, 84), (226, 120, 40),
+    (196, 50, 46), (46, 92, 170), (236, 236, 232), (60, 128, 76), (240, 190, 60), (128, 70, 140), (70, 74, 84),
+    (226, 120, 40),
 )  # fmt: skip
 TROUSERS: tuple[Color, ...] = ((40, 52, 84), (60, 60, 66), (116, 98, 76), (28, 28, 32), (90, 100, 120))
 SHOES: Color = (34, 30, 30)
@@ -95,18 +97,37 @@ def _torso(builder: Builder, hips: Point, neck: Point, width: float, h: float, c
 def _head(builder: Builder, head: Point, h: float, clothes: Clothes) -> None:
     size = 0.066 * h if h > 1.4 else 0.085 * h
     x, y, z = head[0] + 0.01 * h, head[1], head[2] + 0.035 * h
-    builder.cylinder((x - 0.01, y, head[2] - 0.07 * h), (x - 0.01, y, z - 0.4 * size), 0.032 * h, shade(clothes.skin, 0.85), sides=6)
+    builder.cylinder(
+        (x - 0.01, y, head[2] - 0.07 * h), (x - 0.01, y, z - 0.4 * size), 0.032 * h, shade(clothes.skin, 0.85), sides=6
+    )
     rings = ((-1.0, 0.62), (-0.35, 0.98), (0.45, 1.0), (1.05, 0.62))
-    for (low, r0), (high, r1) in zip(rings, rings[1:], strict=False):
-        builder.cylinder((x, y, z + low * size), (x, y, z + high * size), r0 * size, clothes.skin, sides=8, tip=r1 * size)
+    for (low, r0), (high, r1) in itertools.pairwise(rings):
+        builder.cylinder(
+            (x, y, z + low * size), (x, y, z + high * size), r0 * size, clothes.skin, sides=8, tip=r1 * size
+        )
     for side in (0.36, -0.36):
-        builder.plate((x + 0.97 * size, y + side * size, z + 0.15 * size), (0.22 * size, 0.16 * size), (1.0, 0, 0), (30, 26, 26))
+        builder.plate(
+            (x + 0.97 * size, y + side * size, z + 0.15 * size), (0.22 * size, 0.16 * size), (1.0, 0, 0), (30, 26, 26)
+        )
     cover = clothes.hat or clothes.hair
-    builder.cylinder((x - 0.12 * size, y, z + 0.42 * size), (x - 0.12 * size, y, z + 1.22 * size), 1.1 * size, cover, sides=8, tip=0.66 * size)
+    builder.cylinder(
+        (x - 0.12 * size, y, z + 0.42 * size),
+        (x - 0.12 * size, y, z + 1.22 * size),
+        1.1 * size,
+        cover,
+        sides=8,
+        tip=0.66 * size,
+    )
     if clothes.hat:
-        builder.cylinder((x + 0.1 * size, y, z + 0.42 * size), (x + 0.1 * size, y, z + 0.52 * size), 1.36 * size, cover, sides=8)
+        builder.cylinder(
+            (x + 0.1 * size, y, z + 0.42 * size), (x + 0.1 * size, y, z + 0.52 * size), 1.36 * size, cover, sides=8
+        )
     else:
-        builder.box((x - 0.68 * size, y, z - (0.5 if clothes.long_hair else 0.0) * size), (0.75 * size, 1.9 * size, (2.3 if clothes.long_hair else 1.2) * size), clothes.hair)
+        builder.box(
+            (x - 0.68 * size, y, z - (0.5 if clothes.long_hair else 0.0) * size),
+            (0.75 * size, 1.9 * size, (2.3 if clothes.long_hair else 1.2) * size),
+            clothes.hair,
+        )
 
 
 def _paddle(builder: Builder, hand: Point, h: float, word: str) -> None:
@@ -117,7 +138,6 @@ def _paddle(builder: Builder, hand: Point, h: float, word: str) -> None:
     if word == "stop":
         stop_face(builder, middle, 0.32)
         return
-    builder.cylinder((x - 0.005, y, z + 0.72), (x + 0.005, y, z + 0.72), 0.34, (250, 132, 10), sides=4)
     points = [(x + 0.02, y + a * 0.36, z + 0.72 + b * 0.36) for a, b in ((1, 0), (0, 1), (-1, 0), (0, -1))]
     builder.face(points, (255, 140, 10), (1.0, 0, 0))
     builder.face([(x - 0.02, p[1], p[2]) for p in points], (255, 140, 10), (-1.0, 0, 0))

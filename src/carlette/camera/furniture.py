@@ -26,11 +26,8 @@ BEYOND_BOX_M = 1.7
 
 def crosswalks(network: RoadNetwork) -> list[Mesh]:
     """Zebra bars of all crosswalks."""
-    made = []
-    for ring in _rings(network.map.get_crosswalks()):
-        if len(ring) >= 4:
-            made.append(quads(_bars(ring[:4]), WHITE, tags.ROAD_LINE))
-    return made
+    rings = _rings(network.map.get_crosswalks())
+    return [quads(_bars(ring[:4]), WHITE, tags.ROAD_LINE) for ring in rings if len(ring) >= 4]
 
 
 def stop_lines(signals: list[Signal]) -> list[Mesh]:
@@ -126,7 +123,8 @@ def _beside(road: Road, s: float, t: float) -> tuple[Floats, float]:
 
 def _rings(places: list[Any]) -> list[Floats]:
     """Closed polygons from a flat list in which each ends where it began."""
-    rings, current = [], []
+    rings: list[Floats] = []
+    current: list[tuple[float, float, float]] = []
     for place in places:
         point = (place.x, place.y, place.z)
         if current and math.dist(point, current[0]) < 1e-3:
@@ -144,9 +142,13 @@ def _bars(ring: Floats) -> Floats:
     a, b, c, d = ring
     long_m = float(np.linalg.norm(b - a))
     count = max(1, int((long_m + BAR_GAP_M) / (BAR_M + BAR_GAP_M)))
-    starts = (np.arange(count) * (BAR_M + BAR_GAP_M) + 0.5 * (long_m - count * (BAR_M + BAR_GAP_M) + BAR_GAP_M)) / long_m
+    starts = (
+        np.arange(count) * (BAR_M + BAR_GAP_M) + 0.5 * (long_m - count * (BAR_M + BAR_GAP_M) + BAR_GAP_M)
+    ) / long_m
     ends = starts + BAR_M / long_m
-    edges = [np.outer(1 - part, one) + np.outer(part, other) for part in (starts, ends) for one, other in ((a, b), (d, c))]
+    edges = [
+        np.outer(1 - part, one) + np.outer(part, other) for part in (starts, ends) for one, other in ((a, b), (d, c))
+    ]
     bars = np.stack([edges[0], edges[2], edges[3], edges[1]], axis=1)
     bars[..., 2] += PAINT_UP_M
     return upward(bars)

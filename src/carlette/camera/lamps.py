@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from enum import IntFlag
 
 from carlette.camera.mesh import Builder, Color, Mesh, Point, shade
@@ -36,6 +38,7 @@ WHITE: Color = (255, 252, 236)
 RED: Color = (255, 26, 16)
 AMBER: Color = (255, 158, 0)
 BLUE: Color = (40, 90, 255)
+BEAM: Color = (255, 244, 206)
 
 
 def shown(flags: int, elapsed_s: float) -> tuple[int, int]:
@@ -69,17 +72,28 @@ def beam_mesh(type_id: str, box: Box, lit: int) -> Mesh:
     builder = Builder()
     frame = frame_of(type_id, box)
     state = Lit(lit)
+    up: Point = (0.0, 0.0, 1.0)
     if state & BEAMS:
-        reach = 38.0 if state & Lit.HIGH_BEAM else 22.0
-        for share, alpha in ((1.0, 18), (0.72, 20), (0.45, 24)):
-            end = frame.front + reach * share
-            spread = 1.2 + 0.2 * reach * share
-            ring = [(frame.front + 0.6, frame.half * 0.9, 0.1), (end * 0.93, spread, 0.1), (end, spread * 0.5, 0.1),
-                    (end, -spread * 0.5, 0.1), (end * 0.93, -spread, 0.1), (frame.front + 0.6, -frame.half * 0.9, 0.1)]  # fmt: skip
-            builder.face(ring, (255, 244, 206), (0, 0, 1), glow=True, alpha=alpha)
+        reach = 42.0 if state & Lit.HIGH_BEAM else 26.0
+        start, half = frame.front + 0.4, frame.half
+        cuts = ((0.0, 0.8, 0.2, 60), (0.22, 1.6, 0.9, 90), (0.6, 2.6, 1.8, 50), (1.0, 3.4, 2.4, 0))
+        for (a, w0, e0, s0), (b, w1, e1, s1) in itertools.pairwise(cuts):
+            x0, x1 = start + a * reach, start + b * reach
+            core = [(x0, -half * w0, 0.1), (x0, half * w0, 0.1), (x1, half * w1, 0.1), (x1, -half * w1, 0.1)]
+            builder.glowing(core, BEAM, up, [s0, s0, s1, s1])
+            for side in (1.0, -1.0):
+                y0, y1 = side * half * w0, side * half * w1
+                wing = [
+                    (x0, y0, 0.1),
+                    (x0, y0 + side * half * e0, 0.1),
+                    (x1, y1 + side * half * e1, 0.1),
+                    (x1, y1, 0.1),
+                ]
+                builder.glowing(wing, BEAM, up, [s0, 0, 0, s1])
     if state & Lit.BRAKE:
-        ring = [(frame.rear, -frame.half, 0.1), (frame.rear - 3.0, -frame.half - 0.5, 0.1), (frame.rear - 3.0, frame.half + 0.5, 0.1), (frame.rear, frame.half, 0.1)]
-        builder.face(ring, (255, 30, 16), (0, 0, 1), glow=True, alpha=36)
+        half, x = frame.half, frame.rear
+        ring = [(x, -half, 0.1), (x - 3.0, -half - 0.5, 0.1), (x - 3.0, half + 0.5, 0.1), (x, half, 0.1)]
+        builder.glowing(ring, RED, up, [110, 0, 0, 110])
     return builder.mesh()
 
 
@@ -90,7 +104,7 @@ def _front(lamps: Builder, halos: Builder, frame: Frame, side: float, state: Lit
     glow = bool(state & (BEAMS | Lit.POSITION))
     lamps.box((x - 0.06, y, z), (0.16, 0.34, 0.17), color, glow=glow)
     if on:
-        _halo(halos, (x + 0.06, y, z), 0.75 if state & Lit.HIGH_BEAM else 0.5, (1.0, 0, 0), WHITE)
+        _halo(halos, (x + 0.06, y, z), 0.8 if state & Lit.HIGH_BEAM else 0.48, (1.0, 0, 0), WHITE)
     if state & Lit.FOG:
         lamps.box((x - 0.02, y, z - 0.26), (0.1, 0.2, 0.1), WHITE, glow=True)
     _indicator(lamps, halos, (x - 0.08, frame.y + side * (frame.lamp_half * 1.09), z), (1.0, side), blinks)
@@ -129,7 +143,9 @@ def _bar(lamps: Builder, halos: Builder, type_id: str, frame: Frame, flashes: bo
             for number, aside in enumerate((0.82, -0.82)):
                 on = flashes and number == phase
                 at = (x, frame.y + aside * frame.half, frame.high - 0.34)
-                lamps.disc((at[0] + 0.04 * side, at[1], at[2]), 0.12, (side, 0, 0), RED if on else (110, 20, 18), glow=on)
+                lamps.disc(
+                    (at[0] + 0.04 * side, at[1], at[2]), 0.12, (side, 0, 0), RED if on else (110, 20, 18), glow=on
+                )
                 if on:
                     _halo(halos, (at[0] + 0.08 * side, at[1], at[2]), 0.6, (side, 0, 0), RED)
         return
@@ -153,12 +169,18 @@ def _bar(lamps: Builder, halos: Builder, type_id: str, frame: Frame, flashes: bo
     if "ambulance" in type_id or "firetruck" in type_id:
         for number, aside in enumerate((0.8, -0.8)):
             on = flashes and number == phase
-            at = (frame.rear + 0.02, frame.y + aside * frame.half, frame.high - 0.12)
+            drop = 0.12 + 0.1 * (frame.high - frame.low) * ("firetruck" in type_id)
+            at = (frame.rear + 0.02, frame.y + aside * frame.half, frame.high - drop)
             lamps.box(at, (0.14, 0.3, 0.16), BLUE if on else shade(BLUE, 0.7), glow=on)
             if on:
                 _halo(halos, (at[0] - 0.1, at[1], at[2]), 0.6, (-1.0, 0, 0), BLUE)
 
 
 def _halo(halos: Builder, place: Point, radius: float, towards: Point, color: Color) -> None:
-    for share, alpha in ((1.0, 34), (0.66, 54), (0.36, 90)):
-        halos.disc(place, radius * share, towards, color, sides=8, glow=True, alpha=alpha)
+    turns = [math.pi * one / 4 for one in range(8)]
+    x, y, z = place
+    if abs(towards[0]) > abs(towards[1]):
+        ring = [(x, y + radius * math.cos(a), z + radius * math.sin(a)) for a in turns]
+    else:
+        ring = [(x + radius * math.cos(a), y, z + radius * math.sin(a)) for a in turns]
+    halos.spot(place, ring, color, towards, 190)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carlette.camera.mesh import Color, mix, shade
 from carlette.camera.raster import Bytes, Singles
-from carlette.geometry import Floats
 
 (
     CLOUDINESS,
@@ -56,7 +56,7 @@ class Light:
     clouds: float
     is_dark: bool
 
-    def lit(self, normals: Singles, colors: Bytes, glow: Floats, tags: Bytes | None = None) -> Bytes:
+    def lit(self, normals: Singles, colors: Bytes, glow: NDArray[np.bool_], tags: Bytes | None = None) -> Bytes:
         """Colours of quads as they look in this light: (n, 4) uint8."""
         facing = np.maximum(normals @ np.array(self.sun, np.float32), 0.0)
         # The sky is brighter than the ground.
@@ -65,9 +65,9 @@ class Light:
             self.direct, np.float32
         )
         if self.wet > 0 and tags is not None:
-            strength[(tags == 1) | (tags == 2) | (tags == 24)] *= 1.0 - 0.42 * self.wet
-        strength[glow > 0] = 1.0
-        shown = colors.copy()
+            strength[(tags == 1) | (tags == 2) | (tags == 24)] *= 1.0 - 0.30 * self.wet
+        strength[glow] = 1.0
+        shown: Bytes = colors.copy()
         shown[:, :3] = np.clip(colors[:, :3] * strength, 0, 255)
         return shown
 
@@ -85,15 +85,15 @@ def _light(weather: tuple[float, ...]) -> Light:
     rain = _share(weather[PRECIPITATION])
     fog = max(_share(weather[FOG_DENSITY]), 0.6 * _share(weather[DUST]))
     altitude = (weather[SUN_ALTITUDE] + 180.0) % 360.0 - 180.0
-    day = _smooth((altitude + 7.0) / 20.0)
+    day = _smooth((altitude + 9.0) / 17.0)
     low = _smooth(1.0 - abs(altitude - 3.0) / 17.0) * (1.0 - 0.75 * clouds)
     up, around = math.radians(max(altitude, 6.0) if altitude > -4 else 50.0), math.radians(weather[SUN_AZIMUTH])
     sun = (math.cos(up) * math.cos(around), math.cos(up) * math.sin(around), math.sin(up))
     clear = (1.0 - 0.82 * clouds) * (1.0 - 0.7 * fog)
-    direct = _scaled(_between((0.62, 0.60, 0.56), (0.72, 0.44, 0.22), low), day * clear)
+    direct = _scaled(_between((0.55, 0.53, 0.49), (0.72, 0.44, 0.22), low), day * clear)
     direct = tuple(a + b for a, b in zip(direct, _scaled((0.05, 0.06, 0.09), 1.0 - day), strict=True))  # the moon
-    grey = 0.60 + 0.12 * clouds - 0.10 * rain
-    ambient = _between((0.17, 0.19, 0.27), _between((grey, grey, grey * 1.03), (0.50, 0.43, 0.44), low), day)
+    grey = 0.67 + 0.08 * clouds - 0.10 * rain
+    ambient = _between((0.23, 0.25, 0.33), _between((grey, grey, grey * 1.03), (0.60, 0.51, 0.50), low), day)
     blue, pale = (78, 136, 205), (188, 212, 232)
     zenith = mix(mix(blue, (152, 160, 168), clouds), (108, 114, 122), 0.75 * rain)
     horizon = mix(mix(pale, (190, 195, 200), clouds), (150, 156, 162), 0.75 * rain)

@@ -5,6 +5,7 @@ Frames are CARLA's: x ahead, y right, z up, metres. A triangle is a quad whose l
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -32,6 +33,8 @@ class Mesh:
     """(n,): shines by itself, whatever the light is."""
     tags: Bytes
     """(n,): semantic tag (`CityObjectLabel`)."""
+    fade: Bytes | None = None
+    """(n, 4): alpha of each corner where it changes across a quad; None = that of the colour everywhere."""
 
     def __len__(self) -> int:
         return len(self.corners)
@@ -47,7 +50,14 @@ class Mesh:
             np.concatenate([one.colors for one in parts]),
             np.concatenate([one.glow for one in parts]),
             np.concatenate([one.tags for one in parts]),
+            np.concatenate([one.corner_alphas() for one in parts])
+            if any(one.fade is not None for one in parts)
+            else None,
         )
+
+    def corner_alphas(self) -> Bytes:
+        """(n, 4)."""
+        return np.repeat(self.colors[:, 3:], 4, axis=1) if self.fade is None else self.fade
 
     def take(self, which: NDArray[np.bool_] | NDArray[np.int64]) -> Mesh:
         """Some of the quads."""
@@ -57,6 +67,7 @@ class Mesh:
             self.colors[which],
             self.glow[which],
             self.tags[which],
+            None if self.fade is None else self.fade[which],
         )
 
     def placed(self, x: float, y: float, z: float, yaw_rad: float = 0.0, scale: float = 1.0) -> Mesh:
@@ -64,7 +75,7 @@ class Mesh:
         cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
         turn = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]], np.float32)
         corners = self.corners @ (turn * np.float32(scale)) + np.array([x, y, z], np.float32)
-        return Mesh(corners.astype(np.float32), self.normals @ turn, self.colors, self.glow, self.tags)
+        return Mesh(corners.astype(np.float32), self.normals @ turn, self.colors, self.glow, self.tags, self.fade)
 
 
 def quads(corners: ArrayLike, color: Color, tag: int = 0, *, glow: bool = False, alpha: int = 255) -> Mesh:
@@ -78,6 +89,20 @@ def quads(corners: ArrayLike, color: Color, tag: int = 0, *, glow: bool = False,
         np.full(count, glow),
         np.full(count, tag, np.uint8),
     )
+
+
+def corner_colors(mesh: Mesh, lit: Bytes, *, adds: bool = False) -> Bytes:
+    """R G B A of quads (n, 4) as B G R A of their corners (n, 4, 4).
+
+    With `adds` they are light that is added to a picture: as strong as their alpha says, and opaque.
+    """
+    corners = np.repeat(lit[:, None, [2, 1, 0, 3]], 4, axis=1)
+    if mesh.fade is not None:
+        corners[..., 3] = mesh.fade
+    if adds:
+        corners[..., :3] = corners[..., :3].astype(np.uint16) * corners[..., 3:] // 255
+        corners[..., 3] = 255
+    return corners
 
 
 def normals_of(corners: Singles) -> Singles:
@@ -103,6 +128,7 @@ class Builder:
         self._colors: list[tuple[int, int, int, int]] = []
         self._glow: list[bool] = []
         self._tags: list[int] = []
+        self._fade: dict[int, tuple[int, int, int, int]] = {}
 
     def mesh(self) -> Mesh:
         """What was built."""
@@ -115,7 +141,29 @@ class Builder:
             np.array(self._colors, np.uint8),
             np.array(self._glow, bool),
             np.array(self._tags, np.uint8),
+            self._alphas() if self._fade else None,
         )
+
+    def _alphas(self) -> Bytes:
+        alphas = np.repeat(np.array(self._colors, np.uint8)[:, 3:], 4, axis=1)
+        for index, values in self._fade.items():
+            alphas[index] = values
+        return alphas
+
+    def glowing(self, points: Sequence[Point], color: Color, towards: Point, alphas: Sequence[int]) -> None:
+        """A translucent face of three or four corners, each with its own alpha, that shines by itself."""
+        index = len(self._corners)
+        self.face(points, color, towards, glow=True)
+        values = dict(zip(points, alphas, strict=True))
+        placed = [values[one] for one in self._corners[index]]
+        self._fade[index] = (placed[0], placed[1], placed[2], placed[3])
+
+    def spot(
+        self, center: Point, ring: Sequence[Point], color: Color, towards: Point, alpha: int, rim: int = 0
+    ) -> None:
+        """Light or shade that fades from `center` to the `ring` around it."""
+        for one, other in zip(ring, [*ring[1:], ring[0]], strict=True):
+            self.glowing([center, one, other], color, towards, [alpha, rim, rim])
 
     def face(
         self, points: Sequence[Point], color: Color, towards: Point, *, glow: bool = False, alpha: int = 255
@@ -158,7 +206,14 @@ class Builder:
         self._glow[start:] = [glow] * (len(self._glow) - start)
 
     def cylinder(
-        self, low: Point, high: Point, radius: float, color: Color, *, sides: int = 8, tip: float | None = None,
+        self,
+        low: Point,
+        high: Point,
+        radius: float,
+        color: Color,
+        *,
+        sides: int = 8,
+        tip: float | None = None,
         cap: Color | None = None,
     ) -> None:
         """A round body about the line from `low` to `high`; `tip` is the radius at `high`, the same if None."""
@@ -181,10 +236,15 @@ class Builder:
 
     def loft(self, stations: Sequence[tuple[float, float, float, float, float]], color: Color, y: float = 0.0) -> None:
         """A body along x, mirrored about `y`: stations (x, low z, high z, half width below, above), open below."""
-        for one, other in zip(stations, stations[1:], strict=False):
+        for one, other in itertools.pairwise(stations):
             (x0, l0, h0, b0, a0), (x1, l1, h1, b1, a1) = one, other
             for side in (1.0, -1.0):
-                wall = ((x0, y + side * b0, l0), (x1, y + side * b1, l1), (x1, y + side * a1, h1), (x0, y + side * a0, h0))
+                wall = (
+                    (x0, y + side * b0, l0),
+                    (x1, y + side * b1, l1),
+                    (x1, y + side * a1, h1),
+                    (x0, y + side * a0, h0),
+                )
                 self.face(wall, color, (0.0, side, 0.1))
             self.face(((x0, y - a0, h0), (x0, y + a0, h0), (x1, y + a1, h1), (x1, y - a1, h1)), color, (0.0, 0.0, 1.0))
         for (x, low, high, below, above), side in ((stations[0], -1.0), (stations[-1], 1.0)):
@@ -192,8 +252,17 @@ class Builder:
             ring = ((x, y - below, low), (x, y + below, low), (x, y + above, high), (x, y - above, high))
             self.face(ring, color, (side, 0.0, 0.0))
 
-    def disc(self, center: Point, radius: float, towards: Point, color: Color, *, sides: int = 10, glow: bool = False,
-             alpha: int = 255) -> None:
+    def disc(
+        self,
+        center: Point,
+        radius: float,
+        towards: Point,
+        color: Color,
+        *,
+        sides: int = 10,
+        glow: bool = False,
+        alpha: int = 255,
+    ) -> None:
         """A flat round face across x (`towards` along x) or across y."""
         turns = [2 * math.pi * one / sides for one in range(sides)]
         (x, y, z), r = center, radius
@@ -203,8 +272,16 @@ class Builder:
             ring = [(x + r * math.cos(a), y, z + r * math.sin(a)) for a in turns]
         self.face(ring, color, towards, glow=glow, alpha=alpha)
 
-    def plate(self, center: Point, size: tuple[float, float], towards: Point, color: Color, *, glow: bool = False,
-              alpha: int = 255) -> None:
+    def plate(
+        self,
+        center: Point,
+        size: tuple[float, float],
+        towards: Point,
+        color: Color,
+        *,
+        glow: bool = False,
+        alpha: int = 255,
+    ) -> None:
         """An upright rectangle of width and height, across x or across y, or flat (`towards` along z: x and y size)."""
         (x, y, z), (a, b) = center, (size[0] / 2, size[1] / 2)
         if abs(towards[2]) > 0.5:
@@ -229,7 +306,7 @@ class Builder:
 
     def add(self, mesh: Mesh) -> None:
         """Takes over what was built elsewhere; what has no tag there gets this builder's."""
-        self._corners.extend(mesh.corners.tolist())
+        self._corners.extend(tuple(one) for one in mesh.corners.tolist())
         self._colors.extend(tuple(one) for one in mesh.colors.tolist())
         self._glow.extend(mesh.glow.tolist())
         self._tags.extend(one or self.tag for one in mesh.tags.tolist())

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from carlette.camera import tags
+from carlette.camera.font import lettering
 from carlette.camera.mesh import Builder, Color, Mesh, shade
 from carlette.camera.signs import BACK, RED, WHITE
 from carlette.camera.vehicles import GLASS, frame_of
-from carlette.camera.font import lettering
 from carlette.geometry import Box
 from carlette.physics.doors import SIDE_DOORS, STOP_ARM
 
@@ -30,10 +30,8 @@ def door_mesh(type_id: str, box: Box, door: int, swing: float, color: Color) -> 
     height = frame.high - frame.low
     low, belt, top = frame.low + 0.2 * height, frame.low + 0.6 * height, frame.high - 0.10
     length = min(DOOR_M, 0.42 * box.extent.x)
-    builder.face(
-        [(x, wall + side * 0.02, low), (x - length, wall + side * 0.02, low), (x - length, wall + side * 0.02, belt), (x, wall + side * 0.02, belt)],
-        DARK, (0, side, 0),
-    )  # fmt: skip
+    y = wall + side * 0.02
+    builder.face([(x, y, low), (x - length, y, low), (x - length, y, belt), (x, y, belt)], DARK, (0, side, 0))
     builder.box((x - 0.55 * length, wall - side * 0.15, belt - 0.12), (0.3, 0.34, 0.45), (96, 90, 84))
     turn = math.radians(OPEN_DEG * swing)
     ahead, aside = -math.cos(turn), side * math.sin(turn)
@@ -41,10 +39,19 @@ def door_mesh(type_id: str, box: Box, door: int, swing: float, color: Color) -> 
         lean = 0.12 if z0 == belt else 0.0
         near = (x, wall)
         far = (x + length * ahead, wall + length * aside)
-        ring = [(near[0], near[1], z0), (far[0], far[1], z0), (far[0], far[1] - side * lean, z1 - lean), (near[0] - 0.1 * (lean > 0), near[1] - side * lean, z1)]
+        ring = [
+            (near[0], near[1], z0),
+            (far[0], far[1], z0),
+            (far[0], far[1] - side * lean, z1 - lean),
+            (near[0] - 0.1 * (lean > 0), near[1] - side * lean, z1),
+        ]
         normal = (-aside, ahead, 0.0) if side < 0 else (aside, -ahead, 0.0)
         builder.face(ring, outer, normal)
-        builder.face([(p[0] - 0.03 * normal[0], p[1] - 0.03 * normal[1], p[2]) for p in ring], inner, (-normal[0], -normal[1], 0.0))
+        builder.face(
+            [(p[0] - 0.03 * normal[0], p[1] - 0.03 * normal[1], p[2]) for p in ring],
+            inner,
+            (-normal[0], -normal[1], 0.0),
+        )
     edge = (x + length * ahead, wall + length * aside)
     builder.box((edge[0], edge[1], (low + belt) / 2), (0.06, 0.06, belt - low), shade(color, 0.8))
     builder.box((edge[0], edge[1], low + 0.12), (0.09, 0.09, 0.12), (226, 30, 20), glow=True)
@@ -63,7 +70,12 @@ def lid_mesh(type_id: str, box: Box, door: int, color: Color) -> Mesh:
         hinge, reach, z = frame.middle - 0.72 * hl, 0.26 * hl, frame.low + 0.68 * height
         tip = (hinge - 0.35 * reach, z + 0.95 * reach)
     half = frame.half * 0.86
-    ring = [(hinge, frame.y - half, z), (hinge, frame.y + half, z), (tip[0], frame.y + half, tip[1]), (tip[0], frame.y - half, tip[1])]
+    ring = [
+        (hinge, frame.y - half, z),
+        (hinge, frame.y + half, z),
+        (tip[0], frame.y + half, tip[1]),
+        (tip[0], frame.y - half, tip[1]),
+    ]
     ahead = 1.0 if door == 4 else -1.0
     builder.face(ring, INSIDE, (ahead, 0.0, -0.4))
     builder.face([(p[0] - 0.03 * ahead, p[1], p[2] + 0.02) for p in ring], color, (-ahead, 0.0, 0.4))
@@ -89,7 +101,13 @@ def _stop_arm(type_id: str, box: Box, swing: float) -> Mesh:
             for number in range(8):
                 angle = math.radians(22.5 + 45.0 * number)
                 along, up = radius * math.cos(angle), radius * math.sin(angle)
-                ring.append((middle[0] + along * ahead + normal[0] * (offset + 0.01), middle[1] + along * aside + normal[1] * (offset + 0.01), middle[2] + up))
+                ring.append(
+                    (
+                        middle[0] + along * ahead + normal[0] * (offset + 0.01),
+                        middle[1] + along * aside + normal[1] * (offset + 0.01),
+                        middle[2] + up,
+                    )
+                )
             builder.face(ring, color, normal)
         reader = (-normal[1], normal[0], 0.0)
         spot = (middle[0] + normal[0] * 0.035, middle[1] + normal[1] * 0.035, middle[2])

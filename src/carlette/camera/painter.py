@@ -8,12 +8,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carlette.camera import tags
 from carlette.camera.light import Light
-from carlette.camera.mesh import Mesh
-from carlette.camera.raster import RASTER_LOCK, Bytes, Raster, Singles, the_raster
+from carlette.camera.mesh import Mesh, corner_colors
+from carlette.camera.raster import RASTER_LOCK, Bytes, Pixels, Raster, Singles, the_raster
 from carlette.camera.sky import dome, fill_sky
 from carlette.camera.stage import DETAIL, LAYERS, NIGHT, PAINT, SOLID, WATER, Chunk, Stage
 from carlette.camera.view import View, metres
@@ -27,7 +26,6 @@ CLEAR_PER_M = 0.0015
 """In air clearer than this, a chunk fades as a whole."""
 KEPT_COLORS = 4096
 BAND_ROWS = 16
-Pixels = NDArray[np.uint32]
 _EVEN, _ODD = np.uint64(0x00FF00FF00FF00FF), np.uint64(0xFF00FF00)
 _2, _6, _8, _32 = (np.uint64(one) for one in (2, 6, 8, 32))
 
@@ -64,7 +62,6 @@ class Painter:
 
     def __init__(self) -> None:
         self._colors: OrderedDict[tuple[int, int, Light], tuple[Mesh, Bytes]] = OrderedDict()
-        self._flat: OrderedDict[tuple[int, int, int], tuple[Mesh, Bytes]] = OrderedDict()
 
     def rgb(self, shot: Shot, view: View) -> Bytes:
         """Colours: (height, width, 4) uint8, bytes B G R A."""
@@ -76,7 +73,7 @@ class Painter:
             self._draw_colors(raster, shot, view)
             picture = _averaged(buffer) if scale == 2 else buffer.copy()
         picture |= np.uint32(0xFF000000)
-        return picture.view(np.uint8).reshape(view.height, view.width, 4)
+        return _bytes(picture)
 
     def depth(self, shot: Shot, view: View) -> Singles:
         """Distances ahead of the camera's plane in metres, (height, width); 1000 where there is only sky."""
@@ -84,7 +81,7 @@ class Painter:
             raster = the_raster()
             raster.begin_with_depth(view.width, view.height, view.projection())
             self._draw_flat(raster, shot, view, _tag_color)
-            return metres(raster.depth()).astype(np.float32)
+            return metres(raster.depth())
 
     def tags(self, shot: Shot, view: View) -> Bytes:
         """Tags in red: (height, width, 4) uint8, bytes B G R A."""
@@ -101,7 +98,7 @@ class Painter:
             buffer[:] = np.uint32(0xFF000000 | tags.SKY << 16)
             self._draw_flat(raster, shot, view, code)
             picture = buffer.copy()
-        return picture.view(np.uint8).reshape(view.height, view.width, 4)
+        return _bytes(picture)
 
     def _draw_colors(self, raster: Raster, shot: Shot, view: View) -> None:
         into, light = view.into_camera(), shot.light
@@ -117,7 +114,7 @@ class Painter:
             for layer in (PAINT, DETAIL, SOLID):
                 if layer in chunk.layers and (layer != DETAIL or distance - chunk.radius_m < DETAIL_M):
                     raster.draw(chunk.layers[layer].corners, _hazed(chunk, layer, distance, view, light), into)
-        raster.draw(dome(light).corners, _expanded(dome(light).colors), _turned_only(into))
+        raster.draw(dome(light).corners, corner_colors(dome(light), dome(light).colors), _turned_only(into))
         self._draw_translucent(raster, shot, view, (into, chunks, parts))
 
     def _draw_translucent(
@@ -153,8 +150,8 @@ class Painter:
         into = view.into_camera()
         for part in _seen_parts(shot, view):
             if not part.is_shade:
-                colors = self._flat_colors(part.mesh, code(part.mesh, part.tag, part.actor_id), part)
-                raster.draw(part.mesh.corners, colors, into @ part.matrix.astype(np.float32))
+                coded = _corners4(code(part.mesh, part.tag, part.actor_id))
+                raster.draw(part.mesh.corners, coded, into @ part.matrix.astype(np.float32))
         for chunk, distance in _seen_chunks(shot.stage, view):
             for layer in (PAINT, DETAIL, SOLID):
                 if layer in chunk.layers and (layer != DETAIL or distance - chunk.radius_m < DETAIL_M):
@@ -171,16 +168,12 @@ class Painter:
         if kept is None:
             normals = part.mesh.normals @ turn.T.astype(np.float32)
             lit = light.lit(normals, part.mesh.colors, part.mesh.glow)
-            kept = self._colors[key] = (part.mesh, _expanded(lit))
+            kept = self._colors[key] = (part.mesh, corner_colors(part.mesh, lit, adds=part.adds))
             if len(self._colors) > KEPT_COLORS:
                 self._colors.popitem(last=False)
         else:
             self._colors.move_to_end(key)
         return kept[1]
-
-    def _flat_colors(self, mesh: Mesh, coded: Bytes, part: Part) -> Bytes:
-        del mesh, part
-        return _corners4(coded)
 
 
 _Code = Callable[[Mesh, int, int], Bytes]
@@ -204,9 +197,9 @@ def _expanded_code(mesh: Mesh) -> Bytes:
     return _corners4(_instance_color(mesh, 0, 0))
 
 
-def _expanded(lit: Bytes) -> Bytes:
-    """R G B A of quads as B G R A of their corners."""
-    return _corners4(lit[:, [2, 1, 0, 3]])
+def _bytes(picture: Pixels) -> Bytes:
+    """Pixels as (height, width, 4) bytes B G R A."""
+    return picture.view(np.uint8).reshape(*picture.shape, 4)
 
 
 def _corners4(colors: Bytes) -> Bytes:
@@ -245,7 +238,7 @@ def _hazed(chunk: Chunk, layer: str, distance: float, view: View, light: Light) 
 
 def _veiled(colors: Bytes, gap: Singles, light: Light) -> Bytes:
     """Colours (n, 4, 4) of corners at the offsets `gap` (n, 4, 3) from the eye, seen through fog."""
-    away = np.sqrt(np.einsum("nij,nij->ni", gap, gap))
+    away: Singles = np.sqrt(np.einsum("nij,nij->ni", gap, gap))
     share = (255.0 - 255.0 * np.exp(-away * np.float32(light.fog_per_m))).astype(np.uint16)[..., None]
     fog = np.array([light.fog[2], light.fog[1], light.fog[0], 255], np.uint16)
     veiled: Bytes = ((colors * (np.uint16(255) - share) + fog * share) >> 8).astype(np.uint8)
@@ -274,7 +267,7 @@ def _water(mesh: Mesh, light: Light) -> tuple[Singles, Bytes]:
 
 
 def _turned_only(into: Singles) -> Singles:
-    turned = into.copy()
+    turned: Singles = into.copy()
     turned[:3, 3] = 0.0
     return turned
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from random import Random
@@ -41,7 +42,9 @@ def _cone(builder: Builder, box: Box, name: str) -> None:
     cuts = ((0.0, 0.30, ORANGE), (0.30, 0.50, WHITE), (0.50, 0.68, ORANGE), (0.68, 0.84, WHITE), (0.84, 1.0, ORANGE))
     for a, b, color in cuts:
         r = (0.72 * radius * (1 - 0.86 * a), 0.72 * radius * (1 - 0.86 * b))
-        builder.cylinder((cx, cy, low + 0.06 + a * height), (cx, cy, low + 0.06 + b * height), r[0], color, sides=10, tip=r[1])
+        builder.cylinder(
+            (cx, cy, low + 0.06 + a * height), (cx, cy, low + 0.06 + b * height), r[0], color, sides=10, tip=r[1]
+        )
 
 
 def _barrier(builder: Builder, box: Box, name: str) -> None:
@@ -72,7 +75,12 @@ def _gate(builder: Builder, box: Box, name: str) -> None:
     del name
     _striped(builder, box.center, box.extent.y, box.extent.z, True, 2 * box.extent.x)
     for part in (-0.6, 0.0, 0.6, 0.96):
-        builder.box((box.center.x, box.center.y + part * box.extent.y, box.center.z - 0.12), (0.1, 0.1, 0.12), (255, 30, 20), glow=True)
+        builder.box(
+            (box.center.x, box.center.y + part * box.extent.y, box.center.z - 0.12),
+            (0.1, 0.1, 0.12),
+            (255, 30, 20),
+            glow=True,
+        )
 
 
 def _gate_post(builder: Builder, box: Box, name: str) -> None:
@@ -91,8 +99,12 @@ def _carton(builder: Builder, box: Box, name: str) -> None:
     builder.box(box.center, (2 * hx, 2 * hy, 2 * hz), CARTON)
     builder.plate((cx, cy, low + 2 * hz + 0.004), (0.14 * hx, 2 * hy), (0, 0, 1.0), (222, 200, 150))
     for side in (1.0, -1.0):
-        builder.plate((cx + side * (hx + 0.004), cy, low + 1.6 * hz), (0.16 * hy, 0.8 * hz), (side, 0, 0), (222, 200, 150))
-        builder.plate((cx, cy + side * (hy + 0.004), low + 0.7 * hz), (0.5 * hx, 0.4 * hz), (0, side, 0), (240, 236, 226))
+        builder.plate(
+            (cx + side * (hx + 0.004), cy, low + 1.6 * hz), (0.16 * hy, 0.8 * hz), (side, 0, 0), (222, 200, 150)
+        )
+        builder.plate(
+            (cx, cy + side * (hy + 0.004), low + 0.7 * hz), (0.5 * hx, 0.4 * hz), (0, side, 0), (240, 236, 226)
+        )
 
 
 def _paper_bag(builder: Builder, box: Box, name: str) -> None:
@@ -101,21 +113,27 @@ def _paper_bag(builder: Builder, box: Box, name: str) -> None:
     (hx, hy, hz), low = box.extent, _low(box)
     base: list[Point] = [(hx * a * 0.92, hy * b * 0.92, low) for a, b in _RING]
     waist: list[Point] = [(hx * a, hy * b, low + 1.5 * hz) for a, b in _RING]
-    rim: list[Point] = [(hx * a * 0.55 + 0.03, hy * b * 0.95, low + 2 * hz - (0.03 if a > 0 else 0.0)) for a, b in _RING]
+    rim: list[Point] = [
+        (hx * a * 0.55 + 0.03, hy * b * 0.95, low + 2 * hz - (0.03 if a > 0 else 0.0)) for a, b in _RING
+    ]
     builder.hull(base, waist, (198, 156, 102))
     builder.hull(waist, rim, (214, 174, 118), (120, 90, 56))
     for side in (1.0, -1.0):
         builder.plate((0.0, side * (hy + 0.004), low + 0.8 * hz), (1.1 * hx, 0.5 * hz), (0, side, 0), (176, 132, 82))
-        builder.plate((side * (hx * 0.985 + 0.006), 0.0, low + 0.8 * hz), (0.05 * hy, 1.3 * hz), (side, 0, 0), (160, 118, 72))
+        builder.plate(
+            (side * (hx * 0.985 + 0.006), 0.0, low + 0.8 * hz), (0.05 * hy, 1.3 * hz), (side, 0, 0), (160, 118, 72)
+        )
 
 
 def _bag(builder: Builder, box: Box, name: str) -> None:
     color: Color = (30, 32, 34) if "trash" in name else ((236, 240, 244) if "plastic" in name else (190, 60, 70))
     (hx, hy, hz), low = box.extent, _low(box)
     levels = ((0.0, 0.75), (0.35, 1.0), (0.7, 0.7), (0.85, 0.2), (1.0, 0.42))
-    for (a, r0), (b, r1) in zip(levels, levels[1:], strict=False):
+    for (a, r0), (b, r1) in itertools.pairwise(levels):
         one: list[Point] = [(hx * r0 * math.cos(t), hy * r0 * math.sin(t), low + 2 * hz * a) for t in _EIGHT]
-        two: list[Point] = [(hx * r1 * math.cos(t + 0.1), hy * r1 * math.sin(t + 0.1), low + 2 * hz * b) for t in _EIGHT]
+        two: list[Point] = [
+            (hx * r1 * math.cos(t + 0.1), hy * r1 * math.sin(t + 0.1), low + 2 * hz * b) for t in _EIGHT
+        ]
         builder.hull(one, two, shade(color, 0.85 + 0.3 * a))
 
 
@@ -127,8 +145,13 @@ def _rock(builder: Builder, box: Box, name: str) -> None:
     rings: list[list[Point]] = []
     for rise, r in levels:
         spread = [random.uniform(0.82, 1.0) for _ in _EIGHT]
-        rings.append([(hx * r * k * math.cos(t), hy * r * k * math.sin(t), low + 2 * hz * rise) for t, k in zip(_EIGHT, spread, strict=True)])
-    for number, (one, two) in enumerate(zip(rings, rings[1:], strict=False)):
+        rings.append(
+            [
+                (hx * r * k * math.cos(t), hy * r * k * math.sin(t), low + 2 * hz * rise)
+                for t, k in zip(_EIGHT, spread, strict=True)
+            ]
+        )
+    for number, (one, two) in enumerate(itertools.pairwise(rings)):
         builder.hull(one, two, shade(grey, 0.9 + 0.1 * number))
 
 
@@ -140,11 +163,19 @@ def _rubble(builder: Builder, box: Box, name: str) -> None:
         x, y = random.uniform(-0.45, 0.45) * hx, random.uniform(-0.45, 0.45) * hy
         r = random.uniform(0.4, 0.6)
         one: list[Point] = [(x + hx * r * math.cos(t), y + hy * r * math.sin(t), low) for t in _EIGHT]
-        two: list[Point] = [(x + 0.4 * hx * r * math.cos(t), y + 0.4 * hy * r * math.sin(t), low + 2 * hz * random.uniform(0.5, 1.0)) for t in _EIGHT]
+        two: list[Point] = [
+            (x + 0.4 * hx * r * math.cos(t), y + 0.4 * hy * r * math.sin(t), low + 2 * hz * random.uniform(0.5, 1.0))
+            for t in _EIGHT
+        ]
         builder.hull(one, two, shade((118, 92, 66), 0.85 + 0.1 * number))
     for _ in range(16):
         x, y, size = random.uniform(-0.95, 0.95) * hx, random.uniform(-0.95, 0.95) * hy, random.uniform(0.05, 0.13)
-        builder.box((x, y, low + size / 2), (size, size * 1.3, size), shade((140, 132, 122), random.uniform(0.7, 1.1)), random.uniform(0, 90))
+        builder.box(
+            (x, y, low + size / 2),
+            (size, size * 1.3, size),
+            shade((140, 132, 122), random.uniform(0.7, 1.1)),
+            random.uniform(0, 90),
+        )
 
 
 def _container(builder: Builder, box: Box, name: str) -> None:
@@ -153,24 +184,47 @@ def _container(builder: Builder, box: Box, name: str) -> None:
     builder.box((cx, cy, low + hz * 0.94), (2 * hx, 2 * hy, 1.88 * hz), color)
     builder.box((cx, cy, low + 1.94 * hz), (2 * hx, 2 * hy, 0.12 * hz), shade(color, 0.7))
     for number in range(7):
-        at = (2 * (number + 0.5) / 7 - 1)
+        at = 2 * (number + 0.5) / 7 - 1
         for side in (1.0, -1.0):
-            builder.plate((cx + at * hx, cy + side * (hy + 0.006), low + hz), (0.06, 1.6 * hz), (0, side, 0), shade(color, 0.75))
-            builder.plate((cx + side * (hx + 0.006), cy + at * hy, low + hz), (0.06, 1.6 * hz), (side, 0, 0), shade(color, 0.75))
+            builder.plate(
+                (cx + at * hx, cy + side * (hy + 0.006), low + hz), (0.06, 1.6 * hz), (0, side, 0), shade(color, 0.75)
+            )
+            builder.plate(
+                (cx + side * (hx + 0.006), cy + at * hy, low + hz), (0.06, 1.6 * hz), (side, 0, 0), shade(color, 0.75)
+            )
 
 
 def _warning(builder: Builder, box: Box, name: str) -> None:
     """A red triangle on feet, for an accident or for roadworks; both faces show it."""
     (hx, hy, hz), low, (cx, cy, _) = box.extent, _low(box), box.center
-    for side in (0.7, -0.7):
-        builder.limb((cx - 0.8 * hx, cy + side * hy, low), (cx, cy + 0.3 * side * hy, low + 1.2 * hz), 0.05, 0.05, DARK)
-        builder.limb((cx + 0.8 * hx, cy + side * hy, low), (cx, cy + 0.3 * side * hy, low + 1.2 * hz), 0.05, 0.05, DARK)
+    for side in (0.72, -0.72):
+        foot = (cx, cy + side * hy, low + 0.03)
+        builder.box(foot, (2 * hx, 0.07, 0.06), DARK)
+        builder.limb((cx, cy + side * hy, low), (cx, cy + side * hy, low + 0.75 * hz), 0.05, 0.05, DARK)
     middle, radius = low + 1.25 * hz, min(hy * 1.1, 0.75 * hz)
     for side in (1.0, -1.0):
-        for offset, part, color in ((0.03, 1.0, RED), (0.042, 0.7, (255, 214, 40) if "construction" in name else WHITE)):
-            ring = [(cx + side * offset, cy + part * radius * math.cos(a), middle - 0.05 * radius + part * radius * math.sin(a)) for a in (math.pi / 2, math.pi * 7 / 6, math.pi * 11 / 6)]
+        for offset, part, color in (
+            (0.03, 1.0, RED),
+            (0.042, 0.7, (255, 214, 40) if "construction" in name else WHITE),
+        ):
+            ring = [
+                (
+                    cx + side * offset,
+                    cy + part * radius * math.cos(a),
+                    middle - 0.05 * radius + part * radius * math.sin(a),
+                )
+                for a in (math.pi / 2, math.pi * 7 / 6, math.pi * 11 / 6)
+            ]
             builder.face(ring, color, (side, 0, 0))
-        lettering(builder, "!", (cx + side * 0.055, cy, middle - 0.08 * radius), (0, -side, 0), UP, 0.62 * radius, (20, 20, 20))
+        lettering(
+            builder,
+            "!",
+            (cx + side * 0.055, cy, middle - 0.08 * radius),
+            (0, -side, 0),
+            UP,
+            0.62 * radius,
+            (20, 20, 20),
+        )
 
 
 def _arrow_board(builder: Builder, box: Box, name: str) -> None:
@@ -179,15 +233,30 @@ def _arrow_board(builder: Builder, box: Box, name: str) -> None:
     (hx, hy, hz), low, (cx, cy, _) = box.extent, _low(box), box.center
     builder.box((cx, cy, low + 0.65), (1.5 * hx, 1.1 * hy, 0.35), AMBER)
     for side in (1.0, -1.0):
-        builder.cylinder((cx, cy + side * 0.62 * hy, low + 0.35), (cx, cy + side * 0.78 * hy, low + 0.35), 0.35, (26, 26, 28), sides=12, cap=(120, 122, 126))
+        builder.cylinder(
+            (cx, cy + side * 0.62 * hy, low + 0.35),
+            (cx, cy + side * 0.78 * hy, low + 0.35),
+            0.35,
+            (26, 26, 28),
+            sides=12,
+            cap=(120, 122, 126),
+        )
         builder.box((cx, cy + side * 0.4 * hy, low + 1.2), (0.1, 0.1, 1.2), STEEL)
     middle = low + 1.42 * hz
     builder.box((cx, cy, middle), (0.16, 2 * hy, 1.16 * hz), (24, 24, 26))
     for side in (1.0, -1.0):
         x = cx + side * 0.09
-        spots = [(y / 4, 0.0) for y in range(-4, 4)] + [(0.55, 0.38), (0.75, 0.19), (0.95, 0.0), (0.75, -0.19), (0.55, -0.38)]
+        spots = [(y / 4, 0.0) for y in range(-4, 4)] + [
+            (0.55, 0.38),
+            (0.75, 0.19),
+            (0.95, 0.0),
+            (0.75, -0.19),
+            (0.55, -0.38),
+        ]
         for y, z in spots:
-            builder.disc((x, cy + y * 0.8 * hy, middle + z * hz), 0.10, (side, 0, 0), (255, 186, 20), sides=8, glow=True)
+            builder.disc(
+                (x, cy + y * 0.8 * hy, middle + z * hz), 0.10, (side, 0, 0), (255, 186, 20), sides=8, glow=True
+            )
         for z in (-0.5, 0.5):
             _stripe_row(builder, (x + 0.004 * side, cy, middle + z * hz), hy, side)
 
@@ -204,7 +273,9 @@ def _barrel(builder: Builder, box: Box, name: str) -> None:
     r = min(hx, hy)
     for a, b, k in ((0.0, 0.35, 1.0), (0.35, 0.55, 1.0), (0.55, 0.9, 1.0), (0.9, 1.0, 0.9)):
         shown = WHITE if (a, name) == (0.35, "barrel") else shade(color, k)
-        builder.cylinder((cx, cy, low + 2 * hz * a), (cx, cy, low + 2 * hz * b), r, shown, sides=10, cap=shade(color, 0.6))
+        builder.cylinder(
+            (cx, cy, low + 2 * hz * a), (cx, cy, low + 2 * hz * b), r, shown, sides=10, cap=shade(color, 0.6)
+        )
 
 
 def _bench(builder: Builder, box: Box, name: str) -> None:
@@ -236,7 +307,14 @@ def _pot(builder: Builder, box: Box, name: str) -> None:
     builder.box((cx, cy, low + 0.55 * hz), (2 * hx, 2 * hy, 1.1 * hz), (150, 92, 66))
     for part in (-0.55, 0.0, 0.55):
         at = (cx + part * hx, cy) if hx > hy else (cx, cy + part * hy)
-        builder.cylinder((at[0], at[1], low + 1.0 * hz), (at[0], at[1], low + 2 * hz), 0.6 * min(hx, hy), (74, 124, 60), sides=6, tip=0.3 * min(hx, hy))
+        builder.cylinder(
+            (at[0], at[1], low + 1.0 * hz),
+            (at[0], at[1], low + 2 * hz),
+            0.6 * min(hx, hy),
+            (74, 124, 60),
+            sides=6,
+            tip=0.3 * min(hx, hy),
+        )
 
 
 def _shelter(builder: Builder, box: Box, name: str) -> None:
@@ -255,7 +333,9 @@ def _shelter(builder: Builder, box: Box, name: str) -> None:
 
 def _machine(builder: Builder, box: Box, name: str) -> None:
     """Vending machines, cash machines, kiosks, stalls, advertisements: a box with a bright front on each long side."""
-    color: Color = {"vend": (206, 34, 40), "atm": (40, 90, 150), "adve": (60, 64, 70), "mail": (230, 190, 40)}.get(name[:4], (128, 92, 60))
+    color: Color = {"vend": (206, 34, 40), "atm": (40, 90, 150), "adve": (60, 64, 70), "mail": (230, 190, 40)}.get(
+        name[:4], (128, 92, 60)
+    )
     (hx, hy, hz), low, (cx, cy, _) = box.extent, _low(box), box.center
     builder.box(box.center, (2 * hx, 2 * hy, 2 * hz), color)
     bright: Color = (120, 196, 226) if name.startswith("adv") else (210, 226, 232)
@@ -284,8 +364,15 @@ def _sign(builder: Builder, box: Box, name: str) -> None:
     for x in (-0.7 * hx, 0.7 * hx) if wide else (0.0,):
         builder.cylinder((x, 0, low), (x, 0, low + 2 * hz), 0.04, STEEL, sides=6)
     for side in (1.0, -1.0):
-        builder.plate((0.0, side * 0.06, low + 1.65 * hz), (2 * hx, 0.6 * hz), (0, side, 0), (20, 110, 70) if wide else (30, 84, 170))
-        lettering(builder, "EXIT" if wide else "P", (0.0, side * 0.075, low + 1.65 * hz), (-side, 0, 0), UP, 0.34 * hz, WHITE)
+        builder.plate(
+            (0.0, side * 0.06, low + 1.65 * hz),
+            (2 * hx, 0.6 * hz),
+            (0, side, 0),
+            (20, 110, 70) if wide else (30, 84, 170),
+        )
+        lettering(
+            builder, "EXIT" if wide else "P", (0.0, side * 0.075, low + 1.65 * hz), (-side, 0, 0), UP, 0.34 * hz, WHITE
+        )
     del hy
 
 
@@ -293,15 +380,23 @@ def _ball(builder: Builder, box: Box, name: str) -> None:
     del name
     r, (cx, cy, cz) = box.extent.z, box.center
     levels = ((-1.0, 0.3), (-0.5, 0.87), (0.0, 1.0), (0.5, 0.87), (1.0, 0.3))
-    for number, ((a, r0), (b, r1)) in enumerate(zip(levels, levels[1:], strict=False)):
-        builder.cylinder((cx, cy, cz + a * r), (cx, cy, cz + b * r), r0 * r, (WHITE, RED)[number % 2], sides=8, tip=r1 * r)
+    for number, ((a, r0), (b, r1)) in enumerate(itertools.pairwise(levels)):
+        builder.cylinder(
+            (cx, cy, cz + a * r), (cx, cy, cz + b * r), r0 * r, (WHITE, RED)[number % 2], sides=8, tip=r1 * r
+        )
 
 
 def _tyre(builder: Builder, box: Box, name: str) -> None:
     del name
     low = _low(box)
     builder.cylinder((0, 0, low), (0, 0, low + 2 * box.extent.z), box.extent.x, (28, 28, 30), sides=14)
-    builder.cylinder((0, 0, low + 2 * box.extent.z), (0, 0, low + 2 * box.extent.z + 0.004), 0.55 * box.extent.x, (74, 70, 64), sides=10)
+    builder.cylinder(
+        (0, 0, low + 2 * box.extent.z),
+        (0, 0, low + 2 * box.extent.z + 0.004),
+        0.55 * box.extent.x,
+        (74, 70, 64),
+        sides=10,
+    )
 
 
 def _paper(builder: Builder, box: Box, name: str) -> None:

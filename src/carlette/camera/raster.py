@@ -27,6 +27,7 @@ from carlette.errors import UsageError
 
 Bytes = NDArray[np.uint8]
 Singles = NDArray[np.float32]
+Pixels = NDArray[np.uint32]
 
 RASTER_LOCK = threading.Lock()
 
@@ -36,7 +37,7 @@ _BACK = 0x0405
 _PROJECTION, _MODELVIEW = 0x1701, 0x1700
 _VERTEX_ARRAY, _COLOR_ARRAY = 0x8074, 0x8076
 _DEPTH_BIT, _COLOR_BIT = 0x0100, 0x4000
-_SRC_ALPHA, _ONE_MINUS_SRC_ALPHA, _ONE = 0x0302, 0x0303, 1
+_SRC_ALPHA, _ONE_MINUS_SRC_ALPHA, _ONE_MINUS_DST_COLOR, _ONE = 0x0302, 0x0303, 0x0307, 1
 _RGBA, _UNSIGNED_BYTE = 0x1908, 0x1401
 _RGBA8, _DEPTH32 = 0x8058, 0x81A7
 _COLOR_ATTACHMENT, _DEPTH_ATTACHMENT = 0x8CE0, 0x8D00
@@ -51,7 +52,7 @@ class Raster:
         self._is_open = False
         self._off_screen: dict[tuple[int, int], _Target] = {}
 
-    def begin(self, width: int, height: int, projection: Singles) -> Singles:
+    def begin(self, width: int, height: int, projection: Singles) -> Pixels:
         """Begins a picture with an empty depth buffer.
 
         `projection` is 4x4, from the frame in which `draw` gets its matrices to clip space; its y points down.
@@ -90,9 +91,15 @@ class Raster:
         library.swDrawArrays(_QUADS, 0, 4 * len(corners))
 
     def blend(self, *, add: bool = False) -> None:
-        """From now on colours with an alpha below 255 are mixed into the picture, or added to it."""
+        """From now on colours with an alpha below 255 are mixed into the picture, or all are added to it as light.
+
+        Added light never gets brighter than white (the raster does not saturate): d + s (1 - d).
+        """
         self._library.swEnable(_BLEND)
-        self._library.swBlendFunc(_SRC_ALPHA, _ONE if add else _ONE_MINUS_SRC_ALPHA)
+        if add:
+            self._library.swBlendFunc(_ONE_MINUS_DST_COLOR, _ONE)
+        else:
+            self._library.swBlendFunc(_SRC_ALPHA, _ONE_MINUS_SRC_ALPHA)
 
     def use_depth(self, wanted: bool) -> None:
         """Whether nearer things hide what is drawn from now on."""
@@ -123,7 +130,7 @@ class Raster:
             self._library.swResize(width, height)
         self._size = (width, height)
 
-    def _start(self, width: int, height: int, projection: Singles) -> Singles:
+    def _start(self, width: int, height: int, projection: Singles) -> Pixels:
         library = self._library
         library.swViewport(0, 0, width, height)
         library.swClear(_DEPTH_BIT)
@@ -137,8 +144,8 @@ class Raster:
         library.swMatrixMode(_MODELVIEW)
         address = library.swGetColorBuffer(None, None)
         pixels = (ctypes.c_uint32 * (width * height)).from_address(address)
-        buffer: Any = np.frombuffer(pixels, np.uint32).reshape(height, width)
-        return buffer  # type: ignore[no-any-return]
+        buffer: Pixels = np.ctypeslib.as_array(pixels).reshape(height, width)
+        return buffer
 
 
 class _Target:

@@ -5,6 +5,7 @@ Nothing of it is in the map or takes part in the physics; it never stands on a l
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -185,7 +186,13 @@ def _building(width: float, depth: float, floors: int, random: Random) -> tuple[
 
 
 def _window(
-    builder: Builder, front: int, half: float, at: tuple[float, float], size: tuple[float, float], color: Color, *,
+    builder: Builder,
+    front: int,
+    half: float,
+    at: tuple[float, float],
+    size: tuple[float, float],
+    color: Color,
+    *,
     glow: bool,
 ) -> None:
     """A pane in the front (0) or one of the gables (1, 2)."""
@@ -223,10 +230,12 @@ def _tree(kind: str, green: int) -> Mesh:
     builder.cylinder((0, 0, 0), (0, 0, 2.4), 0.2, (104, 80, 58), sides=5, tip=0.14)
     if kind == "conifer":
         for low, high, radius in ((1.3, 4.4, 1.9), (3.2, 6.4, 1.45), (5.2, 8.4, 1.0)):
-            builder.cylinder((0, 0, low), (0, 0, high), radius, mix(shade(leaf, 0.7), (40, 84, 60), 0.5), sides=6, tip=0)
+            builder.cylinder(
+                (0, 0, low), (0, 0, high), radius, mix(shade(leaf, 0.7), (40, 84, 60), 0.5), sides=6, tip=0
+            )
         return builder.mesh()
     levels = ((1.9, 0.9), (2.9, 2.05), (4.4, 2.3), (5.8, 1.7), (6.6, 0.6))
-    for number, ((z0, r0), (z1, r1)) in enumerate(zip(levels, levels[1:], strict=False)):
+    for number, ((z0, r0), (z1, r1)) in enumerate(itertools.pairwise(levels)):
         builder.cylinder((0, 0, z0), (0, 0, z1), r0, shade(leaf, 0.8 + 0.09 * number), sides=7, tip=r1)
     return builder.mesh()
 
@@ -239,12 +248,8 @@ def _lamp() -> tuple[Mesh, Mesh]:
     builder.limb((0, 0, 6.5), (1.7, 0, 6.8), 0.08, 0.08, (112, 116, 120))
     builder.box((1.9, 0, 6.78), (0.7, 0.26, 0.12), (90, 94, 98))
     shine.box((1.9, 0, 6.70), (0.66, 0.28, 0.08), LAMPLIGHT, glow=True)
-    for radius, alpha in ((6.0, 34), (3.8, 34), (2.0, 30)):
-        ring = [
-            (2.0 + radius * math.cos(math.radians(a)), radius * math.sin(math.radians(a)), 0.2)
-            for a in range(0, 360, 45)
-        ]
-        shine.face(ring, LAMPLIGHT, (0.0, 0.0, 1.0), glow=True, alpha=alpha)
+    ring = [(2.0 + 7.0 * math.cos(math.pi * a / 6), 7.0 * math.sin(math.pi * a / 6), 0.2) for a in range(12)]
+    shine.spot((2.0, 0.0, 0.2), ring, LAMPLIGHT, (0.0, 0.0, 1.0), 130)
     return builder.mesh(), shine.mesh()
 
 

@@ -80,7 +80,7 @@ def kind_of(name: str, type_: str, value: str) -> tuple[str, str] | None:
 def stop_face(builder: Builder, middle: Point, radius_m: float = 0.48) -> None:
     """The red octagon."""
     _ring(builder, middle, _corners(8, radius_m, 22.5), WHITE, RED, 0.92)
-    _write(builder, middle, "STOP", radius_m * 0.62, WHITE)
+    _write(builder, middle, "STOP", radius_m * 0.62, WHITE, radius_m * 1.44)
 
 
 def _round(builder: Builder, middle: Point, rim: Color, inside: Color) -> None:
@@ -102,15 +102,13 @@ def _ring(
     builder.face([(middle[0] - 0.01, middle[1] + y, middle[2] + z) for y, z in shape], BACK, (-1.0, 0.0, 0.0))
 
 
-def _plate(
-    builder: Builder, middle: Point, width: float, height: float, color: Color, tilt_deg: float = 0.0
-) -> None:
+def _plate(builder: Builder, middle: Point, width: float, height: float, color: Color, tilt_deg: float = 0.0) -> None:
     cos, sin = math.cos(math.radians(tilt_deg)), math.sin(math.radians(tilt_deg))
     ring = [(width / 2 * a, height / 2 * b) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
     shape = [(y * cos - z * sin, y * sin + z * cos) for y, z in ring]
     _ring(builder, middle, shape, color, color, 0.5)
 
 
-def _write(builder: Builder, middle: Point, text: str, height: float, color: Color) -> None:
+def _write(builder: Builder, middle: Point, text: str, height: float, color: Color, width: float | None = None) -> None:
     place = (middle[0] + 0.03, middle[1], middle[2])
-    lettering(builder, text, place, READERS_RIGHT, UP, height, color)
+    lettering(builder, text, place, READERS_RIGHT, UP, height, color, width_m=width)

@@ -15,7 +15,7 @@ from carlette.camera.mesh import Builder, Color, Mesh, Point, mix, shade
 from carlette.camera.raster import Singles
 from carlette.camera.view import View
 
-DISTANCE_M = 900.0
+DISTANCE_M = 880.0
 STEPS = 256
 _LOWEST = -0.25
 OVERCAST = 0.8
@@ -68,18 +68,25 @@ def dome(light: Light) -> Mesh:
     """Clouds, sun, moon and stars around the origin; they are drawn behind everything else."""
     builder = Builder(tags.SKY)
     random = Random(5)
-    night = sum(light.ambient) < 0.75
+    night = sum(light.ambient) < 1.0
     hidden = light.fog_per_m > 0.01 or light.clouds > OVERCAST
     if night and not hidden:
         for _ in range(90):
-            _disc(builder, _way(random.uniform(-180, 180), random.uniform(6, 70)), random.uniform(0.7, 1.5), (225, 228, 240), 4)
+            _disc(
+                builder,
+                _way(random.uniform(-180, 180), random.uniform(6, 70)),
+                random.uniform(0.7, 1.5),
+                (225, 228, 240),
+                4,
+                far=1.1,
+            )
     if not hidden:
         for share, color in _sun_rings(light, night):
-            _disc(builder, light.sun, 22.0 * share, color, 16)
+            _disc(builder, light.sun, 22.0 * share, color, 16, far=1.08 + 0.01 * share)
     if light.fog_per_m < 0.01 and light.clouds <= OVERCAST:
         white = mix((252, 252, 252), light.horizon, 0.25)
         white = shade(white, 0.25) if night else mix(white, (150, 154, 162), 0.8 * light.clouds**2)
-        for _ in range(int(3 + 44 * light.clouds)):
+        for _ in range(int(5 + 34 * light.clouds)):
             _cloud(builder, random, white, mix(white, light.zenith, 0.45))
     elif light.clouds > OVERCAST and light.fog_per_m < 0.01:
         for _ in range(26):
@@ -101,20 +108,25 @@ def _way(azimuth_deg: float, elevation_deg: float) -> Point:
 
 def _cloud(builder: Builder, random: Random, white: Color, below: Color) -> None:
     azimuth, elevation = random.uniform(-180, 180), 7 + 32 * random.random() ** 1.3
-    size = random.uniform(18, 42)
+    size = random.uniform(42, 95)
     puffs = [(random.uniform(-1.7, 1.7), random.uniform(0.0, 0.35), random.uniform(0.5, 1.0)) for _ in range(5)]
     for drop, color in ((-0.14, below), (0.0, white)):
         for aside, rise, scale in puffs:
-            way = _way(azimuth + math.degrees(aside * size / DISTANCE_M), elevation + math.degrees((rise + drop) * size / DISTANCE_M))
-            _disc(builder, way, size * scale, color, 10, flat=0.42)
+            way = _way(
+                azimuth + math.degrees(aside * size / DISTANCE_M),
+                elevation + math.degrees((rise + drop) * size / DISTANCE_M),
+            )
+            _disc(builder, way, size * scale, color, 12, flat=0.42, far=1.0 if color == white else 1.04)
 
 
-def _disc(builder: Builder, way: Point, radius: float, color: Color, sides: int, *, flat: float = 1.0) -> None:
+def _disc(
+    builder: Builder, way: Point, radius: float, color: Color, sides: int, *, flat: float = 1.0, far: float = 1.0
+) -> None:
     """A flat disc far away that looks at the origin."""
     aside = np.cross((0.0, 0.0, 1.0), way)
     aside /= max(float(np.linalg.norm(aside)), 1e-6)
     up = np.cross(way, aside)
-    middle = np.array(way) * DISTANCE_M
+    middle = np.array(way) * DISTANCE_M * far
     turns = [2 * math.pi * one / sides for one in range(sides)]
     ring = [middle + radius * (math.cos(a) * aside + flat * math.sin(a) * up) for a in turns]
     points = [(float(p[0]), float(p[1]), float(p[2])) for p in ring]

@@ -13,7 +13,7 @@ import numpy as np
 from carlette.camera import furniture, tags
 from carlette.camera.light import Light
 from carlette.camera.lines import read_roads
-from carlette.camera.mesh import EMPTY, Mesh, quads
+from carlette.camera.mesh import EMPTY, Mesh, corner_colors, quads
 from carlette.camera.pavement import Pavement, pave, upward
 from carlette.camera.raster import Bytes
 from carlette.camera.scenery import Item, scenery
@@ -48,7 +48,7 @@ class Chunk:
         if kept is None or kept[0] is not light:
             mesh = self.layers[layer]
             shown = light.lit(mesh.normals, mesh.colors, mesh.glow, mesh.tags)
-            kept = self._lit[layer] = (light, np.repeat(shown[:, None, [2, 1, 0, 3]], 4, axis=1))
+            kept = self._lit[layer] = (light, corner_colors(mesh, shown, adds=layer == NIGHT))
             self._faded.pop(layer, None)
         return kept[1]
 
@@ -211,4 +211,3 @@ def _puddles(pavement: Pavement) -> Mesh:
     rank = random.integers(1, 101, len(chosen))
     mesh.colors[:, 3] = np.tile(rank, 3)
     return mesh
-

@@ -1,6 +1,8 @@
-"""Traffic lights: post, arm and heads. In the actor's frame x runs across the lanes and +y looks back at the traffic."""
+"""Traffic lights: post, arm, heads. In the actor's frame x runs across the lanes and +y looks back at the traffic."""
 
 from __future__ import annotations
+
+import math
 
 from carlette.camera import tags
 from carlette.camera.mesh import Builder, Color, Mesh, Point
@@ -46,8 +48,9 @@ def lamps_mesh(arm_m: float, color: int) -> tuple[Mesh, Mesh]:
             at = (x, y + 0.17, z + 0.36 * (1 - number))
             builder.disc(at, 0.145, (0, 1.0, 0), lit if on else dark, sides=12, glow=on)
             if on:
-                for radius, alpha in ((0.46, 40), (0.3, 70)):
-                    halos.disc((at[0], at[1] + 0.06, at[2]), radius, (0, 1.0, 0), lit, sides=10, glow=True, alpha=alpha)
+                middle = (at[0], at[1] + 0.06, at[2])
+                ring = [(middle[0] + 0.5 * math.cos(a), middle[1], middle[2] + 0.5 * math.sin(a)) for a in _TURNS]
+                halos.spot(middle, ring, lit, (0, 1.0, 0), 170)
     return builder.mesh(), halos.mesh()
 
 
@@ -58,3 +61,6 @@ def _case(builder: Builder, place: Point) -> None:
     for number in range(3):
         up = z + 0.36 * (1 - number) + 0.165
         builder.box((x, y + 0.25, up), (0.34, 0.2, 0.025), CASE)
+
+
+_TURNS = [math.pi * one / 5 for one in range(10)]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from carlette.camera import tags
 from carlette.camera.font import lettering
 from carlette.camera.mesh import Builder, Color, Mesh, Point, mix, shade
 from carlette.geometry import Box
@@ -125,7 +124,11 @@ def body_kind(type_id: str) -> str:
     """`car` (with vans), `truck` or `bus`: which way a vehicle is built."""
     if type_id in ("vehicle.mitsubishi.fusorosa", "vehicle.carlette.schoolbus"):
         return "bus"
-    if type_id in ("vehicle.carlamotors.carlacola", "vehicle.carlamotors.european_hgv", "vehicle.carlamotors.firetruck"):
+    if type_id in (
+        "vehicle.carlamotors.carlacola",
+        "vehicle.carlamotors.european_hgv",
+        "vehicle.carlamotors.firetruck",
+    ):
         return "truck"
     return "car"
 
@@ -160,7 +163,9 @@ def _car(builder: Builder, type_id: str, frame: Frame, wheelbase_m: float, color
     _wheels(builder, frame, wheelbase_m, style.wheel, frame.half)
     for side in (1.0, -1.0):
         at = frame.middle + (style.cabin[1] - 0.10) * hl
-        builder.box((at, frame.y + side * (frame.half + 0.07), frame.low + 0.68 * height), (0.14, 0.16, 0.13), shade(paint, 0.7))
+        builder.box(
+            (at, frame.y + side * (frame.half + 0.07), frame.low + 0.68 * height), (0.14, 0.16, 0.13), shade(paint, 0.7)
+        )
     _dress(builder, type_id, frame, style)
 
 
@@ -169,15 +174,27 @@ def _cabin(builder: Builder, style: Style, frame: Frame, paint: Color) -> None:
     rear, front, roof_rear, roof_front = (frame.middle + x * hl for x in style.cabin)
     belt, top = frame.low + style.belt * height, frame.high - 0.05
     below, above = frame.half * 0.94, frame.half * style.roof_half
-    low: list[Point] = [(front, frame.y + below, belt), (front, frame.y - below, belt), (rear, frame.y - below, belt), (rear, frame.y + below, belt)]
-    high: list[Point] = [(roof_front, frame.y + above, top), (roof_front, frame.y - above, top), (roof_rear, frame.y - above, top), (roof_rear, frame.y + above, top)]
+    low: list[Point] = [
+        (front, frame.y + below, belt),
+        (front, frame.y - below, belt),
+        (rear, frame.y - below, belt),
+        (rear, frame.y + below, belt),
+    ]
+    high: list[Point] = [
+        (roof_front, frame.y + above, top),
+        (roof_front, frame.y - above, top),
+        (roof_rear, frame.y - above, top),
+        (roof_rear, frame.y + above, top),
+    ]
     if style is VAN:
         builder.hull(low, high, paint)
         _van_glass(builder, frame, (belt, top), (front, roof_front), (below, above))
     else:
         builder.hull(low, high, GLASS, shade(paint, 0.96))
     slab = [(x, y, top + 0.05) for x, y, _ in high]
-    builder.hull(high, [(frame.middle + (x - frame.middle) * 0.96, frame.y + (y - frame.y) * 0.92, z) for x, y, z in slab], paint)
+    builder.hull(
+        high, [(frame.middle + (x - frame.middle) * 0.96, frame.y + (y - frame.y) * 0.92, z) for x, y, z in slab], paint
+    )
     for side in (1.0, -1.0):
         for u in style.pillars:
             quad = []
@@ -188,20 +205,34 @@ def _cabin(builder: Builder, style: Style, frame: Frame, paint: Color) -> None:
 
 
 def _van_glass(
-    builder: Builder, frame: Frame, levels: tuple[float, float], fronts: tuple[float, float], halves: tuple[float, float]
+    builder: Builder,
+    frame: Frame,
+    levels: tuple[float, float],
+    fronts: tuple[float, float],
+    halves: tuple[float, float],
 ) -> None:
     (belt, top), (front, roof), (below, above) = levels, fronts, halves
-    screen = [(front - (front - roof) * v + 0.012, frame.y + w * (below * (1 - v) + above * v), belt + (top - belt) * v + 0.01)
-              for w, v in ((0.92, 0.04), (-0.92, 0.04), (-0.92, 0.72), (0.92, 0.72))]  # fmt: skip
+    screen = []
+    for w, v in ((0.92, 0.04), (-0.92, 0.04), (-0.92, 0.72), (0.92, 0.72)):
+        y = frame.y + w * (below * (1 - v) + above * v)
+        screen.append((front - (front - roof) * v + 0.012, y, belt + (top - belt) * v + 0.01))
     builder.face(screen, GLASS, (1.0, 0.0, 0.3))
     for side in (1.0, -1.0):
         half = (below + above) / 2 + 0.03
-        window = [(x, frame.y + side * half, z) for x, z in (
-            (roof - 0.85, belt + 0.06), (front - 0.16, belt + 0.06), (roof - 0.02, belt + 0.62 * (top - belt)), (roof - 0.85, belt + 0.62 * (top - belt)))]  # fmt: skip
+        low, high = belt + 0.06, belt + 0.62 * (top - belt)
+        corners = ((roof - 0.85, low), (front - 0.16, low), (roof - 0.02, high), (roof - 0.85, high))
+        window = [(x, frame.y + side * half, z) for x, z in corners]
         builder.face(window, GLASS, (0.0, side, 0.0))
     for side in (1.0, -1.0):
-        builder.plate((frame.rear - 0.012, frame.y + side * 0.45 * frame.half, (belt + top) / 2 + 0.06), (frame.half * 0.72, 0.5 * (top - belt)), (-1.0, 0.0, 0.0), GLASS)
-    builder.plate((frame.rear - 0.014, frame.y, (frame.low + top) / 2), (0.03, 0.8 * (top - frame.low)), (-1.0, 0, 0), SEAM)
+        builder.plate(
+            (frame.rear - 0.012, frame.y + side * 0.45 * frame.half, (belt + top) / 2 + 0.06),
+            (frame.half * 0.72, 0.5 * (top - belt)),
+            (-1.0, 0.0, 0.0),
+            GLASS,
+        )
+    builder.plate(
+        (frame.rear - 0.014, frame.y, (frame.low + top) / 2), (0.03, 0.8 * (top - frame.low)), (-1.0, 0, 0), SEAM
+    )
 
 
 def _bumpers(builder: Builder, frame: Frame) -> None:
@@ -225,10 +256,14 @@ def _seams(builder: Builder, frame: Frame, style: Style, height: float) -> None:
             at = frame.middle + x * hl
             builder.plate((at, y, (low + high) / 2), (0.025, high - low), (0.0, side, 0.0), SEAM)
             builder.plate((at - 0.28 * 1.0, y, high - 0.14), (0.16, 0.035), (0.0, side, 0.0), SEAM)
-    builder.plate((frame.front + 0.015, frame.y, frame.lamp_z - 0.02), (frame.half * 0.9, 0.13), (1.0, 0, 0), (24, 26, 28))
+    builder.plate(
+        (frame.front + 0.015, frame.y, frame.lamp_z - 0.02), (frame.half * 0.9, 0.13), (1.0, 0, 0), (24, 26, 28)
+    )
 
 
-def _wheels(builder: Builder, frame: Frame, wheelbase_m: float, radius: float, half: float, axles: Sequence[float] | None = None) -> None:
+def _wheels(
+    builder: Builder, frame: Frame, wheelbase_m: float, radius: float, half: float, axles: Sequence[float] | None = None
+) -> None:
     at = axles or (frame.middle + wheelbase_m / 2, frame.middle - wheelbase_m / 2)
     for x in at:
         for side in (1.0, -1.0):
@@ -255,19 +290,66 @@ def _dress(builder: Builder, type_id: str, frame: Frame, style: Style) -> None:
     if "police" in type_id:
         for side in (1.0, -1.0):
             y = frame.y + side * (frame.half + 0.016)
-            builder.plate((frame.middle - 0.05 * hl, y, frame.low + 0.42 * height), (0.92 * hl, 0.34 * height), (0.0, side, 0.0), (18, 22, 40))
+            builder.plate(
+                (frame.middle - 0.05 * hl, y, frame.low + 0.42 * height),
+                (0.92 * hl, 0.34 * height),
+                (0.0, side, 0.0),
+                (18, 22, 40),
+            )
             middle = (frame.middle - 0.05 * hl, y + side * 0.01, frame.low + 0.44 * height)
             lettering(builder, "POLICE", middle, (-side, 0.0, 0.0), UP, 0.26, (250, 250, 250), width_m=1.5)
-        lettering(builder, "POLICE", (frame.rear - 0.02, frame.y, frame.low + 0.60 * height), (0.0, 1.0, 0.0), UP, 0.13, (18, 22, 60), width_m=0.8)
+        lettering(
+            builder,
+            "POLICE",
+            (frame.rear - 0.02, frame.y, frame.low + 0.60 * height),
+            (0.0, 1.0, 0.0),
+            UP,
+            0.13,
+            (18, 22, 60),
+            width_m=0.8,
+        )
     elif "ambulance" in type_id:
         for side in (1.0, -1.0):
             y = frame.y + side * (frame.half + 0.02)
-            builder.plate((frame.middle - 0.2 * hl, y, frame.low + 0.36 * height), (1.5 * hl, 0.10 * height), (0.0, side, 0.0), (220, 40, 24))
-            builder.plate((frame.middle - 0.2 * hl, y, frame.low + 0.28 * height), (1.5 * hl, 0.05 * height), (0.0, side, 0.0), (246, 196, 20))
-            lettering(builder, "AMBULANCE", (frame.middle - 0.42 * hl, y - side * 0.01, frame.low + 0.74 * height), (-side, 0, 0), UP, 0.34, (210, 24, 24), width_m=2.3)
+            builder.plate(
+                (frame.middle - 0.2 * hl, y, frame.low + 0.36 * height),
+                (1.5 * hl, 0.10 * height),
+                (0.0, side, 0.0),
+                (220, 40, 24),
+            )
+            builder.plate(
+                (frame.middle - 0.2 * hl, y, frame.low + 0.28 * height),
+                (1.5 * hl, 0.05 * height),
+                (0.0, side, 0.0),
+                (246, 196, 20),
+            )
+            lettering(
+                builder,
+                "AMBULANCE",
+                (frame.middle - 0.42 * hl, y - side * 0.01, frame.low + 0.74 * height),
+                (-side, 0, 0),
+                UP,
+                0.34,
+                (210, 24, 24),
+                width_m=2.3,
+            )
             _cross(builder, (frame.middle - 0.42 * hl, y, frame.low + 0.54 * height), side)
-        lettering(builder, "AMBULANCE", (frame.rear - 0.03, frame.y, frame.low + 0.44 * height), (0.0, 1.0, 0.0), UP, 0.2, (210, 24, 24), width_m=1.5)
-        builder.plate((frame.rear - 0.02, frame.y, frame.low + 0.30 * height), (1.7 * frame.half, 0.14), (-1.0, 0, 0), (246, 196, 20))
+        lettering(
+            builder,
+            "AMBULANCE",
+            (frame.rear - 0.03, frame.y, frame.low + 0.44 * height),
+            (0.0, 1.0, 0.0),
+            UP,
+            0.2,
+            (210, 24, 24),
+            width_m=1.5,
+        )
+        builder.plate(
+            (frame.rear - 0.02, frame.y, frame.low + 0.30 * height),
+            (1.7 * frame.half, 0.14),
+            (-1.0, 0, 0),
+            (246, 196, 20),
+        )
         builder.plate((frame.front + 0.03, frame.y, frame.low + 0.36 * height), (1.0, 0.14), (1.0, 0, 0), (210, 24, 24))
     elif type_id == "vehicle.ford.crown":
         builder.box((frame.middle - 0.18 * hl, frame.y, frame.high + 0.07), (0.18, 0.7, 0.18), (250, 250, 240))
@@ -289,16 +371,50 @@ def _truck(builder: Builder, type_id: str, frame: Frame, wheelbase_m: float, col
     height, top = frame.high - frame.low, frame.high
     cab = frame.front - min(2.1, 0.36 * frame.length)
     cab_top = frame.low + (0.92 if cola else 0.80) * height
-    builder.loft(((cab, 0.45, cab_top, frame.half, frame.half * 0.94), (frame.front - 0.12, 0.42, cab_top - 0.08, frame.half, frame.half * 0.94), (frame.front, 0.4, 0.52 * height, frame.half * 0.96, frame.half * 0.94)), paint, frame.y)
-    builder.plate((frame.front + 0.012, frame.y, frame.low + 0.40 * height), (1.6 * frame.half, 0.10 * height), (1.0, 0, 0), (30, 32, 36))
-    screen = [(frame.front + 0.01 - 0.12 * v, frame.y + w * frame.half * 0.9, 0.52 * height + (cab_top - 0.1 - 0.52 * height) * v) for w, v in ((1, 0.02), (-1, 0.02), (-1, 0.82), (1, 0.82))]
+    builder.loft(
+        (
+            (cab, 0.45, cab_top, frame.half, frame.half * 0.94),
+            (frame.front - 0.12, 0.42, cab_top - 0.08, frame.half, frame.half * 0.94),
+            (frame.front, 0.4, 0.52 * height, frame.half * 0.96, frame.half * 0.94),
+        ),
+        paint,
+        frame.y,
+    )
+    builder.plate(
+        (frame.front + 0.012, frame.y, frame.low + 0.40 * height),
+        (1.6 * frame.half, 0.10 * height),
+        (1.0, 0, 0),
+        (30, 32, 36),
+    )
+    screen = [
+        (
+            frame.front + 0.01 - 0.12 * v,
+            frame.y + w * frame.half * 0.9,
+            0.52 * height + (cab_top - 0.1 - 0.52 * height) * v,
+        )
+        for w, v in ((1, 0.02), (-1, 0.02), (-1, 0.82), (1, 0.82))
+    ]
     builder.face(screen, GLASS, (1.0, 0.0, 0.2))
     for side in (1.0, -1.0):
-        builder.plate(((cab + frame.front) / 2 + 0.1, frame.y + side * (frame.half + 0.01), 0.63 * height), (0.5 * (frame.front - cab), 0.22 * height), (0, side, 0), GLASS)
-        builder.box((frame.front - 0.2, frame.y + side * (frame.half + 0.1), 0.62 * height), (0.12, 0.2, 0.5), (30, 30, 32))
+        builder.plate(
+            ((cab + frame.front) / 2 + 0.1, frame.y + side * (frame.half + 0.01), 0.63 * height),
+            (0.5 * (frame.front - cab), 0.22 * height),
+            (0, side, 0),
+            GLASS,
+        )
+        builder.box(
+            (frame.front - 0.2, frame.y + side * (frame.half + 0.1), 0.62 * height), (0.12, 0.2, 0.5), (30, 30, 32)
+        )
     load = FIRE_RED if fire else ((196, 24, 30) if cola else (226, 228, 230))
     rear = frame.rear + 0.05
-    builder.loft(((rear, 0.75, top - 0.1 * fire * height, frame.half, frame.half), (cab - 0.12, 0.75, top - 0.1 * fire * height, frame.half, frame.half)), load, frame.y)
+    builder.loft(
+        (
+            (rear, 0.75, top - 0.1 * fire * height, frame.half, frame.half),
+            (cab - 0.12, 0.75, top - 0.1 * fire * height, frame.half, frame.half),
+        ),
+        load,
+        frame.y,
+    )
     builder.box(((rear + cab) / 2, frame.y, 0.62), (cab - rear, 1.5 * frame.half, 0.3), BUMPER)
     builder.box((rear, frame.y, 0.5), (0.12, 1.9 * frame.half, 0.16), BUMPER)
     builder.plate((rear - 0.01, frame.y, (0.75 + top) / 2), (0.04, top - 0.9), (-1.0, 0, 0), shade(load, 0.6))
@@ -316,10 +432,23 @@ def _truck_dress(builder: Builder, fire: bool, cola: bool, frame: Frame, place: 
         y = frame.y + side * (frame.half + 0.015)
         if fire:
             builder.plate((frame.middle, y, 1.05), (frame.length * 0.94, 0.26), (0, side, 0), (244, 240, 232))
-            builder.plate((frame.middle, y + side * 0.006, 1.05), (frame.length * 0.94, 0.09), (0, side, 0), (246, 210, 30))
+            builder.plate(
+                (frame.middle, y + side * 0.006, 1.05), (frame.length * 0.94, 0.09), (0, side, 0), (246, 210, 30)
+            )
             for number in range(3):
-                builder.plate((rear + span * (number + 0.5) / 3, y, 1.75), (span / 3.5, 0.9), (0, side, 0), (150, 154, 158))
-            lettering(builder, "FIRE", (cab + 0.85, y + side * 0.01, 1.45), (-side, 0, 0), UP, 0.34, (250, 240, 220), width_m=1.1)
+                builder.plate(
+                    (rear + span * (number + 0.5) / 3, y, 1.75), (span / 3.5, 0.9), (0, side, 0), (150, 154, 158)
+                )
+            lettering(
+                builder,
+                "FIRE",
+                (cab + 0.85, y + side * 0.01, 1.45),
+                (-side, 0, 0),
+                UP,
+                0.34,
+                (250, 240, 220),
+                width_m=1.1,
+            )
         elif cola:
             lettering(builder, "COLA", (middle, y, top - 0.75), (-side, 0, 0), UP, 0.8, (250, 250, 250), width_m=2.2)
             builder.plate((middle, y, 1.0), (span * 0.96, 0.14), (0, side, 0), (250, 250, 250))
@@ -334,7 +463,12 @@ def _truck_dress(builder: Builder, fire: bool, cola: bool, frame: Frame, place: 
         lettering(builder, "FIRE", (rear - 0.02, frame.y, 2.2), (0, 1.0, 0), UP, 0.4, (250, 240, 220), width_m=1.2)
         for number in range(6):
             paint = (250, 214, 30) if number % 2 else (196, 26, 24)
-            builder.plate((rear - 0.012, frame.y + (number - 2.5) * frame.half / 3.2, 1.2), (frame.half / 3.3, 0.6), (-1.0, 0, 0), paint)
+            builder.plate(
+                (rear - 0.012, frame.y + (number - 2.5) * frame.half / 3.2, 1.2),
+                (frame.half / 3.3, 0.6),
+                (-1.0, 0, 0),
+                paint,
+            )
 
 
 def _bus(builder: Builder, type_id: str, frame: Frame, wheelbase_m: float, color: Color) -> None:
@@ -343,15 +477,44 @@ def _bus(builder: Builder, type_id: str, frame: Frame, wheelbase_m: float, color
     low, top = 0.42, frame.high
     nose = 1.5 if school else 0.25
     belt = frame.low + 0.50 * (frame.high - frame.low)
-    builder.loft(((frame.rear, low, top - 0.15, frame.half, frame.half * 0.95), (frame.rear + 0.2, low, top, frame.half, frame.half * 0.95), (frame.front - nose - 0.2, low, top, frame.half, frame.half * 0.95), (frame.front - nose, low, belt if not school else top - 0.25, frame.half, frame.half * 0.95)), paint, frame.y)
+    builder.loft(
+        (
+            (frame.rear, low, top - 0.15, frame.half, frame.half * 0.95),
+            (frame.rear + 0.2, low, top, frame.half, frame.half * 0.95),
+            (frame.front - nose - 0.2, low, top, frame.half, frame.half * 0.95),
+            (frame.front - nose, low, belt if not school else top - 0.25, frame.half, frame.half * 0.95),
+        ),
+        paint,
+        frame.y,
+    )
     if school:
-        builder.loft(((frame.front - nose, low, 1.62, frame.half * 0.95, frame.half * 0.9), (frame.front - 0.1, low, 1.42, frame.half * 0.9, frame.half * 0.8), (frame.front, 0.5, 1.2, frame.half * 0.85, frame.half * 0.75)), paint, frame.y)
+        builder.loft(
+            (
+                (frame.front - nose, low, 1.62, frame.half * 0.95, frame.half * 0.9),
+                (frame.front - 0.1, low, 1.42, frame.half * 0.9, frame.half * 0.8),
+                (frame.front, 0.5, 1.2, frame.half * 0.85, frame.half * 0.75),
+            ),
+            paint,
+            frame.y,
+        )
         face = frame.front - nose
     else:
-        builder.loft(((frame.front - nose, low, top - 0.1, frame.half, frame.half * 0.95), (frame.front, low, top - 0.45, frame.half, frame.half * 0.93)), paint, frame.y)
+        builder.loft(
+            (
+                (frame.front - nose, low, top - 0.1, frame.half, frame.half * 0.95),
+                (frame.front, low, top - 0.45, frame.half, frame.half * 0.93),
+            ),
+            paint,
+            frame.y,
+        )
         face = frame.front
     screen_low = 1.7 if school else 1.25
-    builder.plate((face + 0.03, frame.y, (screen_low + top - 0.65) / 2), (1.78 * frame.half, top - 0.65 - screen_low), (1.0, 0, 0), GLASS)
+    builder.plate(
+        (face + 0.03, frame.y, (screen_low + top - 0.65) / 2),
+        (1.78 * frame.half, top - 0.65 - screen_low),
+        (1.0, 0, 0),
+        GLASS,
+    )
     count = max(4, int((frame.length - nose - 1.2) / 1.15))
     for side in (1.0, -1.0):
         y = frame.y + side * (frame.half + 0.012)
@@ -361,13 +524,20 @@ def _bus(builder: Builder, type_id: str, frame: Frame, wheelbase_m: float, color
         if school:
             for z in (1.0, 1.35):
                 builder.plate((frame.middle - nose / 2, y, z), (frame.length - nose - 0.2, 0.09), (0, side, 0), SEAM)
-    builder.plate((frame.middle + 0.33 * frame.length, frame.y + frame.half + 0.02, 1.35), (0.85, 1.75), (0, 1.0, 0), shade(GLASS, 0.8))
+    builder.plate(
+        (frame.middle + 0.33 * frame.length, frame.y + frame.half + 0.02, 1.35),
+        (0.85, 1.75),
+        (0, 1.0, 0),
+        shade(GLASS, 0.8),
+    )
     builder.plate((frame.rear - 0.012, frame.y, belt + 0.65), (1.3 * frame.half, 0.8), (-1.0, 0, 0), GLASS)
     if school:
         _school_words(builder, frame, face, top)
     else:
         builder.plate((face + 0.035, frame.y, top - 0.48), (1.2, 0.26), (1.0, 0, 0), (20, 20, 22))
-        lettering(builder, "BUS 12", (face + 0.05, frame.y, top - 0.48), (0, -1.0, 0), UP, 0.2, (250, 180, 40), width_m=0.9)
+        lettering(
+            builder, "BUS 12", (face + 0.05, frame.y, top - 0.48), (0, -1.0, 0), UP, 0.2, (250, 180, 40), width_m=0.9
+        )
     builder.box((frame.rear - 0.02, frame.y, 0.5), (0.14, 1.9 * frame.half, 0.2), BUMPER)
     builder.box((frame.front + 0.02, frame.y, 0.5), (0.14, 1.8 * frame.half, 0.2), BUMPER)
     axles = (frame.middle + wheelbase_m * 0.5 + (0.2 if school else 0), frame.middle - wheelbase_m * 0.5)

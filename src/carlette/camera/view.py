@@ -90,4 +90,6 @@ def matrix_of(pose: Pose) -> Floats:
 
 def metres(depth: Singles) -> Singles:
     """Depth-buffer values (-1 to 1) as distances ahead of the camera's plane."""
-    return (2.0 * FAR_M * NEAR_M) / ((FAR_M + NEAR_M) - depth.astype(np.float64) * (FAR_M - NEAR_M))  # type: ignore[no-any-return]
+    ahead = (2.0 * FAR_M * NEAR_M) / ((FAR_M + NEAR_M) - depth.astype(np.float64) * (FAR_M - NEAR_M))
+    single: Singles = ahead.astype(np.float32)
+    return single

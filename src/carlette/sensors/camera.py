@@ -15,9 +15,10 @@ from typing import ClassVar
 from weakref import WeakKeyDictionary
 
 from carlette.camera.painter import Painter, Shot
-from carlette.camera.raster import Bytes
+from carlette.camera.raster import Bytes, the_raster
 from carlette.camera.studio import encode_depth, take, the_painter, without_carrier
 from carlette.camera.view import View
+from carlette.errors import RequestError, UsageError
 from carlette.sensors.base import Body, Moment, Sensor, Settings
 from carlette.sensors.scene import Scene
 
@@ -34,6 +35,10 @@ class Camera(Sensor):
         self.width = settings.whole("image_size_x", 1, LARGEST_PX)
         self.height = settings.whole("image_size_y", 1, LARGEST_PX)
         self.fov_deg = settings.number("fov", NARROWEST_DEG, WIDEST_DEG)
+        try:
+            the_raster()
+        except UsageError as error:
+            raise RequestError(f"Spawn of '{settings.type_id}' refused: {error}") from None
         self._picture: Future[Bytes] | None = None
 
     def prepare(self, moment: Moment) -> None:
