@@ -3,7 +3,7 @@
 The client's TrafficManager is not used: a tick with it waits for several calls to the server, and its lost wake-up
 would cost the promise that the same seed gives the same run. Following is the Intelligent Driver Model (Treiber,
 Hennecke, Helbing 2000), steering is pure pursuit (Coulter 1992). A `constant` car holds its speed whatever is in
-its way, as the flows of CARLA's scenario_runner do, until it has touched the hero.
+its way, as the flows of CARLA's scenario_runner do, until it has touched the hero: then it drives like the others.
 """
 
 from __future__ import annotations
@@ -33,6 +33,8 @@ STOP_LINE_GAP_M = 1.5
 _YELLOW_MPS2 = 3.0
 _CLAIM_M = 10.0
 _TOUCH_M = 0.05
+_LOW_M = 0.4
+"""What is lower is driven over."""
 
 
 @dataclass(eq=False)
@@ -111,7 +113,15 @@ class Cars:
         steering = self._steering.get(member.type_id)
         if steering is None:
             steering = self._steering[member.type_id] = Steering.of(member.actor, member.half_length_m)
-        car = Car(member, path, steering, wish_mps, constant, obeys_lights, yields and not constant)
+        car = Car(
+            member,
+            path,
+            steering,
+            wish_mps,
+            constant=constant,
+            obeys_lights=obeys_lights,
+            yields=yields and not constant,
+        )
         car.state, car.start_road = self._cast.state(member), waypoints[0].road_id
         if constant:
             member.actor.enable_constant_velocity(carla.Vector3D(wish_mps, 0.0, 0.0))
@@ -147,6 +157,12 @@ class Cars:
             self.claims.drop(car)
         self._cast.remove([car.member for car in cars])
 
+    def relax(self, car: Car) -> None:
+        """A constant car becomes one that brakes for what is ahead."""
+        if car.constant:
+            car.constant, car.yields = False, True
+            car.member.actor.disable_constant_velocity()
+
     def slow(self, car: Car, speed_mps: float) -> None:
         """Another speed for a car; the constant ones keep it at once."""
         if car.constant and car.wish_mps != speed_mps:
@@ -180,7 +196,8 @@ class Cars:
         due = [car for car in cars if (car.member.id + self._ticks) % LEADERS_EVERY == 0]
         if due:
             others = [self._cast.hero_member, *self._cast.members.values()]
-            bodies = [(one, self._cast.state(one)) for one in others if not one.is_staged]
+            heeded = [one for one in others if not one.is_staged and 2.0 * one.half_height_m > _LOW_M]
+            bodies = [(one, self._cast.state(one)) for one in heeded]
             find_leaders(due, bodies)
 
     def _feel(self, car: Car) -> None:
@@ -189,8 +206,8 @@ class Cars:
         if state.distance_m(hero.x, hero.y) > 8.0:
             return
         if boxes_touch(car.member, state, self._cast.hero_member, hero, _TOUCH_M):
-            car.hit_hero, car.constant, car.wish_mps = True, False, 0.0
-            car.member.actor.disable_constant_velocity()
+            car.hit_hero = True
+            self.relax(car)
 
     def _control(self, car: Car) -> None:
         speed = car.state.speed_mps

@@ -159,7 +159,7 @@ class Cast:
         place = carla.Transform(_lifted(transform.location, lift_m), transform.rotation)
         self.send(carla.command.ApplyTransform(member.id, place))
         if not member.type_id.startswith("static."):
-            self.send(carla.command.ApplySimulatePhysics(member.id, True))
+            self.send(carla.command.SetSimulatePhysics(member.id, True))
         member.is_staged = False
         self._states[member.id] = _pose_state(place)
 

@@ -21,7 +21,7 @@ class _Source:
 
 
 class CrossingTraffic:
-    """Once the hero is near: sources up to 40 m up the other entries, and two cars waiting on the hero's exit."""
+    """Once the hero is near: sources up to 40 m up the other entries, and two cars on the hero's exit."""
 
     SPACING_M: ClassVar[float] = 15.0
     SOURCE_M: ClassVar[float] = 40.0
@@ -38,14 +38,14 @@ class CrossingTraffic:
         self._junction: RouteJunction | None = None
         self._sources: list[_Source] = []
         self._cars: list[Car] = []
-        self._waiting: list[Car] = []
+        self._exit_cars: list[Car] = []
         self._quiet_roads: set[int] = set()
         self._quiet = False
         self.exit_gap_m = self.EXIT_GAP_M
 
     @property
     def cars(self) -> list[Car]:
-        return [*self._cars, *self._waiting]
+        return list(self._cars)
 
     def tick(self) -> None:
         """Let cars come and go."""
@@ -62,10 +62,8 @@ class CrossingTraffic:
         self._retire()
 
     def hand_over(self) -> list[Car]:
-        """The cars on the hero's exit, once it has left the junction: they belong to its road then."""
-        if self._junction is not None or not self._waiting:
-            return []
-        cars, self._waiting = self._waiting, []
+        """New cars on the hero's exit: they belong to its road."""
+        cars, self._exit_cars = self._exit_cars, []
         return cars
 
     def quiet(self, clear_middle: bool, roads: set[int], stop_entries: bool) -> None:
@@ -104,7 +102,7 @@ class CrossingTraffic:
                 lane = beside(route.at(s), slot)
                 car = None if lane is None else seen.spawn(lane, 0.0)
                 if car is not None:
-                    self._waiting.append(car)
+                    self._exit_cars.append(car)
 
     def _feed(self, source: _Source) -> None:
         if len(self._cars) >= self.MOST or source.spawned >= self.MOST_EACH:

@@ -30,7 +30,7 @@ class RoadTraffic:
     BEHIND: ClassVar[int] = 2
     MOST: ClassVar[int] = 4
     SOURCE_M: ClassVar[float] = 30.0
-    LOST_M: ClassVar[float] = 110.0
+    LOST_M: ClassVar[float] = 150.0
 
     def __init__(self, seen: Seen) -> None:
         self._seen = seen

@@ -15,7 +15,7 @@ class Flow:
     """Vehicles on the way along `line` (`carla.Waypoint`s); `tick` lets them come and go.
 
     `spacing_m` is the range from which each distance between two fronts is drawn. `constant` ones hold their speed
-    whatever comes (CARLA's actor flows); others brake for what is ahead. `kinds` are the blueprints to draw from.
+    whatever comes (CARLA's actor flows) until one has touched the hero; others brake for what is ahead. `kinds` are the blueprints to draw from.
     """
 
     def __init__(
@@ -53,6 +53,10 @@ class Flow:
 
     def tick(self) -> None:
         """Take off who has arrived, and let the next one start."""
+        if self._constant and any(car.hit_hero for car in self.cars):
+            self._constant = False
+            for car in self.cars:
+                self._scenario.cars.relax(car)
         gone = [car for car in self.cars if car.done]
         if gone:
             self._scenario.cars.remove(gone)
@@ -91,7 +95,7 @@ class Flow:
             constant=self._constant,
             ends=True,
             offset_m=self._offset_m,
-            obeys_lights=not self._constant,
+            obeys_lights=False,
         )
         self.cars.append(car)
         self.spawned += 1

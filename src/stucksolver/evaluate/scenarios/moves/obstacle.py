@@ -123,13 +123,15 @@ class TwoWays(Obstacle):
             flow.tick()
             yield
 
-    def oncoming_flow(self, offset_m: float = 0.0, gaps_m: tuple[float, float] | None = None) -> Flow:
+    def oncoming_flow(
+        self, offset_m: float = 0.0, gaps_m: tuple[float, float] | None = None, constant: bool = False
+    ) -> Flow:
         """Cars in the oncoming lane at the hero's speed limit, from far beyond the obstacle to far behind it."""
         limit = self.limit_mps
         reach_m = 1.5 * 3.6 * limit + 30.0
         lane = oncoming_lanes(self.ahead(self.distance_m))[0]
         line = run_of_lane(upstream(lane, reach_m), 2.0 * reach_m)
-        return Flow(self, line, limit, gaps_m or self.gaps_m, constant=False, offset_m=offset_m)
+        return Flow(self, line, limit, gaps_m or self.gaps_m, constant=constant, offset_m=offset_m)
 
 
 class ConstructionSite(Obstacle):

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import carla
 
 from stucksolver.evaluate.scenarios.moves.actor_flow import ActorFlow
 from stucksolver.evaluate.scenarios.moves.crossing import BICYCLES
 from stucksolver.evaluate.scenarios.moves.junction import JunctionScenario
+from stucksolver.evaluate.scenarios.moves.places import run_of_lane
 from stucksolver.evaluate.scenarios.registry import scenario
 from stucksolver.evaluate.scenarios.setting import Setting
 
 RED_S = 5.0
+LOOK_M, BEYOND_M = 200.0, 40.0
 
 
 @scenario
@@ -21,7 +24,7 @@ class CrossingBicycleFlow(ActorFlow, JunctionScenario):
 
     type = "CrossingBicycleFlow"
     starts = "the bicycles ride from the trigger on; where there are lights the hero's is red for 5 s, then green"
-    needs_map = "a junction on the route, and a bicycle lane from `start_actor_flow` to `end_actor_flow`"
+    needs_map = "a junction on the route, and a bicycle lane from `start_actor_flow` through it"
     blueprints = BICYCLES
     all_lanes = False
     lane_type = carla.LaneType.Biking
@@ -47,6 +50,15 @@ class CrossingBicycleFlow(ActorFlow, JunctionScenario):
                 end_s = float("inf")
             yield
         self.free_lights()
+
+    def _traced(self) -> list[list[Any]]:
+        """To `end_actor_flow`, or where none is given 40 m beyond the junction, straight on."""
+        if self.end_at is not None:
+            return super()._traced()
+        line = run_of_lane(self._waypoint("start_actor_flow", self.start_at), LOOK_M)
+        inside = [k for k, waypoint in enumerate(line) if waypoint.is_junction]
+        leaves = next((k for k in range(inside[0], len(line)) if not line[k].is_junction), len(line)) if inside else 0
+        return [line[: leaves + int(BEYOND_M / 2.0)] if inside else line]
 
     def over(self) -> Callable[[], bool]:
         return self.passes_exit

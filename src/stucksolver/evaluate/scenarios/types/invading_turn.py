@@ -24,6 +24,7 @@ class InvadingTurn(TwoWays):
     type = "InvadingTurn"
     starts = "the oncoming cars come from the trigger on"
     blueprints = (CONE,)
+    simplified = "the oncoming cars hold their speed whatever the hero does, until one has touched it"
     distance_m = Number("distance", 100.0, "m")
     offset_m = Number("offset", 0.25, "m")
 
@@ -44,7 +45,7 @@ class InvadingTurn(TwoWays):
             self.cast.bring(cone, place, lift_m=0.0)
         lane = oncoming_lanes(self.ahead(self.distance_m))[0]
         shift_m = -(self.offset_m + lane.lane_width / 2.0 - HALF_CAR_M)
-        flow = self.oncoming_flow(shift_m, SPACING_M)
+        flow = self.oncoming_flow(shift_m, SPACING_M, constant=True)
         yield from self.along(flow, self.trigger_s_m + self.distance_m + BEYOND_M)
         flow.clear()
         self.cast.remove([cone for cone, _ in self._cones])

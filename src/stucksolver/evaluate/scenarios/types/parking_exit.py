@@ -14,6 +14,8 @@ from stucksolver.evaluate.scenarios.registry import scenario
 from stucksolver.evaluate.scenarios.setting import Setting
 
 SPACING_M = 25.0
+ROOM_AHEAD_M = 60.0
+"""Cars that have passed the parked hero go on so far beyond the usual, lest they queue up beside it."""
 SIDE_CAR_M = 50.0
 ENDS_M = 15.0
 HERO_LIFT_M = 0.2
@@ -53,7 +55,7 @@ class ParkingExit(Scenario):
         self.cast.hold(self._side)
 
     def script(self) -> Iterator[None]:
-        self.traffic.change_road_behavior(spawn_m=SPACING_M)
+        self.traffic.change_road_behavior(spawn_m=SPACING_M, extra_space_m=ROOM_AHEAD_M)
         side: Car | None = self.cars.drive(self._side, self.ahead(0.0), self.limit_mps, begin=False)
         start_s = self.setting.hero_s_m
         while self.setting.hero_s_m < start_s + self.front_m + ENDS_M and not self.at_route_end():
