@@ -58,9 +58,21 @@ class Pose(NamedTuple):
         return self.location.plus(rotate(point, self.rotation))
 
     def compose(self, child: Pose) -> Pose:
-        """The pose of `child`, given in this frame, in the outer frame (exact for yaw, sums of angles)."""
-        turned = Rotation(*(a + b for a, b in zip(self.rotation, child.rotation, strict=True)))
-        return Pose(self.apply(child.location), turned)
+        """The pose of `child`, given in this frame, in the outer frame."""
+        return Pose(self.apply(child.location), self._turn(child.rotation))
+
+    def _turn(self, child: Rotation) -> Rotation:
+        pitch, yaw, roll = self.rotation
+        if pitch == 0.0 == roll:
+            return Rotation(child.pitch, yaw + child.yaw, child.roll)
+        ahead, right, up = (
+            rotate(rotate(one, child), self.rotation) for one in (Vector(x=1.0), Vector(y=1.0), Vector(z=1.0))
+        )
+        return Rotation(
+            math.degrees(math.atan2(ahead.z, math.hypot(ahead.x, ahead.y))),
+            math.degrees(math.atan2(ahead.y, ahead.x)),
+            math.degrees(math.atan2(-right.z, up.z)),
+        )
 
 
 class Box(NamedTuple):

@@ -108,4 +108,5 @@ class Simulator:
         episode = world_header(self.episode_id, world.step_s, self._flags)
         self.hub.publish(WORLD_STREAM, header, episode, world.bodies.record.tobytes())
         self._flags = 0
+        self.hub.waits_for_readers = world.settings.synchronous
         self.sensors.publish()

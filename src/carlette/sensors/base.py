@@ -20,7 +20,10 @@ from carlette.world.actor import Actor, Attributes
 
 Part = bytes | bytearray | memoryview
 Body = tuple[Part, ...]
-"""A message without its 48 bytes of header, in parts that need not be joined (a picture's header and its pixels)."""
+"""A message without its 48 bytes of header, in parts that need not be joined (a picture's header and its pixels).
+
+The parts are sent later and not copied: nobody may write to their memory again.
+"""
 LONGEST_PERIOD_S = 1e6
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.camera.mesh import Mesh, normals_of
-from carlette.camera.stage import SOLID, build_stage
+from carlette.camera.stage import SOLID
+from carlette.camera.studio import stage_of
 from carlette.geometry import Floats
 from carlette.opendrive.roads import RoadNetwork
 
@@ -69,7 +70,7 @@ def static_faces(network: RoadNetwork) -> Faces:
     """Roads, kerbs, terrain, signs, buildings and greenery of a map: what the cameras draw of it, without paint."""
     found = _static.get(network)
     if found is None:
-        meshes = [chunk.layers[SOLID] for chunk in build_stage(network).chunks if SOLID in chunk.layers]
+        meshes = [chunk.layers[SOLID] for chunk in stage_of(network).chunks if SOLID in chunk.layers]
         found = _static[network] = faces_of(meshes)
     return found
 

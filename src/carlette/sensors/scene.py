@@ -8,15 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carlette.camera import tags
-from carlette.camera.mesh import EMPTY, Builder, Mesh
+from carlette.camera.mesh import Mesh
 from carlette.geometry import Floats, Pose
 from carlette.sensors.faces import Faces, Indices, Singles, faces_of, static_faces
 from carlette.sensors.frames import axes, many_axes
-from carlette.sensors.shapes import GREY, shape_of
+from carlette.sensors.shapes import door_shape, shape_of
 from carlette.world.actor import Actor, Kind
 from carlette.world.world import World
 
+SWING_STEPS = 12
 BODIES = (Kind.VEHICLE, Kind.WALKER, Kind.PROP, Kind.LIGHT)
 
 
@@ -32,28 +32,24 @@ class Sweep(NamedTuple):
 
 
 class Cast:
-    """The bodies of the actors of one world, rebuilt when actors come and go or doors swing."""
+    """The bodies of the actors of one world, put together anew where one changes: who comes, goes or opens a door."""
 
     def __init__(self) -> None:
-        self._key: object = None
         self.actors: list[Actor] = []
         self.faces = faces_of([])
         self.body_of = self.faces.body_of
         """Which of `actors` each face belongs to."""
+        self._meshes: list[Mesh] = []
 
     def update(self, world: World) -> None:
         """Takes over whoever is in the world now."""
-        doors = world.doors
-        key = (id(world), world.roster, tuple(doors.row.tolist()), tuple(doors.swing.tolist()))
-        if key == self._key:
-            return
-        self._key = key
-        opened = _doors(world)
-        shown = [(one, shape_of(one)) for one in world.actors.values() if one.kind in BODIES]
-        shown = [(actor, Mesh.join([mesh, opened.get(actor.row, EMPTY)])) for actor, mesh in shown if len(mesh)]
+        doors = _doors(world)
+        shown = [(one, mesh) for one in world.actors.values() if one.kind in BODIES for mesh in _meshes(one, doors)]
         self.actors = [actor for actor, _ in shown]
-        self.faces = faces_of([mesh for _, mesh in shown])
-        self.body_of = self.faces.body_of
+        meshes = [mesh for _, mesh in shown]
+        if len(meshes) != len(self._meshes) or any(a is not b for a, b in zip(meshes, self._meshes, strict=True)):
+            self._meshes, self.faces = meshes, faces_of(meshes)
+            self.body_of = self.faces.body_of
 
 
 class Scene:
@@ -131,7 +127,9 @@ class Scene:
     @cached_property
     def face_tags(self) -> NDArray[np.uint32]:
         """The semantic tag of each face that `Sweep.hit` can name (`CityObjectLabel`)."""
-        return np.concatenate([self.static.tags, self.cast.faces.tags]).astype(np.uint32)
+        own = np.array([one.tags[0] if one.tags else 0 for one in self.cast.actors], np.uint8)[self.cast.body_of]
+        faces = self.cast.faces.tags
+        return np.concatenate([self.static.tags, np.where(faces > 0, faces, own)]).astype(np.uint32)
 
     @cached_property
     def face_actors(self) -> NDArray[np.uint32]:
@@ -149,14 +147,16 @@ class Scene:
         return found
 
 
-def _doors(world: World) -> dict[int, Mesh]:
-    """The open doors of each vehicle, by its row."""
-    if not len(world.doors):
-        return {}
-    found: dict[int, Mesh] = {}
-    centers, halves = world.doors.boxes(world.bodies)
-    for row, center, half in zip(world.doors.row.tolist(), centers.tolist(), halves.tolist(), strict=True):
-        builder = Builder(tags.CAR)
-        builder.box(tuple(center), tuple(2 * one for one in half), GREY)
-        found[row] = Mesh.join([found.get(row, EMPTY), builder.mesh()])
+def _meshes(actor: Actor, doors: dict[int, list[tuple[int, float]]]) -> list[Mesh]:
+    """An actor's body, and its open doors."""
+    opened = [door_shape(actor.type_id, actor.box, *one) for one in doors.get(actor.row, [])]
+    return [mesh for mesh in (shape_of(actor), *opened) if len(mesh)]
+
+
+def _doors(world: World) -> dict[int, list[tuple[int, float]]]:
+    """Doors that are not shut, by the row of their vehicle: number, and swing (0 to 1) in steps that meshes keep."""
+    found: dict[int, list[tuple[int, float]]] = {}
+    table = world.doors
+    for row, door, swing in zip(table.row.tolist(), table.door.tolist(), table.swing.tolist(), strict=True):
+        found.setdefault(row, []).append((door, round(swing * SWING_STEPS) / SWING_STEPS))
     return found

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+import select
 import socket
 import struct
+import time
+from collections import deque
 
 MAX_BACKLOG_BYTES = 64 * 1024 * 1024
 """A subscriber that lags this far behind is dropped (it reconnects by itself)."""
+MAX_WAIT_S = 2.0
+"""How long the world stands still for a reader of large messages that is far behind, before that happens."""
+MOST_PARTS = 64
+"""Of what is unsent, that one call of the system takes."""
 
+Part = bytes | bytearray | memoryview
 _SIZE = struct.Struct("<I")
 
 
@@ -19,7 +27,10 @@ class Subscriber:
         self.stream_id = 0
         """0 until the client has sent the id."""
         self._received = b""
-        self._unsent = bytearray()
+        self._unsent: deque[memoryview] = deque()
+        self._backlog = 0
+        self._was_waited_for = False
+        """In vain; not again."""
 
     @property
     def wants_to_write(self) -> bool:
@@ -42,26 +53,55 @@ class Subscriber:
                 self.stream_id = _SIZE.unpack_from(self._received)[0]
         return True
 
-    def send(self, framed: bytes) -> None:
-        """Queues a message that carries its size already, and sends what the socket takes."""
-        self._unsent += framed
+    def send(self, *framed: Part) -> None:
+        """Queues the parts of a message, of which the first carries its size, and sends what the socket takes.
+
+        The parts are not copied: nobody may change them any more.
+        """
+        for part in framed:
+            if len(part):
+                self._unsent.append(memoryview(part).cast("B"))
+                self._backlog += len(self._unsent[-1])
         self.write()
 
     @property
     def lags(self) -> bool:
         """True when the reader is so far behind that it must be dropped."""
-        return len(self._unsent) > MAX_BACKLOG_BYTES
+        return self._backlog > MAX_BACKLOG_BYTES
 
     def write(self) -> None:
         """Sends as much as the socket takes."""
         try:
-            sent = self.socket.send(self._unsent)
+            while self._unsent:
+                sent = self.socket.sendmsg([self._unsent[i] for i in range(min(len(self._unsent), MOST_PARTS))])
+                self._drop(sent)
         except BlockingIOError:
             return
         except OSError:
             self._unsent.clear()
+            self._backlog = 0
+
+    def catch_up(self, limit_s: float = MAX_WAIT_S) -> None:
+        """Waits until half of the backlog that is allowed is free, but not for long."""
+        if self._backlog <= MAX_BACKLOG_BYTES // 2 or self._was_waited_for:
             return
-        del self._unsent[:sent]
+        deadline = time.monotonic() + limit_s
+        room = select.poll()
+        room.register(self.socket, select.POLLOUT)
+        while self._backlog > MAX_BACKLOG_BYTES // 2:
+            rest_s = deadline - time.monotonic()
+            if rest_s <= 0.0:
+                self._was_waited_for = True
+                return
+            room.poll(1000.0 * rest_s)
+            self.write()
+
+    def _drop(self, sent: int) -> None:
+        self._backlog -= sent
+        while self._unsent and sent >= len(self._unsent[0]):
+            sent -= len(self._unsent.popleft())
+        if sent:
+            self._unsent[0] = self._unsent[0][sent:]
 
 
 class Hub:
@@ -71,6 +111,8 @@ class Hub:
         self.subscribers: set[Subscriber] = set()
         self.awaited: set[int] = set()
         """Streams whose token was asked for and whose subscriber has not come yet."""
+        self.waits_for_readers = False
+        """A reader of large messages that is far behind holds the world up for a moment, so that it misses none."""
 
     def expect(self, stream_id: int) -> None:
         """A client asked for the token of a stream: it is about to subscribe."""
@@ -80,13 +122,15 @@ class Hub:
         """A subscriber has announced its stream."""
         self.awaited.discard(subscriber.stream_id)
 
-    def publish(self, stream_id: int, *parts: bytes | bytearray | memoryview) -> None:
+    def publish(self, stream_id: int, *parts: Part) -> None:
         """Sends one message to all subscribers of a stream."""
         readers = [one for one in self.subscribers if one.stream_id == stream_id]
         if readers:
-            framed = b"".join((_SIZE.pack(sum(map(len, parts))), *parts))
+            size = _SIZE.pack(sum(memoryview(one).nbytes for one in parts))
             for one in readers:
-                one.send(framed)
+                one.send(size, *parts)
+                if self.waits_for_readers:
+                    one.catch_up()
 
     def listens(self, stream_id: int) -> bool:
         """True when somebody subscribed to a stream."""
