@@ -1,9 +1,13 @@
 """When a snapshot may be sent: not before its readers are ready for it.
 
-Two races of the client library make this necessary; both are wide open with a server as fast as this one:
+Three races of the client library make this necessary; both are wide open with a server as fast as this one:
 
 * `sensor.listen()` returns before the client's connection to the stream exists, so the next frame would be
   lost. A snapshot therefore waits for every stream whose token was asked for.
+* `load_world()` drops its episode as soon as the request is answered, in the very map of streams that the client's
+  network thread uses while it takes a snapshot; nothing guards it, and if both meet, the process ends ("close: Bad
+  file descriptor", "bad_weak_ptr", or without a word). So the answer comes some time after the last snapshot, and the
+  next snapshot not before the client has subscribed again.
 * The traffic manager's worker thread ends a step by asking for the episode's settings and then waits on a
   condition variable, which `world.tick()` notifies without holding its mutex. If the snapshot wakes the main
   thread in just that moment, the notification is lost and the client hangs for ever. So while a traffic
@@ -17,6 +21,10 @@ from __future__ import annotations
 from collections import deque
 
 HANDSHAKE_LIMIT_S = 1.0
+REST_S = 0.03
+"""From the last snapshot of an episode to the answer that ends it."""
+RETURN_LIMIT_S = 0.5
+"""For a client that loaded a world to subscribe again; in this time nobody gets a snapshot."""
 SETTLE_S = 0.0005
 """The worker's way from the reply to its condition variable."""
 DOUBT_S = 0.003
@@ -35,7 +43,8 @@ class Pacing:
         self._cue = 0.0
         self._asked = 0.0
         self._asked_since_publish = 0
-        self._published = -SETTLE_S
+        self._published = -REST_S
+        self._quiet_until = 0.0
         self._recent = deque([0], maxlen=MEMORY_TICKS)
         """How often the settings were asked for between two snapshots."""
 
@@ -62,6 +71,20 @@ class Pacing:
         self._asked_since_publish = 0
         self._published = now
 
+    def episode_begun(self, now: float) -> float:
+        """A client loads a world: returns how many seconds its answer must wait."""
+        rest = max(0.0, self._published + REST_S - now)
+        self._quiet_until = now + rest + RETURN_LIMIT_S
+        return rest
+
+    def subscribed(self) -> None:
+        """A client has come for the snapshots."""
+        self._quiet_until = 0.0
+
+    def quiet_s(self, now: float) -> float:
+        """Seconds in which no snapshot may be sent, because a client is about to change its stream."""
+        return max(0.0, self._quiet_until - now)
+
     def answer_after_s(self, now: float, managers: int) -> float:
         """Seconds by which the answer to a settings request is put off.
 
@@ -76,6 +99,8 @@ class Pacing:
 
     def hold_s(self, now: float, managers: int, awaited_streams: int) -> float:
         """Seconds to wait at most before asking again; 0 = publish now."""
+        if now < self._quiet_until:
+            return self._quiet_until - now
         if awaited_streams and now < self._cue + HANDSHAKE_LIMIT_S:
             return self._cue + HANDSHAKE_LIMIT_S - now
         if not managers:
@@ -85,6 +110,6 @@ class Pacing:
         is_doubtful = self._asked_since_publish < max(self._recent) and self._asked < self._cue
         return max(0.0, max(self._cue, self._asked) + (DOUBT_S if is_doubtful else SETTLE_S) - now)
 
-    def is_settling(self, managers: int, awaited_streams: int) -> bool:
+    def is_settling(self, now: float, managers: int, awaited_streams: int) -> bool:
         """True when only the short rest after the settings is left."""
-        return not awaited_streams and self._asked_since_publish >= managers
+        return not awaited_streams and now >= self._quiet_until and self._asked_since_publish >= managers

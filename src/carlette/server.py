@@ -17,6 +17,7 @@ from carlette.rpc.handlers import ALL
 from carlette.rpc.session import Session
 from carlette.simulator import Simulator
 from carlette.stream.hub import Subscriber
+from carlette.wire.token import WORLD_STREAM
 
 IDLE_S = 0.5
 """Longest sleep of the loop; bounds how late it notices that it shall stop."""
@@ -84,7 +85,7 @@ class Server:
         settings = self.simulator.world.settings
         if self._is_pending:
             self._try_publish(time.monotonic())
-        elif not settings.synchronous and now >= self._next_tick:
+        elif not settings.synchronous and now >= self._next_tick and not self._pacing.quiet_s(now):
             self._next_tick = max(self._next_tick + settings.step_s, now)
             self._cue(now)
             self._tick()
@@ -103,7 +104,7 @@ class Server:
         if self._is_pending:
             return min(IDLE_S, self._hold_s(now))
         if not self.simulator.world.settings.synchronous:
-            return min(IDLE_S, max(0.0, self._next_tick - now))
+            return min(IDLE_S, max(0.0, self._next_tick - now, self._pacing.quiet_s(now)))
         return IDLE_S
 
     def _cue(self, now: float) -> None:
@@ -143,7 +144,7 @@ class Server:
                 self._publish()
                 return
             is_settling = self._pacing.is_settling(
-                len(self.simulator.traffic_managers), len(self.simulator.hub.awaited)
+                now, len(self.simulator.traffic_managers), len(self.simulator.hub.awaited)
             )
             if self._rescue.is_switching or not is_settling:
                 return
@@ -211,7 +212,11 @@ class Server:
             log.warning("a client called '%s', which this server does not know", method)
             connection.reply(number, None, f"this server does not know the method '{method}'")
             return
-        connection.reply(number, call(self._sessions[connection], *arguments))
+        episode = self.simulator.episode_id
+        result = call(self._sessions[connection], *arguments)
+        if self.simulator.episode_id != episode:
+            time.sleep(self._pacing.episode_begun(time.monotonic()))
+        connection.reply(number, result)
         if method == "get_episode_settings":
             self._pacing.settings_asked(time.monotonic())
         elif method == "get_vehicle_light_states":
@@ -247,6 +252,8 @@ class Server:
                 return
             if subscriber.stream_id:
                 self.simulator.hub.arrived(subscriber)
+                if subscriber.stream_id == WORLD_STREAM:
+                    self._pacing.subscribed()
             self._watch(subscriber, handle)
 
         return handle

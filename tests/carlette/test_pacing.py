@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from carlette.pacing import DOUBT_S, HANDSHAKE_LIMIT_S, SETTLE_S, STEP_LIMIT_S, Pacing
+from carlette.pacing import DOUBT_S, HANDSHAKE_LIMIT_S, REST_S, RETURN_LIMIT_S, SETTLE_S, STEP_LIMIT_S, Pacing
 
 
 def test_without_traffic_manager_and_new_streams_nothing_waits() -> None:
@@ -25,7 +25,7 @@ def test_a_traffic_manager_gets_time_after_it_asked_for_the_settings() -> None:
     pacing.cue(5.0)
     assert pacing.hold_s(5.0, 1, 0) == pytest.approx(STEP_LIMIT_S)
     pacing.settings_asked(5.001)
-    assert pacing.is_settling(1, 0)
+    assert pacing.is_settling(5.001, 1, 0)
     assert pacing.hold_s(5.001, 1, 0) == pytest.approx(SETTLE_S)
     assert pacing.hold_s(5.002, 1, 0) == 0.0
 
@@ -70,3 +70,19 @@ def test_a_worker_that_was_late_is_not_taken_for_one_that_waits() -> None:
     pacing.step_begun()
     pacing.cue(5.0)
     assert pacing.hold_s(5.0, 1, 0) == pytest.approx(STEP_LIMIT_S)
+
+
+def test_after_a_new_episode_nobody_gets_a_snapshot_before_its_maker_has_come_back() -> None:
+    pacing = Pacing()
+    pacing.published(5.0, 0)
+    assert pacing.episode_begun(5.01) == pytest.approx(REST_S - 0.01)
+    pacing.cue(5.1)
+    assert pacing.hold_s(5.1, 0, 0) == pacing.quiet_s(5.1) > 0.0
+    pacing.subscribed()
+    assert pacing.hold_s(5.1, 0, 0) == pacing.quiet_s(5.1) == 0.0
+
+
+def test_a_new_episode_whose_maker_stays_away_goes_on_by_itself() -> None:
+    pacing = Pacing()
+    assert pacing.episode_begun(5.0) == 0.0
+    assert pacing.quiet_s(5.0 + RETURN_LIMIT_S) == 0.0
