@@ -11,11 +11,11 @@ import carla
 from stucksolver.evaluate.routes import Parameter
 from stucksolver.evaluate.suites.movements import Control, Movement, Side, Turn, arm, straight
 from stucksolver.evaluate.suites.site import Site
-from stucksolver.evaluate.suites.walk import approach, beside, follow
+from stucksolver.evaluate.suites.walk import Path, approach, beside, follow
 
 _TRIGGER_BEFORE_M, _START_BEFORE_M, _END_AFTER_M = 38, 75, 95
 _FLOW_BEFORE_M, _FLOW_AFTER_M = 75, 55
-_BICYCLES_BEFORE_M = 40
+_BICYCLES_BEFORE_M, _BICYCLES_AFTER_M = 40, 40
 _NEAR_M = 3
 """Marks lie this close to the junction, so that the route through it cannot be mistaken."""
 
@@ -110,14 +110,16 @@ def _bicycles(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str,
     for other in sources:
         start = beside(approach(other.entry, _BICYCLES_BEFORE_M)[0], carla.LaneType.Biking)
         at_junction = beside(other.entry, carla.LaneType.Biking)
-        if start is not None and at_junction is not None and _goes_on(at_junction):
-            yield {"start_actor_flow": start}, {}
+        beyond = _beyond_junction(at_junction) if at_junction is not None else ()
+        if start is not None and len(beyond) > _BICYCLES_AFTER_M:
+            yield {"start_actor_flow": start, "end_actor_flow": beyond[_BICYCLES_AFTER_M]}, {}
 
 
-def _goes_on(bicycle_lane: Any) -> bool:
-    """Whether it leads through the junction and beyond."""
-    path = follow(bicycle_lane, 90)
-    return len(path) > 90 and not path[-1].is_junction
+def _beyond_junction(bicycle_lane: Any) -> Path:
+    """The lane as it goes on after the junction; nothing where it ends there."""
+    path = follow(bicycle_lane, 120)
+    inside = [index for index, one in enumerate(path) if one.is_junction]
+    return path[inside[-1] + 1 :] if inside else ()
 
 
 def _direction(*sides: Side) -> Extra:
