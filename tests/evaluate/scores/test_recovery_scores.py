@@ -1,0 +1,116 @@
+"""Recovery's own figures: each word as the design fixes it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from outcomes import noted, outcome, plan, spell
+
+from stucksolver.evaluate.results.outcome import Outcome, Query
+from stucksolver.evaluate.scores.recovery import RecoveryFigures, key_of, recovery_figures
+
+
+def figures(alone: Outcome | None = None, **changes: Any) -> RecoveryFigures:
+    return recovery_figures([outcome(**changes)], None if alone is None else {key_of(alone): alone})
+
+
+def test_a_short_stop_is_no_immobilization() -> None:
+    assert figures(spells=(spell(10, 19.9),)).met == 0
+    assert figures(spells=(spell(10, 20.0),)).met == 1
+
+
+def test_a_short_stop_with_a_plan_is_one() -> None:
+    assert figures(spells=(spell(10, 15),), interventions=(plan(12, 14),)).met == 1
+
+
+def test_time_to_recover_is_told_by_median_and_p95() -> None:
+    found = figures(spells=tuple(spell(0, t) for t in (10.0, 20.0, 60.0)))
+    assert (found.left, found.median_s, found.p95_s) == (3, 20.0, pytest.approx(56.0))
+
+
+def test_recovered_means_15_m_within_60_s() -> None:
+    assert figures(interventions=(plan(50, 60),)).recovered == 1
+    slow = tuple((float(t), t / 5.0) for t in range(400))
+    assert figures(interventions=(plan(50, 60, place_m=10.0),), track=slow).recovered == 0
+
+
+def test_without_an_infraction_from_the_plans_start_on() -> None:
+    assert figures(interventions=(plan(50, 60),), infractions=(noted(55),)).recovered == 0
+    assert figures(interventions=(plan(50, 60),), infractions=(noted(49),)).recovered == 1
+
+
+def test_recoveries_are_counted_by_rung() -> None:
+    assert figures(interventions=(plan(50, 60), plan(100, 110))).by_rung == {"rules": 2}
+
+
+def test_to_act_where_the_scenario_says_wait_is_false() -> None:
+    assert figures(expected="wait", interventions=(plan(50, 60),)).false == 1
+    assert figures(expected="wait", interventions=(plan(50, 60, moves=False),)).false == 0
+
+
+def test_to_act_where_the_driver_alone_got_going_again_is_false() -> None:
+    alone = outcome(arm="driver alone", spells=(spell(45, 80, place_m=48),))
+    assert figures(alone, interventions=(plan(50, 60),)).false == 1
+    late = outcome(arm="driver alone", spells=(spell(45, 106, place_m=48),))
+    assert figures(late, interventions=(plan(50, 60),)).false == 0
+    elsewhere = outcome(arm="driver alone", spells=(spell(45, 80, place_m=80),))
+    assert figures(elsewhere, interventions=(plan(50, 60),)).false == 0
+
+
+def test_missed_is_a_stop_that_never_ends_and_that_nothing_was_done_about() -> None:
+    stuck = spell(10, 200, recovered=False)
+    assert figures(spells=(stuck,)).missed == 1
+    assert figures(spells=(stuck,), interventions=(plan(12, 14),)).missed == 0
+    assert figures(spells=(stuck,), expected="wait").missed == 0
+
+
+def test_harm_is_counted_from_a_plans_start_to_10_s_after_its_end() -> None:
+    infractions = tuple(noted(t) for t in (49.9, 50.0, 70.0, 70.1))
+    found = figures(interventions=(plan(50, 60),), infractions=infractions, near_misses=(noted(65, "near_miss"),))
+    assert (found.harm, found.infractions) == (3, 5)
+
+
+def test_harm_of_overlapping_plans_counts_once() -> None:
+    assert figures(interventions=(plan(50, 60), plan(62, 70)), infractions=(noted(65),)).harm == 1
+
+
+def test_harm_stands_beside_that_of_the_driver_alone_in_the_same_time() -> None:
+    alone = outcome(arm="driver alone", infractions=(noted(55), noted(150)))
+    found = figures(alone, interventions=(plan(50, 60),))
+    assert (found.harm, found.harm_alone, found.infractions_alone) == (0, 1, 2)
+    assert figures(interventions=(plan(50, 60),)).harm_alone is None
+
+
+def test_min_speed_entries_and_being_blocked_are_no_harm() -> None:
+    infractions = (noted(55, "min_speed_infractions"), noted(56, "vehicle_blocked"))
+    assert figures(interventions=(plan(50, 60),), infractions=infractions).harm == 0
+
+
+def test_questions_are_counted_with_their_cost() -> None:
+    queries = (Query(asked_s=10, answered_s=12.8, took_s=2.5, tokens=900), Query(asked_s=20))
+    found = figures(queries=queries)
+    assert (found.queries, found.tokens, found.latencies_s) == (2, 900, [2.5])
+    assert found.lost_s == pytest.approx(2.8)
+    assert found.queries_per_km == pytest.approx(2 / 0.2)
+
+
+@pytest.mark.parametrize(
+    ("expected", "changes", "right"),
+    [
+        ("wait", {}, 1),
+        ("wait", {"interventions": (plan(50, 60),)}, 0),
+        ("ask", {}, 0),
+        ("ask", {"asked_s": 30.0}, 1),
+        ("recover", {}, 1),
+        ("recover", {"track": ((0.0, 0.0), (1.0, 5.0))}, 0),
+        ("reroute", {}, 1),
+    ],
+)
+def test_a_stated_outcome_is_judged(expected: str, changes: dict[str, Any], right: int) -> None:
+    found = figures(expected=expected, **changes)
+    assert (found.judged, found.right) == (1, right)
+
+
+def test_routes_that_were_not_driven_count_nothing() -> None:
+    assert figures(state="crashed", spells=(spell(0, 50),)).routes == 0
