@@ -32,7 +32,7 @@ def of(kind: Any, metadata: tuple[Any, ...] = ()) -> st.SearchStrategy[Any]:
     if origin is Annotated:
         return of(args[0], tuple(args[1:]))
     if origin in (Union, types.UnionType):
-        return st.one_of([of(arg) for arg in args])
+        return st.one_of([of(arg, metadata) for arg in args])
     if origin is Literal:
         return st.sampled_from(args)
     if origin is tuple:

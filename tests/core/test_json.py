@@ -33,6 +33,7 @@ def test_round_trip_through_json_changes_nothing(name, data):
 
 
 @pytest.mark.parametrize("behavior", REGISTRY.values(), ids=REGISTRY)
+@settings(max_examples=40, deadline=None)
 @given(data=st.data())
 def test_every_behaviour_survives_json_inside_a_directive(behavior, data):
     directive = Execute(behavior=data.draw(of(behavior)))
@@ -131,7 +132,7 @@ def test_offering_an_unknown_behaviour_names_the_closed_list():
     "data",
     [
         {"name": "fly"},
-        {"name": "wait", "duration_s": 21.0},
+        {"name": "wait", "duration_s": 61.0},
         {"name": "wait", "duration_s": 0.0},
         {"name": "keep_lane", "distance_m": 20.0, "speed_mps": 12.0},
         {"name": "change_lane", "side": "up", "distance_m": 20.0, "speed_mps": 5.0},

@@ -55,9 +55,11 @@ def test_a_red_light_for_others_is_no_reason_to_wait():
 
 
 @pytest.mark.parametrize("stopped_s", [10.0, 179.0, 181.0, 3600.0])
-def test_nothing_leads_past_a_red_light_however_long_it_lasts(stopped_s):
+def test_nothing_leads_past_a_red_light_however_long_it_lasts_but_help_is_called(stopped_s):
     world = World(TWO_WAY, [thing("lead", 60.0, hazard=True)], controls=(red_light(18.0),))
-    assert decide(world, stopped_s=stopped_s).plan is None
+    plan = decide(world, stopped_s=stopped_s).plan
+    assert (plan is None) == (stopped_s < 180.0)
+    assert plan is None or [b.name for b in plan.behaviors] == ["request_assistance"]
 
 
 def test_a_parked_car_before_a_light_is_passed_once_it_is_green():
@@ -134,7 +136,7 @@ def test_while_it_moves_there_is_nothing_to_do():
 def test_moving_without_getting_on_is_a_loop():
     decision = decide(blocked(), speed_mps=3.0, progress_20s_m=2.0)
     assert decision.analysis.cause is CauseCode.LOOP
-    assert decision.plan is None
+    assert [b.name for b in behaviors_of(decision)] == ["replan"]
 
 
 def test_nothing_in_the_path_leaves_the_cause_unknown():

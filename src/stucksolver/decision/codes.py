@@ -60,4 +60,7 @@ class GuidanceIntent(str, Enum):
     CHANGE_RIGHT = "change_right"
     WAIT = "wait"
     GO = "go"
+    DRIVE_OVER = "drive_over"
+    BACK_UP = "back_up"
+    PULL_OVER = "pull_over"
     UNCLEAR = "unclear"

@@ -11,6 +11,7 @@ from stucksolver.scene.view import View
 
 STEP_M = 0.5
 SOFT_BRAKING_MPS2 = 1.0
+LEAST_MPS = 0.3
 HAND_BACK_BRAKING_MPS2 = 2.5
 """No stack begins to brake for the end of a path later than this deceleration would need."""
 
@@ -66,7 +67,9 @@ class Manoeuvre:
     def stopping(self) -> Manoeuvre:
         """The same one, coming to rest at its end."""
         room = np.maximum(self.end_s - self.s, 0.0)
-        return replace(self, speed=np.minimum(self.speed, np.sqrt(2 * SOFT_BRAKING_MPS2 * room) + 0.3), stops=True)
+        speed = np.minimum(self.speed, np.maximum(np.sqrt(2 * SOFT_BRAKING_MPS2 * room), LEAST_MPS))
+        speed[-1] = 0.0
+        return replace(self, speed=speed, stops=True)
 
 
 def landing_m(speed_mps: float) -> float:

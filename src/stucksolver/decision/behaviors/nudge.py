@@ -7,7 +7,8 @@ from pydantic import Field
 
 from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.behaviors.keep_lane import own_lane
-from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift, straight
+from stucksolver.decision.manoeuvre import Manoeuvre, straight
+from stucksolver.decision.swing import swing_out
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import View
 
@@ -42,8 +43,7 @@ class Nudge(Behavior):
             raise CannotPlan(f"the lane leaves no room on the {self.side}")
         for share in SHARES:
             aside = share * (target - start.d_m)
-            length = max(shortest_shift(aside, 1.3 * view.ego.limits.min_turn_radius_m), min(self.distance_m, 15.0))
-            out = lateral(start.s_m, start.d_m, start.d_m + aside, length, self.speed_mps, view)
+            out = swing_out(view, start, start.d_m + aside, self.speed_mps)
             if float((turn * out.d + corners(out, view)).max()) <= (left if turn > 0 else -right) + 2 * EDGE_M:
                 rest = max(start.s_m + self.distance_m - out.end_s, 0.5)
                 return out.then(straight(out.end_s, out.end_d, rest, self.speed_mps)).stopping()

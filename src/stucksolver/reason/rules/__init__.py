@@ -19,7 +19,7 @@ class RuleReasoner:
 
     def decide(self, scene: Scene) -> Decision:
         observation = observe(scene, self._limits)
-        return decide(scene, observation, analyse(scene, observation, self._limits))
+        return decide(scene, observation, analyse(scene, observation, self._limits), self._limits)
 
 
 __all__ = ["RuleReasoner"]

@@ -8,6 +8,9 @@ from stucksolver.decision import GuidanceIntent
 
 _PATTERNS: tuple[tuple[GuidanceIntent, str], ...] = (
     (GuidanceIntent.WAIT, r"\b(do ?n.?t|do not|never|stop|wait|stay|hold on|not yet)\b"),
+    (GuidanceIntent.PULL_OVER, r"\b(pull(ing)? over|pull to the side|to the roadside)\b"),
+    (GuidanceIntent.BACK_UP, r"\b(back (it )?up|reverse|go back a (bit|little))\b"),
+    (GuidanceIntent.DRIVE_OVER, r"\bdrive (right )?over\b"),
     (GuidanceIntent.OVERTAKE, r"\b(over ?take|pass|get past|go (a)?round|drive (a)?round|get (a)?round)\b"),
     (GuidanceIntent.CHANGE_LEFT, r"\bleft\b"),
     (GuidanceIntent.CHANGE_RIGHT, r"\bright\b"),

@@ -1,0 +1,56 @@
+"""What to do with nothing ahead: a loop, a dark light, or what a passenger asks for."""
+
+from __future__ import annotations
+
+from stucksolver.decision import Analysis, CauseCode, GuidanceIntent, RecoveryPlan, WaitReason
+from stucksolver.decision.behaviors import BackUp, KeepLane, PullOver, ReplanRoute
+from stucksolver.decision.behaviors.base import Behavior
+from stucksolver.reason.rules.analyse import red_light_within
+from stucksolver.reason.rules.past import Way, has_failed
+from stucksolver.scene import ControlKind, LightState, Scene
+
+AT_THE_LINE_M = 5.5
+LOOKED_S = 3.0
+CROSS_M, CREEP_MPS = 20.0, 2.2
+LIGHT_AHEAD_M = 20.0
+
+
+def without_lead(scene: Scene, analysis: Analysis) -> Way:
+    """Out of a loop by a new route; over the line of a dark light or a stop sign after a stop, creeping."""
+    light = red_light_within(scene, LIGHT_AHEAD_M)
+    if light is not None:
+        return None, (WaitReason.LIGHT, light)
+    if analysis.cause is CauseCode.LOOP:
+        if has_failed(scene, "replan"):
+            return None, (None, "a new route has led nowhere")
+        return _one(scene, ReplanRoute(), "it goes in circles: plan the route anew")
+    if analysis.guidance_intent is None and _all_way_stop(scene):
+        onward = KeepLane(distance_m=CROSS_M, speed_mps=CREEP_MPS)
+        return _one(scene, onward, "the light is dark: after a stop, creep across when nobody comes")
+    return None, (None, "nothing in the path")
+
+
+def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
+    """What a passenger asks for that needs nothing ahead."""
+    light = red_light_within(scene, LIGHT_AHEAD_M)
+    if wanted is GuidanceIntent.BACK_UP:
+        return _one(scene, BackUp(distance_m=3.0), "the passenger asks to back up")
+    if light is not None:
+        return None, (WaitReason.LIGHT, light)
+    return _one(scene, PullOver(), "the passenger asks to pull over")
+
+
+def _all_way_stop(scene: Scene) -> bool:
+    return scene.ego.stopped_for_s >= LOOKED_S and any(
+        c.kind is ControlKind.TRAFFIC_LIGHT
+        and c.state is LightState.OFF
+        and c.applies is not False
+        and -1.0 < c.distance_m < AT_THE_LINE_M
+        for c in scene.controls
+    )
+
+
+def _one(scene: Scene, behavior: Behavior, why: str) -> Way:
+    if behavior.name not in {b.name for b in scene.behaviors}:
+        return None, (None, f"the stack does not offer {behavior.name}")
+    return RecoveryPlan(behaviors=(behavior,)), (None, why)  # type: ignore[arg-type]

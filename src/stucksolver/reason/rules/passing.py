@@ -1,0 +1,89 @@
+"""What must be passed, how long that takes, and who is in the way meanwhile."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stucksolver.scene import Scene, SceneLane, SceneObject
+
+GROUP_GAP_M = 14.0
+"""Objects nearer to each other than this are passed together."""
+MERGE_ROOM_M = 12.0
+ACCELERATION_MPS2 = 1.2
+PASSED_M = 2.0
+"""Oncoming traffic whose rear is less than this ahead of our front bumper will be past before we are beside it."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """What is to be passed: its foremost object, where it ends, and how fast it goes."""
+
+    objects: tuple[SceneObject, ...]
+
+    @property
+    def far(self) -> SceneObject:
+        return max(self.objects, key=end_of)
+
+    @property
+    def end_m(self) -> float:
+        """From the ego's front bumper to the far end."""
+        return end_of(self.far)
+
+    @property
+    def speed_mps(self) -> float:
+        return max(0.0, max(o.speed_along_mps for o in self.objects))
+
+
+def end_of(o: SceneObject) -> float:
+    """From the ego's front bumper to the far side of an object."""
+    return (o.gap_m or 0.0) + o.length_m
+
+
+def group_of(scene: Scene, lead: SceneObject) -> Target:
+    """The lead and all in the path that follow it too closely to come back in between."""
+    ahead = sorted((o for o in scene.objects if o.in_path and o.gap_m is not None), key=lambda o: o.gap_m or 0.0)
+    members = [lead]
+    for o in ahead:
+        beyond = (o.gap_m or 0.0) > (lead.gap_m or 0.0) and o.speed_along_mps > -0.5
+        if beyond and (o.gap_m or 0.0) - max(end_of(m) for m in members) < GROUP_GAP_M:
+            members.append(o)
+    return Target(tuple(members))
+
+
+def way_to_pass_m(scene: Scene, target: Target, speed: float) -> tuple[float, float]:
+    """(way of the ego, time) until its rear is past the target with room to come back."""
+    relative = target.end_m + scene.ego.length_m + MERGE_ROOM_M
+    own, time, way = max(scene.ego.speed_mps, 0.5), 0.0, 0.0
+    while way - target.speed_mps * time < relative and time < 60.0:
+        own = min(own + ACCELERATION_MPS2 * 0.25, max(speed, scene.ego.speed_mps))
+        way, time = way + own * 0.25, time + 0.25
+    return way, time
+
+
+def blocked(scene: Scene, lane: SceneLane, target: Target, speed: float) -> str | None:
+    """Who is in the way in a lane of our direction."""
+    way, time = way_to_pass_m(scene, target, speed)
+    for o in scene.objects:
+        if o.lane_id != lane.id or o.gap_m is None:
+            continue
+        if o.gap_m > -scene.ego.length_m - 1.0:
+            if o.gap_m + max(o.speed_along_mps, 0.0) * time < way:
+                return f"{o.kind.value} {o.id} blocks the lane beside, {o.gap_m:.0f} m ahead"
+        else:
+            behind = -o.gap_m - scene.ego.length_m - o.length_m
+            if behind < max(o.speed_along_mps - scene.ego.speed_mps, 0.0) * 3.0 + 2.0:
+                return f"{o.kind.value} {o.id} comes from behind in the lane beside, {behind:.0f} m away"
+    return None
+
+
+def oncoming_blocked(scene: Scene, lane: SceneLane, target: Target, speed: float) -> str | None:
+    """Who comes, or stands, in the oncoming lane before we would be back."""
+    way, time = way_to_pass_m(scene, target, speed)
+    for o in scene.objects:
+        coming = max(-o.speed_along_mps, 0.0)
+        passed = PASSED_M if coming > 0.5 else -scene.ego.length_m
+        if o.lane_id != lane.id or o.gap_m is None or end_of(o) < passed:
+            continue
+        if o.gap_m - (coming + 1.0 if coming > 0.5 else 0.0) * (time + 2.0) < way:
+            return f"{o.kind.value} {o.id} in the oncoming lane, {o.gap_m:.0f} m ahead at {coming:.1f} m/s"
+    return None

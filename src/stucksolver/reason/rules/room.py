@@ -1,0 +1,90 @@
+"""Small moves that make a way: over a bag, aside within the lane, back to get room, aside or back to see more."""
+
+from __future__ import annotations
+
+import math
+
+from stucksolver.decision import RecoveryPlan
+from stucksolver.decision.behaviors import BackUp, DriveOver, Nudge
+from stucksolver.reason.rules.passing import Target
+from stucksolver.reason.rules.past import SLOW_MPS, Way, has_failed, lane_of
+from stucksolver.scene import PASSABLE_KINDS, VULNERABLE, LaneRelation, Scene, SceneObject
+
+OVER_HEIGHT_M, OVER_SEEN_S, OVER_CONFIDENCE, LIVING_M = 0.15, 1.0, 0.8, 2.5
+SWING_M, ROOM_M = 4.5, 7.0
+"""Nearer than the first to what is ahead, the ego backs up to the second before it swings out."""
+REAR_MARGIN_M = 8.0
+BESIDE_M = 0.55
+ASIDE_M = 0.35
+LOOK_M, LOOK_ROOM_M = 6.0, 9.0
+
+
+def over_it(scene: Scene, lead: SceneObject) -> Way | None:
+    """Over what is soft, low, long enough seen, and away from everybody."""
+    sure = lead.kind in PASSABLE_KINDS and (lead.kind_confidence or 0.0) >= OVER_CONFIDENCE
+    low = lead.height_m <= OVER_HEIGHT_M and (lead.seen_for_s or 0.0) >= OVER_SEEN_S
+    living = any(
+        o.kind in VULNERABLE and math.hypot(o.x_m - lead.x_m, o.y_m - lead.y_m) < LIVING_M for o in scene.objects
+    )
+    if not (sure and low) or living or not _offers(scene, "drive_over") or has_failed(scene, "drive_over"):
+        return None
+    return RecoveryPlan(behaviors=(DriveOver(object_id=lead.id),)), (None, f"drive over {lead.kind.value} {lead.id}")
+
+
+def within_the_lane(scene: Scene, target: Target) -> Way | None:
+    """Past what leaves enough of the own lane free, without leaving it."""
+    lane = lane_of(scene, LaneRelation.EGO)
+    distance = target.end_m + scene.ego.length_m + 1.0
+    if lane is None or not _offers(scene, "nudge") or target.speed_mps > 0.1 or not 3.0 <= distance <= 40.0:
+        return None
+    if any(o.kind in VULNERABLE for o in target.objects):
+        return None
+    half = scene.ego.width_m / 2
+    most = lane.width_m / 2 - half - 0.1
+    left = max(o.left_edge_m for o in target.objects) + BESIDE_M + half
+    right = min(o.right_edge_m for o in target.objects) - BESIDE_M - half
+    here = scene.ego.lateral_offset_m
+    for side, aside in (("left", left - here), ("right", here - right)):
+        fits = left <= most if side == "left" else right >= -most
+        if fits and 0.2 <= aside <= 1.5:
+            nudge = Nudge(
+                side="left" if side == "left" else "right",
+                offset_m=round(aside, 2),
+                distance_m=round(distance, 1),
+                speed_mps=SLOW_MPS,
+            )
+            return RecoveryPlan(behaviors=(nudge,)), (None, f"there is room on the {side} within the lane")
+    return None
+
+
+def to_swing_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryPlan:
+    """The same plan, with a way back first where the ego stands too near to swing out."""
+    gap = lead.gap_m or 0.0
+    near = gap < SWING_M or (gap < ROOM_M - 1.0 and has_failed(scene, "no room to swing out"))
+    way = round(min(max(ROOM_M - gap, 1.0), 8.0), 1)
+    if not near or scene.ego.speed_mps > 0.2 or lead.speed_along_mps > 0.2 or not _may_back_up(scene, way):
+        return plan
+    return plan.model_copy(update={"behaviors": (BackUp(distance_m=way), *plan.behaviors)})
+
+
+def to_see_more(scene: Scene, lead: SceneObject) -> Way | None:
+    """Back to get away from what hides the road, then towards the middle of the road to look past it."""
+    gap = lead.gap_m or 0.0
+    if scene.ego.speed_mps > 0.2 or abs(scene.ego.lateral_offset_m) > ASIDE_M:
+        return None
+    if gap < LOOK_ROOM_M and not has_failed(scene, "back_up") and _may_back_up(scene, 8.0):
+        return RecoveryPlan(behaviors=(BackUp(distance_m=8.0),)), (None, f"back up to see past {lead.id}")
+    if gap < LOOK_M + 1.5 or not _offers(scene, "nudge") or has_failed(scene, "nudge"):
+        return None
+    nudge = Nudge(side="left", offset_m=0.8, distance_m=LOOK_M, speed_mps=1.5)
+    return RecoveryPlan(behaviors=(nudge,)), (None, f"move over to see past {lead.id}")
+
+
+def _may_back_up(scene: Scene, way_m: float) -> bool:
+    lane = lane_of(scene, LaneRelation.EGO)
+    free = None if lane is None else lane.free_behind_m
+    return _offers(scene, "back_up") and free is not None and free >= way_m + REAR_MARGIN_M
+
+
+def _offers(scene: Scene, name: str) -> bool:
+    return any(b.name == name for b in scene.behaviors)

@@ -1,0 +1,100 @@
+"""The small moves of the rules: over a bag, aside, back, on at a dark light, and the call for help."""
+
+from __future__ import annotations
+
+import pytest
+from test_rules import behaviors_of, blocked, decide
+from worlds import World, red_light, straight_road, thing
+
+from stucksolver.decision import WaitReason
+from stucksolver.reason import RuleReasoner
+from stucksolver.scene import Guidance, LightState, ObjectKind, PastAttempt
+
+TWO_WAY = straight_road()
+NARROW = straight_road(oncoming=None)
+K = ObjectKind
+
+
+def names(decision):
+    return [b.name for b in behaviors_of(decision)]
+
+
+def after(world, outcome, *behaviors, ago_s=0.0, **ego):
+    """What the rules say once a plan has been refused."""
+    scene = world.scene()
+    ego = scene.ego.model_copy(update={"stopped_for_s": 30.0, **ego})
+    attempt = PastAttempt(time_s=scene.time_s - ago_s, behaviors=behaviors, outcome=outcome)
+    return RuleReasoner().decide(scene.model_copy(update={"ego": ego, "attempts": (attempt,)}))
+
+
+def bag(*others, x=60.0, **more):
+    usual = {"kind": K.BAG, "height": 0.1, "seen_for_s": 2.0, "kind_confidence": 0.95}
+    return World(TWO_WAY, [thing("bag", x, **{**usual, **more}), *others])
+
+
+def test_a_flat_bag_is_driven_over():
+    assert names(decide(bag())) == ["drive_over"]
+
+
+@pytest.mark.parametrize(
+    "more", [{"height": 0.4}, {"kind": K.DEBRIS}, {"kind_confidence": None}, {"seen_for_s": 0.5}], ids=str
+)
+def test_what_may_not_be_driven_over_is_gone_round(more):
+    assert names(decide(bag(**more, x=65.0))) == ["borrow_oncoming_lane"]
+
+
+def test_with_somebody_beside_the_bag_it_is_not_driven_over():
+    decision = decide(bag(thing("walker", 60.0, -2.0, kind=K.PEDESTRIAN)))
+    assert decision.plan is None or names(decision) != ["drive_over"]
+
+
+def test_what_leaves_room_in_the_lane_is_passed_within_it():
+    world = World(NARROW, [thing("cone", 62.0, -1.2, kind=K.CONE, width=0.4)])
+    (nudge,) = behaviors_of(decide(world))
+    assert (nudge.name, nudge.side) == ("nudge", "left")
+
+
+def test_too_near_to_swing_out_it_backs_up_first():
+    near = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 3.0 + 2.3)])
+    assert names(decide(near)) == ["back_up", "borrow_oncoming_lane"]
+    somebody = World(TWO_WAY, [thing("lead", 57.75), thing("behind", 40.0)])
+    assert names(decide(somebody)) == ["borrow_oncoming_lane"]
+
+
+def test_with_too_little_sight_it_backs_up_and_then_looks_past():
+    refused = "oncoming_sight: sees 90 m"
+    near, far = blocked(), World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 12.0 + 2.3)])
+    assert names(after(World(TWO_WAY, [thing("lead", 60.0)]), refused, "borrow_oncoming_lane")) == ["back_up"]
+    assert names(after(far, refused, "borrow_oncoming_lane")) == ["nudge"]
+    looked = after(far, refused, "borrow_oncoming_lane", lateral_offset_m=0.6)
+    assert looked.plan is None
+    assert looked.analysis.wait is WaitReason.NO_SAFE_WAY
+    assert names(after(near, refused, "borrow_oncoming_lane", ago_s=2.0)) == ["borrow_oncoming_lane"]
+
+
+@pytest.mark.parametrize("code", ["vulnerable_clearance", "door_may_open"])
+def test_refused_for_want_of_clearance_it_tries_at_walking_pace(code):
+    (borrow,) = behaviors_of(after(blocked(), f"{code}: walker", "borrow_oncoming_lane"))
+    assert borrow.speed_mps == pytest.approx(2.2)
+
+
+def test_at_a_dark_light_it_creeps_on_after_a_stop():
+    world = World(TWO_WAY, controls=(red_light(3.0, LightState.OFF),))
+    assert decide(world, stopped_s=2.0).plan is None
+    (onward,) = behaviors_of(decide(world, stopped_s=4.0))
+    assert (onward.name, onward.speed_mps) == ("keep_lane", 2.2)
+
+
+def test_without_any_way_it_waits_two_minutes_and_then_calls_for_help():
+    world = World(NARROW, [thing("lead", 65.0)])
+    assert decide(world, stopped_s=100.0).analysis.wait is WaitReason.NO_SAFE_WAY
+    assert names(decide(world, stopped_s=121.0)) == ["request_assistance"]
+
+
+@pytest.mark.parametrize(
+    ("words", "name"), [("please pull over", "pull_over"), ("back up a little", "back_up"), ("reverse!", "back_up")]
+)
+def test_a_passenger_may_ask_for_it(words, name):
+    scene = World(TWO_WAY).scene()
+    decision = RuleReasoner().decide(scene.model_copy(update={"guidance": Guidance(text=words, time_s=0.0)}))
+    assert names(decision) == [name]
