@@ -72,3 +72,12 @@ def test_sizes_are_those_of_the_real_simulator() -> None:
     assert box.extent.x == pytest.approx(2.446, abs=0.01)
     assert box.extent.y == pytest.approx(0.918, abs=0.01)
     assert sum(not one.is_extra for one in load_catalogue().vehicles.values()) == 41
+
+
+def test_only_vehicles_of_the_second_generation_have_lights_and_opening_doors() -> None:
+    models = [one for one in load_catalogue().vehicles.values() if not one.is_extra]
+    assert not [one.id for one in models if one.generation == 1 and (one.has_lights or one.has_doors)]
+    dark = {one.id for one in models if one.generation == 2 and not one.has_lights}
+    assert dark == {"vehicle.carlamotors.european_hgv", "vehicle.tesla.cybertruck"}
+    shut = {one.id for one in models if one.generation == 2 and not one.has_doors}
+    assert shut == dark | {"vehicle.mitsubishi.fusorosa"}

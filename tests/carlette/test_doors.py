@@ -7,11 +7,12 @@ import pickle
 import pytest
 from straight import CAR, LANE_Y_M, add, launch, speed_of, straight_world, ticks
 
-from carlette.geometry import Pose
+from carlette.errors import SpawnCollision
+from carlette.geometry import Pose, Vector
 from carlette.physics.doors import ALL, REACH_M, STOP_ARM
 from carlette.world.spawn import spawn
 
-MKZ = "vehicle.lincoln.mkz_2020"
+MKZ, CONE = "vehicle.lincoln.mkz_2020", "static.prop.constructioncone"
 FRONT_LEFT, FRONT_RIGHT, HOOD = 0, 1, 4
 BESIDE_M = 2.3
 """Between the middles of two cars that pass: mirror to mirror, without a door between."""
@@ -90,3 +91,13 @@ def test_the_school_bus_puts_its_stop_arm_out_on_the_left() -> None:
     list(ticks(world, 20))
     center, half = world.doors.boxes(world.bodies)
     assert -center[0, 1] + half[0, 1] == pytest.approx(bus.box.extent.y + 0.5)
+
+
+def test_nothing_is_spawned_into_an_open_door() -> None:
+    beside = {False: (80.3, LANE_Y_M - 1.5), True: (80.3, LANE_Y_M + 1.5)}
+    for door, is_right in ((FRONT_LEFT, False), (FRONT_RIGHT, True)):
+        world, _ = parked(door)
+        free, taken = (Pose(Vector(*beside[side], 0.0)) for side in (not is_right, is_right))
+        spawn(world, CONE, {}, free)
+        with pytest.raises(SpawnCollision):
+            spawn(world, CONE, {}, taken)

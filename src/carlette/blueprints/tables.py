@@ -1,7 +1,10 @@
 """The physical side of the catalogue, read from the CSV tables beside this file.
 
 Boxes of vehicles, walkers and (where the table says `measured`) props are those of CARLA 0.9.15 and 0.9.16, as public
-tools that asked the simulator have written them down; masses and powers are those of the real things.
+tools that asked the simulator have written them down; masses and powers are those of the real things. Base and
+special types, generations, lights and opening doors are those of CARLA's vehicle catalogue
+(https://carla.readthedocs.io/en/0.9.16/catalogue_vehicles/), the same for 0.9.15 and 0.9.16: of the first generation
+none has either.
 """
 
 from __future__ import annotations

@@ -204,10 +204,11 @@ def _cross(a: Planar, b: Planar) -> float:
     return a[0] * b[1] - a[1] * b[0]
 
 
-def is_free(bodies: Bodies, candidate: Bodies) -> bool:
-    """True when the single solid body of `candidate` would overlap no solid body."""
-    rows: Indices = np.flatnonzero(bodies.solid)
-    there, new = boxes_of(bodies, rows), boxes_of(candidate, np.zeros(1, np.int64))
+def is_free(bodies: Bodies, candidate: Bodies, doors: Doors | None = None) -> bool:
+    """True when the single solid body of `candidate` would overlap no solid body and no open door."""
+    shapes = _shapes(bodies, doors)
+    there = boxes_of(bodies, shapes.rows, (shapes.center, shapes.extent))
+    new = boxes_of(candidate, np.zeros(1, np.int64))
     both = Boxes(*(np.concatenate(pair) for pair in zip(new, there, strict=True)))
     moving = np.zeros(len(both.center), bool)
     moving[0] = True

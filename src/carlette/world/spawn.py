@@ -132,5 +132,5 @@ def _require_free(world: World, pose: Pose, box: Box, clearance_m: float) -> Non
     candidate.append(
         position=pose.location, rotation=pose.rotation, center=box.center, extent=box.extent, clearance=clearance_m
     )
-    if not is_free(world.bodies, candidate):
+    if not is_free(world.bodies, candidate, world.doors):
         raise SpawnCollision
