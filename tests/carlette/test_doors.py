@@ -94,7 +94,7 @@ def test_the_school_bus_puts_its_stop_arm_out_on_the_left() -> None:
 
 
 def test_nothing_is_spawned_into_an_open_door() -> None:
-    beside = {False: (80.3, LANE_Y_M - 1.5), True: (80.3, LANE_Y_M + 1.5)}
+    beside = {False: (80.7, LANE_Y_M - 1.5), True: (80.7, LANE_Y_M + 1.5)}
     for door, is_right in ((FRONT_LEFT, False), (FRONT_RIGHT, True)):
         world, _ = parked(door)
         free, taken = (Pose(Vector(*beside[side], 0.0)) for side in (not is_right, is_right))
