@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -62,6 +64,9 @@ class Report:
 
 def replay(path: Path) -> Report:
     """Read a record and derive it again. Raises `RecordError` for one that was changed or cannot be read."""
+    with contextlib.suppress(ImportError):
+        # The models' own forms of an answer are registered where they are defined.
+        importlib.import_module("stucksolver.reason.llm.answer")
     again = _Again(path)
     for number, data in read_chain(path):
         again.line(number, data)
