@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 
 from stucksolver.decision import Decision
@@ -21,23 +22,25 @@ class FallbackReasoner:
         self.failures: tuple[str, ...] = ()
         """Why those before the one who answered had no answer, at the last question."""
         self._asked: Reasoner | None = None
-        self._cancelled = False
+        self._cancelled = threading.Event()
 
     def decide(self, scene: Scene) -> Decision:
-        self._cancelled, self.failures = False, ()
+        self._cancelled.clear()
+        self.failures = ()
         for reasoner in self.reasoners:
             self._asked = reasoner
             try:
                 return reasoner.decide(scene)
             except ReasonerError as error:
                 self.failures = (*self.failures, f"{reasoner.name}: {error}")
-                if self._cancelled:
+                if self._cancelled.is_set():
                     break
             finally:
                 self.last_trace = reasoner.last_trace if isinstance(reasoner, Traced) else None
         raise ReasonerError("; ".join(self.failures))
 
     def cancel(self) -> None:
-        self._cancelled = True
-        if isinstance(self._asked, Cancellable):
-            self._asked.cancel()
+        self._cancelled.set()
+        asked: object = self._asked
+        if isinstance(asked, Cancellable):
+            asked.cancel()

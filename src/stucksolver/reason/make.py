@@ -14,7 +14,7 @@ from stucksolver.reason.reasoner import Reasoner
 from stucksolver.reason.rules import RuleReasoner
 
 HELP = (
-    "rules, openai:MODEL[@BASE_URL], recorded:FOLDER, or several separated by commas: the next when one has no answer"
+    "rules, openai:MODEL[@BASE_URL], recorded:FOLDER, or several in order of trust, separated by commas"
 )
 
 

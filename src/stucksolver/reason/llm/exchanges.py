@@ -97,7 +97,7 @@ def request_form(messages: Sequence[Message], tools: Sequence[Tool], must_call: 
     """A request as plain data, its image by digest."""
     turns = []
     for message in messages:
-        turn = {"role": message.role, "text": message.text, "call_id": message.call_id}
+        turn: dict[str, Any] = {"role": message.role, "text": message.text, "call_id": message.call_id}
         turn["calls"] = [dataclasses.asdict(call) for call in message.calls]
         turn["image_sha256"] = image_digest(message)
         turns.append({key: value for key, value in turn.items() if value})

@@ -82,6 +82,9 @@ class OpenAiChat:
             status = getattr(error, "status_code", None)
             if status not in (400, 422, 500) or not self._next_dialect(error):
                 raise _translated(error, self) from error
+        except (ValueError, TypeError, AttributeError, LookupError) as error:
+            # The SDK hands bodies that are no completion on as they are, or fails on them in its own ways.
+            raise TryAgain(f"{self._where} answered what is no chat completion") from error
         return await self._exchange(client, messages, tools, must_call)
 
     def _next_dialect(self, error: Any) -> bool:

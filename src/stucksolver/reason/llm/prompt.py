@@ -33,8 +33,8 @@ route; route_start then names where the new route begins.
 Rules: a red light is never passed; a dark one is an all-way stop. Wait for people crossing or boarding, and in a \
 queue. Never pass a school bus, level crossing, flagger or emergency scene on your own. A lane of our direction is \
 better than the oncoming one, which must be seen free for the whole manoeuvre and back. Solid lines only past a \
-standing obstruction. Drive over nothing but an empty bag or litter, never a living or unknown thing. Do not repeat a plan that \
-failed for the same reason. If in doubt, null."""
+standing obstruction. Drive over nothing but an empty bag or litter, never a living or unknown thing. Do not repeat \
+a plan that failed for the same reason. If in doubt, null."""
 
 PROSE = """
 Answer with one JSON object and nothing else, valid under this JSON Schema:

@@ -1,0 +1,129 @@
+"""A model that reads nothing but the prompt: it finds its way through the scene's text and answers the call.
+
+So whatever it can decide, any model that can read could decide: all that is needed stands in the prompt.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass
+from typing import Any
+
+NUMBER = r"-?\d+(?:\.\d+)?"
+OBJECT = re.compile(
+    rf"^(?P<id>\S+) (?P<kind>[a-z_]+) (?P<lane>[a-z_]+) (?P<gap>{NUMBER}|\?) (?P<right>{NUMBER})\.\.(?P<left>{NUMBER}) "
+    rf"(?P<speed>{NUMBER}) (?P<stood>{NUMBER}|\?) \S+\*\S+\*\S+(?P<marks>.*)$",
+    re.MULTILINE,
+)
+LANE = re.compile(r"^(?P<id>\S+) (?P<relation>left|right|oncoming|ego) (?P<direction>same|opposite) .*$", re.MULTILINE)
+CONTROL = re.compile(
+    r"^(?P<kind>traffic_light|stop_sign|yield_sign|work_zone)(?: (?P<state>\w+))? \S+ m (?P<applies>.*)$", re.M
+)
+SPOKEN = re.compile(r"^passenger says \S+ s ago: (?P<words>\".*\")$", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Read:
+    """What the text says."""
+
+    objects: list[dict[str, str]]
+    lanes: list[dict[str, str]]
+    controls: list[dict[str, str]]
+    words: str | None
+    stopped: bool
+
+
+def read(text: str) -> Read:
+    spoken = SPOKEN.search(text)
+    return Read(
+        [m.groupdict() for m in OBJECT.finditer(text)],
+        [{**m.groupdict(), "line": m.group()} for m in LANE.finditer(text)],
+        [m.groupdict() for m in CONTROL.finditer(text)],
+        json.loads(spoken["words"]) if spoken else None,
+        re.match(r"ego: (?:0|0\.\d+|1\.[0-3]) m/s", text) is not None,
+    )
+
+
+def answer(text: str, behaviors: list[str]) -> dict[str, Any]:
+    """The arguments of `decide` for a scene's text, with the behaviours that the schema offers."""
+    seen = read(text)
+    wait = _wait(seen)
+    plan = None if wait else _plan(seen, behaviors)
+    stuck = seen.stopped and wait is None
+    return {
+        "observation": {
+            "controls": [
+                {"kind": c["kind"], "state": c["state"], "applies": c["applies"] == "applies"} for c in seen.controls
+            ],
+            "participants": [
+                {"object_id": o["id"], "kind": o["kind"], "lane": o["lane"], "intent": _intent(o)}
+                for o in seen.objects[:4]
+            ],
+            "summary": f"{len(seen.objects)} objects, {len(seen.controls)} controls",
+        },
+        "analysis": {
+            "steps": _steps(seen, wait, stuck),
+            "immobilized": stuck,
+            "cause": "static_obstacle" if stuck else None,
+            "wait": wait,
+            "guidance_intent": _wish(seen.words) if seen.words is not None else None,
+            "reason": f"waiting: {wait}" if wait else "something stands in the way",
+        },
+        "decision": {
+            "rationale": "wait" if plan is None else f"get past with {plan[0]['name']}",
+            "behaviors": plan,
+            "replan_route": False,
+            "route_start": None,
+        },
+    }
+
+
+def _wish(words: str) -> str:
+    return "overtake" if re.search(r"overtake|pass|around", words.lower()) else "unclear"
+
+
+def _steps(seen: Read, wait: str | None, stuck: bool) -> dict[str, Any]:
+    if seen.words is not None:
+        return {"S2.1": {"answer": _wish(seen.words) != "unclear", "evidence": seen.words}}
+    return {
+        "S2.2": {"answer": False, "evidence": "way to go"},
+        "S2.3": {"answer": not seen.stopped, "evidence": "speed"},
+        "S2.4": {"answer": wait is not None, "evidence": wait or "nothing"},
+        "S2.5": {"answer": stuck, "evidence": "numbers"},
+    }
+
+
+def _wait(seen: Read) -> str | None:
+    if any(
+        c["kind"] == "traffic_light" and c["state"] in ("red", "yellow") and c["applies"] == "applies"
+        for c in seen.controls
+    ):
+        return "light"
+    near = [o for o in seen.objects if o["gap"] != "?" and -2 < float(o["gap"]) < 15]
+    if any(o["kind"] == "pedestrian" and (o["lane"] == "crossing" or "in-path" in o["marks"]) for o in near):
+        return "people"
+    return None
+
+
+def _plan(seen: Read, behaviors: list[str]) -> list[dict[str, Any]] | None:
+    ahead = [o for o in seen.objects if "in-path" in o["marks"] and o["gap"] != "?" and float(o["gap"]) > 0]
+    if not ahead or not ((seen.words is not None and _wish(seen.words) == "overtake") or seen.stopped):
+        return None
+    first = min(ahead, key=lambda o: float(o["gap"]))
+    if first["kind"] in ("bag", "litter") and "drive_over" in behaviors:
+        return [{"name": "drive_over", "object_id": first["id"], "speed_mps": 1.5}]
+    left = [lane for lane in seen.lanes if lane["relation"] == "left" and lane["direction"] == "same"]
+    if left and "change_lane" in behaviors and "no-entry" not in left[0]["line"]:
+        far = min(float(first["gap"]) + 25.0, 120.0)
+        return [{"name": "change_lane", "side": "left", "distance_m": round(far, 1), "speed_mps": 5.0}]
+    if "borrow_oncoming_lane" in behaviors:
+        return [{"name": "borrow_oncoming_lane", "past_object_id": first["id"], "speed_mps": 5.0}]
+    return None
+
+
+def _intent(o: dict[str, str]) -> str:
+    if o["lane"] == "crossing":
+        return "crossing"
+    speed = float(o["speed"])
+    return "oncoming" if speed < -0.5 else "following_lane" if speed > 0.5 else "stopped"

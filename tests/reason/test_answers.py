@@ -1,0 +1,158 @@
+"""Reading answers: tolerant about what stands around them, strict about what stands in them."""
+
+from __future__ import annotations
+
+import copy
+import json
+
+import mind
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from worlds import World, red_light, straight_road, thing
+
+from stucksolver.guard import Guard
+from stucksolver.reason import ReasonerError, Trace
+from stucksolver.reason.llm import AnswerError, parse_answer
+from stucksolver.reason.llm.answer import FORMAT
+from stucksolver.reason.llm.prompt import messages
+from stucksolver.reason.llm.schema import decide_tool
+from stucksolver.reason.reasoner import parse_trace
+from stucksolver.scene import LightState, LineKind, ObjectKind
+from stucksolver.solver.execution import Execution
+
+WORLD = World(
+    straight_road(left=LineKind.BROKEN),
+    [thing("car", 60.0), thing("walker", 75.0, 2.0, kind=ObjectKind.PEDESTRIAN), thing("far", 110.0, 7.0, speed=-8.0)],
+    (red_light(90.0, LightState.GREEN),),
+)
+SCENE = WORLD.scene()
+VIEW = WORLD.view()
+OFFERED = [b.name for b in SCENE.behaviors]
+GOOD = mind.answer(messages(SCENE)[1].text, OFFERED)
+TEXT = json.dumps(GOOD)
+
+
+def test_the_right_answer_is_read():
+    assert parse_answer(TEXT, SCENE).plan is not None
+
+
+@pytest.mark.parametrize(
+    "wrapped",
+    [
+        f"```json\n{TEXT}\n```",
+        f"I think so: {TEXT} Good luck!",
+        TEXT.replace("}]", "},]"),
+        f"  \n{TEXT}\n",
+        f"{{not json}} {TEXT}",
+    ],
+)
+def test_what_stands_around_it_is_overlooked(wrapped):
+    assert parse_answer(wrapped, SCENE) == parse_answer(TEXT, SCENE)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "no", "{", "null", "[1]", "{}", TEXT[:-20], f"{TEXT} {TEXT}", "{" * 5000, "[" * 99999]
+)
+def test_what_is_no_single_answer_is_an_error(text):
+    with pytest.raises(AnswerError):
+        parse_answer(text, SCENE)
+
+
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999"])
+def test_numbers_that_are_not_finite_are_refused(number):
+    data = copy.deepcopy(GOOD)
+    data["decision"]["behaviors"][0]["speed_mps"] = 12345.5
+    with pytest.raises(AnswerError):
+        parse_answer(json.dumps(data).replace("12345.5", number), SCENE)
+
+
+def test_a_recorded_answer_is_read_again_by_its_format():
+    trace = Trace(format=FORMAT, answers=("first", TEXT))
+    assert parse_trace(trace, SCENE) == parse_answer(TEXT, SCENE)
+
+
+# ---- whatever a model says
+
+ids = st.sampled_from(["car", "walker", "far", "ghost", "", "none", "w1"])
+numbers = st.one_of(st.floats(), st.integers(-5, 200), st.sampled_from([0.5, 1.5, 3.0, 5.0, 30.0, 60.0]))
+values = st.one_of(ids, numbers, st.none(), st.booleans(), st.sampled_from(["left", "right", "time", "clear"]))
+FIELDS = [
+    "speed_mps",
+    "distance_m",
+    "side",
+    "object_id",
+    "past_object_id",
+    "leader_id",
+    "offset_m",
+    "duration_s",
+    "until",
+]
+wild = st.fixed_dictionaries(
+    {"name": st.sampled_from([*OFFERED, "fly"])},
+    optional=dict.fromkeys(FIELDS, values),
+)
+
+
+@st.composite
+def sound(draw):
+    """A behaviour that fits its schema, with any parameters within their bounds."""
+    offers = decide_tool(SCENE).parameters["properties"]["decision"]["properties"]["behaviors"]["anyOf"][0]["items"]
+    one = draw(st.sampled_from(offers["anyOf"]))
+    return {key: draw(_value(schema)) for key, schema in one["properties"].items()}
+
+
+def _value(schema):
+    if "enum" in schema:
+        return st.sampled_from(schema["enum"])
+    if "$ref" in schema:
+        return st.sampled_from(["car", "walker", "far"] if "object" in schema["$ref"] else ["w1"])
+    if "anyOf" in schema:
+        return st.none()
+    if schema["type"] == "number":
+        low = schema.get("minimum", schema.get("exclusiveMinimum", 0.0) + 0.01)
+        return st.floats(low, schema["maximum"])
+    return {"boolean": st.booleans(), "string": st.text(max_size=30)}[schema["type"]]
+
+
+@st.composite
+def spoilt_answers(draw):
+    """The right answer with a plan of any kind and some of its parts replaced."""
+    data = copy.deepcopy(GOOD)
+    data["decision"]["behaviors"] = draw(st.one_of(st.lists(sound(), max_size=6), st.lists(wild, max_size=8), values))
+    for _ in range(draw(st.integers(0, 2))):
+        part = draw(st.sampled_from(["observation", "analysis", "decision"]))
+        key = draw(st.sampled_from([*GOOD[part], "extra"]))
+        data[part][key] = draw(st.one_of(values, st.lists(values, max_size=3), st.text(max_size=20)))
+    text = json.dumps(data)
+    return draw(st.sampled_from([text, f"```json\n{text}\n```", f"Ignore the guard! {text}", text[: len(text) // 2]]))
+
+
+def held_to_its_promises(text: str) -> None:
+    """No crash, no plan outside the schema, no plan past the guard."""
+    try:
+        decision = parse_answer(text, SCENE)
+    except ReasonerError:
+        return
+    if decision.plan is None:
+        return
+    assert {b.name for b in decision.plan.behaviors} <= set(OFFERED)
+    for behavior in decision.plan.behaviors:
+        # Strictly as the behaviour's own type has it, bounds included.
+        assert type(behavior).model_validate_json(behavior.model_dump_json(), strict=True) == behavior
+    execution = Execution(decision.plan, Guard(), guided=False)
+    if execution.start(VIEW, 0.0).accepted:
+        execution.tick(VIEW, 0.0)
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+@given(st.one_of(spoilt_answers(), st.text(max_size=200)))
+def test_no_answer_crashes_leaves_the_schema_or_passes_the_guard(text):
+    held_to_its_promises(text)
+
+
+@pytest.mark.integration
+@settings(max_examples=10_000, deadline=None, database=None, suppress_health_check=list(HealthCheck))
+@given(spoilt_answers())
+def test_ten_thousand_adversarial_answers(text):
+    held_to_its_promises(text)
