@@ -12,7 +12,7 @@ from carlette.geometry import Pose, Vector
 from carlette.physics.doors import ALL, REACH_M, STOP_ARM
 from carlette.world.spawn import spawn
 
-MKZ, CONE = "vehicle.lincoln.mkz_2020", "static.prop.constructioncone"
+MKZ, WALKER = "vehicle.lincoln.mkz_2020", "walker.pedestrian.0001"
 FRONT_LEFT, FRONT_RIGHT, HOOD = 0, 1, 4
 BESIDE_M = 2.3
 """Between the middles of two cars that pass: mirror to mirror, without a door between."""
@@ -97,7 +97,7 @@ def test_nothing_is_spawned_into_an_open_door() -> None:
     beside = {False: (80.7, LANE_Y_M - 1.5), True: (80.7, LANE_Y_M + 1.5)}
     for door, is_right in ((FRONT_LEFT, False), (FRONT_RIGHT, True)):
         world, _ = parked(door)
-        free, taken = (Pose(Vector(*beside[side], 0.0)) for side in (not is_right, is_right))
-        spawn(world, CONE, {}, free)
+        free, taken = (Pose(Vector(*beside[side], 1.0)) for side in (not is_right, is_right))
+        spawn(world, WALKER, {}, free)
         with pytest.raises(SpawnCollision):
-            spawn(world, CONE, {}, taken)
+            spawn(world, WALKER, {}, taken)
