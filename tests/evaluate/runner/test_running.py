@@ -1,0 +1,131 @@
+"""The runner without a simulator: parallel, watched, and what it is asked for."""
+
+from __future__ import annotations
+
+import io
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("carla")
+
+from stucksolver.evaluate.files import OutputError
+from stucksolver.evaluate.results.outcome import Outcome
+from stucksolver.evaluate.results.record import make_record
+from stucksolver.evaluate.routes import Pose, Position, Route, ScenarioSpec, WeatherKey
+from stucksolver.evaluate.runner.board import Board
+from stucksolver.evaluate.runner.evaluate import EvaluationSpec
+from stucksolver.evaluate.runner.job import ArmSpec, RouteJob
+from stucksolver.evaluate.runner.pool import run_tasks
+from stucksolver.evaluate.runner.sweep import SweepError, parse_sweep, sweep_specs
+from stucksolver.evaluate.runner.watch import SpellWatch
+from stucksolver.evaluate.runner.weather import between
+from stucksolver.evaluate.runner.work import Task
+
+HERE = Position(0.0, 0.0, 0.0)
+
+
+def task(number: int) -> Task:
+    spec = ScenarioSpec("a", "Accident", Pose(HERE, 0.0), {})
+    return Task(RouteJob(Route(str(number), "t", (HERE, HERE), (), (spec,)), 1, ArmSpec()), Path("x"))
+
+
+def outcome_of(one: Task, **changes: Any) -> Outcome:
+    return Outcome(route_id=one.job.route.id, scenario="Accident", town="t", seed=1, arm="", **changes)
+
+
+def test_every_task_is_told_of_once_and_so_many_run_at_a_time() -> None:
+    together = threading.Barrier(3, timeout=20)
+
+    def runner(one: Task, progress: Callable[[float], None]) -> Outcome:
+        progress(1.0)
+        together.wait()
+        return outcome_of(one)
+
+    news = list(run_tasks([task(k) for k in range(6)], 3, runner))
+    assert sorted(n.task.job.route.id for n in news if n.outcome is not None) == list("012345")
+    assert sum(n.outcome is None for n in news) == 6
+
+
+def test_a_full_disk_stops_everything() -> None:
+    def runner(one: Task, progress: Callable[[float], None]) -> Outcome:
+        raise OutputError("no room")
+
+    with pytest.raises(OutputError, match="no room"):
+        list(run_tasks([task(1), task(2)], 2, runner))
+
+
+def test_the_board_has_a_line_for_each_route_and_no_escapes_off_a_terminal() -> None:
+    out = io.StringIO()
+    board = Board(total=3, before=1, out=out, now=lambda: 0.0)
+    board.goes_on(task(1), 10.0)
+    record = make_record(
+        route_id="1",
+        scenario="Accident",
+        town="t",
+        length_m=100.0,
+        game_s=10.0,
+        wall_s=1.0,
+        completion_pct=100.0,
+        failure=None,
+        infractions=(),
+    )
+    board.is_over(task(1), outcome_of(task(1), ticks=200, wall_s=2.0), record)
+    board.is_over(task(2), outcome_of(task(2), state="crashed", reason="first\nlast words"), None)
+    board.close()
+    assert out.getvalue().splitlines() == [
+        "[2/3] 1 Accident (seed 1): Perfect, DS 100.0 (100 ticks/s)",
+        "[3/3] 2 Accident (seed 1): crashed: last words",
+    ]
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_on_a_terminal_it_shows_the_time_left_and_the_scores_so_far() -> None:
+    times = iter((0.0, 60.0, 60.0, 60.0))
+    out = Terminal()
+    board = Board(total=11, before=0, out=out, now=lambda: next(times))
+    board.is_over(task(1), outcome_of(task(1)), None)
+    shown = out.getvalue()
+    assert "1/11  time left: 10 min" in shown
+    assert "Overtaking" in shown
+
+
+def test_a_sweep_is_every_combination_in_a_folder_of_its_own() -> None:
+    spec = EvaluationSpec("dev", Path("out"), ArmSpec(recovery="rules"))
+    specs = sweep_specs(spec, parse_sweep(["v_min=3.6,18", "dt=0.5,1"]))
+    assert list(specs) == ["v_min=3.6,dt=0.5", "v_min=3.6,dt=1", "v_min=18,dt=0.5", "v_min=18,dt=1"]
+    last = specs["v_min=18,dt=1"]
+    assert last.out == Path("out/v_min=18,dt=1")
+    assert last.arm.detector == pytest.approx({"v_min_mps": 5.0, "dwell_s": 1.0})
+
+
+@pytest.mark.parametrize("text", ["speed=1", "v_min=fast", "dt=0", "dt=-1", "v_min="])
+def test_a_bad_sweep_is_named(text: str) -> None:
+    with pytest.raises(SweepError, match=text):
+        parse_sweep([text])
+
+
+def test_weather_changes_evenly_between_its_keys() -> None:
+    keys = [WeatherKey(20.0, {"cloudiness": 10.0}), WeatherKey(60.0, {"cloudiness": 50.0})]
+    assert [between(keys, p)["cloudiness"] for p in (0.0, 20.0, 30.0, 60.0, 100.0)] == [10.0, 10.0, 20.0, 50.0, 50.0]
+
+
+def test_a_slow_spell_lasts_from_its_onset_to_fifteen_metres_of_progress() -> None:
+    watch = SpellWatch()
+    place, time_s = 0.0, 0.0
+    for speed, seconds in ((10.0, 5.0), (0.0, 20.0), (5.0, 10.0), (0.0, 8.0)):
+        for _ in range(round(seconds / 0.05)):
+            watch.update(time_s, speed, place)
+            time_s, place = time_s + 0.05, place + 0.05 * speed
+    watch.finish(time_s)
+    first, second = watch.spells
+    assert first.onset_s == pytest.approx(5.0, abs=0.06)
+    assert first.recovered_after_s == pytest.approx(23.0, abs=0.1)
+    assert (second.recovered_after_s, second.ended_s) == (None, pytest.approx(43.0))
