@@ -11,6 +11,7 @@ from pathlib import Path
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.evaluate import add_evaluate, run_evaluate
 from stucksolver.cli.ladder import add_ladder, run_ladder
+from stucksolver.cli.prompt import add_prompt, run_prompt
 from stucksolver.cli.replay import add_replay, run_replay
 from stucksolver.cli.score import add_compare, add_score, run_compare, run_score
 from stucksolver.cli.watch import add_watch, run_watch
@@ -62,6 +63,7 @@ def _parser() -> argparse.ArgumentParser:
     add_watch(commands).set_defaults(run=_watch)
     add_replay(commands).set_defaults(run=run_replay)
     add_ladder(commands).set_defaults(run=run_ladder)
+    add_prompt(commands).set_defaults(run=run_prompt)
     return parser
 
 
