@@ -46,29 +46,29 @@ def read_scene(path: Path) -> Scene:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise UsageError(f"{path} cannot be read: {error}") from error
-    for candidate in _candidates(text):
-        try:
-            return Scene.model_validate_json(json.dumps(candidate))
-        except ValidationError as error:
-            problem = error.errors()[0]
-            where = ".".join(str(part) for part in problem["loc"]) or "the whole"
-            raise UsageError(f"{path} holds no scene that can be read: {where}: {problem['msg']}") from error
-    raise UsageError(f"{path} holds no scene: give the JSON of a Scene, or a record of an intervention")
+    found = _candidates(text)
+    if not found:
+        raise UsageError(f"{path} holds no scene: give the JSON of a Scene, or a record of an intervention")
+    try:
+        return Scene.model_validate_json(json.dumps(found[0]))
+    except ValidationError as error:
+        problem = error.errors()[0]
+        where = ".".join(str(part) for part in problem["loc"]) or "the whole"
+        raise UsageError(f"{path} holds no scene that can be read: {where}: {problem['msg']}") from error
 
 
 def _candidates(text: str) -> list[Any]:
+    whole = _json(text)
+    if isinstance(whole, dict) and "ego" in whole:
+        return [whole]
+    return _scenes_in([whole] if whole is not None else [_json(line) for line in text.splitlines()])
+
+
+def _json(text: str) -> Any:
     try:
-        whole = json.loads(text)
-        return [whole] if isinstance(whole, dict) and "ego" in whole else _scenes_in([whole])
+        return json.loads(text)
     except ValueError:
-        pass
-    lines = []
-    for line in text.splitlines():
-        try:
-            lines.append(json.loads(line))
-        except ValueError:
-            continue
-    return _scenes_in(lines)
+        return None
 
 
 def _scenes_in(values: list[Any]) -> list[Any]:

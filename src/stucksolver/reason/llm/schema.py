@@ -86,7 +86,7 @@ def _decision(scene: Scene) -> Schema:
             "rationale": _text(),
             "behaviors": _or_null(_plan(scene)),
             "replan_route": {"type": "boolean"},
-            "route_start": _or_null({"$ref": "#/$defs/waypoint_id"}),
+            "route_start": _start(scene),
         }
     )
 
@@ -112,6 +112,10 @@ def _field(key: str, value: Schema) -> Schema:
     if key.endswith("_id"):
         return {"$ref": "#/$defs/object_id"}
     return {k: v for k, v in value.items() if k not in ("title", "default", "maxLength", "description")}
+
+
+def _start(scene: Scene) -> Schema:
+    return _or_null({"$ref": "#/$defs/waypoint_id"}) if scene.waypoints else {"type": "null"}
 
 
 def _definitions(scene: Scene) -> Schema:
