@@ -81,7 +81,7 @@ def run(behaviors, world, seconds=60.0, every_tick=None):
 
 def fresh(name):
     behavior, world = CASES[name]
-    return behavior, World(world.road, list(world.objects), y=world.y)
+    return behavior, World(world.road, list(world.objects), y=world.y, dt=0.1)
 
 
 def test_every_behaviour_of_the_closed_list_is_driven_here():

@@ -33,18 +33,28 @@ def rollout(path: Manoeuvre, speed_mps: float, acceleration_mps2: float, braking
     The classical forward and backward pass over v^2 with constant acceleration between stations. A start above the
     bounds brakes as hard as it is allowed to.
     """
-    bound = np.square(path.speed).tolist()
-    for i in range(len(bound) - 2, -1, -1):
-        bound[i] = min(bound[i], bound[i + 1] + 2 * braking_mps2 * STEP_M)
-    squared = [max(speed_mps, MIN_SPEED_MPS) ** 2]
+    ramp = 2 * STEP_M * np.arange(len(path.speed))
+    bound = np.maximum(np.square(path.speed), MIN_SPEED_MPS**2)
+    bound = np.minimum.accumulate((bound + braking_mps2 * ramp)[::-1])[::-1] - braking_mps2 * ramp
+    start = max(speed_mps, MIN_SPEED_MPS) ** 2
+    if start > bound[0]:
+        squared = _from_above(bound.tolist(), start, acceleration_mps2, braking_mps2)
+    else:
+        bound[0] = start
+        squared = np.minimum.accumulate(bound - acceleration_mps2 * ramp) + acceleration_mps2 * ramp
+    v: Array = np.sqrt(squared)
+    t: Array = np.concatenate([[0.0], np.cumsum(2 * np.diff(path.s) / (v[:-1] + v[1:]))])
+    return Rollout(t, v)
+
+
+def _from_above(bound: list[float], start: float, acceleration_mps2: float, braking_mps2: float) -> Array:
+    """The forward pass from a speed above the bound, which is braked down to first."""
+    squared = [start]
     for limit in bound[1:]:
         previous = squared[-1]
         quicker = min(previous + 2 * acceleration_mps2 * STEP_M, limit)
         squared.append(max(quicker, previous - 2 * braking_mps2 * STEP_M, MIN_SPEED_MPS**2))
-    v: Array = np.sqrt(np.array(squared))
-    ds = np.diff(path.s)
-    t: Array = np.concatenate([[0.0], np.cumsum(2 * ds / (v[:-1] + v[1:]))])
-    return Rollout(t, v)
+    return np.array(squared)
 
 
 def sluggish(path: Manoeuvre, speed_mps: float, limits: VehicleLimits) -> Rollout:

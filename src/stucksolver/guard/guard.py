@@ -40,6 +40,8 @@ CHECKS: dict[Check, Callable[[Case], list[Reject]]] = {
 
 
 SPEED_TOLERANCE_MPS = 1.0
+SETTLED = frozenset({Check.SPEED, Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITHIN_LANE})
+"""Checks of the path alone: settled at acceptance."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,11 @@ class Proven:
     @cached_property
     def checks(self) -> tuple[Check, ...]:
         return tuple(check for check in CHECKS if any(check in b.checks for b in self.behaviors))
+
+    @cached_property
+    def checks_on_tick(self) -> tuple[Check, ...]:
+        """Those whose answer can change while the plan runs."""
+        return tuple(check for check in self.checks if check not in SETTLED)
 
     @cached_property
     def commit_s(self) -> float | None:
@@ -116,7 +123,7 @@ class Guard:
         case = Case(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
         if not proven.committed(view.ego_s):
             known = [reject for reject in (self._stale(view), off) if reject]
-            rejects = known or self._run(proven.checks, case)
+            rejects = known or self._run(proven.checks_on_tick, case)
             return Verdict(rejects=tuple(rejects), abort=self._before_commit(view)) if rejects else OK
         if not case.in_oncoming_lane:
             red = checks.stop_line(case)

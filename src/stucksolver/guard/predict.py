@@ -80,27 +80,38 @@ def moving_gaps(case: Case, stations: Array, which: Array, t: Array) -> Array:
     heading = np.interp(stations, case.path.s, case.heading)
     far = np.hypot(half_length, half_width) + np.hypot(view.half_length[which], view.half_width[which]) + FAR_M
     least = np.full((*stations.shape, len(which)), np.inf)
-    for s, d in predictions(view, which, t):
-        near = np.nonzero((np.abs(s - stations[..., None]) < far) & (np.abs(d - offset[..., None]) < far))
+    for member, s, d in predictions(view, which, t):
+        reach = far[member]
+        near = np.nonzero((np.abs(s - stations[..., None]) < reach) & (np.abs(d - offset[..., None]) < reach))
         ego, (_, when, who) = near[:2], near
+        body = which[member][who]
         gap = separation(
             (stations[ego], offset[ego], heading[ego]),
             (half_length, half_width),
-            (s[when, who], d[when, who], view.yaw[which][who]),
-            (view.half_length[which][who], view.half_width[which][who]),
+            (s[when, who], np.broadcast_to(d, s.shape)[when, who], view.yaw[body]),
+            (view.half_length[body], view.half_width[body]),
         )
-        least[near] = np.minimum(least[near], gap)
+        place = (*ego, member[who])
+        least[place] = np.minimum(least[place], gap)
     return least
 
 
-def predictions(view: View, which: Array, t: Array) -> Iterator[tuple[Array, Array]]:
-    """(s, d) of objects, each (times, objects): steadily along the lane, braking, and straight on where one crosses."""
-    s, d, vs, vd = view.s[which], view.d[which], view.vs[which], view.vd[which]
-    steady = s + vs * t[:, None]
-    still = np.broadcast_to(d, steady.shape)
-    yield steady, still
-    until = np.minimum(t[:, None], np.abs(vs) / BRAKING_MPS2)
-    yield s + np.sign(vs) * (np.abs(vs) * until - 0.5 * BRAKING_MPS2 * until**2), still
-    crossing = np.where(np.abs(vd) > CROSSING_MPS, vd, 0.0)
-    if crossing.any():
-        yield steady, d + crossing * t[:, None]
+def predictions(view: View, which: Array, t: Array) -> Iterator[tuple[Array, Array, Array]]:
+    """Hypotheses: steadily along the lane, braking, and straight on where one crosses.
+
+    Each as (members, s, d): places in `which`, and their arc lengths (times, members) and offsets (as that, or one for
+    all times). Who does not move along the road needs no hypothesis of braking.
+    """
+    vs, vd = view.vs[which], view.vd[which]
+    everyone = np.arange(len(which))
+    still, steady = view.d[which][None, :], view.s[which] + vs * t[:, None]
+    yield everyone, steady, still
+    along = everyone[np.abs(vs) > CROSSING_MPS]
+    if len(along):
+        speed = np.abs(vs[along])
+        until = np.minimum(t[:, None], speed / BRAKING_MPS2)
+        way = np.sign(vs[along]) * (speed * until - 0.5 * BRAKING_MPS2 * until**2)
+        yield along, view.s[which][along] + way, still[:, along]
+    across = everyone[np.abs(vd) > CROSSING_MPS]
+    if len(across):
+        yield across, steady[:, across], still[:, across] + vd[across] * t[:, None]

@@ -11,6 +11,7 @@ from stucksolver.scene.objects import ObjectKind, TrackedObject
 from stucksolver.scene.road import LaneDirection, LaneKind, ZoneKind
 
 STANDS_MPS = 0.5
+IN_A_SCENE = (ObjectKind.FLAGGER, ObjectKind.CROSSING_GATE, ObjectKind.SCHOOL_BUS, ObjectKind.EMERGENCY)
 BESIDE_M = 8.0
 """What stands this near to the way belongs to its scene."""
 REAR_MARGIN_M = 5.0
@@ -49,9 +50,11 @@ def authority(case: Case) -> list[Reject]:
         if zone.kind is ZoneKind.LEVEL_CROSSING and start < zone.end_m and zone.start_m < end
     ]
     for i, thing in enumerate(view.objects):
-        rule = _scene_of(thing)
+        rule = _scene_of(thing) if thing.kind in IN_A_SCENE else None
+        if rule is None:
+            continue
         ahead = view.s[i] + view.along[i] > start and view.s[i] - view.along[i] < end
-        if rule and ahead and abs(view.d[i]) - view.across[i] < BESIDE_M:
+        if ahead and abs(view.d[i]) - view.across[i] < BESIDE_M:
             found.append((rule, thing.id))
     return [
         Reject(

@@ -49,8 +49,9 @@ class Lane:
 
     def lines(self, start_m: float, end_m: float) -> frozenset[LineKind]:
         """The kinds of line that lie between this lane and its neighbour towards the route, on a stretch."""
-        inside = (self.s >= start_m - self.spacing) & (self.s <= end_m + self.spacing)
-        return frozenset(line for line, here in zip(self.strip.line, inside, strict=True) if here)
+        first = int(np.searchsorted(self.s, start_m - self.spacing))
+        last = int(np.searchsorted(self.s, end_m + self.spacing, side="right"))
+        return frozenset(self.strip.line[first:last])
 
 
 class RoadFrame:
@@ -100,7 +101,7 @@ class RoadFrame:
         lateral = direction[:, 0] * relative[:, 1] - direction[:, 1] * relative[:, 0]
         low = np.where(segment == 0, -np.inf, 0.0)
         high = np.where(segment == len(self.directions) - 1, np.inf, self.s[segment + 1] - self.s[segment])
-        clipped = np.clip(along, low, high)
+        clipped = np.minimum(np.maximum(along, low), high)
         return self.s[segment] + clipped, lateral, np.hypot(lateral, along - clipped)
 
     def to_local(self, s: Array, d: Array) -> tuple[Array, Array, Array]:
