@@ -11,7 +11,7 @@ from typing import Any
 
 from stucksolver.decision import Decision, Directive, Execute, RecoveryPlan
 from stucksolver.decision.directive import directive_adapter
-from stucksolver.guard import Guard, Verdict
+from stucksolver.guard import Approvals, Guard, Verdict
 from stucksolver.ladder import Ladder
 from stucksolver.reason import ReasonerError, RuleReasoner, parse_trace
 from stucksolver.record.chain import RecordError, read_chain
@@ -24,7 +24,7 @@ from stucksolver.solver.events import Event, EventKind
 from stucksolver.solver.execution import Execution, Outcome
 from stucksolver.solver.failures import Failures
 from stucksolver.solver.questions import QuestionKind
-from stucksolver.solver.trial import against_offers
+from stucksolver.solver.trial import against_offers, against_releases
 
 KINDS = ("begin", "road", "event", "judged", "tick", "end")
 EQUAL = 1e-6
@@ -80,6 +80,7 @@ def replay(path: Path) -> Report:
 class _Judged:
     line: int
     plan: RecoveryPlan
+    approvals: Approvals
     execution: Execution
     view: View
     now_s: float
@@ -172,7 +173,7 @@ class _Again:
         approvals = APPROVALS.validate_python(data["approvals"])
         execution = Execution(plan, self._guard, data["guided"], approvals)
         view = View(self._unpacker.unpack(data["seen"]))
-        self._waiting = _Judged(number, plan, execution, view, data["now_s"], _verdict(data))
+        self._waiting = _Judged(number, plan, approvals, execution, view, data["now_s"], _verdict(data))
 
     def settle_judgement(self) -> None:
         """Judge the plan that waits for its scene."""
@@ -181,6 +182,7 @@ class _Again:
             return
         self.report.plans += 1
         verdict = against_offers(judged.plan, self._scene) or self._failures.against(judged.plan)
+        verdict = verdict or against_releases(judged.plan, self._guard, judged.approvals)
         verdict = verdict or judged.execution.start(judged.view, judged.now_s)
         self._compare(judged.line, "verdict at acceptance", judged.verdict, verdict)
         if verdict.accepted:

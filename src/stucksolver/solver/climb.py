@@ -34,6 +34,8 @@ class Climb:
         """Back to the lowest rung, with all tries."""
         self._index = self._tries = self._repairs = 0
         self.not_before_s = float("-inf")
+        self.since_s = float("-inf")
+        """When this rung was climbed."""
         self._waiting: dict[WaitReason, float] = {}
         self.last_wait_s: float | None = None
         """When waiting was last found to be right."""
@@ -119,6 +121,7 @@ class Climb:
         if self.is_last:
             return False
         self._index += 1
+        self.since_s = now_s
         self.pause(now_s)
         return True
 

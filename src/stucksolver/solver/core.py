@@ -98,6 +98,11 @@ class Core:
         else:
             self._climb.failed(now, counts=counts)
 
+    def _climb_on(self, now: float) -> None:
+        """To the next rung, if there is one."""
+        if self._climb.climb(now):
+            self._tell(now, EventKind.ESCALATED, f"to the rung {self._climb.rung}")
+
     # ---- telling
 
     def _tell(self, now: float, kind: EventKind, text: str, *, question: Question | None = None) -> None:

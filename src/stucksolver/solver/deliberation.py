@@ -37,8 +37,8 @@ class Deliberation(People):
             if self._words_climb.ready(now) and isinstance(move, AskReasoner):
                 self._ask(move, status, Trigger.GUIDANCE, read)
             return self._resting
-        if self._climb.exhausted and self._climb.climb(now):
-            self._tell(now, EventKind.ESCALATED, f"to the rung {self._climb.rung}")
+        if self._climb.exhausted:
+            self._climb_on(now)
         if not self._climb.ready(now):
             return self._resting
         return self._on_rung(status, trigger, read)
@@ -48,8 +48,12 @@ class Deliberation(People):
         if isinstance(move, Assist) and self._stop is None:
             return self._help(move, status, read)
         if isinstance(move, AskPerson) and self._desk.pending is None:
+            left = self._climb.since_s + move.within_s - now
+            if left <= 0.0:
+                self._climb_on(now)
+                return self._resting
             text = f"I cannot get on: {why_stopped(self._asking.scene, self._failures.attempts)}. What shall I do?"
-            self._question(now, QuestionKind.ADVICE, move.to, text, within_s=move.within_s)
+            self._question(now, QuestionKind.ADVICE, move.to, text, within_s=left)
         looks = not (isinstance(move, Assist) and move.resume is Resume.OPERATOR)
         whom = move if isinstance(move, AskReasoner) else self._climb.lowest
         if looks and whom is not None:

@@ -96,8 +96,7 @@ class People(Core):
         self._desk.withdraw()
         self._tell(now, EventKind.CANCELLED, f"no answer from the {question.to}", question=question)
         if question.kind is QuestionKind.ADVICE:
-            self._climb.climb(now)
-            self._tell(now, EventKind.ESCALATED, f"to the rung {self._climb.rung}")
+            self._climb_on(now)
         else:
             self._failed(now)
 

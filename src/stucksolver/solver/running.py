@@ -14,7 +14,7 @@ from stucksolver.solver.execution import Execution, Outcome, minimal_risk
 from stucksolver.solver.failures import Failures, passes
 from stucksolver.solver.senses import Read, Senses
 from stucksolver.solver.telling import Teller
-from stucksolver.solver.trial import Need, against_offers, missing_yes
+from stucksolver.solver.trial import Need, against_offers, against_releases, missing_yes
 
 BLIND_LIMIT_S = 5.0
 """A running plan ends after so long without anything new seen: it cannot be known any more whether it is done."""
@@ -64,7 +64,7 @@ class Running:
         view = View(seen)
         execution = Execution(plan, self.guard, guided, approvals)
         known = against_offers(plan, scene) or failures.against(plan)
-        verdict = known or execution.start(view, now_s)
+        verdict = known or against_releases(plan, self.guard, approvals) or execution.start(view, now_s)
         self._teller.judgement(
             Judgement(now_s - self.offset_s, now_s, plan, seen, guided, approvals, verdict),
         )

@@ -44,6 +44,16 @@ def against_offers(plan: RecoveryPlan, scene: Scene | None) -> Verdict | None:
     return Verdict(rejects=tuple(Reject(code=RejectCode.PRECONDITION, detail=x) for x in lacking)) if lacking else None
 
 
+def against_releases(plan: RecoveryPlan, guard: Guard, has: Approvals) -> Verdict | None:
+    """Refuses a plan with any behaviour that lacks a yes, also one that comes late in it: it would end half-way."""
+    lacking = [
+        Reject(code=RejectCode.APPROVAL, detail=f"{name} needs the yes of the {needed.value}")
+        for name in dict.fromkeys(b.name for b in plan.behaviors)
+        if not has.cover(name, needed := guard.policy.release(name))
+    ]
+    return Verdict(rejects=tuple(lacking)) if lacking else None
+
+
 def missing_yes(
     plan: RecoveryPlan, verdict: Verdict, guard: Guard, view: View, now_s: float, guided: bool, has: Approvals
 ) -> Need | None:
