@@ -30,6 +30,12 @@ KINDS = {
     "static.prop.streetbarrier": ObjectKind.BARRIER,
     "static.prop.trafficwarning": ObjectKind.BARRIER,
     "static.prop.trashbag": ObjectKind.DEBRIS,
+    "static.prop.dirtdebris01": ObjectKind.DEBRIS,
+    "static.prop.plasticbag": ObjectKind.BAG,
+    "static.prop.creasedbox01": ObjectKind.LITTER,
+    "static.prop.platformgarbage01": ObjectKind.PROP,
+    "static.prop.crossinggatepost": ObjectKind.CROSSING_GATE,
+    "animal.dog": ObjectKind.ANIMAL,
     "static.prop.trashcan01": ObjectKind.PROP,
     "static.prop.vendingmachine": ObjectKind.PROP,
 }
@@ -139,3 +145,17 @@ def test_who_is_gone_or_out_of_range_is_forgotten(stage):
     stage.ticks(1)
     assert look(stage, tracker, ego) == {}
     assert str(far.id) in look(stage, Tracker(stage.world, ego.id, range_m=300.0), ego)
+
+
+def test_roof_lights_of_an_emergency_vehicle_are_seen_and_so_is_for_how_long(stage):
+    ego, van = stage.add(CAR, (3, -2, 30.0)), stage.add("vehicle.ford.ambulance", (3, -2, 60.0))
+    stage.ticks(1)
+    tracker = Tracker(stage.world, ego.id)
+    look(stage, tracker, ego)
+    van.set_light_state(carla.VehicleLightState(carla.VehicleLightState.Special1))
+    stage.ticks(30)
+    tracker.read_lights(stage.now_s)
+    seen = look(stage, tracker, ego)[str(van.id)]
+    assert (seen.kind, seen.emergency_lights, seen.hazard_lights) == (ObjectKind.EMERGENCY, True, False)
+    assert seen.seen_for_s == pytest.approx(1.5, abs=0.01)
+    assert seen.kind_confidence == 1.0

@@ -15,7 +15,12 @@ class RejoinRoute(Behavior):
     """Back into the route's lane, then on in it."""
 
     summary: ClassVar[str] = "Return to the route's lane and go on in it for a few metres at up to speed_mps."
-    checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.MARKING, Check.LANE_ENTRY)
+    checks: ClassVar[tuple[Check, ...]] = (
+        *(check for check in MOVING_CHECKS if check is not Check.DRIVABLE_AREA),
+        Check.ROADSIDE,
+        Check.MARKING,
+        Check.LANE_ENTRY,
+    )
 
     name: Literal["rejoin_route"] = "rejoin_route"
     speed_mps: float = Field(default=4.0, gt=0.5, le=11.0)
