@@ -107,7 +107,7 @@ def test_every_light_and_sign_governs_exactly_the_lanes_that_come_in(name):
         assert not waypoint.is_junction
         assert waypoint.next(6.0)[0].is_junction
         lanes = 1 + sum(1 for _ in _neighbours(waypoint))
-        assert 2 * signal.box.extent.x == pytest.approx(lanes * 3.5, abs=0.1)
+        assert 2 * signal.box.extent.x == pytest.approx(lanes * waypoint.lane_width, abs=0.1)
 
 
 def _world(signal):

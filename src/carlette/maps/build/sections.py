@@ -107,6 +107,10 @@ _INNER_EDGE = (Lane("shoulder", 1.0, NONE),)
 RURAL = Section("main road", lanes(1, SOLID, _VERGE), lanes(1, SOLID, _VERGE), PASSING, 70, "rural")
 RURAL_BENDS = Section("bends", lanes(1, SOLID, _VERGE), lanes(1, SOLID, _VERGE), NO_PASSING, 50, "rural")
 LANE_ROAD = Section("side road", lanes(1, NONE, _VERGE), lanes(1, NONE, _VERGE), PASSING, 50, "rural")
+NARROW_M = 2.1
+"""Two cars cannot pass each other on two such lanes."""
+_NARROW = (Lane("driving", NARROW_M, NONE), Lane("shoulder", 0.4, NONE))
+NARROW = Section("narrow lane", _NARROW, _NARROW, Mark("none", between_directions=True), 30, "rural")
 VILLAGE = two_way("village street", lanes(1, NONE, PARKING, SIDEWALK), PASSING, 40)
 MOTORWAY = Section("motorway", lanes(3, SOLID, _HARD_SHOULDER), _INNER_EDGE, SOLID, 90, "motorway")
 MOTORWAY_WITH_AUXILIARY = Section("motorway", lanes(4, SOLID, _HARD_SHOULDER), _INNER_EDGE, SOLID, 90, "motorway")

@@ -1,10 +1,11 @@
 """Country roads, 1500 m by 1000 m: a two-way main road round a village, with hills and bends.
 
-F'----E---------D----'       A to F  T-junctions of side roads with the main road (stop at A, C, E; yield)
-|     )         (    |       G       all-way stop
-F--x--H=========G----C       H       crossroads, the village street goes first
-|     (         |    |       =       village street with parking lanes
-`-----A---------B----'       ( )     winding side roads      x   level crossing
+.-----E---------D----.       A to F, K  T-junctions of side roads with the main road (stop at A, C, E; yield)
+|     )         (    |       G          all-way stop
+F--x--H====M====G--x-C       H          crossroads, the village street goes first
+|     (    :    x    |       M          a lane too narrow for two cars (:) meets the village street
+`-----A----K----B----'       =          village street with parking lanes
+                             ( )        winding side roads      x   level crossing
 """
 
 from __future__ import annotations
@@ -12,12 +13,20 @@ from __future__ import annotations
 import math
 
 from carlette.maps.build.plan import Control, Crossing, End, Node, Plan, Street
-from carlette.maps.build.sections import LANE_ROAD, RURAL, RURAL_BENDS, VILLAGE
+from carlette.maps.build.sections import LANE_ROAD, NARROW, RURAL, RURAL_BENDS, VILLAGE
 from carlette.maps.lines import Pose
 
 _EAST, _NORTH, _WEST, _SOUTH = 0.0, 90.0, 180.0, 270.0
 _REACH_M = 20.0
-_STEMS: dict[str, Control] = {"A": "stop", "B": "yield", "C": "stop", "D": "yield", "E": "stop", "F": "yield"}
+_STEMS: dict[str, Control] = {
+    "A": "stop",
+    "B": "yield",
+    "C": "stop",
+    "D": "yield",
+    "E": "stop",
+    "F": "yield",
+    "K": "yield",
+}
 
 
 def plan() -> Plan:
@@ -31,22 +40,18 @@ def plan() -> Plan:
         "F": (0.0, 500.0, 5.0),
         "G": (1100.0, 500.0, 6.0),
         "H": (380.0, 500.0, 2.0),
+        "K": (740.0, -35.0, 1.0),
+        "M": (740.0, 500.0, 4.0),
     }
-    nodes = [Node(name, *place, reach_m=_REACH_M, crosswalks=name in "GH") for name, place in places.items()]
+    nodes = [Node(name, *place, reach_m=_REACH_M, crosswalks=name in "GHM") for name, place in places.items()]
     return Plan("interurban", nodes, [*_main_road(), *_side_roads()])
 
 
 def _main_road() -> list[Street]:
     """Anticlockwise from A; between B and C, C and D, E and F, F and A it turns by 90 degrees."""
     return [
-        Street(
-            "Valley Road",
-            End("A", _EAST),
-            End("B", _WEST),
-            RURAL,
-            (_pose(740.0, -35.0, _EAST),),
-            heights=((0.5, -2.0),),
-        ),
+        Street("Valley Road", End("A", _EAST), End("K", _WEST), RURAL, heights=((0.5, -2.0),)),
+        Street("Valley Road", End("K", _EAST), End("B", _WEST), RURAL),
         Street("Valley Road", End("B", _EAST), End("C", _SOUTH), RURAL, (_pose(1370.0, 130.0, 45.0),)),
         Street("Hill Road", End("C", _NORTH), End("D", _EAST), RURAL, (_pose(1370.0, 870.0, 135.0),), ((0.4, 16.0),)),
         Street("Hill Road", End("D", _WEST), End("E", _EAST), RURAL, (_pose(740.0, 1040.0, _WEST),)),
@@ -60,16 +65,22 @@ def _side_roads() -> list[Street]:
         Street("Mill Lane", _stem("A", _NORTH), End("H", _SOUTH, "stop"), RURAL_BENDS, _winding(380.0, 0.0, 70.0)),
         Street("Abbey Lane", End("H", _NORTH, "stop"), _stem("E", _SOUTH), RURAL_BENDS, _winding(380.0, 500.0, -70.0)),
         Street("Wood Lane", End("G", _NORTH, "stop"), _stem("D", _SOUTH), RURAL_BENDS, _winding(1100.0, 500.0, 60.0)),
-        Street("Church Lane", _stem("B", _NORTH), End("G", _SOUTH, "stop"), LANE_ROAD),
-        Street("Quarry Lane", End("G", _EAST, "stop"), _stem("C", _WEST), LANE_ROAD),
-        Street("Rail Lane", _stem("F", _EAST), End("H", _WEST), LANE_ROAD, crossings=(Crossing(170.0, "rails"),)),
-        Street("Village Street", End("H", _EAST), End("G", _WEST, "stop"), VILLAGE),
+        Street("Church Lane", _stem("B", _NORTH), End("G", _SOUTH, "stop"), LANE_ROAD, crossings=_rails(230.0)),
+        Street("Quarry Lane", End("G", _EAST, "stop"), _stem("C", _WEST), LANE_ROAD, crossings=_rails(180.0)),
+        Street("Rail Lane", _stem("F", _EAST), End("H", _WEST), LANE_ROAD, crossings=_rails(170.0)),
+        Street("Village Street", End("H", _EAST), End("M", _WEST), VILLAGE),
+        Street("Village Street", End("M", _EAST), End("G", _WEST, "stop"), VILLAGE),
+        Street("Drovers Lane", _stem("K", _NORTH), End("M", _SOUTH, "stop"), NARROW),
     ]
 
 
 def _stem(node: str, bearing_deg: float) -> End:
     """The side road's end at the main road."""
     return End(node, bearing_deg, _STEMS[node])
+
+
+def _rails(at_m: float) -> tuple[Crossing, ...]:
+    return (Crossing(at_m, "rails"),)
 
 
 def _winding(x: float, south: float, swing_m: float) -> tuple[Pose, ...]:

@@ -16,6 +16,7 @@ _STEP_M = 20
 _MARK_EVERY_M = 60
 _MARGIN_M = 6
 _LONGEST_M = 280
+_WIDE_M = 3.0
 _TWO_WAYS_LIMIT_KMH = 50.0
 """Faster oncoming flows leave no gap that one can overtake in from standing."""
 _SURE_BEND_DEG = 15.0
@@ -42,6 +43,8 @@ class Along:
 def sites(need: Along, town: Town) -> Iterator[Site]:
     """All places of a map that fit, one every 20 m of each lane."""
     for lane in town.lanes:
+        if lane[0].lane_width < _WIDE_M:
+            continue
         last = len(lane) - need.after_m - _MARGIN_M
         for start in range(need.behind_m + need.before_m + _MARGIN_M, last + 1, _STEP_M):
             stretch = lane[start : start + need.after_m]

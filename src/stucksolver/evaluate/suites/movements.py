@@ -19,6 +19,8 @@ _TURN_DEG = 35.0
 _ARM_TOLERANCE_DEG = 35.0
 _ARM_MIN_M = 90.0
 """Arms shorter than this belong to roundabouts."""
+_WIDE_M = 3.0
+"""Narrower lanes are for two-way roads on which two cars do not pass each other."""
 _SIGN_WITHIN_M = 12.0
 _LIGHT_WITHIN_M = 12.0
 _HEADING_DEG: dict[Side, float] = {"left": 90.0, "opposite": 180.0, "right": -90.0}
@@ -57,8 +59,9 @@ def movements(town: Town) -> list[Movement]:
     found = []
     for number in sorted(junctions):
         ways = list(_ways(junctions[number], number, town))
-        long = [one for one in ways if min(lengths[one.entry.road_id], lengths[one.exit.road_id]) >= _ARM_MIN_M]
-        if len(long) == len(ways):
+        wide = [one for one in ways if min(one.entry.lane_width, one.exit.lane_width) >= _WIDE_M]
+        long = [one for one in wide if min(lengths[one.entry.road_id], lengths[one.exit.road_id]) >= _ARM_MIN_M]
+        if len(long) == len(wide):
             found.extend(long)
     return found
 
