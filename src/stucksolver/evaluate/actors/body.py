@@ -1,4 +1,4 @@
-"""How a kind of vehicle steers: enough to follow a line, from its physics control."""
+"""How a vehicle is steered along a line and how its pedals are pressed, whatever its kind."""
 
 from __future__ import annotations
 
@@ -11,6 +11,35 @@ import numpy as np
 _SLIP_SHARE = 0.72
 """Of the path that the wheels point along: CARLA's cars drive wider than a bicycle model without slip."""
 _WHEELBASE_PER_LENGTH = 0.6
+
+
+class Pedals:
+    """Tracks a wanted acceleration by a PI law on the speed it leads to, strong enough for a bicycle's engine, too."""
+
+    _FULL_THROTTLE_MPS2, _FULL_BRAKE_MPS2 = 5.5, 9.0
+    _GAIN_P, _GAIN_I = 0.35, 0.3
+    _MOST_LAG_MPS, _MOST_INTEGRAL_M = 1.0, 3.0
+    _STANDING_MPS = 0.08
+
+    def __init__(self) -> None:
+        self._reference_mps = 0.0
+        self._integral_m = 0.0
+
+    def step(self, acceleration: float, speed_mps: float, dt_s: float) -> tuple[float, float]:
+        """Throttle and brake for an acceleration (m/s²)."""
+        if speed_mps < self._STANDING_MPS and acceleration <= 0.0:
+            self._reference_mps, self._integral_m = speed_mps, 0.0
+            return 0.0, 0.5
+        wanted = self._reference_mps + acceleration * dt_s
+        self._reference_mps = min(max(wanted, speed_mps - self._MOST_LAG_MPS), speed_mps + self._MOST_LAG_MPS)
+        error = self._reference_mps - speed_mps
+        if acceleration * self._integral_m < 0.0:
+            self._integral_m *= 0.8  # what helped one way hinders the other
+        limit = self._MOST_INTEGRAL_M
+        self._integral_m = min(max(self._integral_m + error * dt_s, -limit), limit)
+        full = self._FULL_THROTTLE_MPS2 if acceleration > 0.0 else self._FULL_BRAKE_MPS2
+        effort = acceleration / full + self._GAIN_P * error + self._GAIN_I * self._integral_m
+        return (min(effort, 1.0), 0.0) if effort >= 0.0 else (0.0, min(-effort, 1.0))
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 The client's TrafficManager is not used: a tick with it waits for several calls to the server, and its lost wake-up
 would cost the promise that the same seed gives the same run. Following is the Intelligent Driver Model (Treiber,
-Hennecke, Helbing 2000), steering is pure pursuit (Coulter 1992). A `constant` car holds its speed whatever is in
+Hennecke, Helbing 2000) with a linear free road, steering is pure pursuit (Coulter 1992). A `constant` car holds its speed whatever is in
 its way, as the flows of CARLA's scenario_runner do, until it has touched the hero: then it drives like the others.
 """
 
@@ -16,12 +16,11 @@ from typing import Any
 
 import carla
 
-from stucksolver.evaluate.actors.body import Steering
+from stucksolver.evaluate.actors.body import Pedals, Steering
 from stucksolver.evaluate.actors.cast import Cast, Member, State
 from stucksolver.evaluate.actors.claims import Claims
 from stucksolver.evaluate.actors.leaders import Leader, boxes_touch, find_leaders
 from stucksolver.evaluate.actors.path import Chooser, LanePath, StopLines, stop_lines
-from stucksolver.stacks.driver.controllers import PedalController
 
 HORIZON_M = 56.0
 LEADERS_EVERY = 3
@@ -33,6 +32,7 @@ STOP_LINE_GAP_M = 1.5
 _YELLOW_MPS2 = 3.0
 _CLAIM_M = 10.0
 _TOUCH_M = 0.05
+_SPEED_GAIN = 1.2
 _LOW_M = 0.4
 """What is lower is driven over."""
 
@@ -59,7 +59,7 @@ class Car:
     s: float = 0.0
     state: State = field(default_factory=lambda: State(0, 0, 0, 0, 0, 0, 0))
     leader: Leader | None = None
-    pedals: PedalController = field(default_factory=PedalController)
+    pedals: Pedals = field(default_factory=Pedals)
     sent: tuple[float, float, float] = (-1.0, -1.0, -2.0)
 
     @property
@@ -241,8 +241,8 @@ class Cars:
         if wish < 0.1:
             brake = HARD_MPS2 if car.brakes_hard else SOFT_MPS2
             return -brake if speed > 0.05 else -0.5
-        free = MOST_MPS2 * (1.0 - (max(speed, 0.0) / wish) ** 4)
-        wanted = max(free, -3.0)
+        free = min(max(_SPEED_GAIN * (wish - speed), -3.0), MOST_MPS2)
+        wanted = free
         if car.leader is not None:
             gap = car.leader.gap_m - (car.stand_gap_m - 2.0)
             wanted = min(wanted, _idm(free, speed, gap, speed - car.leader.speed_mps))

@@ -15,7 +15,8 @@ class Flow:
     """Vehicles on the way along `line` (`carla.Waypoint`s); `tick` lets them come and go.
 
     `spacing_m` is the range from which each distance between two fronts is drawn. `constant` ones hold their speed
-    whatever comes (CARLA's actor flows) until one has touched the hero; others brake for what is ahead. `kinds` are the blueprints to draw from.
+    whatever comes (CARLA's actor flows) until one has touched the hero; others brake for what is ahead. `kinds` are
+    the blueprints to draw from.
     """
 
     def __init__(

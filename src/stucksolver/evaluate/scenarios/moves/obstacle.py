@@ -181,6 +181,8 @@ class ConstructionSite(Obstacle):
 class SlowBicycles(Obstacle):
     """Two bicycles at the edge of the lane, 9 m apart, that ride slowly and then stand."""
 
+    simplified = "the bicycles hold their speed whatever comes"
+
     needs_map = "a second driving lane beside the hero's"
     distance_m = Number("distance", 100.0, "m")
     bicycle_kmh = Number("bicycle_speed", 10.0, "km/h")
@@ -202,6 +204,7 @@ class SlowBicycles(Obstacle):
         while not self._is_past(riders[-1]):
             for rider in riders:
                 if rider.s >= self.ride_m:
+                    self.cars.relax(rider)
                     rider.wish_mps = 0.0
             yield
         self.end_way_past()
@@ -224,9 +227,5 @@ class SlowBicycles(Obstacle):
         for k, member in enumerate(self._bicycles):
             waypoint = self.ahead(self.distance_m + k * self._APART_M)
             shift_m = self.sign * self._OFFSET * waypoint.lane_width / 2.0
-            found.append(
-                self.cars.drive(
-                    member, waypoint, self.bicycle_kmh / 3.6, offset_m=shift_m, obeys_lights=False, yields=False
-                )
-            )
+            found.append(self.cars.drive(member, waypoint, self.bicycle_kmh / 3.6, offset_m=shift_m, constant=True))
         return found

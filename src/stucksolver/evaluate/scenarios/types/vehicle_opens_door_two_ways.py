@@ -6,13 +6,15 @@ from collections.abc import Iterator
 
 import carla
 
+from stucksolver.evaluate.actors.cast import LIFT_M
 from stucksolver.evaluate.scenarios.moves.obstacle import PAST_M, TwoWays
-from stucksolver.evaluate.scenarios.moves.places import lane_of
+from stucksolver.evaluate.scenarios.moves.places import beside, lane_of
 from stucksolver.evaluate.scenarios.parameters import Number
 from stucksolver.evaluate.scenarios.registry import scenario
 from stucksolver.evaluate.scenarios.setting import Setting
 
 OPENS_S, OPENS_M = 3.0, 10.0
+EDGE_M = 0.05
 
 
 @scenario
@@ -35,6 +37,9 @@ class VehicleOpensDoorTwoWays(TwoWays):
         lane = lane_of(self.ahead(self.distance_m), carla.LaneType.Parking, self.direction)
         assert lane is not None
         self._car = self.cast.must_spawn(self.random.choice(self._cars_with_doors()), lane.transform)
+        # Up to the edge of the hero's lane, so that the door reaches into its way.
+        aside_m = max(lane.lane_width / 2.0 - self._car.half_width_m - EDGE_M, 0.0)
+        self.cast.place(self._car, beside(lane, -aside_m, up_m=LIFT_M))
         self.cast.hold(self._car)
         return self.distance_m, self.distance_m
 

@@ -1,0 +1,135 @@
+"""What stands in the hero's lane, and what happens in the lane by which it may get past."""
+
+from __future__ import annotations
+
+import pytest
+
+carla = pytest.importorskip("carla")
+
+pytestmark = pytest.mark.integration
+
+ONE_WAY = ("Accident", "ParkedObstacle", "ConstructionObstacle")
+TWO_WAYS = ("AccidentTwoWays", "ParkedObstacleTwoWays", "ConstructionObstacleTwoWays")
+FIRST_M = {"Accident": 0.0, "ParkedObstacle": 0.0, "ConstructionObstacle": -9.0}
+
+
+def value(number):
+    return {"value": str(number)}
+
+
+def in_lane(playing, distance_m):
+    """Members of the scenario that reach into the hero's lane near a distance beyond the trigger."""
+    found = []
+    for one in playing.others(""):
+        s_m, right_m = playing.along(one)
+        near = abs(s_m - playing.scenario.trigger_s_m - distance_m) < 20.0
+        half_m = playing.route.at(s_m).lane_width / 2.0
+        if near and abs(right_m) - one.half_width_m < half_m and one.half_height_m > 0.2:
+            found.append(one)
+    return found
+
+
+@pytest.mark.parametrize("kind", [*ONE_WAY, *TWO_WAYS])
+def test_an_obstacle_stands_in_the_heros_lane_with_nobody_before_it(play, kind):
+    playing = play(f"{kind}_1", distance=value(42))
+    playing.jump(5.0)
+    playing.run(1.0)
+    blocking = in_lane(playing, 42.0)
+    first_m = min(playing.along(one)[0] - playing.scenario.trigger_s_m for one in blocking)
+    assert blocking and first_m == pytest.approx(42.0 + FIRST_M[kind.removesuffix("TwoWays")], abs=3.0)
+    # Traffic ahead of the hero was moved beyond.
+    end_m = max(playing.along(one)[0] for one in blocking)
+    hero_lane = [car for car in playing.setting.background.road.ahead if abs(playing.along(car.member)[1]) < 1.5]
+    assert all(playing.along(car.member)[0] > end_m for car in hero_lane)
+
+
+@pytest.mark.parametrize("kind", ONE_WAY)
+def test_traffic_beside_is_slowed_five_seconds_after_the_hero_came_near(play, kind):
+    playing = play(f"{kind}_1", distance=value(42), speed=value(36))
+    playing.jump(5.0)
+    playing.jump(28.0)
+    road = playing.setting.background.road
+    playing.run(4.5)
+    assert road.cap_mps is None
+    playing.run(1.0)
+    assert road.cap_mps == pytest.approx(10.0)
+    playing.jump(5.0 + 42.0 + 16.0 + 51.0)
+    assert playing.play.finished and road.cap_mps is None
+
+
+@pytest.mark.parametrize("kind", TWO_WAYS)
+def test_an_oncoming_flow_with_the_gaps_asked_for_begins(play, kind):
+    playing = play(f"{kind}_1", distance=value(42), frequency={"from": "35", "to": "40"})
+    playing.jump(5.0)
+    playing.jump(28.0)
+    standing = len(playing.others())
+    playing.run(4.5)
+    assert "wrong_lane" not in playing.play.suspended and len(playing.others()) == standing
+    playing.run(9.0)
+    assert playing.play.suspended == {"wrong_lane", "blocked"}
+    flow = playing.others()[standing:]
+    assert len(flow) >= 2 and all(playing.facing_deg(one) > 150.0 for one in flow)
+    fronts = sorted(playing.along(one)[0] for one in flow)
+    gaps = [after - before for before, after in zip(fronts, fronts[1:], strict=False)]
+    assert all(34.0 < gap < 50.0 for gap in gaps)
+
+
+def test_two_bicycles_ride_at_the_edge_and_then_stand(play):
+    playing = play("HazardAtSideLane_1", traffic=False, bicycle_speed=value(18), bicycle_drive_distance=value(20))
+    playing.jump(5.0)
+    first = [playing.along(one) for one in playing.others()]
+    assert first[1][0] - first[0][0] == pytest.approx(9.0, abs=0.5)
+    assert all(0.5 < right_m < 1.6 for _, right_m in first)
+    playing.run(3.0)
+    assert all(playing.cast.state(one).speed_mps == pytest.approx(5.0, abs=0.5) for one in playing.others())
+    playing.run(4.0)
+    assert all(playing.cast.state(one).speed_mps < 0.1 for one in playing.others())
+    assert playing.along(playing.others()[0])[0] - first[0][0] == pytest.approx(21.0, abs=3.0)
+
+
+def test_beside_bicycles_on_two_ways_the_test_for_the_wrong_lane_stays_off_for_good(play):
+    playing = play("HazardAtSideLaneTwoWays_1", frequency=value(77))
+    playing.jump(5.0)
+    playing.tick()
+    assert playing.setting.background.oncoming.spacing_m == 77.0
+    playing.jump(playing.route.length_m - 2.0)
+    assert playing.play.finished and playing.play.suspended == {"wrong_lane"}
+    assert playing.setting.background.oncoming.spacing_m == 40.0
+
+
+def test_a_door_opens_into_the_heros_way_when_it_is_near(play):
+    hits = []
+    for near in (False, True):
+        playing = play("VehicleOpensDoorTwoWays_1", traffic=False)
+        sensor = playing.world.spawn_actor(
+            playing.world.get_blueprint_library().find("sensor.other.collision"), carla.Transform(), playing.hero
+        )
+        sensor.listen(lambda event: hits.append(event.other_actor.type_id))
+        car = playing.others()[0]
+        place_s = playing.along(car)[0]
+        playing.jump(5.0)
+        playing.jump(place_s - (9.0 if near else 12.0))
+        playing.run(1.0)
+        if not near:
+            # Closed, and no wider than its lane.
+            assert playing.along(car)[1] - car.half_width_m > playing.route.at(place_s).lane_width / 2.0
+            continue
+        hits.clear()
+        playing.go(8.0)
+        playing.run(3.0, lambda: bool(hits))
+        assert car.type_id in hits
+        sensor.destroy()
+
+
+def test_oncoming_cars_come_over_the_line_but_pass_a_hero_in_the_middle_of_its_lane(play):
+    playing = play("InvadingTurn_1", traffic=False, offset=value(0.3))
+    playing.jump(5.0)
+    nearest = []
+    for _ in range(300):
+        playing.tick()
+        cars = [one for one in playing.others() if playing.apart_m(one) < 30.0]
+        nearest += [-playing.along(one)[1] - one.half_width_m for one in cars]
+    width_m = playing.route.at(5.0).lane_width
+    # Their flank: over the line, and beside the hero.
+    assert 0.95 < min(nearest) < width_m / 2.0 - 0.2
+    assert any(one.type_id == "static.prop.constructioncone" for one in playing.others("static."))
