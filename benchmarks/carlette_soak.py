@@ -78,7 +78,7 @@ def _run(ticks: int, cars: int, town: str, seed: int, ledger: Path | None) -> di
             "rescues": _woken(log),
             "ticks_per_s": done / seconds,
             "mean_distance_m": moved_m / max(cars, 1),
-            "server_memory_mb": _resident_mb(server),
+            "server_memory_mb": resident_mb(server),
         }
 
 
@@ -107,7 +107,8 @@ def _woken(log: IO[str]) -> int:
     return sum(WOKEN in line for line in log)
 
 
-def _resident_mb(pid: int) -> float:
+def resident_mb(pid: int) -> float:
+    """Memory that a process of this machine holds."""
     status = Path(f"/proc/{pid}/status").read_text()
     return int(re.search(r"VmRSS:\s+(\d+) kB", status)[1]) * 1024 / 1e6  # type: ignore[index]
 

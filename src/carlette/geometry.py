@@ -50,8 +50,8 @@ class Pose(NamedTuple):
     rotation: Rotation = Rotation()
 
     def is_finite(self) -> bool:
-        """False when a number is NaN or infinite."""
-        return self.location.is_finite() and all(map(math.isfinite, self.rotation))
+        """False when a number is NaN, infinite or absurdly large."""
+        return self.location.is_finite() and Vector(*self.rotation).is_finite()
 
     def apply(self, point: Vector) -> Vector:
         """`point` of this pose's frame, in the frame the pose is given in."""

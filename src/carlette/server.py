@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import logging
+import os
 import selectors
 import socket
 import time
@@ -51,6 +54,7 @@ class Server:
         self._is_pending = False
         """A tick is done whose snapshot is still held back."""
         self._next_tick = time.monotonic()
+        self._spare_file = os.open(os.devnull, os.O_RDONLY)
         self._running = True
 
     def stop(self) -> None:
@@ -168,11 +172,29 @@ class Server:
             elif one.wants_to_write:
                 self._watch(one, self._on_stream(one))
 
+    def _accept(self, listener: socket.socket) -> socket.socket | None:
+        try:
+            sock, _ = listener.accept()
+        except OSError as error:
+            if error.errno in (errno.EMFILE, errno.ENFILE):
+                self._send_away(listener)
+            # Else the peer gave up between its request and now.
+            return None
+        return _prepared(sock)
+
+    def _send_away(self, listener: socket.socket) -> None:
+        """No file is left for a peer: takes it with the spare one, as it would wait, and be seen, for ever."""
+        os.close(self._spare_file)
+        with contextlib.suppress(OSError):
+            listener.accept()[0].close()
+        self._spare_file = os.open(os.devnull, os.O_RDONLY)
+        log.warning("no more open files: a peer was sent away; raise the limit (ulimit -n)")
+
     # -- requests
 
     def _accept_rpc(self, events: int) -> None:
         del events
-        sock = _accept(self._rpc_socket)
+        sock = self._accept(self._rpc_socket)
         if sock is not None:
             connection = RpcConnection(sock, self._dispatch)
             self._sessions[connection] = Session(self.simulator, connection)
@@ -237,7 +259,7 @@ class Server:
 
     def _accept_stream(self, events: int) -> None:
         del events
-        sock = _accept(self._stream_socket)
+        sock = self._accept(self._stream_socket)
         if sock is not None:
             subscriber = Subscriber(sock)
             self.simulator.hub.subscribers.add(subscriber)
@@ -276,14 +298,10 @@ class Server:
             if isinstance(sock, socket.socket):
                 sock.close()
         self._selector.close()
+        os.close(self._spare_file)
 
 
-def _accept(listener: socket.socket) -> socket.socket | None:
-    try:
-        sock, _ = listener.accept()
-    except OSError:
-        # The peer gave up between its request and now.
-        return None
+def _prepared(sock: socket.socket) -> socket.socket | None:
     sock.setblocking(False)
     try:
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -67,5 +67,7 @@ def exactly(stream: socket.socket, size: int) -> bytes:
     """The next bytes of a stream."""
     data = b""
     while len(data) < size:
-        data += stream.recv(size - len(data)) or b""
+        more = stream.recv(size - len(data))
+        assert more, "the server closed the stream"
+        data += more
     return data
