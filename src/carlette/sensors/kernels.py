@@ -15,15 +15,17 @@ import numpy as np
 Function = TypeVar("Function", bound=Callable[..., Any])
 Array = Any
 """A numpy array, as numba sees it."""
+# Products must not be fused with sums: an edge has to bound both faces that share it by the same number.
+_OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"nnan", "ninf", "nsz"}}
 
 
 def compiled(function: Function) -> Function:
     """Compiles a function; where the file system takes no cache, anew in every process."""
     njit: Any = numba.njit
     try:
-        built: Function = njit(function, cache=True, nogil=True, error_model="numpy", fastmath=True)
+        built: Function = njit(function, cache=True, **_OPTIONS)
     except RuntimeError:
-        built = njit(function, nogil=True, error_model="numpy", fastmath=True)
+        built = njit(function, **_OPTIONS)
     return built
 
 
