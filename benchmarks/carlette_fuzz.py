@@ -45,7 +45,8 @@ def fuzz(minutes: float, seed: int) -> dict[str, Any]:
                 _one(nonsense, port, random.Random(seed), counts)
                 healthy.check()
             except (AssertionError, OSError) as error:
-                raise SystemExit(f"seed {seed}: {error!r}; the server's exit status is {process.poll()}") from error
+                last = Path(log.name).read_text(errors="replace")[-2000:]
+                raise SystemExit(f"{last}\nseed {seed}: {error!r}; exit status {process.poll()}") from error
             if time.monotonic() - reported > REPORT_S:
                 reported, warm_mb = time.monotonic(), warm_mb or resident_mb(process.pid)
                 print(f"seed {seed}: {dict(counts)}, {resident_mb(process.pid):.0f} MB", file=sys.stderr, flush=True)

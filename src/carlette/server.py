@@ -25,6 +25,8 @@ from carlette.wire.token import WORLD_STREAM
 IDLE_S = 0.5
 """Longest sleep of the loop; bounds how late it notices that it shall stop."""
 FREE_PORT_TRIES = 50
+SHORTEST_PERIOD_S = 0.001
+"""Between two ticks in asynchronous mode, however short the step is: others want to be served, too."""
 SWITCHING_POLL_S = 0.001
 
 log = logging.getLogger(__name__)
@@ -90,7 +92,7 @@ class Server:
         if self._is_pending:
             self._try_publish(time.monotonic())
         elif not settings.synchronous and now >= self._next_tick and not self._pacing.quiet_s(now):
-            self._next_tick = max(self._next_tick + settings.step_s, now)
+            self._next_tick = max(self._next_tick + max(settings.step_s, SHORTEST_PERIOD_S), now)
             self._cue(now)
             self._tick()
             self._try_publish(time.monotonic())

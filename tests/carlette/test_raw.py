@@ -39,6 +39,7 @@ def test_an_unknown_method_is_named_in_the_error(raw: Raw) -> None:
         ("spawn_actor", [1, "vehicle.tesla.model3", 5], [[0, 0, 0], [0, 0, 0]]),
         ("get_actors_by_id", 5),
         ("set_episode_settings", []),
+        ("set_episode_settings", [True, False, [True, 1e-300], True, 0.1, 1, 0, True, 1, 1, True]),
         ("set_episode_settings", [True, False, [True, -1.0], True, 0.1, 1, 0, True, 1, 1, True]),
         ("apply_batch", 5),
         ("project_point", [0, 0, 0], [0, 0, 0], 5.0),

@@ -12,7 +12,7 @@ from carlette.world.settings import EpisodeSettings
 
 methods = Methods()
 
-LONGEST_STEP_S = 10.0
+SHORTEST_STEP_S, LONGEST_STEP_S = 1e-4, 10.0
 
 
 @methods.value("version")
@@ -54,8 +54,9 @@ def get_episode_settings(session: Session) -> Any:
 @methods.value("set_episode_settings")
 def set_episode_settings(session: Session, wire: list[Any]) -> int:
     fixed = float(wire[2][1]) if wire[2][0] else None
-    if fixed is not None and not 0.0 <= fixed <= LONGEST_STEP_S:
-        raise RequestError(f"fixed_delta_seconds is {fixed}; give 0 (variable) to {LONGEST_STEP_S:g} seconds")
+    if fixed and not SHORTEST_STEP_S <= fixed <= LONGEST_STEP_S:
+        bounds = f"{SHORTEST_STEP_S:g} to {LONGEST_STEP_S:g}"
+        raise RequestError(f"fixed_delta_seconds is {fixed}; give {bounds} seconds, or 0 for a variable step")
     session.world.settings = EpisodeSettings(bool(wire[0]), bool(wire[1]), fixed or None, *wire[3:11])
     return session.world.frame
 
