@@ -221,7 +221,10 @@ def _crossing(studio: Studio) -> View:
 def _animals(studio: Studio) -> View:
     for number, name in enumerate(("cat", "dog", "deer", "cow", "horse", "goose")):
         actor = studio.put(
-            f"animal.{name}", 5.0 + 1.9 * (number == 3) + 3.6 * (number == 4), -4.2 + 1.55 * number, (120, 60, 200, 70, 120, 90)[number]
+            f"animal.{name}",
+            5.0 + 1.9 * (number == 3) + 3.6 * (number == 4),
+            -4.2 + 1.55 * number,
+            (120, 60, 200, 70, 120, 90)[number],
         )
         studio.walk(actor, 0.6)
     return studio.view(right_m=-0.6, up_m=1.4, ticks=4)

@@ -24,7 +24,7 @@ SUPERSAMPLED_PIXELS = 700_000
 """Pictures up to this size are drawn twice as large each way and averaged; larger ones show single samples."""
 CLEAR_PER_M = 0.0015
 """In air clearer than this, a chunk fades as a whole."""
-KEPT_COLORS = 4096
+KEPT_COLORS = 2048
 BAND_ROWS = 16
 _EVEN, _ODD = np.uint64(0x00FF00FF00FF00FF), np.uint64(0xFF00FF00)
 _2, _6, _8, _32 = (np.uint64(one) for one in (2, 6, 8, 32))

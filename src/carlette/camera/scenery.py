@@ -123,7 +123,7 @@ def _plots(road: Road, points: Floats, outward: Floats, random: Random, sites: _
     is_country = road.kind in _COUNTRY
     for place, away in _along(points, outward, PLOT_M, random.uniform(2.0, PLOT_M)):
         choice = random.random()
-        if choice < (0.04 if is_country else 0.62):
+        if choice < (0.04 if is_country else 0.52):
             item = _house(place, away, random, sites)
             if item is not None:
                 yield item

@@ -17,6 +17,8 @@ SEAM: Color = (28, 30, 32)
 FIRE_RED: Color = (196, 26, 24)
 SCHOOL_YELLOW: Color = (248, 172, 16)
 UP: Point = (0.0, 0.0, 1.0)
+ROOF_GEAR_M = (("police", 0.21), ("ambulance", 0.21), ("ford.crown", 0.17))
+"""Height of what stands on the roof: light bars and taxi signs belong to the measured box."""
 
 
 @dataclass(frozen=True)
@@ -111,13 +113,17 @@ class Frame:
 def frame_of(type_id: str, box: Box) -> Frame:
     """The measures of a vehicle's body in its box."""
     (cx, cy, cz), (hx, hy, hz) = box.center, box.extent
-    low, height = max(cz - hz, 0.0), 2 * hz
+    low = max(cz - hz, 0.0)
+    height = cz + hz - low
     heavy = body_kind(type_id)
-    half = hy - (0.03 if heavy != "car" or hy < 0.95 else 0.10)
+    half = hy - (0.08 if hy < 0.95 else 0.12)
+    high = low + height - next((drop for word, drop in ROOF_GEAR_M if word in type_id), 0.02)
     lamp, tail = {"car": (0.46, 0.52), "truck": (0.24, 0.26), "bus": (0.24, 0.26)}[heavy]
     if STYLES.get(type_id) is VAN:
         lamp, tail = 0.33, 0.34
-    return Frame(cx - hx, cx + hx, half, cy, low, low + height, low + lamp * height, low + tail * height, half * 0.82)
+    return Frame(
+        cx - hx + 0.08, cx + hx - 0.08, half, cy, low, high, low + lamp * height, low + tail * height, half * 0.82
+    )  # fmt: skip
 
 
 def body_kind(type_id: str) -> str:
@@ -164,7 +170,7 @@ def _car(builder: Builder, type_id: str, frame: Frame, wheelbase_m: float, color
     for side in (1.0, -1.0):
         at = frame.middle + (style.cabin[1] - 0.10) * hl
         builder.box(
-            (at, frame.y + side * (frame.half + 0.07), frame.low + 0.68 * height), (0.14, 0.16, 0.13), shade(paint, 0.7)
+            (at, frame.y + side * (frame.half + 0.01), frame.low + 0.68 * height), (0.13, 0.13, 0.13), shade(paint, 0.7)
         )
     _dress(builder, type_id, frame, style)
 
@@ -268,7 +274,7 @@ def _wheels(
     for x in at:
         for side in (1.0, -1.0):
             face = frame.y + side * (half + 0.02)
-            builder.disc((x, face, frame.low + radius + 0.02), radius * 1.17, (0.0, side, 0.0), (20, 20, 22), sides=14)
+            builder.disc((x, face, frame.low + radius + 0.06), radius * 1.12, (0.0, side, 0.0), (20, 20, 22), sides=14)
             inner = frame.y + side * (half - 0.20)
             outer = frame.y + side * (half + 0.035)
             builder.cylinder((x, inner, radius), (x, outer, radius), radius, TYRE, sides=12)
@@ -357,7 +363,7 @@ def _dress(builder: Builder, type_id: str, frame: Frame, style: Style) -> None:
             place = (frame.middle - 0.18 * hl + side * 0.1, frame.y, frame.high + 0.07)
             lettering(builder, "TAXI", place, right, UP, 0.13, (20, 20, 20), width_m=0.5)
     elif style is JEEP:
-        builder.cylinder((frame.rear - 0.02, frame.y, 0.95), (frame.rear - 0.2, frame.y, 0.95), 0.34, TYRE, sides=12)
+        builder.cylinder((frame.rear + 0.05, frame.y, 0.95), (frame.rear - 0.08, frame.y, 0.95), 0.34, TYRE, sides=12)
 
 
 def _cross(builder: Builder, middle: Point, side: float) -> None:
@@ -403,7 +409,7 @@ def _truck(builder: Builder, type_id: str, frame: Frame, wheelbase_m: float, col
             GLASS,
         )
         builder.box(
-            (frame.front - 0.2, frame.y + side * (frame.half + 0.1), 0.62 * height), (0.12, 0.2, 0.5), (30, 30, 32)
+            (frame.front - 0.2, frame.y + side * (frame.half + 0.01), 0.62 * height), (0.12, 0.13, 0.5), (30, 30, 32)
         )
     load = FIRE_RED if fire else ((196, 24, 30) if cola else (226, 228, 230))
     rear = frame.rear + 0.05
