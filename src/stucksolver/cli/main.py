@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from stucksolver.cli.cases import add_cases, run_cases_command
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.evaluate import add_evaluate, run_evaluate
 from stucksolver.cli.ladder import add_ladder, run_ladder
@@ -64,6 +65,7 @@ def _parser() -> argparse.ArgumentParser:
     add_replay(commands).set_defaults(run=run_replay)
     add_ladder(commands).set_defaults(run=run_ladder)
     add_prompt(commands).set_defaults(run=run_prompt)
+    add_cases(commands).set_defaults(run=_cases)
     return parser
 
 
@@ -77,6 +79,11 @@ def _demo(options: argparse.Namespace) -> int:
 def _evaluate(options: argparse.Namespace) -> int:
     _require_client()
     return run_evaluate(options)
+
+
+def _cases(options: argparse.Namespace) -> int:
+    _require_client()
+    return run_cases_command(options)
 
 
 def _watch(options: argparse.Namespace) -> int:

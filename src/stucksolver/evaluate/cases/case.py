@@ -1,0 +1,147 @@
+"""What happens in each case: who stands, walks or rides where, and what a passenger says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import carla
+
+from stucksolver.evaluate.sites import SiteError, choose_site
+
+LIFT_M = 0.3
+APPROACH_M = 30.0
+BEYOND_M = 70.0
+WALK_MPS = 0.9
+
+
+class CaseError(RuntimeError):
+    """A case could not be staged on this map; the message says what is missing."""
+
+
+@dataclass
+class Staged:
+    """Put into the world. `every_tick` is called with the seconds since the start."""
+
+    ego: Any
+    destination: Any
+    every_tick: Callable[[float], None] = lambda seconds: None
+    actors: list[Any] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case of the figure. `words`: what a passenger says, and when. `expected`: the right answer, in short."""
+
+    name: str
+    title: str
+    expected: str
+    stage: Callable[[Any, Any], Staged]
+    words: tuple[float, str] | None = None
+    drive_s: float = 60.0
+    shown_from_s: float = 0.0
+    """Decisions before this time are not the ones to show."""
+
+
+def _pedestrians(world: Any, carla_map: Any) -> Staged:
+    """A red light, and people on the crossing behind its stop line."""
+    light, stop = _light_with_room(world)
+    light.set_state(carla.TrafficLightState.Red)
+    light.freeze(True)
+    ego = _spawn(world, "vehicle.lincoln.mkz_2020", stop.previous(APPROACH_M)[0], "hero")
+    walkers = [_walker(world, stop.next(ahead)[0], side) for ahead, side in ((2.5, -5.5), (4.0, 6.5), (3.2, -8.0))]
+
+    def walk(seconds: float) -> None:
+        for walker, side in zip(walkers, (1.0, -1.0, 1.0), strict=True):
+            if seconds >= 6.0:
+                across = stop.transform.get_right_vector()
+                walker.apply_control(carla.WalkerControl(across * side, WALK_MPS))
+        if seconds >= 30.0:
+            light.set_state(carla.TrafficLightState.Green)
+
+    return Staged(ego, _onward(stop, BEYOND_M).transform.location, walk, walkers)
+
+
+def _open_door(world: Any, carla_map: Any) -> Staged:
+    """A car that stands half in our lane, its door open towards us; the lane to the left is free."""
+    site = choose_site(carla_map, "multi_lane", 1, 170)
+    ego = _spawn(world, "vehicle.lincoln.mkz_2020", site.start, "hero")
+    parked = _spawn(world, "vehicle.audi.etron", site.obstacle, "parked", aside_m=1.1)
+    parked.apply_control(carla.VehicleControl(hand_brake=True))
+    parked.open_door(carla.VehicleDoor.FL)
+    return Staged(ego, site.destination.transform.location, actors=[parked])
+
+
+def _cyclists(world: Any, carla_map: Any) -> Staged:
+    """Two cyclists ahead in our lane, slower than anyone; nobody is stuck, but a passenger would like to get on."""
+    site = choose_site(carla_map, "multi_lane", 1, 260)
+    ego = _spawn(world, "vehicle.lincoln.mkz_2020", site.start, "hero")
+    places = zip(("vehicle.diamondback.century", "vehicle.bh.crossbike"), (20, 25), strict=True)
+    riders = [_spawn(world, blueprint, site.waypoints[k], "rider") for blueprint, k in places]
+
+    def ride(seconds: float) -> None:
+        for rider in riders:
+            rider.enable_constant_velocity(carla.Vector3D(x=2.5))
+
+    return Staged(ego, site.destination.transform.location, ride, riders)
+
+
+CASES = (
+    Case("pedestrians", "Pedestrians cross at a red light", "wait", _pedestrians, shown_from_s=11.0),
+    Case("open_door", "A door stands open into our lane", "change the lane to the left", _open_door),
+    Case(
+        "cyclists",
+        "Two slow cyclists, and a passenger in a hurry",
+        "overtake when it is safe",
+        _cyclists,
+        words=(9.0, "please overtake them"),
+    ),
+)
+
+
+def _light_with_room(world: Any) -> tuple[Any, Any]:
+    """A light before whose stop line the lane goes straight for a while."""
+    for light in sorted(world.get_actors().filter("traffic.traffic_light"), key=lambda one: one.id):
+        for stop in light.get_stop_waypoints():
+            before = stop.previous(APPROACH_M)
+            if len(before) == 1 and not before[0].is_junction and before[0].road_id == stop.road_id:
+                return light, stop
+    raise CaseError(f"map {world.get_map().name} has no traffic light with {APPROACH_M:.0f} m of street before it")
+
+
+def _onward(waypoint: Any, distance_m: float) -> Any:
+    """As straight on as the junctions permit."""
+    for _ in range(int(distance_m / 2.0)):
+        options = waypoint.next(2.0)
+        if not options:
+            return waypoint
+        yaw = waypoint.transform.rotation.yaw
+        waypoint = min(options, key=lambda w: abs((w.transform.rotation.yaw - yaw + 180.0) % 360.0 - 180.0))
+    return waypoint
+
+
+def _spawn(world: Any, blueprint: str, waypoint: Any, role: str, aside_m: float = 0.0) -> Any:
+    definition = world.get_blueprint_library().find(blueprint)
+    definition.set_attribute("role_name", role)
+    transform = waypoint.transform
+    transform.location += transform.get_right_vector() * aside_m + carla.Location(z=LIFT_M)
+    actor = world.try_spawn_actor(definition, transform)
+    if actor is None:
+        place = transform.location
+        raise CaseError(f"{blueprint} could not be put at ({place.x:.1f}, {place.y:.1f}): something is there")
+    return actor
+
+
+def _walker(world: Any, waypoint: Any, side_m: float) -> Any:
+    """A person beside the lane; positive to the left, as seen in the lane's direction."""
+    definition = sorted(world.get_blueprint_library().filter("walker.pedestrian.*"), key=lambda b: b.id)[0]
+    transform = waypoint.transform
+    transform.location += transform.get_right_vector() * -side_m + carla.Location(z=1.0)
+    walker = world.try_spawn_actor(definition, transform)
+    if walker is None:
+        raise CaseError("a pedestrian could not be put beside the crossing: something is there")
+    return walker
+
+
+__all__ = ["CASES", "Case", "CaseError", "SiteError", "Staged"]

@@ -1,0 +1,170 @@
+"""Acts the cases out: from the scene through the reasoner and the guard to the drive."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import carla
+
+from stucksolver.evaluate.cases.case import Case, Staged
+from stucksolver.evaluate.server import Server, carlette_server, check_versions
+from stucksolver.ladder import Ladder, parse_ladder, profile_text
+from stucksolver.reason import Reasoner
+from stucksolver.solver import Event, EventKind, StuckSolver
+from stucksolver.stacks.carla_stack import CarlaStack
+from stucksolver.stacks.carla_stack.camera import FrontCamera
+from stucksolver.stacks.driver import BehaviorDriver
+
+DT_S = 0.05
+SETTLE_TICKS = 10
+CLIENT_TIMEOUT_S = 20.0
+ENOUGH_S = 25.0
+"""After a first answer without a plan, it is watched for this long."""
+LADDER = """
+[[rung]]
+kind = "model"
+deadline_s = 30.0
+tries = 20
+cooldown_s = 3.0
+"""
+"""No rules look before the model: the figure shows what the model itself makes of each scene."""
+
+
+@dataclass(frozen=True)
+class CaseResult:
+    """`decided`: the first decision that a plan came of, else the first of all; None where none was made."""
+
+    case: Case
+    decided: Event | None
+    events: tuple[Event, ...]
+    progress_m: float
+    """Along the route, from the moment of the decision to the end."""
+    collisions: int
+
+    @property
+    def ending(self) -> str:
+        """How it ended, in a few words."""
+        kinds = [event.kind for event in self.events]
+        touched = f", {self.collisions} collisions" if self.collisions else ", no collision"
+        if EventKind.FINISHED in kinds:
+            return f"the plan was carried out, {self.progress_m:.0f} m on{touched}"
+        if EventKind.ABORTED in kinds:
+            last = next(e for e in reversed(self.events) if e.kind is EventKind.ABORTED)
+            return f"the plan was given up: {last.text}{touched}"
+        if EventKind.FAILED in kinds and self.decided is None:
+            return next(e.text for e in self.events if e.kind is EventKind.FAILED)
+        return f"it waited, and drove on by itself: {self.progress_m:.0f} m{touched}"
+
+
+def run_cases(
+    cases: tuple[Case, ...],
+    reasoner: Callable[[], Reasoner],
+    *,
+    map_name: str = "grid_town",
+    maps: str | None = None,
+    clock: str = "lockstep",
+    say: Callable[[str], None] = lambda text: None,
+) -> list[CaseResult]:
+    """Each case in a simulator of its own. Raises `CaseError`, `SiteError`, `ServerError`."""
+    results = []
+    for case in cases:
+        say(f"{case.title} …")
+        with carlette_server(map_name, maps) as server:
+            results.append(_run(case, reasoner(), server, clock))
+        say(f"  {results[-1].ending}")
+    return results
+
+
+def _run(case: Case, reasoner: Reasoner, server: Server, clock: str) -> CaseResult:
+    client = carla.Client(server.host, server.port)
+    client.set_timeout(CLIENT_TIMEOUT_S)
+    check_versions(client)
+    world = client.get_world()
+    settings = world.get_settings()
+    settings.synchronous_mode, settings.fixed_delta_seconds = True, DT_S
+    world.apply_settings(settings)
+    carla_map = world.get_map()
+    staged = case.stage(world, carla_map)
+    camera = FrontCamera(staged.ego)
+    hits: list[int] = []
+    bumper = _collisions(world, staged.ego, hits)
+    try:
+        for _ in range(SETTLE_TICKS):
+            world.tick()
+        return _drive(case, reasoner, world, carla_map, staged, camera, hits, clock)
+    finally:
+        camera.close()
+        bumper.stop()
+        bumper.destroy()
+
+
+def _drive(
+    case: Case,
+    reasoner: Reasoner,
+    world: Any,
+    carla_map: Any,
+    staged: Staged,
+    camera: FrontCamera,
+    hits: list[int],
+    clock: str,
+) -> CaseResult:
+    driver = BehaviorDriver(staged.ego, "normal", carla_map=carla_map)
+    driver.set_destination(staged.destination)
+    stack = CarlaStack(staged.ego, driver, carla_map)
+    events: list[Event] = []
+    decided: Event | None = None
+    decided_s = decided_m = progress_m = 0.0
+    words = case.words
+    with StuckSolver(
+        lambda: stack.scene().model_copy(update={"image": camera.image()}),
+        models={"model": reasoner},
+        ladder=_ladder(),
+        clock=clock,
+        on_event=events.append,
+    ) as solver:
+        start_s = stack.status().time_s
+        while True:
+            status = stack.status()
+            now, progress_m = status.time_s - start_s, status.progress_m
+            staged.every_tick(now)
+            if words is not None and now >= words[0]:
+                solver.guide(words[1])
+                words = None
+            staged.ego.apply_control(stack.perform(solver.step(status, stack.surroundings)))
+            found = _telling(events, start_s + case.shown_from_s)
+            if found is not None and (decided is None or decided is not found):
+                decided, decided_s, decided_m = found, now, progress_m
+            over = decided is not None and now - decided_s > ENOUGH_S
+            if over or status.at_destination or now > case.drive_s:
+                break
+            world.tick()
+    return CaseResult(case, decided, tuple(events), progress_m - decided_m, len(hits))
+
+
+def _ladder() -> Ladder:
+    """The evaluation profile with one rung."""
+    rules_of_the_house = profile_text("evaluation").split("[[rung]]")[0]
+    return parse_ladder(rules_of_the_house + LADDER, "cases")
+
+
+def _telling(events: list[Event], from_s: float) -> Event | None:
+    """The decision to show: the first with a plan that was accepted, else the first."""
+    made = [event for event in events if event.kind is EventKind.DECIDED and event.time_s >= from_s]
+    accepted = [e for e in made if e.verdict is not None and e.verdict.accepted and e.decision and e.decision.plan]
+    return next(iter(accepted or made), None)
+
+
+def _collisions(world: Any, ego: Any, hits: list[int]) -> Any:
+    """Counts who was touched; one actor once."""
+    sensor = world.spawn_actor(
+        world.get_blueprint_library().find("sensor.other.collision"), carla.Transform(), attach_to=ego
+    )
+
+    def note(event: Any) -> None:
+        if event.other_actor.id not in hits:
+            hits.append(event.other_actor.id)
+
+    sensor.listen(note)
+    return sensor

@@ -1,0 +1,65 @@
+"""The front camera, as the paper's: one picture now and then, encoded only when a scene is made of it."""
+
+from __future__ import annotations
+
+import base64
+import io
+from typing import Any
+
+from stucksolver.scene import CameraImage
+
+WIDTH, HEIGHT, FOV_DEG = 800, 450, 90.0
+PERIOD_S = 0.5
+"""A picture costs a simulator more than a tick; a vehicle that stands sees little new."""
+QUALITY = 80
+
+
+class FrontCamera:
+    """Attach to a vehicle, call `image` whenever one is wanted, `close` in the end.
+
+    `front_m`: how far ahead of the vehicle's centre it is mounted; inside the windscreen of most cars.
+    """
+
+    def __init__(self, vehicle: Any, front_m: float = 0.7, height_m: float = 1.6, period_s: float = PERIOD_S) -> None:
+        import carla
+
+        blueprint = vehicle.get_world().get_blueprint_library().find("sensor.camera.rgb")
+        for name, value in (
+            ("image_size_x", WIDTH),
+            ("image_size_y", HEIGHT),
+            ("fov", FOV_DEG),
+            ("sensor_tick", period_s),
+        ):
+            blueprint.set_attribute(name, str(value))
+        place = carla.Transform(carla.Location(x=front_m, z=height_m))
+        self._sensor = vehicle.get_world().spawn_actor(blueprint, place, attach_to=vehicle)
+        self._raw: Any | None = None
+        self._made: tuple[int, CameraImage] | None = None
+        self._sensor.listen(self._take)
+
+    def _take(self, image: Any) -> None:
+        self._raw = image
+
+    def image(self) -> CameraImage | None:
+        """The latest picture; None before the first."""
+        raw = self._raw
+        if raw is None:
+            return None
+        if self._made is None or self._made[0] != raw.frame:
+            self._made = (raw.frame, _encoded(raw))
+        return self._made[1]
+
+    def close(self) -> None:
+        """End the sensor. The simulator may be gone already."""
+        self._sensor.stop()
+        self._sensor.destroy()
+
+
+def _encoded(raw: Any) -> CameraImage:
+    """JPEG of a BGRA image."""
+    from PIL import Image
+
+    picture = Image.frombuffer("RGB", (raw.width, raw.height), bytes(raw.raw_data), "raw", "BGRX", 0, 1)
+    file = io.BytesIO()
+    picture.save(file, "JPEG", quality=QUALITY)
+    return CameraImage(width=raw.width, height=raw.height, jpeg=base64.b64encode(file.getvalue()))
