@@ -270,7 +270,7 @@ def test_a_solid_line_is_crossed_with_the_passengers_yes():
         asked.append(solver.pending_question)
         solver.approve(solver.pending_question.id)
 
-    world, told = solid_line(25.0, yes)
+    world, told = solid_line(11.0, yes)
     assert (asked[0].kind, asked[0].to, asked[0].needs) == (QuestionKind.APPROVAL, "passenger", ("solid_line",))
     assert kinds(told).count(EventKind.ASKED) == 1
     assert EventKind.RECOVERED in kinds(told)
@@ -302,7 +302,7 @@ def test_what_needs_the_operator_is_not_released_by_the_passenger():
     _, told = solid_line(12.0, tries, ladder=ladder(solid_line="operator"))
     assert EventKind.ASKED in kinds(told)
     assert EventKind.STARTED not in kinds(told)
-    _, told = solid_line(25.0, lambda s: s.approve(by="operator"), ladder=ladder(solid_line="operator"))
+    _, told = solid_line(11.0, lambda s: s.approve(by="operator"), ladder=ladder(solid_line="operator"))
     assert EventKind.RECOVERED in kinds(told)
 
 

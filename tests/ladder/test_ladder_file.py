@@ -113,9 +113,9 @@ def test_the_command_prints_a_profile_that_reads_back_and_checks_a_file(tmp_path
     printed = capsys.readouterr().out
     assert parse_ladder(printed, "x.toml") == profile("evaluation")
     path = tmp_path / "mine.toml"
-    path.write_text(printed.replace("tries = 10", "tries = 1000"))
+    path.write_text(printed.replace("tries = 10", "tries = 1001"))
     assert main(["ladder", str(path)]) == 2
-    assert f"{path}, line {line_with(path.read_text(), 'tries = 1000')}" in capsys.readouterr().err
+    assert f"{path}, line {line_with(path.read_text(), 'tries = 1001')}" in capsys.readouterr().err
 
 
 def test_every_kind_of_rung_tells_what_it_does():

@@ -42,6 +42,8 @@ class Senses:
         self._fresh_s = -math.inf
         """When the frame that is still shown was shown first."""
         self._jumped_s = -math.inf
+        self._trusted: EgoState | None = None
+        self._trusted_s = 0.0
         self._seen: dict[str, tuple[TrackedObject, float]] = {}
         self.fault: str | None = None
         """What is wrong now, in a few words."""
@@ -51,13 +53,13 @@ class Senses:
         raw = read()
         if raw is None:
             return self._missing(now_s)
-        age, fault = self._doubt(raw, now_s)
-        self.fault = fault
+        age, self.fault = self._doubt(raw, now_s)
+        ego = self._believed(raw.ego, now_s, jumped=age == DOUBTFUL_AGE_S)
         self._last = _Look(now_s, raw)
         objects = self._kept(raw.objects, now_s)
         if age == raw.age_s and objects is raw.objects:
             return raw
-        return raw.model_copy(update={"age_s": age, "objects": objects})
+        return raw.model_copy(update={"age_s": age, "objects": objects, "ego": ego})
 
     def blind_s(self, now_s: float) -> float:
         """For how long nothing new has been seen."""
@@ -88,6 +90,20 @@ class Senses:
         if now_s - self._jumped_s < DISTRUST_S:
             return DOUBTFUL_AGE_S, "the position jumped"
         return raw.age_s, None
+
+    def _believed(self, ego: EgoState, now_s: float, *, jumped: bool) -> EgoState:
+        """The ego; right after a jump it is where its speed has led it from the last place that was believed.
+
+        A place that only a jump has led to must not tell that a plan is past its commit point.
+        """
+        before, passed = self._trusted, now_s - self._trusted_s
+        self._trusted_s = now_s
+        if jumped and before is not None:
+            way = ego.speed_mps * max(passed, 0.0)
+            x, y = before.x_m + way * math.cos(before.yaw_rad), before.y_m + way * math.sin(before.yaw_rad)
+            ego = before.model_copy(update={"x_m": x, "y_m": y, "speed_mps": ego.speed_mps})
+        self._trusted = ego
+        return ego
 
     def _kept(self, objects: tuple[TrackedObject, ...], now_s: float) -> tuple[TrackedObject, ...]:
         """The objects seen, and those that were seen a moment ago."""

@@ -19,7 +19,7 @@ class ModelRung(Rung):
     reasoner: str = "model"
     """Its name among the stack's reasoners."""
     deadline_s: float = Field(default=5.0, gt=0, le=120)
-    tries: int = Field(default=3, ge=1, le=100)
+    tries: int = Field(default=3, ge=1, le=1000)
     cooldown_s: float = Field(default=3.0, ge=0.1, le=600)
     repair_rounds: int = Field(default=1, ge=0, le=5)
 

@@ -18,7 +18,7 @@ class RulesRung(Rung):
     kind: Literal["rules"] = "rules"
     deadline_s: float = Field(default=5.0, gt=0, le=120)
     """An answer later than this after the question is dropped."""
-    tries: int = Field(default=5, ge=1, le=100)
+    tries: int = Field(default=5, ge=1, le=1000)
     """After so many plans or answers that led to nothing, the next rung is climbed."""
     cooldown_s: float = Field(default=2.0, ge=0.1, le=600)
     """Between two tries."""

@@ -1,0 +1,269 @@
+"""The record: one file for each intervention, unbroken, compact, and derived again to the last verdict."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from worlds import LANE_M, World, drive, red_light, straight_road, stubborn, thing
+
+from stucksolver.cli import main
+from stucksolver.reason.faulty import make_faulty
+from stucksolver.record import Recorder, RecordError, replay
+from stucksolver.record.chain import ChainWriter, read_chain
+from stucksolver.record.compact import Packer, Unpacker
+from stucksolver.scene import CameraImage, LineKind
+from stucksolver.solver import EventKind
+
+TWO_WAY = straight_road()
+
+
+def recorded(folder, world=None, seconds=30.0, **options):
+    """Drives, and gives what was seen and the files."""
+    world = world or World(TWO_WAY, [thing("lead", 75.0)], x=66.0)
+    with Recorder(folder) as recorder:
+        seen = drive(world, seconds, record=recorder, **options)
+    assert recorder.error is None
+    return seen, recorder.files
+
+
+@pytest.fixture(scope="module")
+def one(tmp_path_factory):
+    """A record of a parked car that was passed."""
+    _, (file,) = recorded(tmp_path_factory.mktemp("record"))
+    return file
+
+
+def lines(file):
+    return [json.loads(line) for line in file.read_bytes().splitlines()]
+
+
+def test_a_recovery_leaves_one_file_that_matches(one):
+    report = replay(one)
+    assert report.matches
+    assert report.ended == "the vehicle is on its way"
+    assert report.decisions == report.plans == 1
+    assert report.ticks > 100
+    assert report.underivable == 0
+
+
+def test_it_begins_with_all_that_decides_how_it_goes(one):
+    first, last = lines(one)[0], lines(one)[-1]
+    assert first["kind"] == "begin" and last["kind"] == "end"
+    assert first["versions"].keys() >= {"stucksolver", "python", "numpy"}
+    assert first["clock"] == "lockstep"
+    assert first["reasoners"] == {"rules": "rules"}
+    assert first["ladder"]["name"] == "default"
+    assert first["policy"]["solid_line"] == "passenger"
+
+
+def test_trigger_scene_decision_verdict_and_outcome_are_there(one):
+    events = [line["event"] for line in lines(one) if line["kind"] == "event"]
+    assert [e["kind"] for e in events][:3] == ["triggered", "decided", "started"]
+    assert events[1]["scene"]["objects"][0]["id"] == "lead"
+    assert events[1]["reasoner"] == "rules"
+    assert events[-1]["kind"] == "closed"
+
+
+def test_legitimate_waits_leave_no_file(tmp_path):
+    world = World(TWO_WAY, controls=(red_light(8.0),), cruise_mps=0.0)
+    _, files = recorded(tmp_path, world, 20.0)
+    assert files == [] and list(tmp_path.iterdir()) == []
+
+
+def test_each_intervention_has_a_file_and_none_is_written_over(tmp_path):
+    world = World(TWO_WAY, [thing("lead", 75.0), thing("second", 150.0)], x=66.0, sight_m=500.0)
+    _, files = recorded(tmp_path, world, 45.0)
+    assert len(files) == 2
+    recorded(tmp_path)
+    assert len(list(tmp_path.glob("intervention-*.jsonl"))) == 3
+    assert all(replay(file).matches for file in tmp_path.glob("*.jsonl"))
+
+
+HARD = {
+    "refused for the oncoming traffic": {
+        "world": lambda: World(
+            TWO_WAY,
+            [thing("lead", 75.0), *(thing(f"c{k}", 140.0 + 50 * k, LANE_M, speed=-9.0) for k in range(3))],
+            x=66.0,
+        )
+    },
+    "aborted before the commit point": {"world": lambda: World(TWO_WAY, [thing("lead", 75.0)], x=66.0, cruise_mps=0.0)},
+    "denied a solid line": {
+        "world": lambda: World(straight_road(oncoming=LineKind.SOLID), [thing("lead", 75.0)], x=60.0, cruise_mps=0.0)
+    },
+}
+
+
+@pytest.mark.parametrize("case", HARD.values(), ids=HARD)
+def test_refusals_aborts_and_repairs_are_derived_again(case, tmp_path):
+    world = case["world"]()
+    if world.cruise_mps == 0.0 and world.x == 66.0:
+        world._along = lambda directive: None
+    _, files = recorded(tmp_path, world, 25.0, ladder=stubborn())
+    report = replay(files[0])
+    assert report.findings == []
+    assert report.plans >= 1
+
+
+@pytest.mark.parametrize("name", ["random", "always_left", "contradictory", "late"])
+def test_the_answers_of_other_reasoners_are_parsed_again(name, tmp_path):
+    _, files = recorded(tmp_path, seconds=12.0, reasoner=make_faulty(name, seed=3))
+    report = replay(files[0])
+    assert report.findings == []
+    assert report.underivable == 0 and report.decisions >= 1
+
+
+def test_words_that_take_a_plan_back_are_derived_again(tmp_path):
+    world = World(TWO_WAY, [thing("lead", 100.0)], x=80.0)
+    seen, files = recorded(tmp_path, world, 25.0, words={6.0: "no, stop, wait"})
+    assert EventKind.GUIDANCE in seen.kinds()
+    assert all(replay(file).findings == [] for file in files)
+
+
+def test_a_verdict_that_comes_out_otherwise_is_named_with_its_line(one, tmp_path):
+    """As if a forger had made the whole chain anew."""
+    forged = tmp_path / "forged.jsonl"
+    writer = ChainWriter(forged)
+    for _, data in read_chain(one):
+        if data["kind"] == "judged":
+            data["verdict"] = {"rejects": [{"code": "collision", "detail": "forged"}]}
+        writer.write(data)
+    writer.close()
+    report = replay(forged)
+    assert [f.what for f in report.findings] == ["verdict at acceptance"]
+    assert lines(forged)[report.findings[0].line - 1]["kind"] == "judged"
+    assert "forged" in report.findings[0].recorded
+
+
+@settings(max_examples=60, deadline=None)
+@given(data=st.data())
+def test_any_changed_byte_is_found_in_its_line(one, data, tmp_path_factory):
+    content = bytearray(one.read_bytes())
+    at = data.draw(st.integers(0, len(content) - 1))
+    content[at] ^= data.draw(st.integers(1, 255))
+    changed = tmp_path_factory.mktemp("x") / "changed.jsonl"
+    changed.write_bytes(content)
+    line = one.read_bytes()[:at].count(b"\n") + 1
+    with pytest.raises(RecordError, match=rf"line {line}: .*changed") as found:
+        list(read_chain(changed))
+    assert str(changed) in str(found.value)
+
+
+@pytest.mark.parametrize("number", [0, 3, 40])
+def test_a_line_taken_out_is_found(one, number, tmp_path):
+    kept = one.read_bytes().splitlines(keepends=True)
+    del kept[number]
+    (tmp_path / "short.jsonl").write_bytes(b"".join(kept))
+    with pytest.raises(RecordError, match=f"line {number + 1}: changed"):
+        list(read_chain(tmp_path / "short.jsonl"))
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
+def test_a_record_that_breaks_off_is_good_up_to_its_last_line(one, share, tmp_path):
+    content = one.read_bytes()
+    (tmp_path / "broken.jsonl").write_bytes(content[: int(len(content) * share)])
+    report = replay(tmp_path / "broken.jsonl")
+    assert report.ended is None
+    assert report.matches and report.lines > 3
+
+
+def test_the_image_lies_beside_it_and_is_proven_by_its_digest(tmp_path):
+    world = World(TWO_WAY, [thing("lead", 75.0)], x=66.0)
+    scene, picture = world.scene, os.urandom(4000)
+    image = CameraImage(width=320, height=180, jpeg=base64.b64encode(picture))
+    world.scene = lambda: scene().model_copy(update={"image": image})
+    _, (file,) = recorded(tmp_path, world, 20.0)
+    (stored,) = (tmp_path / "images").iterdir()
+    assert stored.read_bytes() == picture
+    assert base64.b64encode(picture) not in file.read_bytes()
+    assert replay(file).matches
+    stored.write_bytes(picture[:-1])
+    with pytest.raises(RecordError, match="was changed after writing"):
+        replay(file)
+    stored.unlink()
+    with pytest.raises(RecordError, match="is missing: keep the folder"):
+        replay(file)
+
+
+def test_surroundings_come_back_to_the_last_bit():
+    world = World(TWO_WAY, [thing("lead", 75.0), thing("car", 120.0, LANE_M, speed=-9.1 / 3)], speed=7.7 / 3)
+    packer, unpacker = Packer(), Unpacker()
+    for k in range(40):
+        if k == 20:
+            world.objects.append(thing("new", 90.1, 1 / 3))
+        if k == 30:
+            del world.objects[0]
+        seen = world.surroundings()
+        road = packer.new_road(seen)
+        if road is not None:
+            unpacker.add_road(road)
+        assert unpacker.unpack(json.loads(json.dumps(packer.pack(seen)))) == seen
+        world.drive(None)
+
+
+def test_the_road_is_written_once_and_a_tick_in_a_few_hundred_bytes(one):
+    kinds = [line["kind"] for line in lines(one)]
+    assert kinds.count("road") == 1
+    ticks = [len(raw) for raw in one.read_bytes().splitlines() if b'"kind":"tick"' in raw[:20]]
+    assert sorted(ticks)[len(ticks) // 2] < 500
+
+
+# ---- failing
+
+
+def test_a_full_disk_ends_the_record_and_nothing_else():
+    """/dev/full takes nothing: the system's own full disk."""
+    full = Recorder(Path("/dev/full/nowhere"))
+    world = World(TWO_WAY, [thing("lead", 75.0)], x=66.0)
+    seen = drive(world, 25.0, record=full, every_tick=lambda world: time.sleep(0.0005))
+    full.close()
+    faults = seen.texts(EventKind.FAULT)
+    assert len(faults) == 1 and "the record ends here: cannot write" in faults[0]
+    assert EventKind.RECOVERED in seen.kinds()
+
+
+def test_what_was_written_before_the_disk_was_full_stays_whole(tmp_path):
+    """A limit on the size of files stands for the disk: the system refuses to write on, in the middle of a line."""
+    code = """
+import resource, signal, sys
+sys.path.insert(0, sys.argv[1])
+from pathlib import Path
+from worlds import World, drive, straight_road, thing
+from stucksolver.record import Recorder
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+recorder = Recorder(Path(sys.argv[2]))
+seen = drive(World(straight_road(), [thing("lead", 75.0)], x=66.0), 25.0, record=recorder)
+recorder.close()
+print([e.kind.value for e in seen.events if e.kind.value in ("fault", "recovered")], recorder.error)
+"""
+    core = Path(__file__).parents[1] / "core"
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(core), str(tmp_path)], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert "recovered" in done.stdout
+    assert "cannot write" in done.stdout
+    (file,) = tmp_path.glob("*.jsonl")
+    assert file.read_bytes().endswith(b"\n")
+    report = replay(file)
+    assert report.matches and report.ended is None and report.ticks > 5
+
+
+def test_the_command_says_whether_it_matches_and_names_a_changed_line(one, tmp_path, capsys):
+    assert main(["replay", str(one)]) == 0
+    assert "everything matches" in capsys.readouterr().out
+    changed = tmp_path / "changed.jsonl"
+    changed.write_bytes(one.read_bytes().replace(b'"lead"', b'"laed"', 1))
+    assert main(["replay", str(changed)]) == 2
+    assert f"{changed}, line" in capsys.readouterr().err
+    assert main(["replay", str(tmp_path / "none.jsonl")]) == 2
+    assert "cannot read" in capsys.readouterr().err
