@@ -78,8 +78,9 @@ def read_chain(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
 
 
 def _looks_whole(last: bytes) -> bool:
-    """A line without its line feed that is otherwise complete was not left by a killed process."""
-    return last.endswith(b'"}') and last[-_TAIL : -_TAIL + len(_MARK)] == _MARK
+    """A line that has its hash but no line feed was not left by a killed process."""
+    mark = last.rfind(_MARK)
+    return mark >= 0 and len(last) - mark >= _TAIL
 
 
 def _digest(before: str, body: bytes) -> str:
