@@ -108,20 +108,21 @@ def test_a_crowd_of_cameras_leaves_the_world_alone(town) -> None:
 
 
 @pytest.mark.integration
-def test_memory_is_flat_over_a_thousand_frames(town) -> None:
-    world = World(town)
+def test_memory_is_flat_over_a_thousand_frames(world) -> None:
     for number in range(6):
-        add(world, x=60.0 + 9.0 * number, y=-152.0)
+        add(world, x=60.0 + 9.0 * number)
     process, painter = psutil.Process(), Painter()
     for number in range(FRAMES):
         if number == WARM:
             warm = process.memory_info().rss
-        world.weather = (number % 100, *CLEAR_NOON[1:5], 45.0 - number % 7, *CLEAR_NOON[6:])
+        if number % 10 == 0:
+            world.weather = (number % 100, *CLEAR_NOON[1:5], 45.0 - number % 7, *CLEAR_NOON[6:])
         world.tick()
         size = ((64, 36), (96, 54), (48, 48))[number % 3]
-        view = View(Pose(Vector(50.0 + number % 40, -152.0, 2.0), Rotation(0.0, number, 0.0)), *size, 90.0)
+        view = View(Pose(Vector(50.0 + number % 40, -1.75, 2.0), Rotation(0.0, number, 0.0)), *size, 90.0)
         shot = take(world)
         painter.rgb(shot, view)
-        painter.depth(shot, view)
-        painter.tags(shot, view)
+        if number % 5 == 0:
+            painter.depth(shot, view)
+            painter.tags(shot, view)
     assert (process.memory_info().rss - warm) / 1e6 < GROWTH_MB
