@@ -21,7 +21,8 @@ def add_evaluate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--suite", required=True, help="bench220, dev, immobilized, or a leaderboard route file")
     parser.add_argument("--routes", default="", metavar="ID,ID", help="only these routes of the suite")
     parser.add_argument("--driver", default="behavior", help="behavior, or behavior:cautious|normal|aggressive")
-    parser.add_argument("--recovery", default="none", help="none, timers, or a reasoner such as rules")
+    parser.add_argument("--recovery", default="none", help="none, timers, rules, faulty:NAME or another reasoner")
+    parser.add_argument("--reasoner", default="", metavar="WORDS", help="model for the ladder's rung of that name")
     parser.add_argument(
         "--ladder", type=Path, metavar="FILE", help="escalation policy (default: our evaluation profile)"
     )
@@ -34,6 +35,7 @@ def add_evaluate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for results")
     parser.add_argument("--resume", action="store_true", help="go on with what is in DIR")
     parser.add_argument("--replays", choices=("none", "failed", "all"), default="failed", help="default: %(default)s")
+    parser.add_argument("--record", action="store_true", help="keep a hash-chained record of each intervention")
     parser.add_argument("--maps", help="folders to search for towns, separated by ':'")
     parser.add_argument("--host", help="use the CARLA server at this address instead of starting carlette")
     parser.add_argument("--port", type=int, default=2000, help="of that server (default: %(default)s)")
@@ -71,6 +73,7 @@ def run_evaluate(options: argparse.Namespace) -> int:
             arm=ArmSpec(
                 driver=_driver(options.driver),
                 recovery=options.recovery,
+                reasoner=options.reasoner,
                 clock=_clock(options.clock),
                 perception=options.perception,
                 ladder=options.ladder,
@@ -81,6 +84,7 @@ def run_evaluate(options: argparse.Namespace) -> int:
             maps=options.maps,
             jobs=_jobs(options.jobs),
             replays=options.replays,
+            record=options.record,
             resume=options.resume,
             host=options.host,
             port=options.port,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from stucksolver.detect import DetectorSettings
@@ -11,50 +11,71 @@ from stucksolver.evaluate.arms.solver_arm import Listener, SolverArm, TimedReaso
 from stucksolver.evaluate.arms.timers import TimersArm
 from stucksolver.evaluate.routes.line import RouteLine
 from stucksolver.evaluate.runner.job import ArmSpec
-from stucksolver.guard import Guard
 from stucksolver.ladder import find_ladder
-from stucksolver.reason import Reasoner, RuleReasoner
+from stucksolver.reason import Reasoner
+from stucksolver.reason.faulty import FAULTY, make_faulty
+from stucksolver.reason.make import HELP, ReasonerNameError, make_reasoner
+from stucksolver.record import Recorder
 from stucksolver.solver import StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.driver import BehaviorDriver
 
-NONE, TIMERS = "none", "timers"
+NONE, TIMERS, FAULTY_PREFIX = "none", "timers", "faulty:"
 
 
 class ArmError(ValueError):
     """No such arm; the message lists what there is."""
 
 
-def _reasoners() -> dict[str, Callable[[], Reasoner]]:
-    return {"rules": RuleReasoner}
+def check_arm(spec: ArmSpec) -> None:
+    """Raises `ArmError` for a recovery or a reasoner that does not exist."""
+    if spec.recovery not in (NONE, TIMERS):
+        _reasoner(spec.recovery, 0)
+    elif spec.reasoner:
+        raise ArmError(f"--reasoner {spec.reasoner} goes with a recovery that asks it, not with {spec.recovery!r}")
+    if spec.reasoner:
+        _reasoner(spec.reasoner, 0)
 
 
-def check_recovery(name: str) -> None:
-    """Raises `ArmError` for a name that is no arm."""
-    known = (NONE, TIMERS, *_reasoners())
-    if name not in known:
-        raise ArmError(f"unknown recovery {name!r}; there are {', '.join(known)}")
+def make_arm(
+    spec: ArmSpec, ego: Any, driver: BehaviorDriver, carla_map: Any, line: RouteLine, seed: int, records: Path | None
+) -> Arm:
+    """An arm for a driver that has its route; `records`: where a record of each intervention goes.
 
-
-def make_arm(spec: ArmSpec, ego: Any, driver: BehaviorDriver, carla_map: Any, line: RouteLine) -> Arm:
-    """An arm for a driver that has its route. Raises `ArmError`."""
-    check_recovery(spec.recovery)
+    Raises `ArmError` and `LadderError`.
+    """
     if spec.recovery == NONE:
         return DriverAlone(driver)
     if spec.recovery == TIMERS:
         return TimersArm(ego, driver, line)
     stack = CarlaStack(ego, driver, carla_map)
-    reasoner = TimedReasoner(_reasoners()[spec.recovery]())
-    return SolverArm(stack, reasoner, lambda listener: _solver(spec, stack, reasoner, listener))
+    rules = TimedReasoner(_reasoner(spec.recovery, seed))
+    model = TimedReasoner(_reasoner(spec.reasoner, seed)) if spec.reasoner else None
+    recorder = None if records is None else Recorder(records)
+
+    def make(listener: Listener) -> StuckSolver:
+        return StuckSolver(
+            stack.scene,
+            ladder=find_ladder(spec.ladder or "evaluation"),
+            reasoner=rules,
+            models={} if model is None else {"model": model},
+            detector=DetectorSettings(**spec.detector),
+            clock=spec.clock,
+            on_event=listener,
+            record=recorder,
+        )
+
+    return SolverArm(stack, [rules] if model is None else [rules, model], make, recorder)
 
 
-def _solver(spec: ArmSpec, stack: CarlaStack, reasoner: Reasoner, listener: Listener) -> StuckSolver:
-    ladder = find_ladder(spec.ladder or "evaluation")
-    return StuckSolver(
-        stack.scene,
-        reasoner=reasoner,
-        guard=Guard(ladder.guard_policy()),
-        detector=DetectorSettings(**spec.detector),
-        clock=spec.clock,
-        on_event=listener,
-    )
+def _reasoner(words: str, seed: int) -> Reasoner:
+    if words.startswith(FAULTY_PREFIX):
+        name = words.removeprefix(FAULTY_PREFIX)
+        if name not in FAULTY:
+            raise ArmError(f"unknown reasoner {words!r}; faulty ones are {', '.join(FAULTY)}")
+        return make_faulty(name, seed)
+    try:
+        return make_reasoner(words)
+    except ReasonerNameError as error:
+        known = f"{NONE}, {TIMERS}, {FAULTY_PREFIX}NAME, {HELP}"
+        raise ArmError(f"unknown recovery {words!r}: use {known}") from error

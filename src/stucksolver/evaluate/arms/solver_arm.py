@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from stucksolver.decision import Decision, Directive, SafeStop
@@ -11,6 +11,7 @@ from stucksolver.evaluate.arms.arm import ArmLog, Now
 from stucksolver.evaluate.results.outcome import Intervention, Query
 from stucksolver.reason import Reasoner
 from stucksolver.reason.reasoner import Cancellable, Trace, Traced
+from stucksolver.record import Recorder
 from stucksolver.scene import Scene
 from stucksolver.solver import Event, EventKind, StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
@@ -55,11 +56,18 @@ class TimedReasoner:
 
 
 class SolverArm:
-    """`make_solver` is given the listener for the solver's events."""
+    """`make_solver` is given the listener for the solver's events; `reasoners` are those it may ask."""
 
-    def __init__(self, stack: CarlaStack, reasoner: TimedReasoner, make_solver: Callable[[Listener], StuckSolver]):
+    def __init__(
+        self,
+        stack: CarlaStack,
+        reasoners: Sequence[TimedReasoner],
+        make_solver: Callable[[Listener], StuckSolver],
+        recorder: Recorder | None = None,
+    ) -> None:
         self._stack = stack
-        self._reasoner = reasoner
+        self._reasoners = {one.name: one for one in reasoners}
+        self._recorder = recorder
         self._start_s: float | None = None
         self._now = Now(0.0, 0.0, 0.0)
         self._running: Intervention | None = None
@@ -85,6 +93,8 @@ class SolverArm:
 
     def close(self, time_s: float) -> None:
         self._solver.close()
+        if self._recorder is not None:
+            self._recorder.close()
         if self._running is not None:
             self._end(time_s, False, "the route ended")
 
@@ -98,6 +108,8 @@ class SolverArm:
             self._began(event)
         elif event.kind in (EventKind.FINISHED, EventKind.ABORTED) and self._running is not None:
             self._end(now.time_s, event.kind is EventKind.FINISHED, event.text)
+        elif event.kind is EventKind.STOPPED and self.log.asked_s is None:
+            self.log.asked_s = now.time_s
         for listener in self._heard:
             listener(event)
 
@@ -107,7 +119,8 @@ class SolverArm:
             verdict = "accepted" if event.verdict.accepted else f"refused: {event.verdict}"
         if self.log.queries:
             answer = {"answered_s": self._now.time_s, "verdict": verdict}
-            cost = {"took_s": self._reasoner.took_s, "tokens": self._reasoner.tokens}
+            asked = self._reasoners.get(event.reasoner or "", next(iter(self._reasoners.values())))
+            cost = {"took_s": asked.took_s, "tokens": asked.tokens}
             self.log.queries[-1] = self.log.queries[-1].model_copy(update=answer | cost)
         self._decided = event
 
@@ -120,7 +133,7 @@ class SolverArm:
             start_s=self._now.time_s,
             end_s=self._now.time_s,
             place_m=self._now.place_m,
-            rung=str(getattr(event, "rung", None) or ("passenger" if guided else "rules")),
+            rung="passenger" if guided else event.rung or "rules",
             behaviors=tuple(b.name for b in behaviors),
             moves=any(not b.stands_still for b in behaviors),
             finished=False,

@@ -33,6 +33,7 @@ from stucksolver.evaluate.scores.columns import (
 from stucksolver.evaluate.scores.recovery import RecoveryFigures
 from stucksolver.evaluate.scores.summary import RouteRow, Summary
 
+Links = dict[tuple[str, int], str]
 STYLE = """
 body{font:15px/1.45 system-ui,sans-serif;margin:2rem auto;max-width:76rem;padding:0 1rem;color:#1d2430;background:#fff}
 h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem}
@@ -49,12 +50,12 @@ def write_evaluation(store: Store, summary: Summary) -> Path:
     write_text(folder / "summary.json", summary_json(summary))
     write_text(folder / "routes.csv", routes_csv(summary))
     links = _replays(store, summary)
-    write_text(folder / "report.html", evaluation_page(summary, links))
+    write_text(folder / "report.html", evaluation_page(summary, links, _records(store, summary)))
     return folder / "report.html"
 
 
-def evaluation_page(summary: Summary, links: dict[tuple[str, int], str]) -> str:
-    """The whole HTML text. `links`: replay pages by route id and seed."""
+def evaluation_page(summary: Summary, links: Links, records: Links | None = None) -> str:
+    """The whole HTML text. `links`: replay pages by route id and seed; `records`: folders of decision records."""
     m = summary.manifest
     title = f"{Path(m.suite).stem}: {run_name(summary)}"
     abilities = [(name.replace("_", " "), summary.abilities[name]) for name in ABILITIES]
@@ -76,7 +77,7 @@ def evaluation_page(summary: Summary, links: dict[tuple[str, int], str]) -> str:
         bars([(name, one["driving_score"]) for name, one in types.items()], "driving score"),
         bars([(name, one["success_rate"]) for name, one in types.items()], "success rate %"),
         "<h2>Routes</h2>",
-        _route_table(summary.rows, links),
+        _route_table(summary.rows, links, records or {}),
     ]
     policy = f"default-src 'none'; style-src '{block_digest(STYLE)}'"
     head = f'<meta charset="utf-8"><meta http-equiv="Content-Security-Policy" content="{policy}">'
@@ -115,13 +116,13 @@ def _table(head: Row, rows: list[Row], others: list[Row]) -> str:
     return "<table>" + "".join(lines) + "</table>"
 
 
-def _route_table(rows: tuple[RouteRow, ...], links: dict[tuple[str, int], str]) -> str:
-    head = ("Route", "Scenario", "Seed", "Status", "DS", "Infractions", "Plans", "Replay")
+def _route_table(rows: tuple[RouteRow, ...], links: Links, records: Links) -> str:
+    head = ("Route", "Scenario", "Seed", "Status", "DS", "Infractions", "Plans", "Replay", "Record")
     lines = ["<tr>" + "".join(f"<th>{cell}</th>" for cell in head) + "</tr>"]
     for row in rows:
         status = row.record.status if row.record else row.outcome.state if row.outcome else "missing"
         why = row.outcome.reason.splitlines()[-1] if row.outcome and row.outcome.reason else ""
-        link = links.get((row.route.id, row.seed))
+        key = row.route.id, row.seed
         cells = [
             html.escape(row.route.id),
             html.escape(row.scenario),
@@ -130,13 +131,24 @@ def _route_table(rows: tuple[RouteRow, ...], links: dict[tuple[str, int], str]) 
             f"{row.score:.1f}",
             html.escape(infraction_text(row)),
             str(len(row.outcome.interventions)) if row.outcome else "",
-            f'<a href="{html.escape(link)}">replay</a>' if link else "",
+            _link(links.get(key), "replay"),
+            _link(records.get(key), "decisions"),
         ]
         lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
     return "<table>" + "".join(lines) + "</table>"
 
 
-def _replays(store: Store, summary: Summary) -> dict[tuple[str, int], str]:
+def _link(target: str | None, text: str) -> str:
+    return f'<a href="{html.escape(target)}">{text}</a>' if target else ""
+
+
+def _records(store: Store, summary: Summary) -> Links:
+    """The folders of decision records that there are, relative to the evaluation's."""
+    folders = {(row.route.id, row.seed): store.interventions(row.route, row.seed) for row in summary.rows}
+    return {key: f"{path.relative_to(store.folder)}/" for key, path in folders.items() if path.is_dir()}
+
+
+def _replays(store: Store, summary: Summary) -> Links:
     """A page for each kept replay that has none yet; links relative to the folder."""
     links = {}
     for row in summary.rows:

@@ -5,6 +5,7 @@ routes.xml                           the routes, as they were
 seed-1/records/NAME.json             one checkpoint of the leaderboard for each route, and nothing else
 seed-1/metrics/NAME/metric_info.json
 seed-1/replays/NAME.json.gz
+seed-1/interventions/NAME/           hash-chained records, where asked for
 seed-1/outcomes/NAME.json            written last: a route that has it is done
 """
 
@@ -112,6 +113,10 @@ class Store:
 
     def replay(self, route: Route, seed: int) -> Path:
         return self._seed(seed) / "replays" / f"{_name(route)}.json.gz"
+
+    def interventions(self, route: Route, seed: int) -> Path:
+        """The folder of the records of a route's interventions."""
+        return self._seed(seed) / "interventions" / _name(route)
 
     def _seed(self, seed: int) -> Path:
         return self.folder / f"seed-{seed}"

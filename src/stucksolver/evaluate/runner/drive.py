@@ -100,7 +100,7 @@ class _Drive:
         self._world, self._hero, self._line = setting.world, setting.hero, setting.route
         driver = BehaviorDriver(self._hero, job.arm.driver.partition(":")[2] or "normal", carla_map=setting.map)
         driver.set_route(self._line.points + _beyond(self._line))
-        self._arm: Arm = make_arm(job.arm, self._hero, driver, setting.map, self._line)
+        self._arm: Arm = make_arm(job.arm, self._hero, driver, setting.map, self._line, job.seed, job.records)
         self._jury = Jury(self._world, setting.map, self._hero, self._line, play)
         self._speaker = Speaker(job.lines, Random(f"{job.seed}:{job.route.id}:guidance"))
         self._weather = Weather(self._world, job.route.weathers)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from stucksolver.evaluate.arms.make import check_recovery
+from stucksolver.evaluate.arms.make import check_arm
 from stucksolver.evaluate.files import require_writable
 from stucksolver.evaluate.guidance import Script, read_script
 from stucksolver.evaluate.results.manifest import Manifest, file_digest, suite_digest
@@ -35,6 +35,7 @@ class EvaluationSpec:
     maps: str | None = None
     jobs: int = 2
     replays: Replays = "failed"
+    record: bool = False
     resume: bool = False
     host: str | None = None
     port: int = 2000
@@ -51,7 +52,7 @@ def evaluate(spec: EvaluationSpec) -> Store:
     routes = load_routes(spec.suite, spec.only)
     for scenario in {s.type for route in routes for s in route.scenarios}:
         scenario_type(scenario)
-    check_recovery(spec.arm.recovery)
+    check_arm(spec.arm)
     if spec.arm.ladder is not None:
         find_ladder(spec.arm.ladder)
     script = Script(routes={}) if spec.guidance is None else read_script(spec.guidance, {r.id for r in routes})
@@ -59,7 +60,7 @@ def evaluate(spec: EvaluationSpec) -> Store:
     store.begin(_manifest(spec, routes), routes, spec.resume)
     require_writable(spec.out)
     tasks = [
-        Task(_job(spec, route, seed, script), spec.out)
+        Task(_job(spec, store, route, seed, script), spec.out)
         for seed in spec.seeds
         for route in routes
         if not store.is_done(route, seed)
@@ -90,7 +91,7 @@ def _watch(store: Store, news: Iterator[News], board: Board) -> None:
         board.close()
 
 
-def _job(spec: EvaluationSpec, route: Route, seed: int, script: Script) -> RouteJob:
+def _job(spec: EvaluationSpec, store: Store, route: Route, seed: int, script: Script) -> RouteJob:
     return RouteJob(
         route=route,
         seed=seed,
@@ -98,6 +99,7 @@ def _job(spec: EvaluationSpec, route: Route, seed: int, script: Script) -> Route
         lines=script.lines(route.id),
         maps=spec.maps,
         replays=spec.replays,
+        records=store.interventions(route, seed) if spec.record else None,
         host=spec.host,
         port=spec.port,
     )
@@ -112,6 +114,7 @@ def _manifest(spec: EvaluationSpec, routes: tuple[Route, ...]) -> Manifest:
         seeds=spec.seeds,
         driver=arm.driver,
         recovery=arm.recovery,
+        reasoner=arm.reasoner,
         clock=arm.clock,
         perception=arm.perception,
         detector=dict(arm.detector),

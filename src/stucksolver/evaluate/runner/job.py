@@ -16,12 +16,14 @@ Replays = Literal["none", "failed", "all"]
 class ArmSpec:
     """Who drives, who helps, and how time is counted.
 
-    `recovery`: `none`, `timers`, or the name of a reasoner. `detector`: fields of `DetectorSettings` that differ from
+    `recovery`: `none`, `timers`, or the reasoner of the ladder's rung `rules`, such as `rules` or `faulty:random`.
+    `reasoner`: the one of its rung `model`, if any. `detector`: fields of `DetectorSettings` that differ from
     its defaults.
     """
 
     driver: str = "behavior:normal"
     recovery: str = "none"
+    reasoner: str = ""
     clock: str = "lockstep"
     perception: str = "privileged"
     ladder: Path | None = None
@@ -29,7 +31,9 @@ class ArmSpec:
 
     @property
     def name(self) -> str:
-        return "driver alone" if self.recovery == "none" else self.recovery
+        if self.recovery == "none":
+            return "driver alone"
+        return f"{self.recovery} + {self.reasoner}" if self.reasoner else self.recovery
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,8 @@ class RouteJob:
     lines: tuple[Line, ...] = ()
     maps: str | None = None
     replays: Replays = "none"
+    records: Path | None = None
+    """Where the records of its interventions go."""
     host: str | None = None
     port: int = 2000
 

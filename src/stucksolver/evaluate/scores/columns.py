@@ -44,6 +44,7 @@ def number(value: float | None, digits: int = 2) -> str:
 def run_name(summary: Summary) -> str:
     m = summary.manifest
     helped = {"none": "driver alone", "timers": "driver + timers"}.get(m.recovery, f"driver + {m.recovery}")
+    helped += f" + {m.reasoner}" if m.reasoner else ""
     return helped + (" + guidance" if m.guidance else "")
 
 
