@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from functools import cache
 
+import networkx as nx
 import numpy as np
 import pytest
 
@@ -14,6 +15,7 @@ carla = pytest.importorskip("carla")
 from stucksolver.evaluate.guidance import read_script  # noqa: E402 (needs carla)
 from stucksolver.evaluate.routes.line import RouteLine  # noqa: E402 (needs carla)
 from stucksolver.evaluate.suites import GUIDANCE, SuiteError, make, suite, suite_names  # noqa: E402
+from stucksolver.evaluate.suites.situations import SITUATIONS  # noqa: E402
 from stucksolver.evaluate.suites.values import DRAWS, Interval, OneOf  # noqa: E402
 from stucksolver.evaluate.suites.weathers import FIELDS, PRESETS  # noqa: E402
 
@@ -122,10 +124,10 @@ def test_parameters_are_complete_and_within_the_published_ranges():
 
 
 def test_parameters_vary_between_the_routes_of_a_type():
-    for kind in DRAWS:
+    for kind in by_type(BENCH.routes):
         drawn = [str(dict(r.scenarios[0].parameters)) for r in BENCH.routes if r.scenarios[0].type == kind]
         where = [r.scenarios[0].trigger for r in BENCH.routes if r.scenarios[0].type == kind]
-        assert len(set(drawn)) >= 2 or kind in ("ParkingExit", "ParkingCutIn")
+        assert len(set(drawn)) >= 2 or len(DRAWS.get(kind, {})) == 0 or kind in ("ParkingExit", "ParkingCutIn")
         assert len(set(where)) == 5
 
 
@@ -195,3 +197,30 @@ def test_a_passenger_speaks_on_about_15_percent_of_the_routes_in_every_way():
 def test_a_passenger_speaks_on_some_routes_of_dev():
     spoken = {route.id for route in suite("dev").routes} & set(read_script(GUIDANCE).routes)
     assert 3 <= len(spoken) <= 6
+
+
+@pytest.mark.integration
+def test_the_maps_have_five_places_for_each_of_our_own_situations(monkeypatch):
+    monkeypatch.setattr(make, "SCENARIOS", dict.fromkeys(SITUATIONS))
+    routes = make.immobilized(tuple(towns().values()))
+    assert by_type(routes) == dict.fromkeys(SITUATIONS, 5)
+    assert len({route.id for route in (*routes, *BENCH.routes)}) == 220 + len(routes)
+    for route in routes:
+        line = RouteLine.trace(towns()[route.town].map, route.waypoints)
+        assert 145 < line.length_m < (460 if route.scenarios[0].type == "ClosedRoad" else 305)
+
+
+@pytest.mark.integration
+def test_a_closed_road_can_be_driven_round(monkeypatch):
+    """Without the street that is closed, the destination is still within 1200 m by road."""
+    monkeypatch.setattr(make, "SCENARIOS", {"ClosedRoad": None})
+    for route in make.immobilized(tuple(towns().values())):
+        line = RouteLine.trace(towns()[route.town].map, route.waypoints)
+        roads = [waypoint.road_id for waypoint in line.waypoints if not waypoint.is_junction]
+        before, closed, after = dict.fromkeys(roads)
+        graph = nx.DiGraph()
+        for start, end in towns()[route.town].map.get_topology():
+            length_m = start.transform.location.distance(end.transform.location)
+            graph.add_edge(start.road_id, end.road_id, length_m=length_m)
+        graph.remove_node(closed)
+        assert nx.shortest_path_length(graph, before, after, "length_m") < 1200

@@ -4,7 +4,8 @@
     python -m stucksolver.evaluate.suites.make --check   fails when a committed file differs
 
 `bench220`: five routes of each of the 44 public scenario types. `dev`: one route of every second type, with the
-same ids. The same maps give the same files.
+same ids. `immobilized`: five routes of each stuck situation (or control) of our own that is registered as a scenario.
+The same maps give the same files.
 """
 
 from __future__ import annotations
@@ -14,19 +15,21 @@ import math
 import random
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import carla
 
 from stucksolver.evaluate.routes import Pose, Position, Route, ScenarioSpec, write_routes
+from stucksolver.evaluate.scenarios.registry import SCENARIOS, load_all
 from stucksolver.evaluate.suites import DATA
 from stucksolver.evaluate.suites.along import NEEDS as ALONG
 from stucksolver.evaluate.suites.along import sites as sites_along
-from stucksolver.evaluate.suites.movements import Movement, movements
-from stucksolver.evaluate.suites.ramps import FINDERS
+from stucksolver.evaluate.suites.movements import movements
+from stucksolver.evaluate.suites.ramps import FINDERS, Finder
 from stucksolver.evaluate.suites.site import Site
+from stucksolver.evaluate.suites.situations import SITUATIONS
 from stucksolver.evaluate.suites.through import NEEDS as THROUGH
 from stucksolver.evaluate.suites.through import sites as sites_through
 from stucksolver.evaluate.suites.values import draw
@@ -37,14 +40,15 @@ TOWNS = ("grid_town", "interurban", "motorway")
 MAPS = Path(__file__).resolve().parents[3] / "carlette" / "maps"
 TYPES = tuple(sorted((*ALONG, *THROUGH, *FINDERS)))
 ONLY_IN = {
+    "ClosedRoad": "grid_town",
     "EnterActorFlow": "interurban",
     "HazardAtSideLane": "grid_town",
     "InterurbanActorFlow": "interurban",
     "InterurbanAdvancedActorFlow": "interurban",
 }
-"""Flows too fast for a town's streets, and bicycles that have no business on a motorway."""
+"""Blocks one can drive round, flows too fast for a town's streets, and no bicycles on a motorway."""
 ROUTES_EACH = 5
-_FIRST_ID = 1000
+_FIRST_ID, _FIRST_OF_OURS = 1000, 3000
 _IDS_EACH = 10
 _DECIMALS = 2
 
@@ -54,12 +58,15 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m stucksolver.evaluate.suites.make", description=__doc__)
     parser.add_argument("--check", action="store_true", help="compare, do not write")
     check = parser.parse_args(arguments).check
-    routes = bench220(load_towns())
+    towns = load_towns()
+    routes = bench220(towns)
+    suites = {"bench220": routes, "dev": dev(routes), "immobilized": immobilized(towns)}
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) if check else DATA
-        write_routes(folder / "bench220.xml", routes)
-        write_routes(folder / "dev.xml", dev(routes))
-        differing = [path.name for path in folder.glob("*.xml") if path.read_bytes() != (DATA / path.name).read_bytes()]
+        for name, placed in suites.items():
+            if placed:
+                write_routes(folder / f"{name}.xml", placed)
+        differing = [path.name for path in folder.glob("*.xml") if path.read_bytes() != _bytes(DATA / path.name)]
     for name in differing:
         print(f"{name} differs: run `python -m stucksolver.evaluate.suites.make`", file=sys.stderr)
     return 1 if differing else 0
@@ -72,12 +79,14 @@ def load_towns(folder: Path = MAPS) -> list[Town]:
 
 def bench220(towns: Sequence[Town]) -> list[Route]:
     """Five routes of each type. Raises ValueError where the maps have too few sites for one."""
-    ways = {town.name: movements(town) for town in towns}
-    routes = []
-    for index, kind in enumerate(TYPES):
-        for number, site in enumerate(_spread(kind, list(_sites(kind, towns, ways)))):
-            routes.append(_route(kind, site, index * ROUTES_EACH + number, _FIRST_ID + index * _IDS_EACH + number))
-    return routes
+    return _routes({kind: _public(kind) for kind in TYPES}, towns, _FIRST_ID)
+
+
+def immobilized(towns: Sequence[Town]) -> list[Route]:
+    """Five routes of each of our own situations that there is a scenario for. Raises ValueError as above."""
+    load_all()
+    routes = _routes(SITUATIONS, towns, _FIRST_OF_OURS)
+    return [route for route in routes if route.scenarios[0].type in SCENARIOS]
 
 
 def dev(routes: Sequence[Route]) -> list[Route]:
@@ -85,16 +94,24 @@ def dev(routes: Sequence[Route]) -> list[Route]:
     return [routes[index * ROUTES_EACH + (index // 2) % ROUTES_EACH] for index in range(0, len(TYPES), 2)]
 
 
-def _sites(kind: str, towns: Sequence[Town], ways: dict[str, list[Movement]]) -> Iterator[Site]:
-    for town in towns:
-        if ONLY_IN.get(kind, town.name) != town.name:
-            continue
-        if kind in ALONG:
-            yield from sites_along(ALONG[kind], town)
-        elif kind in THROUGH:
-            yield from sites_through(THROUGH[kind], ways[town.name])
-        else:
-            yield from FINDERS[kind](town, ways[town.name])
+def _public(kind: str) -> Finder:
+    """What finds the sites of one of the 44 types."""
+    if kind in ALONG:
+        return lambda town, ways: sites_along(ALONG[kind], town)
+    if kind in THROUGH:
+        return lambda town, ways: sites_through(THROUGH[kind], ways)
+    return FINDERS[kind]
+
+
+def _routes(finders: Mapping[str, Finder], towns: Sequence[Town], first_id: int) -> list[Route]:
+    ways = {town.name: movements(town) for town in towns}
+    routes = []
+    for index, (kind, find) in enumerate(finders.items()):
+        fitting = [town for town in towns if ONLY_IN.get(kind, town.name) == town.name]
+        sites = [site for town in fitting for site in find(town, ways[town.name])]
+        for number, site in enumerate(_spread(kind, sites)):
+            routes.append(_route(kind, site, index * ROUTES_EACH + number, first_id + index * _IDS_EACH + number))
+    return routes
 
 
 def _spread(kind: str, sites: list[Site]) -> list[Site]:
@@ -127,6 +144,10 @@ def _route(kind: str, site: Site, number: int, route_id: int) -> Route:
     spec = ScenarioSpec(f"{kind}_{number % ROUTES_EACH + 1}", kind, trigger, parameters)
     marks = tuple(_position(one) for one in site.marks)
     return Route(str(route_id), site.town.name, marks, weather(number), (spec,))
+
+
+def _bytes(path: Path) -> bytes:
+    return path.read_bytes() if path.exists() else b""
 
 
 def _position(waypoint: Any) -> Position:

@@ -51,19 +51,29 @@ class Movement:
 
 
 def movements(town: Town) -> list[Movement]:
-    """All ways of cars through all junctions with arms of some length, in the order of ids."""
-    junctions = {
-        w.get_junction().id: w.get_junction() for pair in town.map.get_topology() for w in pair if w.is_junction
-    }
-    lengths = _road_lengths(town)
+    """All ways of cars through all junctions with wide arms of some length, in the order of ids."""
     found = []
-    for number in sorted(junctions):
-        ways = list(_ways(junctions[number], number, town))
+    for ways in _by_junction(town):
         wide = [one for one in ways if min(one.entry.lane_width, one.exit.lane_width) >= _WIDE_M]
-        long = [one for one in wide if min(lengths[one.entry.road_id], lengths[one.exit.road_id]) >= _ARM_MIN_M]
-        if len(long) == len(wide):
-            found.extend(long)
+        if not any(_is_short(town, one.entry) or _is_short(town, one.exit) for one in wide):
+            found.extend(wide)
     return found
+
+
+def roundabouts(town: Town) -> Iterator[list[Movement]]:
+    """Ways through roundabouts, each as the movements at the nodes of its ring: in, round, and out elsewhere."""
+    ways = [one for junction in _by_junction(town) for one in junction]
+    for enter in ways:
+        if _is_short(town, enter.entry) or not _is_short(town, enter.exit):
+            continue
+        chain = [enter]
+        while True:
+            ahead = [one for one in ways if one.entry.road_id == chain[-1].exit.road_id]
+            yield from ([*chain, out] for out in ahead if not _is_short(town, out.exit))
+            onward = [one for one in ahead if _is_short(town, one.exit)]
+            if onward[0].junction_id == enter.junction_id:
+                break
+            chain.append(onward[0])
 
 
 def arm(mine: Movement, side: Side, others: list[Movement]) -> list[Movement]:
@@ -110,5 +120,14 @@ def _control(entry: Any) -> Control:
     return "none"
 
 
-def _road_lengths(town: Town) -> dict[int, float]:
-    return {path[0].road_id: float(len(path)) for path in town.lanes}
+def _by_junction(town: Town) -> Iterator[list[Movement]]:
+    junctions = {
+        w.get_junction().id: w.get_junction() for pair in town.map.get_topology() for w in pair if w.is_junction
+    }
+    for number in sorted(junctions):
+        yield list(_ways(junctions[number], number, town))
+
+
+def _is_short(town: Town, waypoint: Any) -> bool:
+    """Whether it lies on an arm between the nodes of a roundabout."""
+    return town.lengths_m[waypoint.road_id] < _ARM_MIN_M

@@ -64,6 +64,22 @@ def _flow(speed: tuple[int, int], first: tuple[int, int], last: tuple[int, int])
     return {"flow_speed": Value(*speed), "source_dist_interval": Interval(first, last)}
 
 
+_OURS_ON_A_LANE = (
+    "DisabledCarAndPaperBag",
+    "DisabledCarAndRock",
+    "DebrisInLane",
+    "ClosedBoxInLane",
+    "ToyInLane",
+    "NarrowRoadStandoff",
+    "DoubleParkedVan",
+    "RoadBlockedForAMinute",
+    "PictureOfTrafficLight",
+    "AnimalsOnRoad",
+    "Flagger",
+    "SchoolBus",
+    "EmergencyScene",
+)
+
 DRAWS: Mapping[str, Mapping[str, Draw]] = {
     "Accident": {"distance": Value(40, 44), "direction": _RIGHT, "speed": Value(50, 60)},
     "AccidentTwoWays": {"distance": Value(40, 45), "frequency": Interval((30, 63), (108, 190))},
@@ -113,6 +129,7 @@ DRAWS: Mapping[str, Mapping[str, Draw]] = {
     "StaticCutIn": {"distance": Value(40, 45), "direction": _RIGHT},
     "VehicleOpensDoorTwoWays": {"distance": Value(37, 59), "frequency": Interval((25, 40), (85, 100))},
     "YieldToEmergencyVehicle": {"distance": Value(26, 30)},
+    **{kind: {"distance": Value(40, 48)} for kind in _OURS_ON_A_LANE},
 }
 """Scenario type to its parameters, but for those that follow from the site. Types without any are not named."""
 

@@ -40,6 +40,11 @@ class Town:
         starts = {(w.road_id, w.lane_id): w for w, _ in self.map.get_topology() if not w.is_junction}
         return [_along(starts[key]) for key in sorted(starts)]
 
+    @cached_property
+    def lengths_m(self) -> dict[int, int]:
+        """Road id to its length, outside junctions."""
+        return {lane[0].road_id: len(lane) for lane in self.lanes}
+
 
 def follow(waypoint: Any, length_m: int, through: Collection[int] = ()) -> Path:
     """This waypoint and those after it; at a fork over one of the roads in `through`, else straight on."""

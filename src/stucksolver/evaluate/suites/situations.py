@@ -1,0 +1,128 @@
+"""Sites for the stuck situations that Bench2Drive lacks, and for controls where waiting is right."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from stucksolver.evaluate.suites.along import Along
+from stucksolver.evaluate.suites.along import sites as sites_along
+from stucksolver.evaluate.suites.fits import Fits, left_lane, narrow, one_lane, sidewalk, two_ways
+from stucksolver.evaluate.suites.movements import Control, Movement, Turn, roundabouts
+from stucksolver.evaluate.suites.ramps import Finder, merges
+from stucksolver.evaluate.suites.site import Site
+from stucksolver.evaluate.suites.through import Through, site_at
+from stucksolver.evaluate.suites.through import sites as sites_through
+from stucksolver.evaluate.suites.walk import Path, Town, approach, follow, turn_deg
+
+_RUN_UP_M, _TRIGGER_M, _NEAR_M = 75, 38, 3
+_RAILS = "201"
+_RAILS_AFTER_SIGN_M, _BEFORE_RAILS_M, _BEYOND_RAILS_M = 6, 60, 110
+_CLOSED_AFTER_M, _BEYOND_CLOSED_M, _LONGEST_BLOCK_M = 12, 60, 420
+_SAME_HEADING_DEG = 10.0
+_RING_MARK_M = 20
+
+
+def _along(fits: Fits, after_m: int = 140) -> Finder:
+    return lambda town, ways: sites_along(Along(fits, after_m), town)
+
+
+def _through(turns: frozenset[Turn], controls: frozenset[Control], arms: int = 0) -> Finder:
+    return lambda town, ways: sites_through(Through(turns, controls, arms), ways)
+
+
+def _crosswalks(town: Town, ways: list[Movement]) -> Iterator[Site]:
+    """Beside a sidewalk, on the way into a junction without lights."""
+    yield from sites_through(Through(_ALL, _UNLIT, rightmost=True), ways)
+
+
+def _all_way_stops(town: Town, ways: list[Movement]) -> Iterator[Site]:
+    """Crossings of four where everybody has to stop."""
+    others = {one.junction_id for one in ways if one.control != "stop" or one.arms != 4}
+    yield from (site_at(one) for one in ways if one.junction_id not in others)
+
+
+def _round(town: Town, ways: list[Movement]) -> Iterator[Site]:
+    """In at one arm of a roundabout and out at another."""
+    for chain in roundabouts(town):
+        enter, leave = chain[0], chain[-1]
+        before = approach(enter.entry, _RUN_UP_M)
+        inside = _until(follow(enter.inside, 200, through={one.inside.road_id for one in chain}), leave.exit.road_id)
+        after = follow(leave.exit, _BEYOND_CLOSED_M)
+        marks = (before[0], before[-_NEAR_M], *inside[_RING_MARK_M:-_NEAR_M:_RING_MARK_M], after[_NEAR_M], after[-1])
+        group, place = f"roundabout arm {enter.entry.road_id}", f"{enter.key}>{leave.exit.road_id}"
+        yield Site(town, group, place, (*before, *inside, *after), marks, before[-_TRIGGER_M])
+
+
+def _level_crossings(town: Town, ways: list[Movement]) -> Iterator[Site]:
+    """Both ways over each level crossing; `distance` leads from the trigger to the rails."""
+    for sign in town.map.get_all_landmarks_of_type(_RAILS):
+        first, last = sign.get_lane_validities()[0]
+        lane = town.map.get_waypoint_xodr(sign.road_id, first if abs(first) <= abs(last) else last, sign.s)
+        rails = lane.next(float(_RAILS_AFTER_SIGN_M))[0]
+        before, after = approach(rails, _BEFORE_RAILS_M + 28), follow(rails, _BEYOND_RAILS_M)
+        trigger = before[-_BEFORE_RAILS_M - 1]
+        marks = (before[0], rails, after[-1])
+        group = f"{lane.road_id}/{lane.lane_id}"
+        distance = {"distance": {"value": str(_BEFORE_RAILS_M)}}
+        yield Site(town, group, group, (*before, *after[1:]), marks, trigger, fixed=distance)
+
+
+def _closed_streets(town: Town, ways: list[Movement]) -> Iterator[Site]:
+    """Straight over two junctions where the street between them is closed at its start; one can drive round the
+    block. `distance` leads from the trigger to where it is closed."""
+    for mine in ways:
+        if mine.turn != "straight" or mine.arms != 4:
+            continue
+        site = site_at(mine)
+        beyond = follow(mine.exit, _LONGEST_BLOCK_M)
+        crossed = [index for index, one in enumerate(beyond) if one.is_junction]
+        is_straight = abs(turn_deg(mine.exit, beyond[-1])) < _SAME_HEADING_DEG
+        if not crossed or not is_straight or crossed[-1] + _BEYOND_CLOSED_M >= len(beyond):
+            continue
+        start = site.path[: site.path.index(mine.exit)]
+        after = beyond[: crossed[-1] + _BEYOND_CLOSED_M]
+        marks = (*site.marks[:3], after[crossed[0] - _NEAR_M], after[crossed[-1] + _NEAR_M], after[-1])
+        gap_m = len(start) - start.index(site.trigger) + _CLOSED_AFTER_M
+        yield replace(site, path=(*start, *after), marks=marks, fixed={"distance": {"value": str(gap_m)}})
+
+
+def _until(path: Path, road_id: int) -> Path:
+    """The path up to a road."""
+    return path[: next(index for index, one in enumerate(path) if one.road_id == road_id)]
+
+
+_ALL: frozenset[Turn] = frozenset({"left", "straight", "right"})
+_STRAIGHT: frozenset[Turn] = frozenset({"straight"})
+_LIT: frozenset[Control] = frozenset({"light"})
+_UNLIT: frozenset[Control] = frozenset({"stop", "yield", "none"})
+
+SITUATIONS: Mapping[str, Finder] = {
+    "DisabledCarAndPaperBag": _along(left_lane),
+    "DisabledCarAndRock": _along(left_lane),
+    "DebrisInLane": _along(one_lane),
+    "ClosedBoxInLane": _along(one_lane),
+    "ToyInLane": _along(one_lane),
+    "NarrowRoadStandoff": _along(narrow),
+    "RoundaboutLoop": _round,
+    "DarkTrafficLight": _through(_ALL, _LIT),
+    "StuckRedLight": _through(_ALL, _LIT),
+    "DoubleParkedVan": _along(two_ways),
+    "AllWayStopDeadlock": _all_way_stops,
+    "MergeNeverOpens": merges,
+    "BlockedJunctionBox": _through(_STRAIGHT, _LIT, arms=4),
+    "RoadBlockedForAMinute": _along(two_ways),
+    "ClosedRoad": _closed_streets,
+    "PictureOfTrafficLight": _along(sidewalk),
+    "AnimalsOnRoad": _along(one_lane),
+    "Flagger": _along(two_ways),
+    "AmbulanceBehind": _along(two_ways),
+    "RedLight": _through(_ALL, _LIT),
+    "QueueAtLight": _through(_STRAIGHT, _LIT),
+    "PedestriansCrossing": _crosswalks,
+    "SchoolBus": _along(two_ways),
+    "LevelCrossing": _level_crossings,
+    "EmergencyScene": _along(one_lane),
+}
+"""Type to what finds its sites; a type's place in the table settles the ids of its routes. Types that put something
+on a lane get `distance`, from the trigger to it."""
