@@ -32,10 +32,15 @@ def find_car(world: Any, role: str) -> Any:
 
 
 class Watching:
-    """One car under observation. Call `look` again and again; it waits for the next tick of somebody else."""
+    """One car under observation. Call `look` again and again; it waits for the next tick of somebody else.
+
+    Raises `NoSuchCar`.
+    """
 
     def __init__(self, world: Any, role: str, ladder: Ladder, out: Path | None, heard: Callable[[Event], None]) -> None:
         self._world = world
+        # A client that has just come knows of nobody before the next tick.
+        self._await_tick()
         self._car = find_car(world, role)
         self._stack = ObservedStack(self._car)
         self._recorder = None if out is None else Recorder(out)
@@ -54,12 +59,7 @@ class Watching:
 
     def look(self) -> Status:
         """One tick. Raises `NoSuchCar` when the car is gone or the world stands still."""
-        try:
-            self._world.wait_for_tick(TICK_LIMIT_S)
-        except RuntimeError as error:
-            raise NoSuchCar(
-                f"the world has not gone on for {TICK_LIMIT_S:g} s, or its server is gone: {error}"
-            ) from error
+        self._await_tick()
         if not self._car.is_alive:
             raise NoSuchCar("the watched car is gone")
         status = self._stack.status()
@@ -79,6 +79,12 @@ class Watching:
         self.solver.close()
         if self._recorder is not None:
             self._recorder.close()
+
+    def _await_tick(self) -> None:
+        try:
+            self._world.wait_for_tick(TICK_LIMIT_S)
+        except RuntimeError as error:
+            raise NoSuchCar(f"the world stands still for {TICK_LIMIT_S:g} s, or its server is gone: {error}") from error
 
     @property
     def _moving_mps(self) -> float:
