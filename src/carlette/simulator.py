@@ -9,6 +9,7 @@ from typing import Any
 from carlette.blueprints import load_catalogue
 from carlette.opendrive.document import MapFile, available_towns, find_map
 from carlette.opendrive.roads import RoadNetwork
+from carlette.recorder import Recorder, Replay, ReplayOptions
 from carlette.sensors.suite import Suite
 from carlette.stream.hub import Hub
 from carlette.versions import ClientVersion
@@ -40,6 +41,9 @@ class Simulator:
         self.traffic_managers: dict[int, str] = {}
         """Port to address, as registered by clients."""
         self.sensors = Suite(self.hub, self.stream_of, self.actor_wire)
+        self.recorder: Recorder | None = None
+        self.replay: Replay | None = None
+        self.replay_options = ReplayOptions()
         self.ticks_wanted = 0
         """Ticks asked for by a batch."""
         self.world = World(roads, seed)
@@ -50,6 +54,10 @@ class Simulator:
     def start_episode(self, roads: RoadNetwork, settings: EpisodeSettings | None = None) -> None:
         """Replaces the world by a fresh one under a new episode id; frame numbers go on."""
         frame = self.world.frame
+        self.replay = None
+        if self.recorder is not None:
+            self.recorder.stop()
+            self.recorder = None
         if self.episode_id:
             self.world = World(roads, self.seed)
         self.world.frame = frame
@@ -98,8 +106,20 @@ class Simulator:
     def tick(self) -> int:
         """Moves the world on, lets the sensors measure and returns the new frame number."""
         frame = self.world.tick()
+        if self.replay is not None:
+            self.replay.step(self.world)
+            if self.replay.is_over:
+                self.end_replay(keep_actors=True)
+        if self.recorder is not None:
+            self.recorder.note(self.world)
         self.sensors.measure(self.world)
         return frame
+
+    def end_replay(self, keep_actors: bool) -> None:
+        """Lets go of a replay's actors, if one is playing."""
+        if self.replay is not None:
+            self.replay.stop(self.world, keep_actors)
+            self.replay = None
 
     def publish(self) -> None:
         """Sends the snapshot of the last tick, then what the sensors saw in it."""

@@ -68,6 +68,8 @@ class World:
         self.signals = Signals()
         self.actors: dict[int, Actor] = {}
         self.collisions: list[Collision] = []
+        self.contacts: list[Contact] = []
+        """What hit what in the last tick."""
         self.traffic: Drivers | None = None
         """Who drives cars from inside the world, as in forks (`carlette.traffic.Traffic`); None = only clients."""
         self._next_id = 1
@@ -197,10 +199,10 @@ class World:
                 self.fleet.control[index] = controller.control(ahead, steer, lock, dt)
 
     def _collide(self) -> None:
-        self.collisions = []
+        self.collisions, self.contacts = [], []
         if not self.bodies.solid.any():
             return
-        contacts = collide(self.bodies, self.doors)
+        contacts = self.contacts = collide(self.bodies, self.doors)
         if contacts:
             self.walkers.take_push(self.bodies)
             self.walkers.wound(self.bodies, contacts, set(self.fleet.row.tolist()))

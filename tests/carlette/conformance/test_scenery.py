@@ -102,13 +102,6 @@ def test_layers_can_be_loaded_and_unloaded(world) -> None:
     run(world, 2)
 
 
-@pytest.mark.carlette_only
-def test_the_recorder_says_that_it_records_nothing(client, world) -> None:
-    assert "records nothing" in client.start_recorder("run.log")
-    client.stop_recorder()
-    assert "records nothing" in client.show_recorder_file_info("run.log", False)
-
-
 def test_there_is_no_navigation_mesh_to_crash_on(world) -> None:
     place = world.get_random_location_from_navigation()
     assert place is None or isinstance(place, carla.Location)

@@ -83,16 +83,3 @@ def _switch(load: Any, name: str) -> None:
 @methods.void("load_map_layer", "unload_map_layer")
 def ignore_map_layer(session: Session, layers: int) -> None:
     del session, layers
-
-
-@methods.value("start_recorder", "show_recorder_file_info", "show_recorder_collisions")
-@methods.value("show_recorder_actors_blocked", "replay_file")
-def no_recorder(session: Session, *_: Any) -> str:
-    del session
-    return "this server records nothing; record snapshots in the client instead"
-
-
-@methods.void("stop_recorder", "stop_replayer", "set_replayer_time_factor")
-@methods.void("set_replayer_ignore_hero", "set_replayer_ignore_spectator")
-def ignore_recorder(session: Session, *_: Any) -> None:
-    del session

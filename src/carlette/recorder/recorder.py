@@ -1,0 +1,123 @@
+"""Writes one frame for each tick; what cannot be written ends the recording, never the simulation."""
+
+from __future__ import annotations
+
+import logging
+import time
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from carlette.errors import RequestError
+from carlette.recorder.tape import MAGIC, pack
+from carlette.world.actor import Kind
+from carlette.world.world import World
+
+RECORDED = (Kind.VEHICLE, Kind.WALKER, Kind.PROP, Kind.OTHER)
+
+log = logging.getLogger(__name__)
+
+
+class Recorder:
+    """One recording."""
+
+    def __init__(self, path: Path, world: World) -> None:
+        """Begins a file; raises `RequestError` where it cannot, or where something else lies there."""
+        self.path = path
+        self._began_s = world.elapsed_s
+        self._known: set[int] = set()
+        self._hits: set[tuple[int, int]] = set()
+        """Pairs that touched in the last frame."""
+        self._file: BinaryIO | None = _begin(path)
+        self._write(pack("start", world.roads.file.name, time.strftime("%Y-%m-%d %H:%M:%S")))
+        self.note(world)
+
+    @property
+    def is_running(self) -> bool:
+        """False once the disk has refused a frame."""
+        return self._file is not None
+
+    def note(self, world: World) -> None:
+        """Records the tick that `world` has just made."""
+        if self._file is None:
+            return
+        actors = [one for one in world.actors.values() if one.kind in RECORDED]
+        parts = []
+        for one in actors:
+            if one.id not in self._known:
+                attributes = {name: [int(kind), text] for name, (kind, text) in one.attributes.items()}
+                parts.append(pack("spawn", one.id, one.type_id, attributes, one.parent_id))
+        ids = {one.id for one in actors}
+        parts += [pack("gone", one) for one in sorted(self._known - ids)]
+        self._known = ids
+        parts += self._collisions(world)
+        rows, bodies, lights = [one.row for one in actors], world.bodies, world.signals.lights
+        motion = np.concatenate([bodies.position[rows], bodies.rotation[rows], bodies.velocity[rows]], axis=1)
+        parts.append(
+            pack(
+                "frame",
+                world.frame,
+                world.elapsed_s - self._began_s,
+                np.array([one.id for one in actors], np.uint32).tobytes(),
+                motion.astype(np.float32).tobytes(),
+                bodies.record["id"][lights.row].astype(np.uint32).tobytes(),
+                lights.color.astype(np.uint8).tobytes(),
+            )
+        )
+        self._write(b"".join(parts))
+
+    def stop(self) -> None:
+        """Ends the file."""
+        if self._file is not None:
+            try:
+                self._file.close()
+            except OSError as error:
+                self._give_up(error)
+            self._file = None
+
+    def _collisions(self, world: World) -> list[bytes]:
+        """Contacts that began in this tick."""
+        ids = world.bodies.record["id"]
+        now, parts = set(), []
+        for contact in world.contacts:
+            pair = (int(ids[contact.first]), int(ids[contact.second]))
+            now.add(pair)
+            if pair not in self._hits:
+                size = float(np.linalg.norm(contact.impulse))
+                parts.append(pack("hit", world.elapsed_s - self._began_s, *pair, size))
+        self._hits = now
+        return parts
+
+    def _write(self, data: bytes) -> None:
+        try:
+            if self._file is not None:
+                self._file.write(data)
+                self._file.flush()
+        except OSError as error:
+            self._give_up(error)
+
+    def _give_up(self, error: OSError) -> None:
+        log.error("recording to '%s' ends here: %s; the simulation goes on", self.path, error.strerror or error)
+        broken, self._file = self._file, None
+        if broken is not None:
+            try:
+                broken.close()
+            except OSError:
+                # What is still in its buffer fits no better now.
+                return
+
+
+def _begin(path: Path) -> BinaryIO:
+    try:
+        if path.exists() and not path.is_file():
+            raise RequestError(f"cannot record to '{path}': it is no file; name a file that can be written")
+        if path.exists():
+            with path.open("rb") as old:
+                if old.read(len(MAGIC)) not in (MAGIC, b""):
+                    raise RequestError(f"'{path}' exists and is no log of carlette; record to another file")
+        file = path.open("wb")
+        file.write(MAGIC)
+        return file
+    except OSError as error:
+        raise RequestError(f"cannot record to '{path}': {error.strerror}; name a file that can be written") from None

@@ -1,0 +1,89 @@
+"""What a log tells, as texts in the manner of CARLA's."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from carlette.recorder.tape import Entry, Tape
+
+KINDS = {"vehicle.": "v", "walker.": "w", "traffic.": "t"}
+
+
+def file_info(tape: Tape, show_all: bool) -> str:
+    """Map, date, length; with `show_all` each frame in which something happens."""
+    lines = [_head(tape)]
+    if show_all:
+        known: set[int] = set()
+        for frame in tape.frames:
+            now = set(frame.ids.tolist())
+            came, left = sorted(now - known), sorted(known - now)
+            known = now
+            if came or left:
+                lines.append(f"Frame {frame.number} at {frame.time_s:.3f} seconds")
+                lines += [f"  Create {one}: {tape.entries[one].type_id}" for one in came]
+                lines += [f"  Destroy {one}" for one in left]
+    return "\n".join([*lines, _foot(tape)])
+
+
+def collisions(tape: Tape, first_kind: str, second_kind: str) -> str:
+    """Collisions of two kinds: h hero, v vehicle, w walker, t traffic light, o other, a any."""
+    lines = [_head(tape), f"{'Time':>8}  Types  {'Id':>6} Actor 1{'':<33} {'Id':>6} Actor 2"]
+    for hit in tape.hits:
+        pair = [tape.entries.get(one) for one in (hit.id, hit.other_id)]
+        for one, other in (pair, pair[::-1]):
+            if one and other and _is(one, first_kind) and _is(other, second_kind):
+                kinds = f"{_kind(one)} {_kind(other)}"
+                lines.append(
+                    f"{hit.time_s:8.2f}  {kinds:5}  {one.id:>6} {one.type_id:<40} {other.id:>6} {other.type_id}"
+                )
+                break
+    return "\n".join([*lines, _foot(tape)])
+
+
+def blocked(tape: Tape, least_s: float, least_m: float) -> str:
+    """Vehicles and walkers that moved less than `least_m` within `least_s`, the longest first."""
+    found = [one for number in tape.entries for one in _stops(tape, number, least_s, least_m)]
+    found.sort(key=lambda one: -one[2])
+    lines = [_head(tape), f"{'Time':>8}  {'Id':>6} Actor{'':<35} {'Duration':>10}"]
+    lines += [
+        f"{begin:8.2f}  {number:>6} {tape.entries[number].type_id:<40} {length:10.2f}"
+        for number, begin, length in found
+    ]
+    return "\n".join([*lines, _foot(tape)])
+
+
+def _stops(tape: Tape, number: int, least_s: float, least_m: float) -> list[tuple[int, float, float]]:
+    """Id, begin and length of each time in which an actor hardly moves."""
+    if _kind(tape.entries[number]) not in ("h", "v", "w"):
+        return []
+    times, places = [], []
+    for frame in tape.frames:
+        here = np.flatnonzero(frame.ids == number)
+        if len(here):
+            times.append(frame.time_s)
+            places.append(frame.motion[here[0], :3])
+    found, begin = [], 0
+    for index in range(1, len(times) + 1):
+        if index == len(times) or float(np.linalg.norm(places[index] - places[begin])) >= least_m:
+            if times[index - 1] - times[begin] >= least_s:
+                found.append((number, times[begin], times[index - 1] - times[begin]))
+            begin = index
+    return found
+
+
+def _head(tape: Tape) -> str:
+    return f"Version: carlette 1\nMap: {tape.map_name}\nDate: {tape.date}\n"
+
+
+def _foot(tape: Tape) -> str:
+    return f"\nFrames: {len(tape.frames)}\nDuration: {tape.duration_s:g} seconds\n"
+
+
+def _is(entry: Entry, kind: str) -> bool:
+    return kind in ("a", _kind(entry)) or (kind == "v" and _kind(entry) == "h")
+
+
+def _kind(entry: Entry) -> str:
+    if entry.role == "hero":
+        return "h"
+    return next((letter for prefix, letter in KINDS.items() if entry.type_id.startswith(prefix)), "o")

@@ -1,0 +1,108 @@
+"""The recorder and the replayer. Like CARLA's, they answer with texts, also where a file is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from carlette.errors import RequestError
+from carlette.recorder import Recorder, Replay, read_tape, report
+from carlette.rpc.registry import Methods
+from carlette.rpc.session import Session
+from carlette.simulator import Simulator
+
+methods = Methods()
+
+
+@methods.value("start_recorder")
+def start_recorder(session: Session, name: str, additional: bool = False) -> str:
+    del additional  # there is nothing more to record
+    stop_recorder(session)
+    return _told(lambda: _begin(session.simulator, _path(name)))
+
+
+def _begin(simulator: Simulator, path: Path) -> str:
+    simulator.recorder = Recorder(path, simulator.world)
+    return str(path)
+
+
+@methods.void("stop_recorder")
+def stop_recorder(session: Session) -> None:
+    if session.simulator.recorder is not None:
+        session.simulator.recorder.stop()
+        session.simulator.recorder = None
+
+
+@methods.value("show_recorder_file_info")
+def show_recorder_file_info(session: Session, name: str, show_all: bool = False) -> str:
+    del session
+    return _told(lambda: report.file_info(read_tape(_path(name)), show_all))
+
+
+@methods.value("show_recorder_collisions")
+def show_recorder_collisions(session: Session, name: str, first: Any = "a", second: Any = "a") -> str:
+    del session
+    return _told(lambda: report.collisions(read_tape(_path(name)), _letter(first), _letter(second)))
+
+
+@methods.value("show_recorder_actors_blocked")
+def show_recorder_actors_blocked(session: Session, name: str, least_s: float = 30.0, least_m: float = 10.0) -> str:
+    del session
+    return _told(lambda: report.blocked(read_tape(_path(name)), float(least_s), float(least_m)))
+
+
+@methods.value("replay_file")
+def replay_file(session: Session, name: str, start_s: float, duration_s: float, follow_id: int, *more: Any) -> str:
+    del more  # whether to replay sensors, which are not recorded, and (0.9.16) from where to follow
+    simulator = session.simulator
+
+    def begin() -> str:
+        tape, options = read_tape(_path(name)), simulator.replay_options
+        replay = Replay(tape, simulator.world, float(start_s), float(duration_s), int(follow_id), options)
+        simulator.end_replay(keep_actors=False)
+        simulator.replay = replay
+        return f"Replaying file {_path(name)} from {replay.time_s:g} to {replay.end_s:g} seconds"
+
+    return _told(begin)
+
+
+@methods.void("stop_replayer")
+def stop_replayer(session: Session, keep_actors: bool = False) -> None:
+    session.simulator.end_replay(bool(keep_actors))
+
+
+@methods.void("set_replayer_time_factor")
+def set_replayer_time_factor(session: Session, factor: float) -> None:
+    if not 0.0 <= factor <= 1000.0:
+        raise RequestError(f"set_replayer_time_factor: {factor} is no factor from 0 to 1000")
+    session.simulator.replay_options.time_factor = float(factor)
+
+
+@methods.void("set_replayer_ignore_hero")
+def set_replayer_ignore_hero(session: Session, ignore: bool) -> None:
+    session.simulator.replay_options.ignores_hero = bool(ignore)
+
+
+@methods.void("set_replayer_ignore_spectator")
+def set_replayer_ignore_spectator(session: Session, ignore: bool) -> None:
+    session.simulator.replay_options.ignores_spectator = bool(ignore)
+
+
+def _told(tell: Callable[[], str]) -> str:
+    try:
+        return tell()
+    except RequestError as error:
+        return str(error)
+
+
+def _path(name: str) -> Path:
+    """Relative names are files in the folder in which the server was started."""
+    if not name or "\0" in name:
+        raise RequestError(f"'{name}' is no name of a file; give one such as run.log")
+    return Path(name).expanduser()
+
+
+def _letter(kind: Any) -> str:
+    """A character comes as a number or as a text."""
+    return chr(kind) if isinstance(kind, int) else str(kind)
