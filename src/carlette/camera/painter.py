@@ -22,6 +22,8 @@ from carlette.geometry import Floats
 REACH_M, DETAIL_M, PART_M = 420.0, 110.0, 300.0
 SUPERSAMPLED_PIXELS = 700_000
 """Pictures up to this size are drawn twice as large each way and averaged; larger ones show single samples."""
+OPAQUE_AIR = 5.0
+"""Behind fog of this thickness (distance times density) nothing is seen."""
 CLEAR_PER_M = 0.0015
 """In air clearer than this, a chunk fades as a whole."""
 KEPT_COLORS = 2048
@@ -109,7 +111,7 @@ class Painter:
                 colors = self._part_colors(part, light)
                 colors = _hazed_part(colors, part, view, light)
                 raster.draw(part.mesh.corners, colors, into @ part.matrix.astype(np.float32))
-        chunks = _seen_chunks(shot.stage, view)
+        chunks = _seen_chunks(shot.stage, view, min(REACH_M, OPAQUE_AIR / light.fog_per_m))
         for chunk, distance in chunks:
             for layer in (PAINT, DETAIL, SOLID):
                 if layer in chunk.layers and (layer != DETAIL or distance - chunk.radius_m < DETAIL_M):
@@ -218,9 +220,9 @@ def _seen_parts(shot: Shot, view: View) -> list[Part]:
     return [shot.parts[one] for one in order.tolist()]
 
 
-def _seen_chunks(stage: Stage, view: View) -> list[tuple[Chunk, float]]:
+def _seen_chunks(stage: Stage, view: View, reach_m: float = REACH_M) -> list[tuple[Chunk, float]]:
     """Chunks in the picture with their distance, the nearest first."""
-    seen = view.sees(stage.centers, stage.radii, REACH_M)
+    seen = view.sees(stage.centers, stage.radii, reach_m)
     distance = np.linalg.norm(stage.centers - np.array(view.pose.location), axis=1)
     order = np.argsort(np.where(seen, distance, np.inf), kind="stable")[: int(seen.sum())]
     return [(stage.chunks[one], float(distance[one])) for one in order.tolist()]
