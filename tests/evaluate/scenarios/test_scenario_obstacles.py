@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import pytest
 
 carla = pytest.importorskip("carla")
@@ -70,7 +72,7 @@ def test_an_oncoming_flow_with_the_gaps_asked_for_begins(play, kind):
     flow = playing.others()[standing:]
     assert len(flow) >= 2 and all(playing.facing_deg(one) > 150.0 for one in flow)
     fronts = sorted(playing.along(one)[0] for one in flow)
-    gaps = [after - before for before, after in zip(fronts, fronts[1:], strict=False)]
+    gaps = [after - before for before, after in itertools.pairwise(fronts)]
     assert all(34.0 < gap < 50.0 for gap in gaps)
 
 

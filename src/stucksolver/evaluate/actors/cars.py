@@ -2,8 +2,9 @@
 
 The client's TrafficManager is not used: a tick with it waits for several calls to the server, and its lost wake-up
 would cost the promise that the same seed gives the same run. Following is the Intelligent Driver Model (Treiber,
-Hennecke, Helbing 2000) with a linear free road, steering is pure pursuit (Coulter 1992). A `constant` car holds its speed whatever is in
-its way, as the flows of CARLA's scenario_runner do, until it has touched the hero: then it drives like the others.
+Hennecke, Helbing 2000) with a linear free road, steering is pure pursuit (Coulter 1992). A `constant` car holds its
+speed whatever is in its way, as the flows of CARLA's scenario_runner do, until it has touched the hero: then it
+drives like the others.
 """
 
 from __future__ import annotations
@@ -193,12 +194,15 @@ class Cars:
         for car in cars:
             if car.leader is not None:
                 car.leader = car.leader.after(self._dt_s, car.state.speed_mps)
-        due = [car for car in cars if (car.member.id + self._ticks) % LEADERS_EVERY == 0]
-        if due:
+        self.find_leaders([car for car in cars if (car.member.id + self._ticks) % LEADERS_EVERY == 0])
+
+    def find_leaders(self, cars: Sequence[Car]) -> None:
+        """Look who is ahead of each of these cars, and set their `leader`."""
+        if cars:
             others = [self._cast.hero_member, *self._cast.members.values()]
             heeded = [one for one in others if not one.is_staged and 2.0 * one.half_height_m > _LOW_M]
             bodies = [(one, self._cast.state(one)) for one in heeded]
-            find_leaders(due, bodies)
+            find_leaders(cars, bodies)
 
     def _feel(self, car: Car) -> None:
         """A flow car that has touched the hero stops pressing on."""

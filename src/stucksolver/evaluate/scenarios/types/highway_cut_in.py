@@ -36,7 +36,7 @@ class HighwayCutIn(Scenario):
         line = self._line()
         if not any(w.is_junction for w in line) or line[-1].is_junction:
             return "the lane at <other_actor_location> does not lead through a junction"
-        if side_driving_lane(line[-1], "left") is None:
+        if not self._is_heros(line[-1]) and side_driving_lane(line[-1], "left") is None:
             return "where the ramp ends is no lane to cut into"
         return None
 
@@ -49,6 +49,13 @@ class HighwayCutIn(Scenario):
         first = next((k for k, w in enumerate(line) if w.is_junction), len(line))
         after = next((k for k in range(first, len(line)) if not line[k].is_junction), len(line) - 1)
         return line[: after + 1]
+
+    def _is_heros(self, waypoint: Any) -> bool:
+        """Whether the hero drives in the lane of a waypoint."""
+        route = self.setting.route
+        place = waypoint.transform.location
+        there = route.waypoints[route.project(place, self.trigger_index)].transform.location
+        return bool(there.distance(place) < waypoint.lane_width / 2.0)
 
     def stage(self) -> None:
         self._vehicle = self.cast.keep_below(self.cast.some_car(self.random))
@@ -83,6 +90,7 @@ class HighwayCutIn(Scenario):
         self.cars.slow(car, speed)
         here = self.setting.map.get_waypoint(carla.Location(car.state.x, car.state.y, car.state.z))
         onto = side_driving_lane(here, "left")
-        if onto is not None:
+        # A ramp that leads straight into the hero's lane has cut in by itself.
+        if onto is not None and not self._is_heros(here):
             self.cars.change_lane(car, onto, CHANGE_S * speed)
         yield from self.wait(CHANGE_S + AFTER_S)

@@ -15,7 +15,7 @@ from stucksolver.evaluate.scenarios.setting import Setting
 
 FASTER_MPS = 25.0
 NEAR_M, NEAR_S, PASSED_M = 50.0, 10.0, 50.0
-TAIL_GAP_M = 6.0
+TAIL_GAP_M, CLOSING_PER_S = 6.0, 0.7
 
 
 @scenario
@@ -26,7 +26,7 @@ class YieldToEmergencyVehicle(Scenario):
     timeout_s = None
     starts = "the vehicle comes at the trigger"
     needs_map = "a second driving lane of the hero's direction"
-    simplified = "the vehicle brakes behind whoever is in its lane by the Intelligent Driver Model"
+    simplified = "the vehicle's speed is set in every tick, by its distance to whoever is ahead in its lane"
     distance_m = Number("distance", 140.0, "m")
 
     def needs(self, setting: Setting) -> str | None:
@@ -46,11 +46,10 @@ class YieldToEmergencyVehicle(Scenario):
         self.cast.bring(self._vehicle, start.transform)
         self.cast.lights(self._vehicle, lamps("Special1", "Special2"))
         yield
-        car = self.cars.drive(self._vehicle, start, self.hero.speed_mps, obeys_lights=False)
-        car.stand_gap_m = TAIL_GAP_M
+        car = self.cars.drive(self._vehicle, start, self.hero.speed_mps, constant=True)
         near_since_s: float | None = None
         while not self._is_over(car, near_since_s):
-            car.wish_mps = self.hero.speed_mps + FASTER_MPS
+            self.cars.slow(car, self._speed(car))
             if near_since_s is None and car.state.distance_m(self.hero.x, self.hero.y) < NEAR_M:
                 near_since_s = self.cast.time_s
             yield
@@ -59,6 +58,14 @@ class YieldToEmergencyVehicle(Scenario):
         self.news.append(("yield_emergency_vehicle", said, 0.0 if ahead_m > 0 else 1.0))
         self.cars.remove([car])
         self.traffic.switch_route_sources(True)
+
+    def _speed(self, car: Car) -> float:
+        """Much faster than the hero, but not into whoever is ahead."""
+        self.cars.find_leaders([car])
+        wanted = self.hero.speed_mps + FASTER_MPS
+        if car.leader is not None:
+            wanted = min(wanted, car.leader.speed_mps + CLOSING_PER_S * (car.leader.gap_m - TAIL_GAP_M))
+        return max(wanted, 0.0)
 
     def _is_over(self, car: Car, near_since_s: float | None) -> bool:
         passed = car.state.ahead_m(self.hero.x, self.hero.y) < -PASSED_M

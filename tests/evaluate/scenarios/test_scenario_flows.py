@@ -1,0 +1,145 @@
+"""Streams that the hero has to cross or join."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+carla = pytest.importorskip("carla")
+
+pytestmark = pytest.mark.integration
+
+FLOWS = (
+    "EnterActorFlow",
+    "HighwayExit",
+    "MergerIntoSlowTraffic",
+    "MergerIntoSlowTrafficV2",
+    "InterurbanActorFlow",
+    "InterurbanAdvancedActorFlow",
+    "CrossingBicycleFlow",
+    "NonSignalizedJunctionLeftTurn",
+    "NonSignalizedJunctionRightTurn",
+    "NonSignalizedJunctionLeftTurnEnterFlow",
+    "SignalizedJunctionLeftTurn",
+    "SignalizedJunctionRightTurn",
+    "SignalizedJunctionLeftTurnEnterFlow",
+)
+SPEED_MPS, FROM_M, TO_M = 9.0, 20.0, 30.0
+
+
+def value(number):
+    return {"value": str(number)}
+
+
+def flow_play(play, kind, **options):
+    gaps = {"from": str(FROM_M), "to": str(TO_M)}
+    return play(f"{kind}_1", traffic=False, flow_speed=value(SPEED_MPS), source_dist_interval=gaps, **options)
+
+
+def lanes(playing):
+    """Cars of the flows by the road that each began on, in driving order."""
+    cars = [car for car in playing.setting.cars._cars.values() if car.constant]
+    groups = itertools.groupby(sorted(cars, key=_source), key=_source)
+    return [sorted(group, key=lambda car: car.member.id) for _, group in groups]
+
+
+def _source(car):
+    first = car.path
+    return round(first.yaw[-1], 1), car.start_road
+
+
+@pytest.mark.parametrize("kind", FLOWS)
+def test_a_flow_keeps_its_speed_and_crosses_the_heros_way(play, kind):
+    playing = flow_play(play, kind)
+    playing.jump(5.0)
+    # On a road of two lanes those who turn right come into the lane beside.
+    aside_m = 4.5 if kind == "SignalizedJunctionLeftTurnEnterFlow" else 1.0
+    met = False
+    speeds = []
+    seen = {}
+    for _ in range(150):
+        playing.tick()
+        for car in [car for group in lanes(playing) for car in group]:
+            speeds.append(car.speed_mps)
+            seen.setdefault(car.member.id, []).append((car.state.x, car.state.y))
+            s_m, right_m = playing.along(car.member)
+            met = met or (s_m > 8.0 and abs(right_m) < aside_m)
+    assert len(seen) >= 3
+    moving = [speed for speed in speeds if speed > 0.1]
+    assert min(moving) > SPEED_MPS - 0.2 and max(moving) < SPEED_MPS + 0.2
+    assert met, "no car of the flow came onto the hero's route"
+
+
+@pytest.mark.parametrize("kind", ["EnterActorFlow", "InterurbanActorFlow", "MergerIntoSlowTraffic"])
+def test_cars_of_a_flow_keep_the_spacing_asked_for(play, kind):
+    playing = flow_play(play, kind)
+    playing.jump(5.0)
+    playing.run(8.0)
+    cars = sorted((car for car in playing.setting.cars._cars.values() if car.constant), key=lambda car: car.member.id)
+    assert len(cars) >= 3
+    gaps = [one.state.distance_m(other.state.x, other.state.y) for one, other in itertools.combinations(cars, 2)]
+    nearest = [
+        min(one.state.distance_m(other.state.x, other.state.y) for other in cars if other is not one) for one in cars
+    ]
+    # Measured straight; a place in the line is two metres long, and a bend shortens the way.
+    assert min(gaps) > 0.75 * FROM_M
+    assert sorted(nearest)[len(nearest) // 2] < TO_M + 3.0
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "SignalizedJunctionLeftTurn",
+        "SignalizedJunctionRightTurn",
+        "SignalizedJunctionLeftTurnEnterFlow",
+        "CrossingBicycleFlow",
+    ],
+)
+def test_the_heros_light_is_red_for_five_seconds_and_green_from_then_on(play, kind):
+    playing = flow_play(play, kind)
+    own = playing.scenario.own_lights
+    if kind == "CrossingBicycleFlow" and not own:
+        pytest.skip("this route's junction has no lights")
+    playing.jump(5.0)
+    playing.run(0.2)
+    red, green = carla.TrafficLightState.Red, carla.TrafficLightState.Green
+    assert own and all(light.state == red for light in own)
+    playing.run(4.0)
+    assert all(light.state == red for light in own)
+    playing.run(2.0)
+    assert all(light.state == green for light in own)
+    playing.run(14.0)
+    assert all(light.state == green for light in own)
+    playing.play.close()
+    playing.world.tick()
+    assert not own[0].is_frozen()
+
+
+@pytest.mark.parametrize("kind", ["EnterActorFlow", "HighwayExit", "NonSignalizedJunctionRightTurn"])
+def test_a_flow_ends_where_the_hero_has_left_it_behind(play, kind):
+    playing = flow_play(play, kind)
+    playing.jump(5.0)
+    playing.run(1.0)
+    assert not playing.play.finished
+    playing.jump(playing.route.length_m - 2.0)
+    assert playing.play.finished
+    playing.run(0.1)
+    assert not playing.others()
+
+
+def test_a_flow_car_drives_on_blindly_and_brakes_once_it_has_touched_the_hero(play):
+    playing = flow_play(play, "NonSignalizedJunctionLeftTurn")
+    playing.jump(5.0)
+    playing.run(3.0)
+    car = lanes(playing)[0][0]
+    # Put the hero right across its way.
+    x, y = car.path.point(car.s + 25.0)
+    playing.hero.set_transform(carla.Transform(carla.Location(x, y, car.state.z + 0.3), carla.Rotation(yaw=45.0)))
+    speeds = []
+    for _ in range(120):
+        playing.tick()
+        if playing.apart_m(car.member) > 8.0 and not car.hit_hero:
+            speeds.append(car.speed_mps)
+    assert min(speeds) > SPEED_MPS - 0.2
+    assert car.hit_hero and car.speed_mps < 2.0
