@@ -62,3 +62,11 @@ def test_beyond_its_ends_the_ends_are_meant(line: RouteLine) -> None:
 def test_headings_point_along_the_line(line: RouteLine) -> None:
     for k, (a, b) in enumerate(pairwise(line.xyz)):
         assert (b - a) @ line.forward[k] > 0.0
+
+
+def test_a_line_planned_anew_joins_on_where_the_first_was_left(line: RouteLine) -> None:
+    other = RouteLine.along(line.points[20:])
+    joined = line.joined(50, other)
+    assert joined.length_m == pytest.approx(line.length_m, abs=1.0)
+    assert joined.waypoints[:51] == line.waypoints[:51]
+    assert joined.waypoints[-1].transform.location == line.waypoints[-1].transform.location

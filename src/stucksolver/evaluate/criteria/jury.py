@@ -35,7 +35,8 @@ class Jury:
     """Watches one ego on one route. Call `update` once a tick, `finish` once at the end, then `close`."""
 
     def __init__(self, world: Any, carla_map: Any, ego: Any, line: RouteLine, stage: Stage) -> None:
-        walk = RouteWalk(line)
+        self._walk = walk = RouteWalk(line)
+        self._line = line
         self._world, self._ego, self._stage = world, ego, stage
         self.completion = RouteCompletion(walk)
         self.min_speed = MinSpeed(walk)
@@ -63,6 +64,16 @@ class Jury:
         for criterion in self._criteria:
             criterion.update(moment)
         return next((c.ends_route for c in self._criteria if c.ends_route is not None), None)
+
+    @property
+    def line(self) -> RouteLine:
+        """The route that is judged by."""
+        return self._line
+
+    def reroute(self, line: RouteLine) -> None:
+        """The rest of the route is another one: where a scenario permits it, a route planned anew replaces its own."""
+        self._line = self._line.joined(self.completion.index, line)
+        self._walk.change(self._line)
 
     def finish(self) -> None:
         for criterion in self._criteria:

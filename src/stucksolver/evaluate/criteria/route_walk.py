@@ -11,6 +11,10 @@ class RouteWalk:
     """Plain lists of a `RouteLine`, quick to ask a few points at a time. CARLA's world frame, metres."""
 
     def __init__(self, line: RouteLine) -> None:
+        self.change(line)
+
+    def change(self, line: RouteLine) -> None:
+        """Walk another line from now on; what was passed of this one must be the same there."""
         self._places: list[list[float]] = line.xyz.tolist()
         self._forward: list[list[float]] = line.forward.tolist()
         self.s_m: list[float] = line.s_m.tolist()

@@ -63,6 +63,13 @@ class RouteLine:
         s_m = np.concatenate([[0.0], np.cumsum(steps)])
         return RouteLine(tuple(p.waypoint for p in points), s_m, tuple(Command(p.command) for p in points))
 
+    def joined(self, index: int, other: RouteLine) -> RouteLine:
+        """This line up to a point, then `other` from its point nearest to that one, no further than to our end."""
+        here, end = self.waypoints[index].transform.location, self.waypoints[-1].transform.location
+        first = other.project(here)
+        last = max(other.project(end, len(other.waypoints) - 1), first)
+        return RouteLine.along(self.points[: index + 1] + other.points[first + 1 : last + 1])
+
     @property
     def length_m(self) -> float:
         return float(self.s_m[-1])

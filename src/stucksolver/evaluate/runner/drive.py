@@ -62,6 +62,15 @@ def drive_route(job: RouteJob, server: Server, progress: Callable[[float], None]
     settings = world.get_settings()
     settings.synchronous_mode, settings.fixed_delta_seconds = True, DT_S
     world.apply_settings(settings)
+    try:
+        return _drive(job, client, world, progress)
+    finally:
+        if job.host is not None:
+            settings.synchronous_mode, settings.fixed_delta_seconds = False, None
+            world.apply_settings(settings)
+
+
+def _drive(job: RouteJob, client: Any, world: Any, progress: Callable[[float], None]) -> Driven:
     carla_map = world.get_map()
     line = RouteLine.trace(carla_map, job.route.waypoints)
     hero = _hero(world, line)
@@ -75,9 +84,6 @@ def drive_route(job: RouteJob, server: Server, progress: Callable[[float], None]
         return _Drive(job, setting, play).go(progress)
     finally:
         play.close()
-        if job.host is not None:
-            settings.synchronous_mode, settings.fixed_delta_seconds = False, None
-            world.apply_settings(settings)
 
 
 def _hero(world: Any, line: RouteLine) -> Any:
@@ -100,6 +106,7 @@ class _Drive:
         self._world, self._hero, self._line = setting.world, setting.hero, setting.route
         driver = BehaviorDriver(self._hero, job.arm.driver.partition(":")[2] or "normal", carla_map=setting.map)
         driver.set_route(self._line.points + _beyond(self._line))
+        self._driver, self._driven_route = driver, driver.route
         self._arm: Arm = make_arm(job.arm, self._hero, driver, setting.map, self._line, job.seed, job.records)
         self._jury = Jury(self._world, setting.map, self._hero, self._line, play)
         self._speaker = Speaker(job.lines, Random(f"{job.seed}:{job.route.id}:guidance"))
@@ -144,6 +151,8 @@ class _Drive:
             suspended=self._play.suspended,
             background_mps=self._speeds.read(snapshot),
         )
+        if self._driver.route is not self._driven_route:
+            self._take_new_route(moment)
         failure = self._jury.update(moment)
         self._metric.add(self._hero, transform)
         self._measure(moment)
@@ -159,6 +168,12 @@ class _Drive:
             self._replay.tick(now, self._arm.directive)
         return None
 
+    def _take_new_route(self, moment: Moment) -> None:
+        """The driver planned anew: where leaving the route is allowed, the new one is the route from here on."""
+        self._driven_route = self._driver.route
+        if "route_deviation" in moment.suspended:
+            self._jury.reroute(RouteLine.along(self._driven_route))
+
     def _measure(self, moment: Moment) -> None:
         place_m = self._jury.completion.s_m
         self._spells.update(moment.time_s, moment.speed_mps, place_m)
@@ -173,14 +188,14 @@ class _Drive:
             route_id=job.route.id,
             scenario=job.scenario,
             town=job.route.town,
-            length_m=self._line.length_m,
+            length_m=jury.line.length_m,
             game_s=self._time_s,
             wall_s=wall_s,
             completion_pct=jury.completion.percentage,
             failure=failure,
             infractions=jury.infractions,
         )
-        inside = [bool(w.is_junction) for w in self._line.waypoints]
+        inside = [bool(w.is_junction) for w in jury.line.waypoints]
         outcome = Outcome(
             route_id=job.route.id,
             scenario=job.scenario,
@@ -191,7 +206,7 @@ class _Drive:
             asked_s=log.asked_s,
             ticks=self._ticks,
             wall_s=round(wall_s, 3),
-            length_m=round(self._line.length_m, 3),
+            length_m=round(jury.line.length_m, 3),
             points=len(inside),
             first_junction=inside.index(True) + 1 if any(inside) else None,
             stuck_end_pct=jury.min_speed.stuck_end,
