@@ -130,7 +130,8 @@ class Playing:
 
     def close(self) -> None:
         self.play.close()
-        self.hero.destroy()
+        if self.hero.is_alive:
+            self.hero.destroy()
 
 
 class Theatre:

@@ -17,8 +17,71 @@ from stucksolver.evaluate.scenarios.document import PAGE, page  # noqa: E402
 from stucksolver.evaluate.scenarios.parameters import Choice, Number, Place, Range, parameters_of  # noqa: E402
 from stucksolver.evaluate.scenarios.registry import scenario, scenario_type  # noqa: E402
 
-PUBLIC = ["Accident", "AccidentTwoWays", "BlockedIntersection", "ConstructionObstacle", "ConstructionObstacleTwoWays", "ControlLoss", "CrossingBicycleFlow", "DynamicObjectCrossing", "EnterActorFlow", "HardBreakRoute", "HazardAtSideLane", "HazardAtSideLaneTwoWays", "HighwayCutIn", "HighwayExit", "InterurbanActorFlow", "InterurbanAdvancedActorFlow", "InvadingTurn", "MergerIntoSlowTraffic", "MergerIntoSlowTrafficV2", "NonSignalizedJunctionLeftTurn", "NonSignalizedJunctionLeftTurnEnterFlow", "NonSignalizedJunctionRightTurn", "OppositeVehicleRunningRedLight", "OppositeVehicleTakingPriority", "ParkedObstacle", "ParkedObstacleTwoWays", "ParkingCrossingPedestrian", "ParkingCutIn", "ParkingExit", "PedestrianCrossing", "SequentialLaneChange", "SignalizedJunctionLeftTurn", "SignalizedJunctionLeftTurnEnterFlow", "SignalizedJunctionRightTurn", "StaticCutIn", "T_Junction", "VanillaNonSignalizedTurn", "VanillaNonSignalizedTurnEncounterStopsign", "VanillaSignalizedTurnEncounterGreenLight", "VanillaSignalizedTurnEncounterRedLight", "VehicleOpensDoorTwoWays", "VehicleTurningRoute", "VehicleTurningRoutePedestrian", "YieldToEmergencyVehicle"]
-COUNTS_AS_BLOCKED = ["HighwayCutIn", "DynamicObjectCrossing", "ParkingCrossingPedestrian", "PedestrianCrossing", "VehicleTurningRoute", "VehicleTurningRoutePedestrian", "HardBreakRoute", "OppositeVehicleTakingPriority", "OppositeVehicleRunningRedLight", "ParkingCutIn", "StaticCutIn", "ControlLoss", "YieldToEmergencyVehicle", "VanillaNonSignalizedTurn", "VanillaNonSignalizedTurnEncounterStopsign", "VanillaSignalizedTurnEncounterGreenLight", "VanillaSignalizedTurnEncounterRedLight"]
+PUBLIC = [
+    "Accident",
+    "AccidentTwoWays",
+    "BlockedIntersection",
+    "ConstructionObstacle",
+    "ConstructionObstacleTwoWays",
+    "ControlLoss",
+    "CrossingBicycleFlow",
+    "DynamicObjectCrossing",
+    "EnterActorFlow",
+    "HardBreakRoute",
+    "HazardAtSideLane",
+    "HazardAtSideLaneTwoWays",
+    "HighwayCutIn",
+    "HighwayExit",
+    "InterurbanActorFlow",
+    "InterurbanAdvancedActorFlow",
+    "InvadingTurn",
+    "MergerIntoSlowTraffic",
+    "MergerIntoSlowTrafficV2",
+    "NonSignalizedJunctionLeftTurn",
+    "NonSignalizedJunctionLeftTurnEnterFlow",
+    "NonSignalizedJunctionRightTurn",
+    "OppositeVehicleRunningRedLight",
+    "OppositeVehicleTakingPriority",
+    "ParkedObstacle",
+    "ParkedObstacleTwoWays",
+    "ParkingCrossingPedestrian",
+    "ParkingCutIn",
+    "ParkingExit",
+    "PedestrianCrossing",
+    "SequentialLaneChange",
+    "SignalizedJunctionLeftTurn",
+    "SignalizedJunctionLeftTurnEnterFlow",
+    "SignalizedJunctionRightTurn",
+    "StaticCutIn",
+    "T_Junction",
+    "VanillaNonSignalizedTurn",
+    "VanillaNonSignalizedTurnEncounterStopsign",
+    "VanillaSignalizedTurnEncounterGreenLight",
+    "VanillaSignalizedTurnEncounterRedLight",
+    "VehicleOpensDoorTwoWays",
+    "VehicleTurningRoute",
+    "VehicleTurningRoutePedestrian",
+    "YieldToEmergencyVehicle",
+]
+COUNTS_AS_BLOCKED = [
+    "HighwayCutIn",
+    "DynamicObjectCrossing",
+    "ParkingCrossingPedestrian",
+    "PedestrianCrossing",
+    "VehicleTurningRoute",
+    "VehicleTurningRoutePedestrian",
+    "HardBreakRoute",
+    "OppositeVehicleTakingPriority",
+    "OppositeVehicleRunningRedLight",
+    "ParkingCutIn",
+    "StaticCutIn",
+    "ControlLoss",
+    "YieldToEmergencyVehicle",
+    "VanillaNonSignalizedTurn",
+    "VanillaNonSignalizedTurnEncounterStopsign",
+    "VanillaSignalizedTurnEncounterGreenLight",
+    "VanillaSignalizedTurnEncounterRedLight",
+]
 
 
 def value(number):
@@ -116,7 +179,7 @@ def test_a_trigger_point_off_the_route_is_refused(theatre):
 
 @pytest.mark.integration
 def test_a_scenario_on_a_map_that_lacks_what_it_needs_is_unsupported(theatre):
-    with pytest.raises(Unsupported, match="ParkingCutIn.* is unsupported here: .* no parking lane"):
+    with pytest.raises(Unsupported, match=r"ParkingCutIn.* is unsupported here: .* no parking lane"):
         begin(theatre, moved("Accident_1", type="ParkingCutIn", parameters={}))
 
 
