@@ -101,7 +101,18 @@ class Server:
         for key, events in self._selector.select(wait_s):
             # What one peer asks for may have closed another's connection meanwhile.
             if self._selector.get_map().get(key.fd) is key:
-                key.data(events)
+                self._handle(key, events)
+
+    def _handle(self, key: selectors.SelectorKey, events: int) -> None:
+        try:
+            key.data(events)
+        except Exception:
+            # One peer must not end the server for all others, whatever it found.
+            log.exception("a peer is dropped: this is an error of the server, please report it")
+            for connection in [one for one in self._sessions if one.socket is key.fileobj]:
+                self._drop_client(connection)
+            for subscriber in [one for one in self.simulator.hub.subscribers if one.socket is key.fileobj]:
+                self._drop_subscriber(subscriber)
 
     def _wait_s(self) -> float:
         now = time.monotonic()

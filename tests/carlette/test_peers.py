@@ -86,7 +86,11 @@ def test_peers_that_say_nothing_or_only_half(port: int, raw: Raw) -> None:
     assert serves(raw)
 
 
-@pytest.mark.parametrize("noise", [b"GET / HTTP/1.1\r\n\r\n", b"\x91" * 100_000, b"\xc1" * 100, b"\xff" * 5000])
+NOISE = [b"GET / HTTP/1.1\r\n\r\n", b"\x91" * 100_000, b"\xc1" * 100, b"\xff" * 5000]
+LIST_AS_KEY = b"\x81\x90\x01"
+
+
+@pytest.mark.parametrize("noise", [*NOISE, LIST_AS_KEY])
 def test_peers_that_speak_something_else(port: int, raw: Raw, noise: bytes) -> None:
     for where in (port, port + 1):
         with socket.create_connection(("127.0.0.1", where), timeout=5) as sock:

@@ -15,6 +15,9 @@ READ_BYTES = 1 << 20
 MAX_UNREAD_BYTES = 256 * 1024 * 1024
 """A client that asks and never reads its answers is dropped here."""
 
+BAD_BYTES = (msgpack.UnpackException, ValueError, TypeError, OverflowError, RecursionError, MemoryError)
+"""What reading bytes that are no request raises; a map with a list as its key, for one, is a TypeError."""
+
 log = logging.getLogger(__name__)
 
 Dispatch = Callable[["RpcConnection", int, str, list[Any]], None]
@@ -52,21 +55,29 @@ class RpcConnection:
             return False
         try:
             self._unpacker.feed(data)
-            for message in self._unpacker:
-                self._handle(message)
-        except (msgpack.UnpackException, ValueError) as error:
-            log.warning("closing a connection that does not speak msgpack-rpc: %s", error)
+        except BAD_BYTES as error:
+            log.warning("closing a connection that sends too much at once: %s", error)
             return False
-        return len(self._unsent) <= MAX_UNREAD_BYTES
+        while True:
+            try:
+                number, method, parameters = self._next_request()
+            except msgpack.OutOfData:
+                return len(self._unsent) <= MAX_UNREAD_BYTES
+            except BAD_BYTES as error:
+                log.warning("closing a connection that does not speak msgpack-rpc: %s", error)
+                return False
+            # The first parameter is the caller's metadata: whether it waits for the reply.
+            self.dispatch(self, number, method, parameters[1:])
 
-    def _handle(self, message: Any) -> None:
+    def _next_request(self) -> tuple[int, str, list[Any]]:
+        """Id, method and parameters; raises `OutOfData` where none is complete, and `BAD_BYTES` for anything else."""
+        message = self._unpacker.unpack()
         if not (isinstance(message, list) and len(message) == 4 and message[0] == 0):
             raise ValueError("a message is not a request [0, id, method, parameters]")
         _, number, method, parameters = message
-        # The first parameter is the caller's metadata: whether it waits for the reply.
         if not (isinstance(method, str) and isinstance(number, int) and isinstance(parameters, list)):
             raise ValueError("a request's id, method or parameters have the wrong type")
-        self.dispatch(self, number, method, parameters[1:])
+        return number, method, parameters
 
     def reply(self, number: int, result: Any, error: str | None = None) -> None:
         """Answers request `number`."""
