@@ -109,14 +109,17 @@ def test_words_taken_back_before_the_commit_point_end_the_plan_at_once():
     assert endings(seen)[0] == '"no, stop, wait": the plan is given up'
 
 
-def test_words_taken_back_in_the_oncoming_lane_let_the_plan_finish():
+def test_words_taken_back_in_the_oncoming_lane_let_the_plan_bring_it_back_first():
     def world():
         return World(TWO_WAY, [thing("lead", 100.0)], x=60.0)
 
     started = next(e.time_s for e in drive(world(), 30.0).events if e.kind is EventKind.STARTED)
-    seen = drive(world(), started + 15.0, words={round(started + 4.0, 2): "no, stop, wait"})
-    assert not seen.texts(EventKind.ABORTED)
-    assert seen.texts(EventKind.FINISHED) == ["the plan is done"]
+    where = {}
+    words = {round(started + 4.0, 2): "no, stop, wait"}
+    seen = drive(world(), started + 15.0, words=words, every_tick=lambda w: where.update({round(w.time_s, 2): w.y}))
+    assert where[round(started + 4.0, 2)] > 2.0
+    ended = next(e for e in seen.events if e.kind in (EventKind.FINISHED, EventKind.ABORTED))
+    assert abs(where[round(ended.time_s, 2)]) < 0.5
 
 
 def test_going_on_by_oneself_is_no_recovery():
