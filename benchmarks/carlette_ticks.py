@@ -41,7 +41,7 @@ def _measure(cars: int | None, ticks: int) -> float:
     Raises `RuntimeError` when it brings no figure.
     """
     context = multiprocessing.get_context("spawn")
-    with _server() as port:
+    with running_server() as port:
         receiver, sender = context.Pipe(duplex=False)
         client = context.Process(target=_drive, args=(port, cars, ticks, sender), daemon=True)
         client.start()
@@ -58,7 +58,7 @@ def _measure(cars: int | None, ticks: int) -> float:
 
 
 @contextmanager
-def _server() -> Iterator[int]:
+def running_server() -> Iterator[int]:
     """A server on the demo town and a free port."""
     command = [sys.executable, "-m", "carlette", "--port", "0", "--map", "demo_town", "--exit-on-stdin-eof"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
@@ -85,7 +85,7 @@ def _drive(port: int, cars: int | None, ticks: int, result: Any) -> None:
         manager = client.get_trafficmanager(MANAGER_PORT)
         manager.set_synchronous_mode(True)
         manager.set_random_device_seed(1)
-        for car in _spawn(world, cars):
+        for car in spawn_cars(world, cars):
             car.set_autopilot(True, MANAGER_PORT)
     for _ in range(WARM_UP_TICKS):
         world.tick()
@@ -95,7 +95,7 @@ def _drive(port: int, cars: int | None, ticks: int, result: Any) -> None:
     result.send(ticks / (time.perf_counter() - start))
 
 
-def _spawn(world: Any, count: int) -> list[Any]:
+def spawn_cars(world: Any, count: int) -> list[Any]:
     blueprint = world.get_blueprint_library().find("vehicle.tesla.model3")
     cars: list[Any] = []
     for spot in world.get_map().get_spawn_points():

@@ -17,6 +17,7 @@ from carlette.errors import RequestError
 from carlette.geometry import Pose
 from carlette.sensors.scene import Scene
 from carlette.world.actor import Actor, Attributes
+from carlette.world.world import World
 
 Part = bytes | bytearray | memoryview
 Body = tuple[Part, ...]
@@ -54,6 +55,12 @@ class Sensor(ABC):
     def __init__(self, settings: Settings) -> None:
         """Reads the attributes; raises `RequestError` where one is out of its range."""
         self.period_s = settings.number("sensor_tick", 0.0, LONGEST_PERIOD_S) if "sensor_tick" in settings else 0.0
+
+    def load(self, world: World) -> None:  # noqa: B027
+        """Builds what takes long, such as a map's static scene, while the client still waits for its sensor.
+
+        A tick that took seconds would be over before the client's subscription is noticed, and be lost to it.
+        """
 
     def prepare(self, moment: Moment) -> None:  # noqa: B027
         """Begins what can run beside other work; called for all sensors that are due before the first `measure`."""

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from carlette.errors import RequestError
 from carlette.geometry import Floats
 from carlette.sensors.base import Body, Moment, Sensor, Settings
-from carlette.sensors.faces import Indices, Singles
+from carlette.sensors.faces import Indices, Singles, static_faces
 from carlette.sensors.scene import Sweep
+from carlette.world.world import World
 
 MOST_CHANNELS = 1024
 MOST_POINTS_PER_S = 20_000_000
@@ -72,6 +73,9 @@ class Fan(Sensor):
         self._turned_deg = 0.0
         """How far the head has turned, 0 up to the width."""
         self._has_warned = False
+
+    def load(self, world: World) -> None:
+        static_faces(world.roads)
 
     def pass_over(self, moment: Moment) -> None:
         self._turned_deg = math.fmod(self._turned_deg + self._step_deg(moment), self._width_deg)

@@ -11,9 +11,10 @@ import numpy as np
 from carlette.camera import tags
 from carlette.geometry import Floats
 from carlette.sensors.base import Body, Moment, Sensor, Settings
-from carlette.sensors.faces import Faces
+from carlette.sensors.faces import Faces, static_faces
 from carlette.sensors.frames import axes
 from carlette.world.actor import Actor, Kind
+from carlette.world.world import World
 
 TOUCH_M = 1e-3
 MOST_STEPS = 500
@@ -44,6 +45,9 @@ class ObstacleSensor(Sensor):
         self._kinds = DYNAMIC if settings.flag("only_dynamics") else SOLID
         self._sees_scenery = not settings.flag("only_dynamics")
         settings.flag("debug_linetrace")
+
+    def load(self, world: World) -> None:
+        static_faces(world.roads)
 
     def measure(self, moment: Moment) -> Iterator[Body]:
         world = moment.scene.world

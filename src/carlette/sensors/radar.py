@@ -9,8 +9,10 @@ import numpy as np
 
 from carlette.geometry import Floats
 from carlette.sensors.base import Body, Moment, Sensor, Settings
+from carlette.sensors.faces import static_faces
 from carlette.sensors.frames import axes
 from carlette.sensors.lidar import MOST_POINTS_PER_S, MOST_RANGE_M, MOST_RAYS, require_kernels
+from carlette.world.world import World
 
 
 class RadarSensor(Sensor):
@@ -32,6 +34,9 @@ class RadarSensor(Sensor):
         self._random: np.random.Generator | None = None
         self._before: tuple[float, Floats] | None = None
         """When and where the radar was last."""
+
+    def load(self, world: World) -> None:
+        static_faces(world.roads)
 
     def measure(self, moment: Moment) -> Iterator[Body]:
         own = self._velocity(moment)

@@ -53,7 +53,8 @@ def bring_in(session: Session, description: list[Any], transform: list[Any], par
     """Spawns what the wire describes."""
     type_id, attributes = description[1], encode.read_attributes(description[2], session.simulator.version)
     if type_id.startswith("sensor.") and type_id not in IN_THE_CLIENT:
-        make_sensor(type_id, attributes)  # what cannot be made is refused before it is there
+        # What cannot be made is refused before it is there.
+        make_sensor(type_id, attributes).load(session.world)
     return spawn(session.world, type_id, attributes, encode.read_pose(transform), parent)
 
 
