@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import pytest
+from serving import running_server
 
 pytestmark = pytest.mark.integration
 
 carla = pytest.importorskip("carla")
 
-CARLETTE_TESTS = Path(__file__).resolve().parent.parent / "carlette"
-
 
 @pytest.fixture(scope="module")
 def world():
-    sys.path.insert(0, str(CARLETTE_TESTS))
-    from serving import running_server
-
-    sys.path.remove(str(CARLETTE_TESTS))
     with running_server("--map", "grid_town") as port:
         client = carla.Client("127.0.0.1", port)
         client.set_timeout(20.0)

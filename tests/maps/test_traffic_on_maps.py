@@ -2,36 +2,21 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import pytest
-
-pytestmark = pytest.mark.integration
 
 pytest.importorskip("carla")
 
-CARLETTE_TESTS = Path(__file__).resolve().parent.parent / "carlette"
-CARS, TICKS = 25, 1200
+from test_traffic import serve, traffic
 
+pytestmark = pytest.mark.integration
 
-@pytest.fixture(scope="module")
-def runs(request):
-    """The traffic runs of carlette's own tests."""
-    sys.path.insert(0, str(CARLETTE_TESTS))
-    request.addfinalizer(lambda: sys.path.remove(str(CARLETTE_TESTS)))
-    spec = importlib.util.spec_from_file_location("traffic_runs", CARLETTE_TESTS / "test_traffic.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+CARS, TICKS = 25, 800
 
 
 @pytest.mark.parametrize("name", ["grid_town", "interurban", "motorway"])
-def test_cars_drive_a_minute_in_their_lanes(runs, name):
-    with runs.serve(name) as port:
-        result = runs.traffic(port, CARS, TICKS)
+def test_cars_drive_forty_seconds_in_their_lanes(name):
+    with serve(name) as port:
+        result = traffic(port, CARS, TICKS)
     assert result["cars"] == CARS
     assert result["moved"] == CARS
     assert result["median_m"] < 0.1
