@@ -380,6 +380,29 @@ def test_a_new_plan_ends_the_stop_where_the_ladder_says_so():
     assert isinstance(directives[-1], SafeStop)
 
 
+def test_no_words_end_a_stop_that_is_the_operators_and_the_call_stays_open():
+    def words(world, solver):
+        if world.time_s == 15.0:
+            solver.guide("go around it")
+            world.road = TWO_WAY
+
+    _, told, directives = stopped_world(Resume.OPERATOR, words, 25.0)
+    ended = next(e.text for e in told if e.kind is EventKind.GUIDANCE_ENDED)
+    assert "only the operator" in ended
+    assert isinstance(directives[-1], SafeStop)
+
+
+def test_a_passengers_words_may_end_the_stop_where_the_ladder_says_so():
+    def words(world, solver):
+        if world.time_s == 15.0:
+            solver.guide("go around it")
+            world.road = TWO_WAY
+
+    world, told, _ = stopped_world(Resume.CLEAR, words, 35.0)
+    assert "a plan was accepted" in [e.text for e in told if e.kind is EventKind.RELEASED]
+    assert world.x > 90.0
+
+
 # ---- never in the way
 
 

@@ -54,9 +54,11 @@ class Deliberation(People):
                 return self._resting
             text = f"I cannot get on: {why_stopped(self._asking.scene, self._failures.attempts)}. What shall I do?"
             self._question(now, QuestionKind.ADVICE, move.to, text, within_s=left)
-        looks = not (isinstance(move, Assist) and move.resume is Resume.OPERATOR)
+        if self._stop is not None and self._desk.pending is None:
+            # Another question, about a plan for a passenger's words, took the place of the call.
+            self._call_for_help(now, self._stop.reason)
         whom = move if isinstance(move, AskReasoner) else self._climb.lowest
-        if looks and whom is not None:
+        if whom is not None and self._resumes is not Resume.OPERATOR:
             self._ask(whom, status, trigger or Trigger.SPEED, read)
         return self._resting
 
@@ -90,8 +92,7 @@ class Deliberation(People):
     @property
     def _only_looks(self) -> bool:
         """In the stop of the last rung: does a plan of the reasoner not count?"""
-        move = self._climb.move
-        return self._stop is not None and self._words.now is None and getattr(move, "resume", None) is not Resume.PLAN
+        return self._stop is not None and self._words.now is None and self._resumes is not Resume.PLAN
 
     def _no_answer(self, status: Status, error: ReasonerError) -> None:
         self._begin(status)

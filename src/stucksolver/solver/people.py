@@ -30,8 +30,13 @@ class People(Core):
             self._failures.forget_attempts()
             if self._running.execution is None:
                 self._asking.drop()
+            pending = self._desk.pending
+            if pending is not None and pending.kind is not QuestionKind.ASSISTANCE:
                 self._desk.withdraw()
             self._tell(now, EventKind.GUIDANCE, words.text)
+            if self._stop is not None and self._resumes is Resume.OPERATOR:
+                self._end_words(now, "only the operator may end this stop")
+                return
         if self._words.expired(now):
             if self._running.execution is None:
                 self._asking.drop()
@@ -121,9 +126,17 @@ class People(Core):
         self._blocked_at_stop = still_blocked(scene)
         self._stop = SafeStop(reason=why)
         self._tell(now, EventKind.STOPPED, f"minimal risk condition: {why}")
-        self._question(now, QuestionKind.ASSISTANCE, "operator", f"The vehicle needs help: {why}")
+        self._call_for_help(now, why)
         self._climb.pause(now + move.look_every_s)
         return self._stop
+
+    def _call_for_help(self, now: float, why: str) -> None:
+        self._question(now, QuestionKind.ASSISTANCE, "operator", f"The vehicle needs help: {why}")
+
+    @property
+    def _resumes(self) -> Resume | None:
+        """What ends the stop, on the last rung."""
+        return self._climb.move.resume if isinstance(self._climb.move, Assist) else None
 
     def _release(self, now: float, why: str) -> None:
         """End the stop; the rung stays until the hand-back is verified."""
@@ -135,8 +148,7 @@ class People(Core):
 
     def _free_again(self) -> bool:
         """Has what stood in the way when the vehicle stopped gone?"""
-        move = self._climb.move
-        by_itself = isinstance(move, Assist) and move.resume is not Resume.OPERATOR
+        by_itself = self._resumes in (Resume.CLEAR, Resume.PLAN)
         return self._stop is not None and by_itself and self._blocked_at_stop and not still_blocked(self._asking.scene)
 
     def _helped_out(self, yes: bool, now: float) -> Directive:
