@@ -93,10 +93,10 @@ class CrossingTraffic:
         if junction.last + 1 >= len(route.waypoints) or (self._quiet and self.exit_gap_m == self.EXIT_GAP_M):
             return
         leave_s = float(route.s_m[junction.last])
-        first = route.waypoints[junction.last + 1]
         for k in range(self.EXIT_CARS):
             s = leave_s + self.exit_gap_m + k * self.SPACING_M
-            if s > route.length_m or route.at(s).is_junction or route.at(s).road_id != first.road_id:
+            way = route.waypoints[junction.last + 1 : route.index_at(s) + 1]
+            if s > route.length_m or any(waypoint.is_junction for waypoint in way):
                 return
             for slot in slots(route.at(s)):
                 lane = beside(route.at(s), slot)
