@@ -98,8 +98,8 @@ TWINS = {
     "a walker who may step off the kerb": (
         C.CLEARANCE,
         AHEAD,
-        World(TWO_WAY, [walker(-2.7)]),
-        World(TWO_WAY, [walker(-3.0)]),
+        World(TWO_WAY, [walker(-2.5)]),
+        World(TWO_WAY, [walker(-2.75)]),
     ),
     "a walker steps out": (
         C.COLLISION,

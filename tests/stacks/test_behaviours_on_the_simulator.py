@@ -1,4 +1,4 @@
-"""Each way of moving, from plan to pedals: the guard proves it, the stack drives it, the simulator says what happened."""
+"""Each way of moving, from plan to pedals: the guard proves it, the stack drives it, the simulator judges it."""
 
 from __future__ import annotations
 

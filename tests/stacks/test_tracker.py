@@ -33,7 +33,7 @@ KINDS = {
     "static.prop.dirtdebris01": ObjectKind.DEBRIS,
     "static.prop.plasticbag": ObjectKind.BAG,
     "static.prop.creasedbox01": ObjectKind.LITTER,
-    "static.prop.platformgarbage01": ObjectKind.PROP,
+    "static.prop.platformgarbage01": ObjectKind.DEBRIS,
     "static.prop.crossinggatepost": ObjectKind.CROSSING_GATE,
     "animal.dog": ObjectKind.ANIMAL,
     "static.prop.trashcan01": ObjectKind.PROP,

@@ -15,7 +15,7 @@ from stucksolver.scene.view import View
 
 CLEARANCE_M, NARROW_CLEARANCE_M = 1.2, 0.5
 """Planned lateral clearance beside what stands (room for a door ajar), and the least where the road is narrow."""
-VULNERABLE_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M = 1.9, 1.2
+VULNERABLE_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M = 1.7, 1.35
 """The same beside pedestrians and cyclists."""
 DOOR_M = 0.95
 """With less than this beside a vehicle (or less than wished beside people) the pass is done at walking pace."""

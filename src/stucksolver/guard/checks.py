@@ -6,6 +6,7 @@ import numpy as np
 
 from stucksolver.decision.behaviors import Release
 from stucksolver.guard.case import Case
+from stucksolver.guard.policy import rss_lateral, step_off
 from stucksolver.guard.predict import CROSSING_MPS, moving_gaps, profiles, relevant, standing_gaps, times
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Array
@@ -50,13 +51,12 @@ def _margins(case: Case, which: Array, speed: Array) -> Array:
     view, policy = case.view, case.policy
     drift = np.abs(view.vd[which])
     drift = np.where(drift > CROSSING_MPS, 0.0, drift)  # quicker ones are predicted to go on
-    aside = policy.moving_gap_m + drift * policy.reaction_s + drift**2 / (2 * policy.lateral_braking_mps2)
-    margin = np.where(view.moving[which] > 0, aside, policy.standing_gap_m)
+    margin = np.where(view.moving[which] > 0, rss_lateral(drift, policy), policy.standing_gap_m)
     margin = np.where(view.vulnerable[which] > 0, np.maximum(margin, policy.vulnerable_gap_m), margin)
     stepping = view.on_foot[which]
     if not stepping.any():
         return margin[None, :]
-    step = policy.step_mps * (policy.reaction_s / 2 + speed / (2 * policy.response_braking_mps2))
+    step = step_off(speed, view.ego.limits.max_braking_mps2, policy)
     result: Array = np.maximum(margin, step[:, None] * stepping)
     return result
 

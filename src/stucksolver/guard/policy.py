@@ -6,11 +6,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+
 from stucksolver.decision.behaviors import REGISTRY, Release
 from stucksolver.decision.codes import WaitLimits
+from stucksolver.scene.frenet import Array
 
 RULES = ("solid_line", "emergency_scene", "school_bus", "level_crossing", "flagger", "red_light")
 """Besides the names of behaviours, what a person may be asked to release. A red light: an operator only."""
+
+
+PERSON_M, SLOW_MPS = 0.5, 1.5
+"""Length of a person along the road; below that speed of ours a step off the kerb is answered by stopping."""
 
 
 @dataclass(frozen=True)
@@ -98,19 +105,24 @@ def rss_distance(rear_mps: float, front_mps: float, policy: GuardPolicy) -> floa
     return max(rear - front_mps**2 / (2 * policy.max_braking_mps2), 0.0)
 
 
-def rss_lateral(closing_mps: float, policy: GuardPolicy) -> float:
-    """Lateral gap to keep from what drifts towards us at a speed, metres.
+def rss_lateral(drift_mps: Array, policy: GuardPolicy) -> Array:
+    """Lateral gap to keep from what drifts aside at a speed, metres.
 
     Lemma 4 of the same paper with a steady ego, whose own path is known: mu + v rho + v^2 / (2 b_lat).
     """
-    drift = max(closing_mps, 0.0)
-    return policy.moving_gap_m + drift * policy.reaction_s + drift**2 / (2 * policy.lateral_braking_mps2)
+    result: Array = (
+        policy.moving_gap_m + drift_mps * policy.reaction_s + drift_mps**2 / (2 * policy.lateral_braking_mps2)
+    )
+    return result
 
 
-def step_off(speed_mps: float, policy: GuardPolicy) -> float:
+def step_off(speed_mps: Array, braking_mps2: float, policy: GuardPolicy) -> Array:
     """Lateral gap at which a pedestrian who steps off now cannot be met by our front, metres.
 
-    We either stop before them, or have passed: passing needs no longer than stopping would, rho + v / (2 b). The
-    stopping distance is that of RSS (Lemma 2 against a standing object), with half its reaction time: no human reacts.
+    Where we cannot stop before them, with half the reaction time of RSS (no human reacts) and the vehicle's hardest
+    braking, we are nearer than rho/2 v + v^2 / (2 b), and going on we are past them within
+    rho/2 + v / (2 b) + l / v seconds, l being their own length.
     """
-    return policy.step_mps * (policy.reaction_s / 2 + speed_mps / (2 * policy.response_braking_mps2))
+    passing = PERSON_M / np.maximum(speed_mps, SLOW_MPS)
+    result: Array = policy.step_mps * (policy.reaction_s / 2 + speed_mps / (2 * braking_mps2) + passing)
+    return result
