@@ -205,7 +205,7 @@ def test_surroundings_come_back_to_the_last_bit():
         seen = world.surroundings()
         road = packer.new_road(seen)
         if road is not None:
-            unpacker.add_road(road)
+            unpacker.add_road(road.model_dump(mode="json"))
         assert unpacker.unpack(json.loads(json.dumps(packer.pack(seen)))) == seen
         world.drive(None)
 

@@ -4,30 +4,46 @@ from __future__ import annotations
 
 from typing import Any
 
-from stucksolver.scene import RoadGeometry, Surroundings
+from pydantic_core import to_jsonable_python
+
+from stucksolver.scene import RoadGeometry, Surroundings, TrackedObject
+from stucksolver.scene.model import Model
 
 Data = dict[str, Any]
 
 
 class Packer:
-    """Makes differences. Use one for one file, in the order of its lines."""
+    """Makes differences. Use one for one file, in the order of its lines. It runs in the control loop, so it is quick:
+    what has not changed is compared, never written out."""
 
     def __init__(self) -> None:
-        self._last: Data | None = None
+        self._last: Surroundings | None = None
+        self._objects: dict[str, TrackedObject] = {}
         self._roads: set[str] = set()
 
-    def new_road(self, seen: Surroundings) -> Data | None:
-        """The road's JSON form, the first time that it is met."""
+    def new_road(self, seen: Surroundings) -> RoadGeometry | None:
+        """The road, the first time that it is met."""
         if seen.road.key in self._roads:
             return None
         self._roads.add(seen.road.key)
-        return seen.road.model_dump(mode="json")
+        return seen.road
 
     def pack(self, seen: Surroundings) -> Data:
-        """What differs from the surroundings packed before."""
-        now = _plain(seen)
-        packed = now if self._last is None else _difference(self._last, now)
-        self._last = now
+        """What differs from the surroundings packed before, as values of JSON."""
+        last, self._last = self._last, seen
+        packed = _changed(last, seen, without=("road", "objects"))
+        if last is None or last.road.key != seen.road.key:
+            packed["road"] = seen.road.key
+        objects = {o.id: o for o in seen.objects}
+        before, self._objects = self._objects, objects
+        if last is None or objects.keys() != before.keys() or tuple(objects) != tuple(before):
+            packed["ids"] = list(objects)
+        found = {}
+        for name, o in objects.items():
+            change = _changed(before.get(name), o)
+            if change:
+                found[name] = change
+        packed["objects"] = found
         return packed
 
 
@@ -50,26 +66,22 @@ class Unpacker:
         return Surroundings.model_validate({**rest, "objects": objects, "road": self._roads[now["road"]]})
 
 
-def _plain(seen: Surroundings) -> Data:
-    data = seen.model_dump(mode="json", exclude={"road", "objects"})
-    data["road"] = seen.road.key
-    data["ids"] = [o.id for o in seen.objects]
-    data["objects"] = {o.id: o.model_dump(mode="json") for o in seen.objects}
-    return data
-
-
-def _difference(old: Data, new: Data) -> Data:
-    """Keys whose values changed; tables are compared within. What is gone is told by `ids` alone."""
+def _changed(old: Model | None, new: Model, without: tuple[str, ...] = ()) -> Data:
+    """The fields of a record whose values are not those of another; of records within them, again only those."""
+    if old is new:
+        return {}
+    before = {} if old is None else vars(old)
     found: Data = {}
-    for key, value in new.items():
-        before = old.get(key)
-        if isinstance(value, dict) and isinstance(before, dict):
-            inside = _difference(before, value)
-            if inside:
-                found[key] = inside
-        elif key not in old or value != before:
-            found[key] = value
+    for name, value in vars(new).items():
+        was = before.get(name, _changed)
+        if name in without or value is was or value == was:
+            continue
+        found[name] = _changed(was, value) if isinstance(value, Model) and isinstance(was, Model) else _plain(value)
     return found
+
+
+def _plain(value: Any) -> Any:
+    return value if type(value) in (float, int, str, bool) or value is None else to_jsonable_python(value)
 
 
 def _applied(old: Data, change: Data) -> Data:

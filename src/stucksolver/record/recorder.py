@@ -18,8 +18,9 @@ LEAVE_S = 10.0
 class Recorder:
     """A witness of the solver: `StuckSolver(record=Recorder(folder))`. Legitimate waits leave no file.
 
-    Lines are made and written in a thread of its own. When that fails (a full disk), what has been written stays whole,
-    and the next call raises `RecordError`: the solver tells of it once and drives on without a record.
+    What changed is found in the control loop; lines are made and written in a thread of its own. When that fails (a
+    full disk), what has been written stays whole, and the next call raises `RecordError`: the solver tells of it once
+    and drives on without a record.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -90,7 +91,8 @@ class Recorder:
             raise self.error
         scroll = self._scroll
         if scroll is not None:
-            self._work.put(lambda: scroll.write(entry))
+            lines = scroll.compact(entry)
+            self._work.put(lambda: scroll.write(lines))
 
     def _finish(self, how: str) -> None:
         scroll, self._scroll = self._scroll, None

@@ -20,6 +20,7 @@ from stucksolver.detect import DetectorSettings
 from stucksolver.guard import Approvals, GuardPolicy
 from stucksolver.record.chain import ChainWriter, RecordError
 from stucksolver.record.compact import Packer
+from stucksolver.scene import RoadGeometry
 from stucksolver.solver.events import Event, Facts, Judgement, Tick
 from stucksolver.solver.execution import Outcome
 
@@ -28,6 +29,7 @@ POLICY: TypeAdapter[GuardPolicy] = TypeAdapter(GuardPolicy)
 APPROVALS: TypeAdapter[Approvals] = TypeAdapter(Approvals)
 DETECTOR: TypeAdapter[DetectorSettings] = TypeAdapter(DetectorSettings)
 MOST_FILES = 100_000
+Lines = list[tuple[str, "Event | RoadGeometry | dict[str, Any]"]]
 
 
 class Scroll:
@@ -46,18 +48,23 @@ class Scroll:
         self._line("begin", _facts(self._facts))
         return self._chain.path
 
-    def write(self, entry: Event | Judgement | Tick) -> None:
-        """Append what happened. Raises `RecordError`."""
+    def compact(self, entry: Event | Judgement | Tick) -> Lines:
+        """What an entry says, as lines: quick, for the control loop. Call it in the order in which things happen."""
         if isinstance(entry, Event):
-            self._line("event", {"event": self._event(entry)})
-            return
+            return [("event", entry)]
         road = self._packer.new_road(entry.surroundings)
-        if road is not None:
-            self._line("road", {"road": road})
-        if isinstance(entry, Judgement):
-            self._line("judged", self._judgement(entry))
-        else:
-            self._line("tick", self._tick(entry))
+        kind, data = ("judged", self._judgement(entry)) if isinstance(entry, Judgement) else ("tick", self._tick(entry))
+        return [(kind, data)] if road is None else [("road", road), (kind, data)]
+
+    def write(self, lines: Lines) -> None:
+        """Append them. Raises `RecordError`."""
+        for kind, said in lines:
+            if isinstance(said, Event):
+                self._line(kind, {"event": self._event(said)})
+            elif isinstance(said, RoadGeometry):
+                self._line(kind, {"road": said.model_dump(mode="json")})
+            else:
+                self._line(kind, said)
 
     def end(self, how: str) -> None:
         """The last line; a record without it was broken off."""
