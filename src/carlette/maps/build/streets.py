@@ -85,7 +85,7 @@ def road_element(road_id: int, name: str, start: Pose, segments: Iterable[Segmen
     """A road with its plan view and nothing else yet."""
     pieces = list(segments)
     length_m = sum(one.length_m for one in pieces)
-    road = Element("road", name=name, rule="RHT", length=number(length_m), id=str(road_id), junction=str(junction))
+    road = Element("road", name=name, length=number(length_m), id=str(road_id), junction=str(junction))
     view = Element("planView")
     s = 0.0
     for index, piece in enumerate(pieces):
@@ -105,7 +105,7 @@ def road_element(road_id: int, name: str, start: Pose, segments: Iterable[Segmen
 def complete_road(road: Element, kind: str, limit_kmh: float, heights: list[tuple[float, float]]) -> None:
     """Adds type, speed limit and elevation ((s, z) knots, level at each) around the plan view, in schema order."""
     kinds = Element("type", s="0", type=kind)
-    SubElement(kinds, "speed", max=number(limit_kmh), unit="km/h")
+    SubElement(kinds, "speed", max=f"{limit_kmh:g}", unit="km/h")
     view = road.find("planView")
     assert view is not None
     place = list(road).index(view)

@@ -41,6 +41,8 @@ class Through:
     """Somebody must be able to come from there and go straight on."""
     rightmost: bool = False
     """Only from the lane at the kerb, beside a sidewalk."""
+    trigger_m: int = _TRIGGER_BEFORE_M
+    """From the trigger to the junction."""
     extra: Extra = field(default=_nothing)
 
 
@@ -57,13 +59,13 @@ def sites(need: Through, ways: Ways) -> Iterator[Site]:
         if need.rightmost and not beside(mine.entry, carla.LaneType.Sidewalk):
             continue
         for number, (positions, fixed) in enumerate(need.extra(mine, ways)):
-            site = site_at(mine)
+            site = site_at(mine, need.trigger_m)
             yield replace(site, place=f"{site.place}#{number}", positions=positions, fixed=fixed)
 
 
 def site_at(mine: Movement, trigger_m: int = _TRIGGER_BEFORE_M, end_m: int = _END_AFTER_M) -> Site:
     """A route through a junction, without anything special."""
-    before = approach(mine.entry, trigger_m + _START_BEFORE_M - _TRIGGER_BEFORE_M)
+    before = approach(mine.entry, max(_START_BEFORE_M, trigger_m + _START_BEFORE_M - _TRIGGER_BEFORE_M))
     trigger = before[-trigger_m]
     inside = follow(mine.inside, 80, through=(mine.inside.road_id,))
     inside = tuple(one for one in inside if one.road_id == mine.inside.road_id)
@@ -159,7 +161,8 @@ NEEDS: Mapping[str, Through] = {
     "T_Junction": Through(_TURNS, arms=3),
     "VanillaNonSignalizedTurn": Through(_TURNS, frozenset({"yield", "none"})),
     "VanillaNonSignalizedTurnEncounterStopsign": Through(_TURNS, frozenset({"stop"})),
-    "VanillaSignalizedTurnEncounterGreenLight": Through(_TURNS, _LIT),
+    # Near enough to pass in the 5 s that the light stays green.
+    "VanillaSignalizedTurnEncounterGreenLight": Through(_TURNS, _LIT, trigger_m=20),
     "VanillaSignalizedTurnEncounterRedLight": Through(_TURNS, _LIT),
     "VehicleTurningRoute": Through(_TURNS),
     "VehicleTurningRoutePedestrian": Through(_TURNS, rightmost=True),
