@@ -51,6 +51,8 @@ class Sensor(ABC):
 
     wire_type: ClassVar[int]
     """The sensor's number in the header of its messages."""
+    is_ready_later: ClassVar[bool] = False
+    """`prepare` takes over all that `measure` needs, so that `measure` may wait until the snapshot has been sent."""
 
     def __init__(self, settings: Settings) -> None:
         """Reads the attributes; raises `RequestError` where one is out of its range."""

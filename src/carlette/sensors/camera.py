@@ -30,6 +30,8 @@ _HEADER = struct.Struct("<IIf")
 class Camera(Sensor):
     """A camera: `image_size_x`, `image_size_y` and `fov` count; lens, exposure and colour attributes have no effect."""
 
+    is_ready_later: ClassVar[bool] = True
+
     def __init__(self, settings: Settings) -> None:
         super().__init__(settings)
         self.width = settings.whole("image_size_x", 1, LARGEST_PX)

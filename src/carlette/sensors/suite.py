@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from carlette.errors import RequestError
@@ -44,8 +45,8 @@ class Suite:
         self._cast = Cast()
         self._mounts: dict[int, Mount] = {}
         self._roster = (-1, -1)
-        self._messages: list[tuple[int, bytes, Body]] = []
-        """Stream, header and body of what is measured and not sent yet."""
+        self._asked: list[tuple[Mount, bytes, Callable[[], list[Body]]]] = []
+        """Who measured in the last tick, the header of the messages, and where to get their bodies."""
 
     def measure(self, world: World) -> None:
         """Asks all sensors that are due in the tick which `world` has just made; `publish` sends what they say."""
@@ -59,22 +60,23 @@ class Suite:
             mount.sensor.prepare(moment)
         for mount, moment in due:
             if self._is_heard(mount):
-                self._messages += self._ask(mount, moment)
+                self._ask(mount, moment)
             else:
                 mount.sensor.pass_over(moment)
 
     def publish(self) -> None:
         """Sends what was measured; nothing that came after the tick can change it."""
-        for stream_id, header, body in self._messages:
-            self._hub.publish(stream_id, header, *body)
-        self._messages.clear()
+        asked, self._asked = self._asked, []
+        for mount, header, bodies in asked:
+            for body in bodies():
+                self._hub.publish(mount.stream_id, header, *body)
 
     def close(self) -> None:
         """Ends all sensors."""
         for mount in self._mounts.values():
             mount.sensor.close()
         self._mounts.clear()
-        self._messages.clear()
+        self._asked.clear()
         self._roster = (-1, -1)
 
     def _update_mounts(self, world: World) -> None:
@@ -115,16 +117,20 @@ class Suite:
     def _moment(self, mount: Mount, scene: Scene) -> Moment:
         return Moment(scene, mount.actor, scene.world.pose(mount.actor), self._wire)
 
-    def _ask(self, mount: Mount, moment: Moment) -> list[tuple[int, bytes, Body]]:
-        world = moment.scene.world
-        header = sensor_header(
-            mount.sensor.wire_type, world.frame, world.elapsed_s, (*moment.pose.location, *moment.pose.rotation)
-        )
-        try:
-            return [(mount.stream_id, header, body) for body in mount.sensor.measure(moment)]
-        except Exception:
-            # One broken sensor must not end the server for all clients.
-            if not mount.has_failed:
-                log.exception("sensor %d (%s) failed in frame %d", mount.actor.id, mount.actor.type_id, world.frame)
-            mount.has_failed = True
-            return []
+    def _ask(self, mount: Mount, moment: Moment) -> None:
+        world, pose = moment.scene.world, moment.pose
+        stamp = (*pose.location, *pose.rotation)
+        header = sensor_header(mount.sensor.wire_type, world.frame, world.elapsed_s, stamp)
+        said = partial(_said, mount, moment) if mount.sensor.is_ready_later else _said(mount, moment).copy
+        self._asked.append((mount, header, said))
+
+
+def _said(mount: Mount, moment: Moment) -> list[Body]:
+    try:
+        return list(mount.sensor.measure(moment))
+    except Exception:
+        # One broken sensor must not end the server for all clients.
+        if not mount.has_failed:
+            log.exception("sensor %d (%s) failed; it sends nothing", mount.actor.id, mount.actor.type_id)
+        mount.has_failed = True
+        return []
