@@ -115,7 +115,7 @@ def _connecting_road(
         point = "end" if arm.at_end else "start"
         SubElement(link, tag, elementType="road", elementId=str(arm.road_id), contactPoint=point)
     street = incoming.street
-    complete_road(road, street.section.kind, street.speed_kmh, [(0.0, node.z)])
+    complete_road(road, street.section.kind, street.section.limit_kmh, [(0.0, node.z)])
     holder = SubElement(SubElement(road, "lanes"), "laneSection", s="0")
     centre = SubElement(SubElement(holder, "center"), "lane", id="0", type="none", level="false")
     centre.append(mark_element(NONE))

@@ -21,8 +21,6 @@ class Node:
     y: float
     z: float = 0.0
     reach_m: float = 19.0
-    phases: Literal["opposite", "each"] = "opposite"
-    """Which lights have green together: those of opposite arms, or each for itself."""
     crosswalks: bool = True
 
 
@@ -76,19 +74,26 @@ class Street:
     """(share of the length, height in metres) between the two nodes' own heights; level at each."""
     crossings: tuple[Crossing, ...] = ()
     blocks: tuple[Block, ...] = ()
-    limit_kmh: float | None = None
-    """Instead of the section's."""
 
-    @property
-    def speed_kmh(self) -> float:
-        """The speed limit."""
-        return self.limit_kmh or self.section.limit_kmh
+
+class PlanError(ValueError):
+    """A plan does not hold together; the message names the street and the remedy."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A whole map."""
+    """A whole map. Raises `PlanError` where a street ends nowhere or two nodes share a name."""
 
     name: str
     nodes: Sequence[Node]
     streets: Sequence[Street]
+
+    def __post_init__(self) -> None:
+        names = [node.name for node in self.nodes]
+        twins = {name for name in names if names.count(name) > 1}
+        if twins:
+            raise PlanError(f"map '{self.name}' has two nodes called '{min(twins)}'; give each a name of its own")
+        for street in self.streets:
+            for end in (street.start, street.end):
+                if end.node not in names:
+                    raise PlanError(f"'{street.name}' ends at '{end.node}', which is no node; add it or mend the name")

@@ -49,10 +49,6 @@ class Section:
     limit_kmh: float
     kind: Literal["town", "rural", "motorway"] = "town"
 
-    def driving(self, side: Literal["left", "right"]) -> int:
-        """How many driving lanes a side has."""
-        return sum(lane.kind == "driving" for lane in getattr(self, side))
-
     def half_width_m(self) -> float:
         """From the reference line to the outer edge of what wheels may touch, on the wider side."""
         return max(sum(lane.width_m for lane in side if lane.kind != "sidewalk") for side in (self.left, self.right))

@@ -60,7 +60,7 @@ def street_roadside(road: Road, ids: count[int]) -> Roadside:
         if driving:
             ends = arm.outgoing_id(driving[0]), arm.outgoing_id(driving[-1])
             place = _beside(arm, _LIMIT_AFTER_M, leaving=True)
-            yield arm.road_id, "signals", _signal(LIMIT, next(ids), place, ends, road.street.speed_kmh)
+            yield arm.road_id, "signals", _signal(LIMIT, next(ids), place, ends, road.street.section.limit_kmh)
     for crossing in road.street.crossings:
         yield from _crossing(road, crossing, ids)
     for block in road.street.blocks:
@@ -94,7 +94,7 @@ def _phases(junction: Junction) -> list[list[Arm]]:
     for arm in junction.arms:
         if arm.end.control != "light":
             continue
-        for group in groups if junction.node.phases == "opposite" else ():
+        for group in groups:
             if abs(math.remainder(arm.pose.yaw_rad - group[0].pose.yaw_rad, 2 * math.pi)) > math.radians(150):
                 group.append(arm)
                 break

@@ -72,7 +72,7 @@ def build_street(street: Street, road_id: int, nodes: Mapping[str, Node], juncti
     link = SubElement(element, "link")
     SubElement(link, "predecessor", elementType="junction", elementId=str(junction_ids[start.name]))
     SubElement(link, "successor", elementType="junction", elementId=str(junction_ids[end.name]))
-    complete_road(element, street.section.kind, street.speed_kmh, _heights(street, start, end, length_m))
+    complete_road(element, street.section.kind, street.section.limit_kmh, _heights(street, start, end, length_m))
     _add_lanes(element, street.section)
     arms = (
         Arm(street, road_id, length_m, at_end, where, pose)
