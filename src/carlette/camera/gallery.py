@@ -138,15 +138,15 @@ def _weather(**values: float) -> Callable[[Studio], View]:
 def _lights(studio: Studio) -> View:
     studio.put("vehicle.lincoln.mkz_2020", 7.0, -3.4, lights=BRAKE, color="88,88,88")
     studio.put("vehicle.tesla.model3", 7.0, 0.2, lights=RIGHT | LEFT, color="22,62,120")
-    studio.put("vehicle.nissan.patrol_2021", 15.0, -3.6, lights=REVERSE, color="255,255,255")
-    studio.put("vehicle.audi.etron", 15.0, 0.4, lights=LEFT, color="178,174,162")
-    return studio.view(right_m=-1.2, ticks=2)
+    studio.put("vehicle.nissan.patrol_2021", 10.0, -7.2, lights=REVERSE, color="255,255,255")
+    studio.put("vehicle.audi.etron", 17.0, -1.9, lights=LEFT, color="178,174,162")
+    return studio.view(right_m=-2.2, ticks=2)
 
 
 def _door(studio: Studio) -> View:
-    car = studio.put("vehicle.lincoln.mkz_2020", 8.0, 0.6, color="180,44,44")
+    car = studio.put("vehicle.lincoln.mkz_2020", 6.8, 0.4, color="180,44,44")
     studio.world.doors.move(car.row, car.box, 0, True)
-    other = studio.put("vehicle.mini.cooper_s_2021", 10.0, -6.6, 180.0, color="178,174,162")
+    other = studio.put("vehicle.mini.cooper_s_2021", 8.0, -6.0, 180.0, color="178,174,162")
     studio.world.doors.move(other.row, other.box, ALL, True)
     return studio.view(right_m=-1.8)
 
@@ -166,15 +166,15 @@ def _litter(studio: Studio) -> View:
     rows = ("paperbag", "rock", "cardboardbox"), ("plasticbag", "tyre", "dirtdebris01"), ("box01", "trashbag", "ball")
     for row, names in enumerate(rows):
         for column, name in enumerate(names):
-            studio.put(f"static.prop.{name}", 3.6 + 2.0 * row, -2.6 + 2.0 * column + 0.2 * row, 160.0)
-    return studio.view(right_m=-0.6, up_m=1.5, pitch_deg=-16.0)
+            studio.put(f"static.prop.{name}", 2.9 + 1.7 * row, -2.3 + 1.6 * column + 0.2 * row, 160.0)
+    return studio.view(right_m=-0.7, up_m=1.4, pitch_deg=-18.0)
 
 
 def _cyclist(studio: Studio) -> View:
-    studio.put("vehicle.gazelle.omafiets", 6.0, -0.6, 15.0, color="22,62,120")
-    studio.put("vehicle.bh.crossbike", 8.0, -4.5, 160.0, color="120,20,20")
-    studio.put("vehicle.kawasaki.ninja", 9.5, 0.6, 10.0, color="60,140,60")
-    studio.put("vehicle.vespa.zx125", 7.0, 2.6, 200.0, color="230,230,220")
+    studio.put("vehicle.gazelle.omafiets", 5.4, -2.2, 62.0, color="22,62,120")
+    studio.put("vehicle.bh.crossbike", 6.0, -4.9, 140.0, color="120,20,20")
+    studio.put("vehicle.kawasaki.ninja", 6.0, 0.5, 40.0, color="60,140,60")
+    studio.put("vehicle.vespa.zx125", 6.0, 2.8, 240.0, color="230,230,220")
     return studio.view(right_m=-1.0, up_m=1.5, ticks=2)
 
 
@@ -203,9 +203,9 @@ def _flagger(studio: Studio) -> View:
 
 
 def _school_bus(studio: Studio) -> View:
-    bus = studio.put("vehicle.carlette.schoolbus", 16.0, 0.2, lights=FLASH | BRAKE)
+    bus = studio.put("vehicle.carlette.schoolbus", 11.5, 0.2, lights=FLASH | BRAKE)
     studio.world.doors.move(bus.row, bus.box, STOP_ARM, True)
-    studio.walk(studio.put("walker.pedestrian.0010", 10.0, 3.6, 0.0), 0.8)
+    studio.walk(studio.put("walker.pedestrian.0010", 6.5, 3.6, 0.0), 0.8)
     studio.put("vehicle.audi.a2", 20.0, -7.0, 180.0, color="88,88,88")
     return studio.view(right_m=-2.2, up_m=1.8, pitch_deg=-1.0)
 

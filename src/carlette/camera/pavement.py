@@ -19,6 +19,7 @@ GUTTER: Color = (112, 111, 108)
 SLABS: Color = (168, 163, 154)
 KERB: Color = (196, 193, 186)
 VERGE: Color = (104, 128, 70)
+SOIL: Color = (120, 114, 104)
 CYCLEWAY: Color = (128, 84, 76)
 WHITE: Color = (236, 236, 230)
 YELLOW: Color = (238, 178, 28)
@@ -55,6 +56,8 @@ class Pavement:
     """Quads of all lanes, (n, 4, 2): where nothing else may stand."""
     driving: list[Floats] = field(default_factory=list)
     """Those of them that cars drive on."""
+    junctions: dict[int, list[Floats]] = field(default_factory=dict)
+    """Quads (n, 4, 3) of the lanes of each junction."""
     edges: list[tuple[Road, Floats, Floats]] = field(default_factory=list)
     """Outermost borders: road, world points (n, 3) and outward directions (n, 2), each about a step apart."""
 
@@ -95,10 +98,14 @@ def _lane(made: Pavement, road: Road, s: Floats, place: tuple[Lane, Floats, Floa
         return
     plain = JUNCTION if road.junction >= 0 else ASPHALT
     color, tag = _FLOORS.get(lane.kind, (plain, tags.ROAD))
+    if road.junction >= 0 and color == GUTTER:
+        color = plain  # where turns cross, a gutter would cross lanes
     up_m = _RAISED.get(lane.kind, 0.0)
     strip = _strip(road, s, inner, outer, up_m, up_m)
     made.floor.append(quads(strip, color, tag))
     made.lanes.append(strip[..., :2])
+    if road.junction >= 0:
+        made.junctions.setdefault(road.junction, []).append(strip)
     if (color, tag) == (plain, tags.ROAD):
         made.driving.append(strip[..., :2])
 
@@ -138,7 +145,9 @@ def _outside(made: Pavement, road: Road, s: Floats, borders: list[tuple[Lane, Fl
         lane = side[-1][0] if side else None
         t = side[-1][2] if side else road.offset.at(s)
         up_m = _RAISED.get(lane.kind, 0.0) if lane else 0.0
-        made.floor.append(quads(_wall(road, s, t, up_m, sign, SKIRT_M), (120, 114, 104), tags.TERRAIN))
+        made.floor.append(
+            quads(_wall(road, s, t, up_m, sign, SKIRT_M), JUNCTION if road.junction >= 0 else SOIL, tags.TERRAIN)
+        )
         points, beyond = road.points(s, t), road.points(s, t + sign)
         made.edges.append((road, points, (beyond - points)[:, :2]))
 

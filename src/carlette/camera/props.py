@@ -108,20 +108,31 @@ def _carton(builder: Builder, box: Box, name: str) -> None:
 
 
 def _paper_bag(builder: Builder, box: Box, name: str) -> None:
-    """Brown paper, crumpled at its open top."""
+    """Brown paper with two handles, open and a little crumpled at the top."""
     del name
     (hx, hy, hz), low = box.extent, _low(box)
-    base: list[Point] = [(hx * a * 0.92, hy * b * 0.92, low) for a, b in _RING]
-    waist: list[Point] = [(hx * a, hy * b, low + 1.5 * hz) for a, b in _RING]
-    rim: list[Point] = [
-        (hx * a * 0.55 + 0.03, hy * b * 0.95, low + 2 * hz - (0.03 if a > 0 else 0.0)) for a, b in _RING
-    ]
-    builder.hull(base, waist, (198, 156, 102))
-    builder.hull(waist, rim, (214, 174, 118), (120, 90, 56))
+    top = low + 1.6 * hz
+    base: list[Point] = [(hx * a * 0.9, hy * b * 0.94, low) for a, b in _RING]
+    waist: list[Point] = [(hx * a, hy * b, low + 0.9 * hz) for a, b in _RING]
+    rim: list[Point] = [(hx * a * 0.84 + 0.01 * b, hy * b * 0.97, top - 0.02 * (a * b > 0)) for a, b in _RING]
+    builder.hull(base, waist, (190, 146, 92))
+    builder.hull(waist, rim, (206, 164, 108), (84, 60, 38))
+    for side in (0.8, -0.8):
+        ends = [
+            (side * hx, part * hy, z)
+            for part, z in ((-0.45, top - 0.02), (-0.3, low + 1.97 * hz), (0.3, low + 1.97 * hz), (0.45, top - 0.02))
+        ]
+        for one, other in itertools.pairwise(ends):
+            builder.limb(one, other, 0.018, 0.018, (150, 108, 62))
     for side in (1.0, -1.0):
-        builder.plate((0.0, side * (hy + 0.004), low + 0.8 * hz), (1.1 * hx, 0.5 * hz), (0, side, 0), (176, 132, 82))
-        builder.plate(
-            (side * (hx * 0.985 + 0.006), 0.0, low + 0.8 * hz), (0.05 * hy, 1.3 * hz), (side, 0, 0), (160, 118, 72)
+        builder.face(
+            [
+                (side * (hx + 0.004), -0.5 * hy, low + 0.9 * hz),
+                (side * (hx * 0.86 + 0.004), 0.0, top - 0.03),
+                (side * (hx + 0.004), 0.5 * hy, low + 0.9 * hz),
+            ],
+            (176, 134, 82),
+            (side, 0, 0),
         )
 
 

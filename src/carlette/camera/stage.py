@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from carlette.camera import furniture, tags
+from carlette.camera.junctions import fill_gaps
 from carlette.camera.light import Light
 from carlette.camera.lines import read_roads
 from carlette.camera.mesh import EMPTY, Mesh, corner_colors, quads
@@ -86,7 +87,7 @@ def build_stage(network: RoadNetwork) -> Stage:
     taken += [(one.pose.location.x, one.pose.location.y) for one in signals]
     items = scenery(pavement, zlib.crc32(network.file.text.encode("utf-8", "surrogateescape")), taken)
     cells = _Cells()
-    cells.spread(SOLID, [*pavement.floor, _terrain(pavement)])
+    cells.spread(SOLID, [*pavement.floor, *fill_gaps(pavement), _terrain(pavement)])
     cells.spread(PAINT, paint)
     cells.spread(WATER, [_puddles(pavement)])
     for mesh, place in posts:

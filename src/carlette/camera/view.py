@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.camera.raster import Singles
-from carlette.geometry import Floats, Pose, Rotation, Vector, rotate
+from carlette.geometry import Floats, Pose, Rotation
 
 NEAR_M, FAR_M = 0.1, 1000.0
 
@@ -76,13 +76,21 @@ class View:
 
 
 def axes_of(rotation: Rotation) -> Floats:
-    """Rows: the x, y and z axis of a frame with CARLA's rotation."""
-    return np.array([rotate(one, rotation) for one in (Vector(x=1.0), Vector(y=1.0), Vector(z=1.0))])
+    """Rows: the x, y and z axis of a frame with CARLA's rotation (as `carlette.geometry.rotate` has it)."""
+    (cp, sp), (cy, sy), (cr, sr) = ((math.cos(math.radians(a)), math.sin(math.radians(a))) for a in rotation)
+    return np.array(
+        (
+            (cp * cy, cp * sy, sp),
+            (cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, -cp * sr),
+            (-cy * sp * cr - sy * sr, -sy * sp * cr + cy * sr, cp * cr),
+        )
+    )
 
 
 def matrix_of(pose: Pose) -> Floats:
     """4x4, from the frame of `pose` to the world."""
-    matrix = np.eye(4)
+    matrix = np.zeros((4, 4))
+    matrix[3, 3] = 1.0
     matrix[:3, :3] = axes_of(pose.rotation).T
     matrix[:3, 3] = pose.location
     return matrix

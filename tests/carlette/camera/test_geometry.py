@@ -13,8 +13,8 @@ from straight import add
 
 from carlette.camera import tags
 from carlette.camera.painter import Painter
-from carlette.camera.view import View
-from carlette.geometry import Pose, Rotation, Vector
+from carlette.camera.view import View, axes_of
+from carlette.geometry import Pose, Rotation, Vector, rotate
 from carlette.world.rays import cast as cast_ray
 
 
@@ -151,3 +151,10 @@ def test_the_same_painter_serves_any_sequence_of_sizes(world) -> None:
         painter.rgb(camera.shot, View(camera.view.pose, *size, 90.0))
         painter.depth(camera.shot, View(camera.view.pose, *size, 90.0))
     assert (painter.rgb(camera.shot, camera.view) == first).all()
+
+
+@given(st.floats(-180, 180), st.floats(-90, 90), st.floats(-180, 180))
+def test_cameras_turn_as_actors_do(yaw, pitch, roll) -> None:
+    rotation = Rotation(pitch, yaw, roll)
+    expected = [rotate(one, rotation) for one in (Vector(x=1.0), Vector(y=1.0), Vector(z=1.0))]
+    assert axes_of(rotation) == pytest.approx(np.array(expected), abs=1e-9)
