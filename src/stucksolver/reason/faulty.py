@@ -35,7 +35,7 @@ Choose = Callable[["Faulty", Scene], tuple[Behavior, ...]]
 class Faulty:
     """Answers every scene with a plan from `choose`, always sure that the vehicle is immobilized.
 
-    `delay_s`: wall time before each answer; `cancel` ends it.
+    `delay_s`: wall time before an answer; `cancel` ends it, and no other question is waited for after that.
     """
 
     def __init__(self, name: str, choose: Choose, seed: int = 0, delay_s: float = 0.0) -> None:
@@ -52,6 +52,8 @@ class Faulty:
     def decide(self, scene: Scene) -> Decision:
         self.calls += 1
         self.scenes.append(scene)
+        if self._cancelled and self._delay_s:
+            raise ReasonerError("still silent")
         call, until = self.calls, time.monotonic() + self._delay_s
         while time.monotonic() < until:
             if self._cancelled >= call:
