@@ -29,6 +29,7 @@ TESTS = Path(__file__).resolve().parents[1] / "tests" / "carlette"
 REPORT_S = 30.0
 MOST_NOISE_BYTES = 400
 OURS = "Traceback"
+LOG = "errors.log"
 
 
 def fuzz(minutes: float, seed: int) -> dict[str, Any]:
@@ -37,7 +38,8 @@ def fuzz(minutes: float, seed: int) -> dict[str, Any]:
     nonsense = __import__("nonsense")
     counts: Counter[str] = Counter()
     end = time.monotonic() + 60.0 * minutes
-    with tempfile.NamedTemporaryFile("a+") as log, _server(log.name) as (port, process):
+    with tempfile.TemporaryDirectory() as folder, _server(Path(folder)) as (port, process):
+        log = Path(folder) / LOG
         healthy, warm_mb, reported = nonsense.Healthy(port), 0.0, time.monotonic()
         while time.monotonic() < end:
             seed += 1
@@ -45,12 +47,12 @@ def fuzz(minutes: float, seed: int) -> dict[str, Any]:
                 _one(nonsense, port, random.Random(seed), counts)
                 healthy.check()
             except (AssertionError, OSError) as error:
-                last = Path(log.name).read_text(errors="replace")[-2000:]
+                last = log.read_text(errors="replace")[-2000:]
                 raise SystemExit(f"{last}\nseed {seed}: {error!r}; exit status {process.poll()}") from error
             if time.monotonic() - reported > REPORT_S:
                 reported, warm_mb = time.monotonic(), warm_mb or resident_mb(process.pid)
                 print(f"seed {seed}: {dict(counts)}, {resident_mb(process.pid):.0f} MB", file=sys.stderr, flush=True)
-        errors = Path(log.name).read_text(errors="replace").count(OURS)
+        errors = log.read_text(errors="replace").count(OURS)
         memory = {"memory_mb_warm": warm_mb, "memory_mb_end": resident_mb(process.pid)}
         return {"minutes": minutes, **counts, "checks": sum(counts.values()), "errors_in_log": errors, **memory}
 
@@ -86,11 +88,13 @@ def _say(nonsense: Any, port: int, data: bytes, chance: random.Random) -> None:
 
 
 @contextmanager
-def _server(log: str) -> Iterator[tuple[int, subprocess.Popen[str]]]:
+def _server(folder: Path) -> Iterator[tuple[int, subprocess.Popen[str]]]:
     command = [sys.executable, "-m", "carlette", "--port", "0", "--map", "demo_town", "--exit-on-stdin-eof"]
     with (
-        open(log, "a") as errors,
-        subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, text=True) as process,
+        (folder / LOG).open("a") as errors,
+        subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, text=True, cwd=folder
+        ) as process,
     ):
         try:
             ready = READY.search(process.stdout.readline() if process.stdout else "")

@@ -7,15 +7,18 @@ import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
 READY = re.compile(r"carlette: listening on (\S+):(\d+) map=(\S+)")
 
 
 @contextmanager
-def running_server(*arguments: str, program: Sequence[str] = ("-m", "carlette")) -> Iterator[int]:
-    """A server on a free port, which it yields; ends with the block, and with this process."""
+def running_server(
+    *arguments: str, program: Sequence[str] = ("-m", "carlette"), folder: Path | None = None
+) -> Iterator[int]:
+    """A server (in that folder) on a free port, which it yields; ends with the block, and with this process."""
     command = [sys.executable, *program, "--port", "0", "--exit-on-stdin-eof", *arguments]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=folder) as process:
         try:
             assert process.stdout is not None
             ready = READY.fullmatch(process.stdout.readline().strip())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import struct
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -16,7 +17,16 @@ Call = Callable[..., Any]
 
 log = logging.getLogger(__name__)
 
-BAD_ARGUMENTS = (TypeError, ValueError, IndexError, OverflowError, AttributeError, KeyError, RuntimeError)
+BAD_ARGUMENTS = (
+    TypeError,
+    ValueError,
+    IndexError,
+    OverflowError,
+    AttributeError,
+    KeyError,
+    RuntimeError,
+    struct.error,
+)
 """What reading arguments of the wrong shape raises; RuntimeError comes from the carla library's map queries."""
 
 

@@ -31,8 +31,9 @@ FUZZ = settings(max_examples=100, deadline=None, derandomize=True, suppress_heal
 
 
 @pytest.fixture(scope="module")
-def port() -> Iterator[int]:
-    with running_server("--map", "demo_town") as port:
+def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
+    # Recordings are files in the folder in which the server was started.
+    with running_server("--map", "demo_town", folder=tmp_path_factory.mktemp("fuzz")) as port:
         yield port
 
 

@@ -28,8 +28,9 @@ def get_episode_info(session: Session) -> Any:
 
 @methods.value("get_sensor_token")
 def get_sensor_token(session: Session, stream_id: int) -> Any:
+    token = session.simulator.token(stream_id)
     session.simulator.hub.expect(stream_id)
-    return [session.simulator.token(stream_id)]
+    return [token]
 
 
 @methods.value("get_episode_settings")
