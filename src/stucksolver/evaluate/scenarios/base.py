@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from random import Random
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import carla
 
@@ -15,6 +15,7 @@ from stucksolver.evaluate.background import Background
 from stucksolver.evaluate.routes.route import ScenarioSpec
 from stucksolver.evaluate.scenarios.setting import Setting
 
+Expected = Literal["recover", "wait", "ask", "reroute"]
 LONG_S = 240.0
 """The time limit of most types."""
 
@@ -44,6 +45,10 @@ class Scenario(ABC):
     """What the map must have, for the documentation."""
     blueprints: ClassVar[tuple[str, ...]] = ()
     """Blueprints it cannot do without."""
+    expected: ClassVar[Expected | None] = None
+    """What is right here, where a scenario is judged by that."""
+    suspends: ClassVar[frozenset[str]] = frozenset()
+    """Criteria that are off while it runs."""
     extra_criteria: ClassVar[frozenset[str]] = frozenset()
     """Criteria that count a second time while it runs."""
     keeps_suspended: ClassVar[frozenset[str]] = frozenset()

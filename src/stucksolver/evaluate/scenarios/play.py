@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stucksolver.evaluate.routes.route import ScenarioSpec
-from stucksolver.evaluate.scenarios.base import Scenario, ScenarioError, Unsupported
+from stucksolver.evaluate.scenarios.base import Expected, Scenario, ScenarioError, Unsupported
 from stucksolver.evaluate.scenarios.registry import scenario_type
 from stucksolver.evaluate.scenarios.setting import Setting
 
@@ -65,6 +65,11 @@ class Play:
         return all(part.over for part in self._parts)
 
     @property
+    def expected(self) -> Expected | None:
+        """What the first scenario that is judged by it says is right: recover, wait, ask or reroute."""
+        return next((p.scenario.expected for p in self._parts if p.scenario.expected is not None), None)
+
+    @property
     def suspended(self) -> frozenset[str]:
         """Criteria that are switched off now: `blocked`, `wrong_lane`, `route_deviation`."""
         off = {name for part in self._parts for name in part.scenario.suspended}
@@ -113,6 +118,7 @@ class Play:
 
     def _start(self, part: _Part, time_s: float) -> None:
         part.script, part.started_s = part.scenario.script(), time_s
+        part.scenario.suspended |= part.scenario.suspends
         self._note(time_s, part, "started", f"{part.scenario.type} begins", 0.0)
 
     def _go_on(self, part: _Part, script: Iterator[None], time_s: float) -> None:

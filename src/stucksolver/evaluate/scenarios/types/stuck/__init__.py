@@ -1,0 +1,1 @@
+"""Stuck situations that the public types lack, and controls in which doing nothing is right."""

@@ -1,0 +1,19 @@
+"""ClosedBoxInLane."""
+
+from __future__ import annotations
+
+from stucksolver.evaluate.scenarios.moves.stuck import Stuck
+from stucksolver.evaluate.scenarios.registry import scenario
+
+
+@scenario
+class ClosedBoxInLane(Stuck):
+    """A closed box lies in the only lane, and nobody knows what is in it: go round it, never over it."""
+
+    type = "ClosedBoxInLane"
+    expected = "recover"
+    suspends = frozenset({"blocked"})
+    blueprints = ("static.prop.cardboardbox",)
+
+    def stage(self) -> None:
+        self.put("static.prop.cardboardbox")

@@ -1,0 +1,35 @@
+"""DoubleParkedVan."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver.evaluate.scenarios.moves.crossing import walk_for
+from stucksolver.evaluate.scenarios.moves.stuck import Stuck
+from stucksolver.evaluate.scenarios.registry import scenario
+
+VAN, PERSON = "vehicle.mercedes.sprinter", "walker.pedestrian.0002"
+WALK_MPS, WALK_M = 1.2, 3.0
+
+
+@scenario
+class DoubleParkedVan(Stuck):
+    """A delivery van stands in the only lane with its hazard lights on, a person at work beside it: pass with room."""
+
+    type = "DoubleParkedVan"
+    expected = "recover"
+    suspends = frozenset({"blocked", "wrong_lane"})
+    blueprints = (VAN, PERSON)
+
+    def stage(self) -> None:
+        self._van = self.put_disabled(VAN, right_m=0.2)
+        aside_m = self._van.half_width_m + 0.9
+        self._person = self.put(PERSON, -self._van.half_length_m, aside_m)
+
+    def happen(self) -> Iterator[None]:
+        yaw = self.ahead(self.distance_m).transform.rotation.yaw
+        end_s = self.s_at(self.distance_m) + 10.0
+        while self.gap_m(end_s) > 0.0:
+            for turn_deg in (0.0, 180.0):
+                yield from walk_for(self, self._person, yaw + turn_deg, WALK_MPS, WALK_M)
+                yield from self.wait(2.0)

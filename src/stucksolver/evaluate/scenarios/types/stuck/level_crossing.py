@@ -1,0 +1,41 @@
+"""LevelCrossing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import carla
+
+from stucksolver.evaluate.scenarios.moves.places import beside, edge_m
+from stucksolver.evaluate.scenarios.moves.stuck import Stuck
+from stucksolver.evaluate.scenarios.registry import scenario
+
+GATE, POST = "static.prop.crossinggate", "static.prop.crossinggatepost"
+BEFORE_RAILS_M, LASTS_S = 5.0, 35.0
+RAISED_ROLL_DEG = -85.0
+
+
+@scenario
+class LevelCrossing(Stuck):
+    """A control: the gate of a level crossing is down for 35 s, then it is raised."""
+
+    type = "LevelCrossing"
+    expected = "wait"
+    simplified = "no train comes"
+    starts = "the gate is down from the start, and rises 35 s after the hero came within 25 m"
+    blueprints = (GATE, POST)
+
+    def stage(self) -> None:
+        lane = self.ahead(self.distance_m - BEFORE_RAILS_M)
+        aside_m = edge_m(lane) + 0.3
+        self.cast.must_spawn(POST, beside(lane, aside_m), lift_m=0.0)
+        # The boom lies to the right of its origin, so it is turned to reach over the hero's lane.
+        self._place = beside(lane, aside_m, -0.4, turn_deg=180.0)
+        self._gate = self.cast.must_spawn(GATE, self._place, lift_m=0.0)
+
+    def happen(self) -> Iterator[None]:
+        yield from self.hero_near()
+        yield from self.wait(LASTS_S)
+        rotation = carla.Rotation(yaw=self._place.rotation.yaw, roll=RAISED_ROLL_DEG)
+        self.cast.place(self._gate, carla.Transform(self._place.location, rotation))
+        yield

@@ -1,0 +1,46 @@
+"""NarrowRoadStandoff."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver.evaluate.background.lanes import oncoming_lanes
+from stucksolver.evaluate.scenarios.moves.places import run_of_lane
+from stucksolver.evaluate.scenarios.moves.stuck import Stuck
+from stucksolver.evaluate.scenarios.registry import scenario
+from stucksolver.evaluate.scenarios.setting import Setting
+
+SPEED_MPS, FROM_M = 4.0, 30.0
+BACKED_M = 6.0
+
+
+@scenario
+class NarrowRoadStandoff(Stuck):
+    """On a road too narrow for two an oncoming car stops before the hero; it goes on once the hero has backed up."""
+
+    type = "NarrowRoadStandoff"
+    expected = "recover"
+    suspends = frozenset({"blocked", "wrong_lane"})
+    starts = "the car comes from the trigger on"
+    needs_map = "an oncoming lane beside the hero's"
+    simplified = "once the hero has backed up 6 m the other car turns off into a drive: it is taken away"
+
+    def needs(self, setting: Setting) -> str | None:
+        if not oncoming_lanes(self.ahead(self.distance_m)):
+            return f"{self.distance_m:.0f} m beyond the trigger point is no oncoming lane beside"
+        return None
+
+    def happen(self) -> Iterator[None]:
+        self.traffic.change_opposite_behavior(active=False)
+        self.traffic.clear_opposite()
+        self.traffic.remove_behind()
+        self.traffic.switch_route_sources(False)
+        lane = oncoming_lanes(self.ahead(self.distance_m + FROM_M))[0]
+        member = self.cast.must_spawn("vehicle.lincoln.mkz_2020", lane.transform)
+        # In the middle of the road, where neither gets past the other.
+        car = self.cars.drive(member, run_of_lane(lane, 200.0), SPEED_MPS, offset_m=-lane.lane_width / 2.0)
+        farthest_s = self.setting.hero_s_m
+        while farthest_s - self.setting.hero_s_m < BACKED_M and not self.at_route_end():
+            farthest_s = max(farthest_s, self.setting.hero_s_m)
+            yield
+        self.cars.remove([car])
