@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 _STRAIGHT_RAD = 1e-9
+_SHORTEST_M = 1e-6
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ def lead(start: Pose, end: Pose) -> list[Segment]:
 def two_arcs(start: Pose, end: Pose) -> list[Segment]:
     """Two arcs that meet without a kink (a biarc with equal tangent lengths).
 
-    Raises ValueError where the poses coincide or the end lies straight behind the start.
+    Raises ValueError where the poses coincide, the end lies straight behind the start, or one arc would be a point.
     """
     dx, dy = end.x - start.x, end.y - start.y
     cos0, sin0, cos1, sin1 = (f(a) for a in (start.yaw_rad, end.yaw_rad) for f in (math.cos, math.sin))
@@ -116,6 +117,8 @@ def _arc_to(start: Pose, x: float, y: float) -> Segment:
     ahead_m = dx * math.cos(start.yaw_rad) + dy * math.sin(start.yaw_rad)
     left_m = dy * math.cos(start.yaw_rad) - dx * math.sin(start.yaw_rad)
     chord_m = math.hypot(dx, dy)
+    if chord_m < _SHORTEST_M:
+        raise ValueError(f"no arc leads from {start} to a point beside it")
     if abs(left_m) < 1e-7 * chord_m:
         return Segment(chord_m)
     turn_rad = 2.0 * math.atan2(left_m, ahead_m)
