@@ -44,7 +44,12 @@ class Manoeuvre:
 
     def heading(self) -> Array:
         """Heading relative to the road at each station, radians."""
-        return np.arctan2(np.gradient(self.d), np.gradient(self.s)) if len(self.s) > 1 else np.zeros(1)
+        if len(self.s) < 2:
+            return np.zeros(len(self.s))
+        d = np.concatenate([self.d[:1], self.d, self.d[-1:]])
+        s = np.concatenate([self.s[:1], self.s, self.s[-1:]])
+        heading: Array = np.arctan2(d[2:] - d[:-2], s[2:] - s[:-2])
+        return heading
 
     def from_station(self, s: float) -> Manoeuvre:
         """What is left of it ahead of `s`; at least its last two stations."""

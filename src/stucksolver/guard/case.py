@@ -53,6 +53,16 @@ class Case:
 
     def inside(self, lane: Lane) -> Array:
         """At which stations the body reaches into a lane by more than a few centimetres (1.0 or 0.0)."""
+        known = self._inside.get(id(lane))
+        if known is None:
+            known = self._inside[id(lane)] = self._reaching_into(lane)
+        return known
+
+    @cached_property
+    def _inside(self) -> dict[int, Array]:
+        return {}
+
+    def _reaching_into(self, lane: Lane) -> Array:
         right = np.interp(self.path.s, lane.s, lane.right)
         left = np.interp(self.path.s, lane.s, lane.left)
         touches = (self.path.d + self.reach > right + 0.05) & (self.path.d - self.reach < left - 0.05)

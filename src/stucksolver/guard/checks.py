@@ -16,6 +16,8 @@ from stucksolver.scene.surroundings import ControlKind, LightState
 from stucksolver.scene.view import MOVING_MPS
 
 STANDS_MPS = 0.3
+NAMED = 3
+"""So many offenders are named in a verdict, the nearest ones."""
 PARKED_S = 3.0
 """A vehicle that has stood for so long may have somebody about to get out."""
 DOORED = frozenset({ObjectKind.CAR, ObjectKind.VAN, ObjectKind.TRUCK, ObjectKind.EMERGENCY})
@@ -65,10 +67,11 @@ def _too_near(case: Case, which: Array, gap: Array, margin: Array, t: Array) -> 
     """The objects whose gap (instants, objects) falls below the bound for what they are."""
     # What is already nearer than the bound counts only when the plan brings it nearer still.
     bad = (gap < margin) & (gap < gap[0] - 0.05)
-    return [
-        _reject(case, int(which[k]), float(t[bad[:, k].argmax()]), float(gap[bad[:, k], k].min()))
-        for k in np.flatnonzero(bad.any(axis=0))
-    ]
+    if not bad.any():
+        return []
+    worst = np.where(bad, gap, np.inf).min(axis=0)
+    nearest = [k for k in np.argsort(worst)[:NAMED] if np.isfinite(worst[k])]
+    return [_reject(case, int(which[k]), float(t[bad[:, k].argmax()]), float(worst[k])) for k in nearest]
 
 
 def _doors(case: Case, standing: Array, gap: Array) -> list[Reject]:
