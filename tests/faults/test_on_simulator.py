@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import TypeVar
 
 import pytest
 
@@ -26,6 +27,7 @@ from stucksolver.solver import EventKind  # noqa: E402
 from stucksolver.stacks.observer import NoSuchCar, Watching  # noqa: E402
 
 pytestmark = pytest.mark.integration
+T = TypeVar("T")
 LONGEST_TEST_S = 100
 
 
@@ -114,7 +116,7 @@ def test_after_a_kill_in_the_middle_of_a_plan_the_record_is_good_and_the_stack_d
     assert hits == []
 
 
-def while_ticking(ride: Ride, make: Callable[[], Watching]) -> Watching:
+def while_ticking(ride: Ride, make: Callable[[], T]) -> T:
     """What `make` gives, while the world goes on."""
     with ThreadPoolExecutor(1) as pool:
         made = pool.submit(make)
@@ -155,6 +157,24 @@ def test_a_watcher_changes_nothing_and_sees_it_all(server: Server, ride: Ride, t
     assert watching.interventions == 1
     assert watching.state.startswith("stuck")
     assert all(replay(file).matches for file in watching.files) and len(watching.files) == 1
+
+
+def test_the_command_shows_the_state_and_ends_cleanly_on_ctrl_c(server: Server, ride: Ride) -> None:
+    ride.place()
+    code = "import sys; from stucksolver.cli import main; sys.exit(main(sys.argv[1:]))"
+    command = [sys.executable, "-c", code, "watch", "--host", server.host, "--port", str(server.port)]
+    watch = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        assert watch.stderr is not None
+        first = while_ticking(ride, watch.stderr.readline)
+        watch.send_signal(signal.SIGINT)
+        out, err = while_ticking(ride, lambda: watch.communicate(timeout=30))
+    finally:
+        watch.kill()
+    assert watch.returncode == 0, err
+    assert "m/s" in first
+    assert "times stuck" in out
+    assert "Traceback" not in err
 
 
 def test_a_car_that_is_not_there_is_named_with_those_that_are(server: Server, ride: Ride) -> None:
