@@ -118,7 +118,7 @@ def _arc_to(start: Pose, x: float, y: float) -> Segment:
     left_m = dy * math.cos(start.yaw_rad) - dx * math.sin(start.yaw_rad)
     chord_m = math.hypot(dx, dy)
     if chord_m < _SHORTEST_M:
-        raise ValueError(f"no arc leads from {start} to a point beside it")
+        raise ValueError(f"an arc from {start} to ({x:.3f}, {y:.3f}) would be a point")
     if abs(left_m) < 1e-7 * chord_m:
         return Segment(chord_m)
     turn_rad = 2.0 * math.atan2(left_m, ahead_m)
