@@ -6,8 +6,8 @@ import itertools
 import math
 from enum import IntFlag
 
+from carlette.camera.coachwork import Frame, body_kind, frame_of
 from carlette.camera.mesh import Builder, Color, Mesh, Point, shade
-from carlette.camera.vehicles import Frame, body_kind, frame_of
 from carlette.geometry import Box
 
 BLINK_S, BLINK_LIT = 0.7, 0.7

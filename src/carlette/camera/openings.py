@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from carlette.camera import tags
+from carlette.camera.coachwork import GLASS, frame_of
 from carlette.camera.font import lettering
 from carlette.camera.mesh import Builder, Color, Mesh, shade
 from carlette.camera.signs import BACK, RED, WHITE
-from carlette.camera.vehicles import GLASS, frame_of
 from carlette.geometry import Box
 from carlette.physics.doors import SIDE_DOORS, STOP_ARM
 

@@ -8,8 +8,8 @@ from conftest import Camera
 from straight import add, on_lane
 
 from carlette.blueprints import AttributeType
+from carlette.camera.coachwork import frame_of
 from carlette.camera.lamps import Lit
-from carlette.camera.vehicles import frame_of
 from carlette.camera.view import View
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.physics.doors import STOP_ARM
