@@ -13,7 +13,6 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -366,10 +365,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--only", nargs="*", choices=sorted(SCENES), help="names; all when left out")
     options = parser.parse_args(arguments)
     options.out.mkdir(parents=True, exist_ok=True)
-    image: Any = __import__("PIL.Image", fromlist=["Image"])
+    from PIL import Image  # drawing needs no pillow, only files do
+
     network = RoadNetwork(load_map(DEMO_TOWN))
     for name in options.only or SCENES:
-        picture = image.fromarray(np.ascontiguousarray(draw(name, network)))
+        picture = Image.fromarray(np.ascontiguousarray(draw(name, network)))
         picture.save(options.out / f"{name}.jpg", quality=QUALITY)
         print(options.out / f"{name}.jpg")
     return 0
