@@ -99,3 +99,21 @@ def test_big_messages_arrive_whole(raw: Raw) -> None:
     error, result = raw.call("copy_opendrive_to_file", "<x>" + "y" * 12_000_000, [])
     assert error is None
     assert result[0][0] is True
+
+
+def test_an_ackermann_control_that_is_too_short_is_refused_and_does_no_harm(raw: Raw) -> None:
+    raw.call("set_episode_settings", SYNCHRONOUS)
+    car = raw.call("spawn_actor", [1, "vehicle.tesla.model3", []], [[0.0, 0.0, 50.0], [0.0, 0.0, 0.0]])[1][0][1][0]
+    _, result = raw.call("apply_ackermann_control_to_vehicle", car, [0.0, 0.0])
+    assert result[0][0] is True and "jerk" in result[0][1][0]
+    frame = raw.call("tick_cue")[1][0][1]
+    assert raw.call("tick_cue")[1][0][1] == frame + 1
+
+
+def test_settings_that_others_could_not_read_are_refused(raw: Raw) -> None:
+    raw.call("set_episode_settings", SYNCHRONOUS)
+    before = raw.call("get_episode_settings")
+    for at, nonsense in ((4, "seven"), (5, 2**40), (6, float("nan")), (8, [])):
+        wire = [*SYNCHRONOUS[:at], nonsense, *SYNCHRONOUS[at + 1 :]]
+        assert raw.call("set_episode_settings", wire)[1][0][0] == 0
+    assert raw.call("get_episode_settings") == before

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from carlette.errors import MapError, RequestError
@@ -58,7 +59,12 @@ def set_episode_settings(session: Session, wire: list[Any]) -> int:
     if fixed and not SHORTEST_STEP_S <= fixed <= LONGEST_STEP_S:
         bounds = f"{SHORTEST_STEP_S:g} to {LONGEST_STEP_S:g}"
         raise RequestError(f"fixed_delta_seconds is {fixed}; give {bounds} seconds, or 0 for a variable step")
-    session.world.settings = EpisodeSettings(bool(wire[0]), bool(wire[1]), fixed or None, *wire[3:11])
+    # Whatever is kept here, all other clients read.
+    kinds = (bool, float, int, float, bool, float, float, bool)
+    others = [kind(one) for kind, one in zip(kinds, wire[3:11], strict=False)]
+    if not all(map(math.isfinite, others)) or not all(abs(one) < 2**31 for one in others):
+        raise RequestError(f"set_episode_settings: {others} are not finite numbers within 32 bits; give real ones")
+    session.world.settings = EpisodeSettings(bool(wire[0]), bool(wire[1]), fixed or None, *others)
     return session.world.frame
 
 

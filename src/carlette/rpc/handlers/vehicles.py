@@ -19,6 +19,8 @@ from carlette.world.actor import Actor
 methods = Methods()
 
 Wire = Sequence[Any]
+ACKERMANN_VALUES = 5
+MOST_LIGHTS = 2**32 - 1
 SCHOOL_BUS = "school"
 SPECIAL_1 = 512
 """`carla.VehicleLightState.Special1`: the flashing lights of a school bus, with which its stop arm comes out."""
@@ -35,9 +37,13 @@ def apply_control_to_vehicle(session: Session, actor_id: int, control: Wire) -> 
 @methods.void("apply_ackermann_control_to_vehicle")
 def apply_ackermann_control_to_vehicle(session: Session, actor_id: int, control: Wire) -> None:
     actor = session.vehicle(actor_id, "apply_ackermann_control_to_vehicle")
-    if not all(map(math.isfinite, control)):
-        raise RequestError("apply_ackermann_control_to_vehicle: a value is not finite; give real numbers")
-    _controller(session, actor.id).command([float(one) for one in control])
+    values = [float(one) for one in control]
+    if len(values) != ACKERMANN_VALUES or not all(map(math.isfinite, values)):
+        raise RequestError(
+            f"apply_ackermann_control_to_vehicle: {values} are not {ACKERMANN_VALUES} finite numbers: "
+            "give steer, steer speed, speed, acceleration and jerk"
+        )
+    _controller(session, actor.id).command(values)
 
 
 def _controller(session: Session, actor_id: int) -> Ackermann:
@@ -80,6 +86,8 @@ def get_vehicle_light_state(session: Session, actor_id: int) -> Any:
 def set_vehicle_light_state(session: Session, actor_id: int, state: Wire) -> None:
     actor = session.vehicle(actor_id, "set_vehicle_light_state")
     flags = int(state[0])
+    if not 0 <= flags <= MOST_LIGHTS:
+        raise RequestError(f"set_vehicle_light_state: {flags} is no sum of carla.VehicleLightState flags")
     session.world.fleet.light_state[actor.index] = flags
     if load_catalogue().vehicles[actor.type_id].special_type == SCHOOL_BUS:
         session.world.doors.move(actor.row, actor.box, STOP_ARM, bool(flags & SPECIAL_1))
