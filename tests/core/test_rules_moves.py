@@ -98,3 +98,11 @@ def test_a_passenger_may_ask_for_it(words, name):
     scene = World(TWO_WAY).scene()
     decision = RuleReasoner().decide(scene.model_copy(update={"guidance": Guidance(text=words, time_s=0.0)}))
     assert names(decision) == [name]
+
+
+def test_aside_and_near_it_backs_up_once_more_and_then_leaves_it_at_that():
+    refused = "oncoming_sight: sees 90 m"
+    near = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 6.0 + 2.3)])
+    far = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 13.0 + 2.3)])
+    assert names(after(near, refused, "borrow_oncoming_lane", lateral_offset_m=0.7)) == ["back_up"]
+    assert after(far, refused, "borrow_oncoming_lane", lateral_offset_m=0.7).plan is None

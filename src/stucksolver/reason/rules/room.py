@@ -68,12 +68,17 @@ def to_swing_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Recover
 
 
 def to_see_more(scene: Scene, lead: SceneObject) -> Way | None:
-    """Back to get away from what hides the road, then towards the middle of the road to look past it."""
+    """Back, away from what hides the road, then towards the middle of it, and back once more: each shows more of it.
+
+    Behind a van at 5 m some 24 m of the oncoming lane are seen from the lane's centre; at 13 m, 0.75 m aside, 168 m.
+    """
     gap = lead.gap_m or 0.0
-    if scene.ego.speed_mps > 0.2 or abs(scene.ego.lateral_offset_m) > ASIDE_M:
+    if scene.ego.speed_mps > 0.2:
         return None
     if gap < LOOK_ROOM_M and not has_failed(scene, "back_up") and _may_back_up(scene, 8.0):
         return RecoveryPlan(behaviors=(BackUp(distance_m=8.0),)), (None, f"back up to see past {lead.id}")
+    if abs(scene.ego.lateral_offset_m) > ASIDE_M:
+        return None
     if gap < LOOK_M + 1.5 or not _offers(scene, "nudge") or has_failed(scene, "nudge"):
         return None
     nudge = Nudge(side="left", offset_m=0.8, distance_m=LOOK_M, speed_mps=1.5)
