@@ -6,7 +6,15 @@ import argparse
 import importlib
 import json
 
-NAMES = ("solver_overhead", "addon_overhead", "carlette_ticks", "carlette_forks", "carlette_lidar", "carlette_sensors")
+NAMES = (
+    "solver_overhead",
+    "addon_overhead",
+    "carlette_ticks",
+    "carlette_forks",
+    "carlette_camera",
+    "carlette_lidar",
+    "carlette_sensors",
+)
 
 
 def main() -> None:
