@@ -73,8 +73,13 @@ def _pair(folders: list[Path], alone: Path | None) -> Store | None:
 
 
 def show_sweep(summaries: dict[str, Summary], out: Path) -> int:
+    """Print the trade-off and write a report for each combination; 1 if a route crashed."""
+    from stucksolver.evaluate.report.evaluation import write_evaluation
     from stucksolver.evaluate.report.tradeoff import write_tradeoff
+    from stucksolver.evaluate.results.store import Store
 
+    for label, summary in summaries.items():
+        write_evaluation(Store(out / label), summary)
     print(write_tradeoff(summaries, out))
     return int(any(s.crashed or s.invalid for s in summaries.values()))
 

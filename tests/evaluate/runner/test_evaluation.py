@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import faulthandler
 import json
+import signal
+import subprocess
+import sys
+import time
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
+import psutil
 import pytest
 
 carla = pytest.importorskip("carla")
@@ -148,3 +153,23 @@ def test_a_driven_route_is_complete_and_its_motion_is_kept_tick_by_tick(tmp_path
     assert len(json.loads(store.metric_info(route, 1).read_text())) == outcome.ticks + 1
     times = [t for t, _ in outcome.track]
     assert all(0.9 < b - a < 1.1 for a, b in pairwise(times))
+
+
+def test_an_interrupt_leaves_no_process_and_no_route_that_counts_as_crashed(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", "from stucksolver.cli import main; raise SystemExit(main())", "evaluate"]
+    command += ["--suite", str(suite(tmp_path, 2)), "--out", str(tmp_path / "out"), "--replays", "none"]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    try:
+        of_ours = psutil.Process(process.pid)
+        deadline = time.monotonic() + 60
+        # Both routes' processes and servers, and Python's own helper.
+        while len(begun := of_ours.children(recursive=True)) < 5:
+            assert process.poll() is None and time.monotonic() < deadline
+            time.sleep(0.1)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=60) == 130
+        _, left = psutil.wait_procs(begun, timeout=20)
+        assert left == []
+    finally:
+        process.kill()
+    assert list((tmp_path / "out").glob("seed-*/outcomes/*")) == []

@@ -40,7 +40,7 @@ def outcome_of(one: Task, **changes: Any) -> Outcome:
 def test_every_task_is_told_of_once_and_so_many_run_at_a_time() -> None:
     together = threading.Barrier(3, timeout=20)
 
-    def runner(one: Task, progress: Callable[[float], None]) -> Outcome:
+    def runner(one: Task, progress: Callable[[float], None], wanted: Callable[[], bool]) -> Outcome:
         progress(1.0)
         together.wait()
         return outcome_of(one)
@@ -51,7 +51,7 @@ def test_every_task_is_told_of_once_and_so_many_run_at_a_time() -> None:
 
 
 def test_a_full_disk_stops_everything() -> None:
-    def runner(one: Task, progress: Callable[[float], None]) -> Outcome:
+    def runner(one: Task, progress: Callable[[float], None], wanted: Callable[[], bool]) -> Outcome:
         raise OutputError("no room")
 
     with pytest.raises(OutputError, match="no room"):

@@ -12,7 +12,6 @@ seed-1/outcomes/NAME.json            written last: a route that has it is done
 from __future__ import annotations
 
 import gzip
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -120,20 +119,6 @@ class Store:
 
     def _seed(self, seed: int) -> Path:
         return self.folder / f"seed-{seed}"
-
-
-def read_checkpoints(folder: Path) -> Iterator[RouteRecord]:
-    """All records of a folder of checkpoint files, also of those made elsewhere. Raises `StoreError`."""
-    for path in sorted(folder.glob("*.json")):
-        if not path.name.startswith("merged"):
-            yield from _checkpoint(path).checkpoint.records
-
-
-def _checkpoint(path: Path) -> CheckpointFile:
-    try:
-        return CheckpointFile.model_validate_json(_read(path))
-    except (ValueError, OSError) as error:
-        raise StoreError(f"{path} is no checkpoint of the leaderboard: {error}; take it away") from error
 
 
 def _name(route: Route) -> str:

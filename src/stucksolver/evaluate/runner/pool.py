@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from stucksolver.evaluate.files import OutputError
 from stucksolver.evaluate.results.outcome import Outcome
-from stucksolver.evaluate.runner.work import Task, run_task
+from stucksolver.evaluate.runner.work import NotWanted, Task, run_task
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class News:
     error: OutputError | None = None
 
 
-Runner = Callable[[Task, Callable[[float], None]], Outcome]
+Runner = Callable[[Task, Callable[[float], None], Callable[[], bool]], Outcome]
 
 
 def run_tasks(tasks: Iterable[Task], at_once: int, runner: Runner = run_task) -> Iterator[News]:
@@ -31,6 +31,7 @@ def run_tasks(tasks: Iterable[Task], at_once: int, runner: Runner = run_task) ->
     When the caller stops listening, or the program ends, the processes under way are ended too.
     """
     waiting: queue.SimpleQueue[Task | None] = queue.SimpleQueue()
+    ending = threading.Event()
     news: queue.SimpleQueue[News] = queue.SimpleQueue()
     todo = list(tasks)
     for task in todo:
@@ -39,20 +40,27 @@ def run_tasks(tasks: Iterable[Task], at_once: int, runner: Runner = run_task) ->
     for _ in range(workers):
         waiting.put(None)
         # A daemon: at the program's end its processes, daemons too, are ended by multiprocessing.
-        threading.Thread(target=_work, args=(waiting, news, runner), daemon=True).start()
+        threading.Thread(target=_work, args=(waiting, news, runner, ending), daemon=True).start()
     left = len(todo)
-    while left:
-        told = news.get()
-        if told.error is not None:
-            raise told.error
-        left -= told.outcome is not None
-        yield told
+    try:
+        while left:
+            told = news.get()
+            if told.error is not None:
+                raise told.error
+            left -= told.outcome is not None
+            yield told
+    finally:
+        ending.set()
 
 
-def _work(waiting: queue.SimpleQueue[Task | None], news: queue.SimpleQueue[News], runner: Runner) -> None:
-    while (task := waiting.get()) is not None:
+def _work(
+    waiting: queue.SimpleQueue[Task | None], news: queue.SimpleQueue[News], runner: Runner, ending: threading.Event
+) -> None:
+    while (task := waiting.get()) is not None and not ending.is_set():
         try:
-            outcome = runner(task, _teller(task, news))
+            outcome = runner(task, _teller(task, news), lambda: not ending.is_set())
+        except NotWanted:
+            return
         except OutputError as error:
             news.put(News(task, error=error))
             return

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import signal
 import traceback
+from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -29,17 +30,22 @@ class Task:
     folder: Path
 
 
-def run_task(task: Task, progress: object = None) -> Outcome:
+class NotWanted(Exception):
+    """The evaluation is being ended, and its processes with it: that is no crash of a route."""
+
+
+def run_task(
+    task: Task, progress: Callable[[float], None] = lambda _: None, wanted: Callable[[], bool] = lambda: True
+) -> Outcome:
     """Drive a route in a process of its own; whatever happens there, there is an outcome, and it is on the disk.
 
-    Raises `OutputError` where not even that can be written.
+    Raises `OutputError` where not even that can be written, and `NotWanted`.
     """
     store, job = Store(task.folder), task.job
-    listener = progress if callable(progress) else _silent
     reason = ""
     for _ in range(TRIES):
         try:
-            code = attempt(_work, task, listener)
+            code = attempt(_work, task, progress)
         except RunError as error:
             reason = str(error)
             break
@@ -50,13 +56,11 @@ def run_task(task: Task, progress: object = None) -> Outcome:
             reason = f"its process ended with exit code {code}; what happened is printed above"
             break
         reason = f"its process was killed by {signal.Signals(-code).name}, {TRIES} times in a row"
+    if not wanted():
+        raise NotWanted
     outcome = _not_driven(job, "crashed", reason)
     store.write_outcome(job.route, outcome)
     return outcome
-
-
-def _silent(_: float) -> None:
-    """Nobody listens."""
 
 
 def _not_driven(job: RouteJob, state: State, reason: str) -> Outcome:
