@@ -188,6 +188,15 @@ def test_a_plan_that_ran_out_of_time_is_not_started_again():
     assert again and all("failed before: timeout" in str(v) for v in again)
 
 
+def test_a_plan_that_was_done_and_changed_nothing_is_not_repeated():
+    seen = drive(stuck(), 30.0, reasoner=planning(Wait(duration_s=2.0)), ladder=stubborn())
+    assert seen.kinds().count(EventKind.STARTED) == 1
+    assert seen.kinds().count(EventKind.USELESS) == 1
+    again = [str(e.verdict) for e in seen.events if e.verdict and not e.verdict.accepted]
+    assert again and all("the vehicle did not get on" in text for text in again)
+    assert any(a.outcome.startswith("it was done") for e in seen.events if e.scene for a in e.scene.attempts)
+
+
 def test_the_counters_start_anew_only_after_15_m():
     world = stuck()
     far = []

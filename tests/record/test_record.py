@@ -16,6 +16,9 @@ from hypothesis import strategies as st
 from worlds import LANE_M, World, drive, red_light, straight_road, stubborn, thing
 
 from stucksolver.cli import main
+from stucksolver.decision import RecoveryPlan
+from stucksolver.decision.behaviors import Wait
+from stucksolver.reason import Trace
 from stucksolver.reason.faulty import make_faulty
 from stucksolver.record import Recorder, RecordError, replay
 from stucksolver.record.chain import ChainWriter, read_chain
@@ -120,6 +123,24 @@ def test_the_answers_of_other_reasoners_are_parsed_again(name, tmp_path):
     report = replay(files[0])
     assert report.findings == []
     assert report.underivable == 0 and report.decisions >= 1
+
+
+def test_a_plan_that_is_not_repeated_is_derived_again(tmp_path):
+    """Waiting is done once; the same again is refused, and so it is offline."""
+
+    class Waits:
+        name = "rules"
+
+        def decide(self, scene):
+            decision = make_faulty("contradictory").decide(scene)
+            plan = RecoveryPlan(behaviors=(Wait(duration_s=1.0),))
+            self.last_trace = Trace(answers=(decision.model_copy(update={"plan": plan}).model_dump_json(),))
+            return decision.model_copy(update={"plan": plan})
+
+    seen, files = recorded(tmp_path, seconds=15.0, reasoner=Waits())
+    assert EventKind.USELESS in seen.kinds()
+    report = replay(files[0])
+    assert report.findings == [] and report.plans > 1
 
 
 def test_words_that_take_a_plan_back_are_derived_again(tmp_path):

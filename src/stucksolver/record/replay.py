@@ -97,6 +97,7 @@ class _Again:
         self._scene: Scene | None = None
         self._waiting: _Judged | None = None
         self._execution: Execution | None = None
+        self._last_plan: RecoveryPlan | None = None
         self._said: Directive | None = None
 
     def line(self, number: int, data: dict[str, Any]) -> None:
@@ -142,6 +143,8 @@ class _Again:
             self.report.decisions += 1
             self._decide(number, event, event.decision)
         question = event.question
+        if event.kind is EventKind.USELESS and self._last_plan is not None:
+            self._failures.useless(self._last_plan)
         denied = event.kind is EventKind.ANSWERED and event.text.endswith("no")
         if denied and question and question.plan and question.kind is QuestionKind.APPROVAL:
             self._failures.denied(question.plan)
@@ -186,7 +189,7 @@ class _Again:
         verdict = verdict or judged.execution.start(judged.view, judged.now_s)
         self._compare(judged.line, "verdict at acceptance", judged.verdict, verdict)
         if verdict.accepted:
-            self._execution = judged.execution
+            self._execution, self._last_plan = judged.execution, judged.plan
 
     def _tick(self, number: int, data: dict[str, Any]) -> None:
         self.settle_judgement()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from stucksolver.decision import CONTINUE, Continue, SafeStop
+from stucksolver.decision import CONTINUE, Continue, RecoveryPlan, SafeStop
 from stucksolver.detect import Detector, DetectorSettings, Trigger
 from stucksolver.guard import Approvals, Guard, Verdict
 from stucksolver.ladder import Ladder, find_ladder
@@ -71,6 +71,9 @@ class Core:
         self._blocked_at_stop = False
         self._tried_aside = False
         """Was pulling over tried before the stop?"""
+        self._done: tuple[RecoveryPlan, float] | None = None
+        """The plan that finished last in this intervention, with the progress at its start."""
+        self._begun_m = 0.0
         self._helped = False
         """Has a plan been started since the last recovery?"""
         self._recovered = False
@@ -171,6 +174,7 @@ class Core:
             return
         self._tell(status.time_s, EventKind.CLOSED, "the vehicle is on its way" if self._recovered else "done")
         self._open = self._recovered = self._helped = False
+        self._done = None
         self._tried_aside = False
         self._climb.reset()
         self._failures = Failures(self.ladder.asking.remembered)

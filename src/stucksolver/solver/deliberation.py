@@ -10,7 +10,7 @@ from stucksolver.reason import ReasonerError
 from stucksolver.scene import Status
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.execution import Outcome
-from stucksolver.solver.failures import passes, signature
+from stucksolver.solver.failures import GOT_ON_M, USELESS, passes, signature
 from stucksolver.solver.helping import why_stopped
 from stucksolver.solver.panel import Answer
 from stucksolver.solver.people import People
@@ -68,6 +68,7 @@ class Deliberation(People):
         now = status.time_s
         self._trigger = trigger
         self._running.senses.look(read, now)
+        self._look_back(status)
         self._tell(now, EventKind.TRIGGERED, trigger.value)
         outlived = self._climb.outlived(now)
         try:
@@ -75,6 +76,15 @@ class Deliberation(People):
             self._asking.ask(move, status, self._words.now, self._failures.attempts, screen, outlived)
         except ReasonerError as error:
             self._no_answer(status, error)
+
+    def _look_back(self, status: Status) -> None:
+        """Still immobilized after a finished plan: did that plan change anything?"""
+        done, self._done = self._done, None
+        if done is None or self._words.now is not None or status.progress_m - done[1] >= GOT_ON_M:
+            return
+        self._failures.useless(done[0])
+        self._failures.note(done[0], USELESS, self._stack_s(status.time_s))
+        self._tell(status.time_s, EventKind.USELESS, USELESS)
 
     def _take_answer(self, status: Status, trigger: Trigger | None, read: Read) -> Directive:
         try:
@@ -167,6 +177,7 @@ class Deliberation(People):
         self._climb.begun()
         self._words_climb.begun()
         self._running.start(judged)
+        self._done, self._begun_m = None, status.progress_m
         self._words.doing = self._words.now
         self._helped = True
         self._desk.withdraw()
@@ -192,6 +203,7 @@ class Deliberation(People):
             return CONTINUE
         if spoken is not None and spoken is self._words.now:
             self._end_words(now, "done")
+        self._done = (plan, self._begun_m)
         self._climb.failed(now)
         self._detector.forget()
         return Replan(route_start=plan.route_start) if plan.replan_route else CONTINUE

@@ -24,6 +24,8 @@ class EventKind(str, Enum):
     STARTED = "started"
     ABORTED = "aborted"
     FINISHED = "finished"
+    USELESS = "useless"
+    """The plan that finished last changed nothing: the vehicle is where it was, and still immobilized."""
     RECOVERED = "recovered"
     GUIDANCE = "guidance"
     GUIDANCE_ENDED = "guidance_ended"

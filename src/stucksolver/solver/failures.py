@@ -19,6 +19,9 @@ PASSING = frozenset(
 )
 """Reasons that go away with the traffic: waiting is right, and no try is used up."""
 DENIED = "a person said no"
+USELESS = "it was done, and the vehicle did not get on"
+GOT_ON_M = 1.0
+"""With less new progress than this a finished plan changed nothing."""
 
 Signature = tuple[tuple[str, ...], ...]
 
@@ -49,6 +52,10 @@ class Failures:
         codes = sorted({r.code.value for r in verdict.rejects if r.code in UNSEEN})
         if codes:
             self._barred[signature(plan)] = ", ".join(codes)
+
+    def useless(self, plan: RecoveryPlan) -> None:
+        """It was carried through, and changed nothing."""
+        self._barred[signature(plan)] = USELESS
 
     def denied(self, plan: RecoveryPlan) -> None:
         """A person said no to it."""
