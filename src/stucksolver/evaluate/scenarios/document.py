@@ -54,7 +54,7 @@ junction feed cars from 40 m up) with these differences:
 def page() -> str:
     """The whole page."""
     load_all()
-    return _INTRODUCTION + "\n".join(_rows()) + "\n"
+    return _INTRODUCTION + "\n".join((*_rows(), *_ours())) + "\n"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -70,13 +70,32 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
+def _ours() -> Iterator[str]:
+    yield ""
+    yield "## Stuck situations of our own, and controls"
+    yield ""
+    yield "Each states what is right (`recover`, `wait`, `ask` or `reroute`) and the criteria that are off while it runs."
+    yield "None has a time limit of its own. The types that use blueprints of carlette's own are unsupported on CARLA."
+    yield ""
+    yield "| type | situation | right | what happens when | needs | suspends | simplified |"
+    yield "|---|---|---|---|---|---|---|"
+    for name in sorted(SCENARIOS):
+        cls = SCENARIOS[name]
+        if cls.expected is not None:
+            needs = ", ".join(part for part in (cls.needs_map, _blueprints(cls)) if part) or "–"
+            off = ", ".join(f"`{one}`" for one in sorted(cls.suspends)) or "–"
+            cells = (f"`{name}`", _text(cls), cls.expected, cls.starts, needs, off, cls.simplified or "–")
+            yield "| " + " | ".join(" ".join(cell.split()) for cell in cells) + " |"
+
+
 def _rows() -> Iterator[str]:
     yield "## Types"
     yield ""
     yield "| type | situation | what happens when | parameters (default) | needs | limit | simplified |"
     yield "|---|---|---|---|---|---|---|"
     for name in sorted(SCENARIOS):
-        yield _row(SCENARIOS[name])
+        if SCENARIOS[name].expected is None:
+            yield _row(SCENARIOS[name])
 
 
 def _row(cls: type[Scenario]) -> str:

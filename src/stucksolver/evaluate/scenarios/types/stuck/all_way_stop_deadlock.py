@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
+import numpy as np
+
+from stucksolver.evaluate.actors import Car
 from stucksolver.evaluate.scenarios.moves.junction import JunctionScenario, straight_way
 from stucksolver.evaluate.scenarios.registry import scenario
 from stucksolver.evaluate.scenarios.setting import Setting
 
-BEFORE_M, NOSE_M, NOSE_MPS = 2.0, 7.0, 2.0
-NEAR_M, STANDS_S, CREPT_M = 14.0, 4.0, 0.5
+BEFORE_M, NOSE_MPS, NOSE_GAP_M, FARTHEST_M = 2.0, 3.5, 2.0, 30.0
+NEAR_M, STANDS_S, CREPT_M = 34.0, 4.0, 0.5
 STANDING_MPS = 0.1
 
 
@@ -40,13 +44,20 @@ class AllWayStopDeadlock(JunctionScenario):
             cars.append(self.cars.drive(member, line, 0.0, begin=False, yields=False))
         yield from self.until(lambda: self.gap_m(self.entry_s) < NEAR_M)
         cars[0].wish_mps = NOSE_MPS
-        yield from self.until(lambda: cars[0].s > NOSE_M)
+        yield from self.until(lambda: self._in_the_way(cars[0]))
         cars[0].wish_mps, cars[0].brakes_hard = 0.0, True
         yield from self._hero_creeps()
         for car in cars:
             car.wish_mps, car.yields = self.limit_mps, True
             yield from self.wait(3.0)
         yield from self.until_passed(self.exit_s + 10.0)
+
+    def _in_the_way(self, car: Car) -> bool:
+        """Whether the car's nose has come to the hero's way."""
+        state, reach_m = car.state, car.member.half_length_m
+        x, y = state.x + reach_m * math.cos(state.yaw_rad), state.y + reach_m * math.sin(state.yaw_rad)
+        inside = self.setting.route.xyz[self.junction.first : self.junction.last + 1, :2]
+        return car.s > FARTHEST_M or float(np.hypot(inside[:, 0] - x, inside[:, 1] - y).min()) < NOSE_GAP_M
 
     def _hero_creeps(self) -> Iterator[None]:
         """Until the hero has stood for a while and then moved on a little, or is through."""

@@ -36,10 +36,10 @@ class BlockedJunctionBox(StuckAtLight):
         self.hold_lights(green=self.own_lights)
         line = self.approach(self._crossing()[0], 0.0, 60.0, straight_way)
         inside = [k for k, waypoint in enumerate(line) if waypoint.is_junction]
-        middle = inside[len(inside) // 2]
+        # Only where all of a car is inside; the one in front first.
+        first, last = inside[0] + round(SPACING_M / 4.0), inside[-1]
         stuck = []
-        for k in range(CARS):
-            index = max(middle + round((1 - k) * SPACING_M / 2.0), 0)
+        for index in range(last, first, -round(SPACING_M / 2.0))[:CARS]:
             member = self.cast.spawn(self.cast.some_car(self.random), line[index].transform)
             if member is not None:
                 self.cast.hold(member)

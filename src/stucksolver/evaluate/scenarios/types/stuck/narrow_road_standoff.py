@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
-from stucksolver.evaluate.background.lanes import oncoming_lanes
+import carla
+
 from stucksolver.evaluate.scenarios.moves.places import run_of_lane
 from stucksolver.evaluate.scenarios.moves.stuck import Stuck
 from stucksolver.evaluate.scenarios.registry import scenario
@@ -26,16 +28,24 @@ class NarrowRoadStandoff(Stuck):
     simplified = "once the hero has backed up 6 m the other car turns off into a drive: it is taken away"
 
     def needs(self, setting: Setting) -> str | None:
-        if not oncoming_lanes(self.ahead(self.distance_m)):
+        if self._oncoming(self.distance_m) is None:
             return f"{self.distance_m:.0f} m beyond the trigger point is no oncoming lane beside"
         return None
+
+    def _oncoming(self, distance_m: float) -> Any | None:
+        """The oncoming lane beside, however narrow."""
+        here = self.ahead(distance_m)
+        lane = here.get_left_lane()
+        against = lane is not None and lane.lane_type == carla.LaneType.Driving and lane.lane_id * here.lane_id < 0
+        return lane if against else None
 
     def happen(self) -> Iterator[None]:
         self.traffic.change_opposite_behavior(active=False)
         self.traffic.clear_opposite()
         self.traffic.remove_behind()
         self.traffic.switch_route_sources(False)
-        lane = oncoming_lanes(self.ahead(self.distance_m + FROM_M))[0]
+        lane = self._oncoming(self.distance_m + FROM_M)
+        assert lane is not None
         member = self.cast.must_spawn("vehicle.lincoln.mkz_2020", lane.transform)
         # In the middle of the road, where neither gets past the other.
         car = self.cars.drive(member, run_of_lane(lane, 200.0), SPEED_MPS, offset_m=-lane.lane_width / 2.0)
