@@ -15,6 +15,13 @@ NARROW = straight_road(oncoming=None)
 K = ObjectKind
 
 
+LOOK = ("back_up", "back_up", "borrow_oncoming_lane")
+
+
+def standing_for_long(scene):
+    return scene.model_copy(update={"ego": scene.ego.model_copy(update={"stopped_for_s": 30.0})})
+
+
 def names(decision):
     return [b.name for b in behaviors_of(decision)]
 
@@ -61,15 +68,26 @@ def test_too_near_to_swing_out_it_backs_up_first():
     assert names(decide(somebody)) == ["borrow_oncoming_lane"]
 
 
-def test_with_too_little_sight_it_backs_up_and_then_looks_past():
+def test_with_too_little_sight_it_gets_back_and_aside_and_passes_from_there():
     refused = "oncoming_sight: sees 90 m"
-    near, far = blocked(), World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 12.0 + 2.3)])
-    assert names(after(World(TWO_WAY, [thing("lead", 60.0)]), refused, "borrow_oncoming_lane")) == ["back_up"]
-    assert names(after(far, refused, "borrow_oncoming_lane")) == ["nudge"]
-    looked = after(far, refused, "borrow_oncoming_lane", lateral_offset_m=0.6)
-    assert looked.plan is None
-    assert looked.analysis.wait is WaitReason.NO_SAFE_WAY
-    assert names(after(near, refused, "borrow_oncoming_lane", ago_s=2.0)) == ["borrow_oncoming_lane"]
+    near, far = World(TWO_WAY, [thing("lead", 60.0)]), World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 12.0 + 2.3)])
+    assert names(after(near, refused, "borrow_oncoming_lane")) == ["back_up", "nudge", *LOOK]
+    assert names(after(far, refused, "borrow_oncoming_lane")) == ["nudge", *LOOK]
+    assert names(after(far, refused, "borrow_oncoming_lane", ago_s=2.0)) == ["borrow_oncoming_lane"]
+
+
+def test_a_look_that_did_not_help_is_not_repeated():
+    far = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 12.0 + 2.3)])
+    looked = PastAttempt(time_s=0.0, behaviors=("nudge", *LOOK), outcome="refused: oncoming_sight: sees 90 m")
+    again = PastAttempt(time_s=0.0, behaviors=("borrow_oncoming_lane",), outcome="oncoming_sight: sees 90 m")
+    decision = RuleReasoner().decide(standing_for_long(far.scene()).model_copy(update={"attempts": (looked, again)}))
+    assert decision.plan is None
+    assert decision.analysis.wait is WaitReason.NO_SAFE_WAY
+
+
+def test_without_room_behind_it_does_not_back_up_to_look():
+    world = World(TWO_WAY, [thing("lead", 64.0), thing("behind", 40.0)])
+    assert after(world, "oncoming_sight: sees 90 m", "borrow_oncoming_lane").plan is None
 
 
 @pytest.mark.parametrize("code", ["vulnerable_clearance", "door_may_open"])
@@ -98,11 +116,3 @@ def test_a_passenger_may_ask_for_it(words, name):
     scene = World(TWO_WAY).scene()
     decision = RuleReasoner().decide(scene.model_copy(update={"guidance": Guidance(text=words, time_s=0.0)}))
     assert names(decision) == [name]
-
-
-def test_aside_and_near_it_backs_up_once_more_and_then_leaves_it_at_that():
-    refused = "oncoming_sight: sees 90 m"
-    near = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 6.0 + 2.3)])
-    far = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 13.0 + 2.3)])
-    assert names(after(near, refused, "borrow_oncoming_lane", lateral_offset_m=0.7)) == ["back_up"]
-    assert after(far, refused, "borrow_oncoming_lane", lateral_offset_m=0.7).plan is None

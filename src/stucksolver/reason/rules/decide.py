@@ -71,7 +71,7 @@ def _way_on(scene: Scene, analysis: Analysis) -> Way:
     if plan is None:
         return plan, why
     if has_failed(scene, "oncoming_sight") and _just_refused(scene, plan) is not None:
-        look = to_see_more(scene, lead)
+        look = to_see_more(scene, lead, plan)
         if look is not None:
             return look
     return to_swing_out(scene, lead, plan), why

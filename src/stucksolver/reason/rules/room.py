@@ -15,8 +15,8 @@ SWING_M, ROOM_M = 4.5, 7.0
 """Nearer than the first to what is ahead, the ego backs up to the second before it swings out."""
 REAR_MARGIN_M = 8.0
 BESIDE_M = 0.55
-ASIDE_M = 0.35
-LOOK_M, LOOK_ROOM_M = 6.0, 9.0
+LOOK_M, LOOK_ROOM_M, BACK_M = 6.0, 9.0, 8.0
+FAR_M, MOST_MOVES = 18.0, 4
 
 
 def over_it(scene: Scene, lead: SceneObject) -> Way | None:
@@ -67,22 +67,29 @@ def to_swing_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Recover
     return plan.model_copy(update={"behaviors": (BackUp(distance_m=way), *plan.behaviors)})
 
 
-def to_see_more(scene: Scene, lead: SceneObject) -> Way | None:
-    """Back, away from what hides the road, then towards the middle of it, and back once more: each shows more of it.
+def to_see_more(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Way | None:
+    """The same plan after moves that show more of the road: back, aside to the middle of it, and further back.
 
-    Behind a van at 5 m some 24 m of the oncoming lane are seen from the lane's centre; at 13 m, 0.75 m aside, 168 m.
+    Behind a van at 5 m some 24 m of the oncoming lane are seen from the lane's centre; at 15 m, 0.75 m aside, 188 m.
+    The passing must follow at once: left to itself the stack drives up to the van again.
     """
-    gap = lead.gap_m or 0.0
-    if scene.ego.speed_mps > 0.2:
+    gap = start = lead.gap_m or 0.0
+    failed = has_failed(scene, "back_up", "nudge")
+    if failed or scene.ego.speed_mps > 0.2 or not all(_offers(scene, name) for name in ("nudge", "back_up")):
         return None
-    if gap < LOOK_ROOM_M and not has_failed(scene, "back_up") and _may_back_up(scene, 8.0):
-        return RecoveryPlan(behaviors=(BackUp(distance_m=8.0),)), (None, f"back up to see past {lead.id}")
-    if abs(scene.ego.lateral_offset_m) > ASIDE_M:
+    moves: list[BackUp | Nudge] = []
+    if gap < LOOK_ROOM_M and _may_back_up(scene, BACK_M):
+        moves, gap = [BackUp(distance_m=BACK_M, speed_mps=2.0)], gap + BACK_M
+    if gap < LOOK_M + 1.5:
         return None
-    if gap < LOOK_M + 1.5 or not _offers(scene, "nudge") or has_failed(scene, "nudge"):
+    moves.append(Nudge(side="left", offset_m=0.8, distance_m=LOOK_M, speed_mps=1.5))
+    gap -= LOOK_M
+    while gap < FAR_M and len(moves) < MOST_MOVES and _may_back_up(scene, gap + BACK_M - start):
+        moves, gap = [*moves, BackUp(distance_m=BACK_M, speed_mps=2.0)], gap + BACK_M
+    if gap < SWING_M:
         return None
-    nudge = Nudge(side="left", offset_m=0.8, distance_m=LOOK_M, speed_mps=1.5)
-    return RecoveryPlan(behaviors=(nudge,)), (None, f"move over to see past {lead.id}")
+    whole = plan.model_copy(update={"behaviors": (*moves, *plan.behaviors)})
+    return whole, (None, f"get back and aside to see past {lead.id}, then pass")
 
 
 def _may_back_up(scene: Scene, way_m: float) -> bool:
