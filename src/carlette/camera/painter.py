@@ -112,10 +112,11 @@ class Painter:
                 colors = _hazed_part(colors, part, view, light)
                 raster.draw(part.mesh.corners, colors, into @ part.matrix.astype(np.float32))
         chunks = _seen_chunks(shot.stage, view, min(REACH_M, OPAQUE_AIR / light.fog_per_m))
+        raster.place(into)
         for chunk, distance in chunks:
             for layer in (PAINT, DETAIL, SOLID):
                 if layer in chunk.layers and (layer != DETAIL or distance - chunk.radius_m < DETAIL_M):
-                    raster.draw(chunk.layers[layer].corners, _hazed(chunk, layer, distance, view, light), into)
+                    raster.draw(chunk.layers[layer].corners, _hazed(chunk, layer, distance, view, light))
         raster.draw(dome(light).corners, corner_colors(dome(light), dome(light).colors), _turned_only(into))
         self._draw_translucent(raster, shot, view, (into, chunks, parts))
 
@@ -146,7 +147,7 @@ class Painter:
         if light.rain > 0.1:
             raster.blend()
             raster.use_depth(False)
-            raster.draw(*rain_streaks(light.rain, shot.frame), None)
+            raster.draw(*rain_streaks(light.rain, shot.frame), np.eye(4, dtype=np.float32))
 
     def _draw_flat(self, raster: Raster, shot: Shot, view: View, code: _Code) -> None:
         into = view.into_camera()

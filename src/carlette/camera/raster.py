@@ -56,7 +56,7 @@ class Raster:
         """Begins a picture with an empty depth buffer.
 
         `projection` is 4x4, from the frame in which `draw` gets its matrices to clip space; its y points down.
-        Returns the colour buffer, uint32 (height, width), bytes R G B A, first row on top: fill it with a background.
+        Returns the colour buffer, uint32 (height, width), first row on top, its bytes in the order of `draw`'s colours: fill it with a background.
         """
         library = self._library
         self._open(width, height)
@@ -77,18 +77,22 @@ class Raster:
         self._start(width, height, projection)
 
     def draw(self, corners: Singles, colors: Bytes, matrix: Singles | None = None) -> None:
-        """Draws quads: `corners` (n, 4, 3) float32, `colors` (n, 4, 4) uint8 RGBA, both contiguous.
+        """Draws quads: `corners` (n, 4, 3) float32, `colors` (n, 4, 4) uint8, four bytes a pixel, both contiguous.
 
-        `matrix` (4x4) leads from their frame to the one of `projection`. Who looks at the front of a quad sees its
-        corners such that (second - first) x (last - first) points at him; backs are not drawn.
+        `matrix` (4x4) leads from their frame to the one of `projection`; None = that of the last `place` or `draw`.
+        A quad's front is where (second - first) x (last - first) points to; backs are not drawn.
         """
         library = self._library
-        library.swLoadIdentity()
         if matrix is not None:
-            library.swMultMatrixf(np.ascontiguousarray(matrix.T, np.float32).ctypes.data)
-        library.swBindArray(_VERTEX_ARRAY, corners.ctypes.data)
-        library.swBindArray(_COLOR_ARRAY, colors.ctypes.data)
+            self.place(matrix)
+        library.swBindArray(_VERTEX_ARRAY, corners.__array_interface__["data"][0])
+        library.swBindArray(_COLOR_ARRAY, colors.__array_interface__["data"][0])
         library.swDrawArrays(_QUADS, 0, 4 * len(corners))
+
+    def place(self, matrix: Singles) -> None:
+        """Sets the frame of what is drawn without a matrix of its own."""
+        self._library.swLoadIdentity()
+        self._library.swMultMatrixf(np.ascontiguousarray(matrix.T, np.float32).ctypes.data)
 
     def blend(self, *, add: bool = False) -> None:
         """From now on colours with an alpha below 255 are mixed into the picture, or all are added to it as light.
