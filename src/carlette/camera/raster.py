@@ -56,7 +56,8 @@ class Raster:
         """Begins a picture with an empty depth buffer.
 
         `projection` is 4x4, from the frame in which `draw` gets its matrices to clip space; its y points down.
-        Returns the colour buffer, uint32 (height, width), first row on top, its bytes in the order of `draw`'s colours: fill it with a background.
+        Returns the colour buffer, uint32 (height, width), first row on top, its bytes in the order of `draw`'s colours:
+        fill it with a background.
         """
         library = self._library
         self._open(width, height)
