@@ -26,7 +26,9 @@ def add_evaluate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "--ladder", type=Path, metavar="FILE", help="escalation policy (default: our evaluation profile)"
     )
-    parser.add_argument("--guidance", type=Path, metavar="SCRIPT", help="what a passenger says on which route")
+    parser.add_argument(
+        "--guidance", type=Path, metavar="SCRIPT", help="what a passenger says where: a file, or shipped"
+    )
     parser.add_argument("--clock", default="lockstep", help="lockstep, latency:SECONDS or latency:measured")
     parser.add_argument("--perception", default="privileged", choices=PERCEPTIONS, help="where scenes come from")
     parser.add_argument("--jobs", type=int, default=2, help="routes driven at a time (default: %(default)s)")
@@ -62,7 +64,7 @@ def run_evaluate(options: argparse.Namespace) -> int:
     from stucksolver.evaluate.runner.job import ArmSpec
     from stucksolver.evaluate.runner.sweep import SweepError, parse_sweep, run_sweep
     from stucksolver.evaluate.scenarios.base import ScenarioError
-    from stucksolver.evaluate.suites import SuiteError
+    from stucksolver.evaluate.suites import GUIDANCE, SuiteError
     from stucksolver.ladder import LadderError
 
     errors = (ArmError, OutputError, GuidanceError, StoreError, RouteFileError, ClusterError, SuiteError)
@@ -80,7 +82,7 @@ def run_evaluate(options: argparse.Namespace) -> int:
             ),
             seeds=_seeds(options),
             only=tuple(filter(None, options.routes.split(","))),
-            guidance=options.guidance,
+            guidance=GUIDANCE if options.guidance == Path("shipped") else options.guidance,
             maps=options.maps,
             jobs=_jobs(options.jobs),
             replays=options.replays,

@@ -114,3 +114,11 @@ def test_a_stated_outcome_is_judged(expected: str, changes: dict[str, Any], righ
 
 def test_routes_that_were_not_driven_count_nothing() -> None:
     assert figures(state="crashed", spells=(spell(0, 50),)).routes == 0
+
+
+def test_words_are_followed_by_a_plan_on_their_account_within_30_s() -> None:
+    by_words = plan(55, 60).model_copy(update={"rung": "passenger"})
+    said = (noted(50, "helpful"), noted(20, "helpful"), noted(52, "dangerous"))
+    found = figures(guidance=said, interventions=(by_words, plan(21, 30)))
+    assert found.said == {"helpful": 2, "dangerous": 1}
+    assert (found.followed["helpful"], found.followed["dangerous"]) == (1, 1)

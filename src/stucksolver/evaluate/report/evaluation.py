@@ -9,7 +9,7 @@ from pathlib import Path
 from stucksolver.evaluate.files import write_text
 from stucksolver.evaluate.report.charts import bars
 from stucksolver.evaluate.report.page import block_digest
-from stucksolver.evaluate.report.tables import infraction_text, per_scenario, routes_csv, summary_json
+from stucksolver.evaluate.report.tables import guidance_text, infraction_text, per_scenario, routes_csv, summary_json
 from stucksolver.evaluate.report.write import write_report
 from stucksolver.evaluate.results.store import Store
 from stucksolver.evaluate.runlog import RunLog
@@ -73,6 +73,7 @@ def evaluation_page(summary: Summary, links: Links, records: Links | None = None
         "<h2>Recovery</h2>",
         _table(RECOVERY_HEAD, [recovery_row(summary)], []),
         f'<p class="note">{html.escape(_recovery_note(summary.recovery))}</p>',
+        f"<p>Guidance: {html.escape(guidance_text(summary) or 'nothing was said')}.</p>",
         "<h2>Scenarios</h2>",
         bars([(name, one["driving_score"]) for name, one in types.items()], "driving score"),
         bars([(name, one["success_rate"]) for name, one in types.items()], "success rate %"),

@@ -55,7 +55,14 @@ def summary_text(summaries: list[Summary]) -> str:
         aligned(RECOVERY_HEAD, [recovery_row(s) for s in summaries]),
         "\n".join(f"{run_name(s)}: " + ", ".join(f"{n} {name}" for name, n in _statuses(s)) for s in summaries),
     ]
-    return "\n\n".join(parts)
+    words = [f"guidance to {run_name(s)}: {guidance_text(s)}" for s in summaries if s.recovery.said]
+    return "\n\n".join([*parts, *words])
+
+
+def guidance_text(summary: Summary) -> str:
+    """What was said to an arm, and what it followed, by kind; empty where nothing was said."""
+    f = summary.recovery
+    return ", ".join(f"{kind} {count} said, {f.followed[kind]} followed" for kind, count in f.said.most_common())
 
 
 def _statuses(summary: Summary) -> list[tuple[str, int]]:

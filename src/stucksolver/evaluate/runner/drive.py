@@ -202,7 +202,7 @@ class _Drive:
             town=job.route.town,
             seed=job.seed,
             arm=job.arm.name,
-            expected=getattr(self._play, "expected", None),
+            expected=self._play.expected,
             asked_s=log.asked_s,
             ticks=self._ticks,
             wall_s=round(wall_s, 3),

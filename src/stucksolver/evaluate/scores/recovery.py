@@ -24,6 +24,7 @@ WITHIN_S = 60.0
 AFTER_S = 10.0
 SAME_PLACE_M = 10.0
 PROGRESS_M = 15.0
+PASSENGER, WORDS_S = "passenger", 30.0
 NOT_HARM = frozenset({"min_speed_infractions", "vehicle_blocked", "route_timeout", "scenario_timeouts"})
 
 
@@ -54,6 +55,9 @@ class RecoveryFigures:
     lost_s: float = 0.0
     """Simulated time between questions and answers."""
     driven_km: float = 0.0
+    said: Counter[str] = field(default_factory=Counter)
+    """A passenger's lines by kind, and those after which a plan that moves was begun within 30 s on their account."""
+    followed: Counter[str] = field(default_factory=Counter)
     right: int = 0
     judged: int = 0
     """Routes whose scenario states the right thing to do, and those on which it was done."""
@@ -111,6 +115,9 @@ def _add(f: RecoveryFigures, o: Outcome, pair: Outcome | None) -> None:
         f.harm_alone += harm_within(pair, spans)
         f.infractions_alone += harm_within(pair, [(0.0, float("inf"))])
     _add_queries(f, o)
+    for line in o.guidance:
+        f.said[line.kind] += 1
+        f.followed[line.kind] += any(i.rung == PASSENGER and 0.0 <= i.start_s - line.time_s <= WORDS_S for i in moving)
     if o.expected is not None:
         f.judged += 1
         f.right += did_right(o)
