@@ -32,6 +32,8 @@ class Member:
     half_length_m: float
     half_width_m: float
     half_height_m: float
+    middle_m: tuple[float, float] = (0.0, 0.0)
+    """Of the box, ahead and right of the actor's origin."""
     is_staged: bool = False
 
     @property
@@ -67,11 +69,10 @@ class Cast:
         self._snapshot = world.get_snapshot()
         self._states: dict[int, State] = {}
         self._commands: list[Any] = []
-        self._sizes: dict[str, tuple[float, float, float]] = {}
+        self._boxes: dict[str, Any] = {}
         self._depot_places = 0
         self.members: dict[int, Member] = {}
-        box = hero.bounding_box.extent
-        self.hero_member = Member(hero.id, hero.type_id, hero, float(box.x), float(box.y), float(box.z))
+        self.hero_member = _member(hero, hero.bounding_box)
 
     def look(self) -> None:
         """Take this tick's snapshot; what was read from the last one is forgotten."""
@@ -202,11 +203,10 @@ class Cast:
         return frozenset(str(definition.id) for definition in self._library)
 
     def _enter(self, actor: Any, place: Any) -> Member:
-        size = self._sizes.get(actor.type_id)
-        if size is None:
-            box = actor.bounding_box.extent
-            size = self._sizes[actor.type_id] = (float(box.x), float(box.y), float(box.z))
-        member = Member(actor.id, actor.type_id, actor, *size)
+        box = self._boxes.get(actor.type_id)
+        if box is None:
+            box = self._boxes[actor.type_id] = actor.bounding_box
+        member = _member(actor, box)
         self.members[member.id] = member
         self._states[member.id] = _pose_state(place)
         return member
@@ -221,6 +221,11 @@ def lamps(*names: str) -> Any:
 
 
 HAZARD_LAMPS = ("LeftBlinker", "RightBlinker")
+
+
+def _member(actor: Any, box: Any) -> Member:
+    half, middle = box.extent, box.location
+    return Member(actor.id, actor.type_id, actor, half.x, half.y, half.z, (middle.x, middle.y))
 
 
 def _state(shot: Any) -> State:

@@ -44,7 +44,8 @@ def boxes_touch(one: Member, at: State, other: Member, there: State, margin_m: f
     """Whether two oriented boxes come nearer than a margin (separating axes)."""
     for a, s, b, t in ((one, at, other, there), (other, there, one, at)):
         cos, sin = math.cos(s.yaw_rad), math.sin(s.yaw_rad)
-        dx, dy = t.x - s.x, t.y - s.y
+        (x, y), (u, v) = _middle(a, s), _middle(b, t)
+        dx, dy = u - x, v - y
         ahead, right = abs(dx * cos + dy * sin), abs(-dx * sin + dy * cos)
         turn = t.yaw_rad - s.yaw_rad
         c, n = abs(math.cos(turn)), abs(math.sin(turn))
@@ -55,6 +56,13 @@ def boxes_touch(one: Member, at: State, other: Member, there: State, margin_m: f
     return True
 
 
+def _middle(member: Member, state: State) -> tuple[float, float]:
+    """Where the middle of a body's box is in the world."""
+    ahead, right = member.middle_m
+    cos, sin = math.cos(state.yaw_rad), math.sin(state.yaw_rad)
+    return state.x + ahead * cos - right * sin, state.y + ahead * sin + right * cos
+
+
 def _circles(bodies: Sequence[tuple[Member, State]]) -> tuple[Array, NDArray[np.int64]]:
     """Rows of x, y, z, radius, and the index of the body each belongs to."""
     rows: list[tuple[float, float, float, float]] = []
@@ -63,11 +71,12 @@ def _circles(bodies: Sequence[tuple[Member, State]]) -> tuple[Array, NDArray[np.
         radius = min(member.half_width_m, member.half_length_m)
         reach = max(member.half_length_m, member.half_width_m) - radius
         # A prop may lie across.
+        x, y = _middle(member, state)
         yaw = state.yaw_rad + (math.pi / 2 if member.half_width_m > member.half_length_m else 0.0)
         count = max(1, math.ceil(2.0 * reach / 2.5) + 1) if reach > 0.2 else 1
         for k in range(count):
             along = reach * (2.0 * k / (count - 1) - 1.0) if count > 1 else 0.0
-            rows.append((state.x + along * math.cos(yaw), state.y + along * math.sin(yaw), state.z, radius))
+            rows.append((x + along * math.cos(yaw), y + along * math.sin(yaw), state.z, radius))
             owner.append(index)
     return np.array(rows, dtype=np.float64).reshape(-1, 4), np.array(owner, dtype=np.int64)
 

@@ -74,7 +74,7 @@ def _ours() -> Iterator[str]:
     yield ""
     yield "## Stuck situations of our own, and controls"
     yield ""
-    yield "Each states what is right (`recover`, `wait`, `ask` or `reroute`) and the criteria that are off while it runs."
+    yield "Each states what is right (`recover`, `wait`, `ask` or `reroute`) and which criteria are off meanwhile."
     yield "None has a time limit of its own. The types that use blueprints of carlette's own are unsupported on CARLA."
     yield ""
     yield "| type | situation | right | what happens when | needs | suspends | simplified |"

@@ -12,8 +12,8 @@ from stucksolver.evaluate.scenarios.moves.junction import JunctionScenario, stra
 from stucksolver.evaluate.scenarios.registry import scenario
 from stucksolver.evaluate.scenarios.setting import Setting
 
-BEFORE_M, NOSE_MPS, NOSE_GAP_M, FARTHEST_M = 2.0, 3.5, 2.0, 30.0
-NEAR_M, STANDS_S, CREPT_M = 34.0, 4.0, 0.5
+BEFORE_M, NOSE_MPS, NOSE_GAP_M, FARTHEST_M = 2.0, 6.0, 1.0, 30.0
+NEAR_M, STANDS_S, CREPT_M = 45.0, 4.0, 0.5
 STANDING_MPS = 0.1
 
 

@@ -27,9 +27,16 @@ class DoubleParkedVan(Stuck):
         self._person = self.put(PERSON, -self._van.half_length_m, aside_m)
 
     def happen(self) -> Iterator[None]:
-        yaw = self.ahead(self.distance_m).transform.rotation.yaw
         end_s = self.s_at(self.distance_m) + 10.0
-        while self.gap_m(end_s) > 0.0:
+        for _ in self._work():
+            if self.gap_m(end_s) < 0.0:
+                return
+            yield
+
+    def _work(self) -> Iterator[None]:
+        """To the load and back, for ever."""
+        yaw = self.ahead(self.distance_m).transform.rotation.yaw
+        while True:
             for turn_deg in (0.0, 180.0):
                 yield from walk_for(self, self._person, yaw + turn_deg, WALK_MPS, WALK_M)
                 yield from self.wait(2.0)

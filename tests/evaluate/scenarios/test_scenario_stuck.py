@@ -1,0 +1,191 @@
+"""Stuck situations of our own and controls: what stands there, what is right, and what is free again when."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+carla = pytest.importorskip("carla")
+
+from playing import Playing, shipped  # noqa: E402
+
+from stucksolver.evaluate.scenarios import SCENARIOS, load_all  # noqa: E402
+
+RED, GREEN, OFF = carla.TrafficLightState.Red, carla.TrafficLightState.Green, carla.TrafficLightState.Off
+DISTANCE_M = 42.0
+RIGHT = {
+    "recover": """DisabledCarAndPaperBag DebrisInLane ClosedBoxInLane NarrowRoadStandoff DarkTrafficLight
+    DoubleParkedVan AllWayStopDeadlock MergeNeverOpens PictureOfTrafficLight AmbulanceBehind""",
+    "ask": "DisabledCarAndRock StuckRedLight",
+    "reroute": "RoundaboutLoop ClosedRoad",
+    "wait": """ToyInLane BlockedJunctionBox RoadBlockedForAMinute AnimalsOnRoad Flagger RedLight QueueAtLight
+    PedestriansCrossing SchoolBus LevelCrossing EmergencyScene""",
+}
+BLOCKED = {
+    "DisabledCarAndPaperBag": "Accident_1",
+    "DisabledCarAndRock": "Accident_1",
+    "DebrisInLane": "AccidentTwoWays_1",
+    "ClosedBoxInLane": "AccidentTwoWays_1",
+    "DoubleParkedVan": "AccidentTwoWays_1",
+    "ClosedRoad": "AccidentTwoWays_1",
+    "AmbulanceBehind": "AccidentTwoWays_1",
+}
+"""Types whose way does not get free by itself, and a route of the suite to play each on."""
+FREE_AFTER_S = {
+    "ToyInLane": 30.0,
+    "RoadBlockedForAMinute": 68.0,
+    "AnimalsOnRoad": 36.0,
+    "Flagger": 32.0,
+    "SchoolBus": 40.0,
+    "LevelCrossing": 37.0,
+    "EmergencyScene": 47.0,
+}
+AT_LIGHTS = ("RedLight", "QueueAtLight", "StuckRedLight", "BlockedJunctionBox", "DarkTrafficLight")
+LIT = "SignalizedJunctionLeftTurn_1"
+
+
+@pytest.fixture
+def staged(theatre):
+    """Plays a type of ours on a route of the public suite."""
+    begun = []
+
+    def begin(kind, name, traffic=False, **parameters):
+        route = shipped()[name]
+        told = {"distance": {"value": str(DISTANCE_M)}, **parameters}
+        spec = replace(route.scenarios[0], type=kind, name=f"{kind}_1", parameters=told)
+        client = theatre._client_of(route.town)
+        begun.append(Playing(client.load_world(route.town), replace(route, scenarios=(spec,)), client, traffic=traffic))
+        return begun[-1]
+
+    yield begin
+    for one in begun:
+        one.close()
+
+
+def in_way(playing):
+    """What reaches into the hero's lane around the place of the scenario."""
+    found = []
+    for one in playing.others(""):
+        s_m, right_m = playing.along(one)
+        half_m = max(one.half_width_m, one.half_length_m if abs(playing.facing_deg(one) - 90.0) < 45.0 else 0.0)
+        near = abs(s_m - playing.scenario.trigger_s_m - DISTANCE_M) < 14.0
+        if near and abs(right_m) - half_m < 1.2:
+            found.append(one)
+    return found
+
+
+def test_every_type_of_ours_says_what_is_right():
+    load_all()
+    ours = {name: cls.expected for name, cls in SCENARIOS.items() if cls.expected is not None}
+    assert ours == {name: right for right, names in RIGHT.items() for name in names.split()}
+    assert all(SCENARIOS[name].timeout_s is None for name in ours)
+
+
+def test_a_wait_of_more_than_a_minute_does_not_count_as_blocked():
+    load_all()
+    assert "blocked" in SCENARIOS["RoadBlockedForAMinute"].suspends
+    assert SCENARIOS["ClosedRoad"].suspends == {"blocked", "route_deviation"}
+
+
+@pytest.mark.integration
+@pytest.mark.parametrize("kind", BLOCKED)
+def test_the_way_is_blocked_and_stays_so(staged, kind):
+    playing = staged(kind, BLOCKED[kind])
+    assert playing.play.expected == SCENARIOS[kind].expected
+    playing.jump(5.0)
+    assert playing.play.suspended == SCENARIOS[kind].suspends
+    playing.jump(DISTANCE_M - 8.0)
+    assert in_way(playing)
+    playing.run(10.0)
+    assert in_way(playing) and not playing.play.finished
+    playing.jump(5.0 + DISTANCE_M + 27.0)
+    assert playing.play.finished and not playing.play.suspended
+
+
+@pytest.mark.integration
+@pytest.mark.parametrize("thing", ["paperbag", "rock"])
+def test_beside_the_disabled_car_lies_the_thing_in_the_left_lane(staged, thing):
+    kind = "DisabledCarAndPaperBag" if thing == "paperbag" else "DisabledCarAndRock"
+    playing = staged(kind, "Accident_1", traffic=True)
+    playing.jump(5.0)
+    playing.run(1.0)
+    (found,) = [one for one in playing.others("static.") if one.type_id.endswith(thing)]
+    assert playing.along(found)[1] == pytest.approx(-3.5, abs=0.3)
+    (car,) = playing.others()
+    assert car.actor.get_light_state() == carla.VehicleLightState(
+        int(carla.VehicleLightState.LeftBlinker) | int(carla.VehicleLightState.RightBlinker)
+    )
+
+
+@pytest.mark.integration
+@pytest.mark.parametrize("kind", FREE_AFTER_S)
+def test_who_waits_finds_the_way_free(staged, kind):
+    playing = staged(kind, "AccidentTwoWays_1")
+    playing.jump(5.0)
+    assert in_way(playing) or kind == "LevelCrossing"
+    playing.jump(5.0 + DISTANCE_M - 20.0)
+    playing.run(FREE_AFTER_S[kind] - 25.0)
+    assert playing.others("")
+    playing.run(27.0)
+    assert not [one for one in in_way(playing) if playing.cast.state(one).speed_mps < 1.0]
+
+
+@pytest.mark.integration
+@pytest.mark.parametrize(
+    "kind", ["RedLight", "QueueAtLight", "StuckRedLight", "BlockedJunctionBox", "DarkTrafficLight"]
+)
+def test_lights_are_held_as_told(staged, kind):
+    playing = staged(kind, LIT)
+    playing.jump(5.0)
+    playing.run(0.2)
+    own = playing.scenario.own_lights
+    first = GREEN if kind == "BlockedJunctionBox" else OFF if kind == "DarkTrafficLight" else RED
+    assert own and all(light.state == first for light in own)
+    if kind == "QueueAtLight":
+        assert len(playing.others()) >= 2
+    if kind == "BlockedJunctionBox":
+        inside = [playing.map.get_waypoint(one.actor.get_location()).is_junction for one in playing.others()]
+        assert len(inside) >= 2 and all(inside)
+    playing.jump(playing.scenario.entry_s - 20.0)
+    playing.run(29.0)
+    assert all(light.state == first for light in own)
+    playing.run(12.0)
+    then = {"RedLight": GREEN, "QueueAtLight": GREEN}.get(kind, first)
+    assert all(light.state == then for light in own)
+    if kind == "BlockedJunctionBox":
+        assert not [one for one in playing.others() if playing.cast.state(one).speed_mps < 1.0]
+
+
+@pytest.mark.integration
+def test_pedestrians_cross_one_after_the_other_for_half_a_minute(staged):
+    playing = staged("PedestriansCrossing", "PedestrianCrossing_1")
+    playing.jump(5.0)
+    playing.jump(playing.scenario.entry_s - 20.0)
+    on_road = []
+    for _ in range(140):
+        playing.run(0.25)
+        on_road.append(any(abs(playing.along(one)[1]) < 1.75 for one in playing.others("walker.")))
+    times = [k * 0.25 for k, is_there in enumerate(on_road) if is_there]
+    assert times[0] < 8.0 and times[-1] > 22.0
+    playing.run(8.0)
+    assert not playing.others("walker.")
+
+
+@pytest.mark.integration
+def test_at_the_all_way_stop_nobody_goes_until_the_hero_creeps(staged):
+    playing = staged("AllWayStopDeadlock", "OppositeVehicleTakingPriority_1")
+    playing.jump(5.0)
+    playing.run(8.0)
+    cars = playing.others()
+    inside = playing.route.xyz[playing.scenario.junction.first : playing.scenario.junction.last + 1, :2]
+    nose = min(
+        float(((inside - (s.x, s.y)) ** 2).sum(axis=1).min() ** 0.5) for s in (playing.cast.state(one) for one in cars)
+    )
+    assert nose < 4.5 and all(playing.cast.state(one).speed_mps < 0.1 for one in cars)
+    playing.jump(playing.scenario.entry_s - 6.0)
+    playing.run(15.0)
+    assert all(playing.cast.state(one).speed_mps < 0.1 for one in cars)
+    playing.jump(playing.scenario.entry_s - 4.0)
+    playing.run(6.0)
+    assert any(playing.cast.state(one).speed_mps > 1.0 for one in cars)
