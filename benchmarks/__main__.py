@@ -9,6 +9,7 @@ import json
 NAMES = (
     "solver_overhead",
     "addon_overhead",
+    "query_overhead",
     "carlette_ticks",
     "carlette_forks",
     "carlette_camera",

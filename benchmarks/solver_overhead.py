@@ -63,7 +63,7 @@ def _ticks(batches: int, calls: int) -> dict[str, float]:
 
 def _looks(batches: int, calls: int) -> dict[str, float]:
     """What happens only while a plan is pending or running, with 30 actors around."""
-    surroundings, guard, rules = _surroundings(), Guard(), RuleReasoner()
+    surroundings, guard, rules = parked_car(), Guard(), RuleReasoner()
     view = View(surroundings)
     scene = build_scene(view, Status(time_s=0.0, speed_mps=0.0, progress_m=0.0), describe(tuple(REGISTRY)))
     plan = [BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)]
@@ -117,7 +117,7 @@ def _median(batches: int, calls: int, call: Callable[[], object]) -> float:
     return statistics.median(times)
 
 
-def _surroundings() -> Surroundings:
+def parked_car() -> Surroundings:
     """Behind a parked car on a two-way road: parked cars on both sides, people on foot, traffic that has passed."""
     objects = [_object("lead", 75.0, 0.0, ObjectKind.CAR)]
     for k in range(ACTORS - 1):
