@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -50,13 +51,14 @@ def _pedestrians(world: Any, carla_map: Any) -> Staged:
     light.set_state(carla.TrafficLightState.Red)
     light.freeze(True)
     ego = _spawn(world, "vehicle.lincoln.mkz_2020", stop.previous(APPROACH_M)[0], "hero")
-    walkers = [_walker(world, stop.next(ahead)[0], side) for ahead, side in ((2.5, -5.5), (4.0, 6.5), (3.2, -8.0))]
+    places = ((2.5, -5.5), (4.0, 6.5), (3.2, -8.0))
+    walkers = [_walker(world, stop.next(ahead)[0], side) for ahead, side in places]
 
     def walk(seconds: float) -> None:
-        for walker, side in zip(walkers, (1.0, -1.0, 1.0), strict=True):
+        for walker, (_, side) in zip(walkers, places, strict=True):
             if seconds >= 6.0:
-                across = stop.transform.get_right_vector()
-                walker.apply_control(carla.WalkerControl(across * side, WALK_MPS))
+                across = stop.transform.get_right_vector() * math.copysign(1.0, side)
+                walker.apply_control(carla.WalkerControl(across, WALK_MPS))
         if seconds >= 30.0:
             light.set_state(carla.TrafficLightState.Green)
 
@@ -67,7 +69,7 @@ def _open_door(world: Any, carla_map: Any) -> Staged:
     """A car that stands half in our lane, its door open towards us; the lane to the left is free."""
     site = choose_site(carla_map, "multi_lane", 1, 170)
     ego = _spawn(world, "vehicle.lincoln.mkz_2020", site.start, "hero")
-    parked = _spawn(world, "vehicle.audi.etron", site.obstacle, "parked", aside_m=1.1)
+    parked = _spawn(world, "vehicle.dodge.charger_2020", site.obstacle, "parked", aside_m=1.1)
     parked.apply_control(carla.VehicleControl(hand_brake=True))
     parked.open_door(carla.VehicleDoor.FL)
     return Staged(ego, site.destination.transform.location, actors=[parked])

@@ -8,8 +8,8 @@ from typing import Any
 
 import carla
 
-from stucksolver.evaluate.cases.case import Case, Staged
-from stucksolver.evaluate.server import Server, carlette_server, check_versions
+from stucksolver.evaluate.cases.case import Case, CaseError, Staged
+from stucksolver.evaluate.server import Server, ServerError, carlette_server, check_versions
 from stucksolver.ladder import Ladder, parse_ladder, profile_text
 from stucksolver.reason import Reasoner
 from stucksolver.solver import Event, EventKind, StuckSolver
@@ -19,7 +19,7 @@ from stucksolver.stacks.driver import BehaviorDriver
 
 DT_S = 0.05
 SETTLE_TICKS = 10
-CLIENT_TIMEOUT_S = 20.0
+CLIENT_TIMEOUT_S = 60.0
 ENOUGH_S = 25.0
 """After a first answer without a plan, it is watched for this long."""
 LADDER = """
@@ -72,9 +72,20 @@ def run_cases(
     for case in cases:
         say(f"{case.title} …")
         with carlette_server(map_name, maps) as server:
-            results.append(_run(case, reasoner(), server, clock))
+            results.append(_answered(case, reasoner(), server, clock))
         say(f"  {results[-1].ending}")
     return results
+
+
+def _answered(case: Case, reasoner: Reasoner, server: Server, clock: str) -> CaseResult:
+    """The client library tells of a simulator that is gone by a bare `RuntimeError`."""
+    try:
+        return _run(case, reasoner, server, clock)
+    except CaseError:
+        raise
+    except RuntimeError as error:
+        server.check()
+        raise ServerError(f"the simulator does not answer: {error}; run again") from error
 
 
 def _run(case: Case, reasoner: Reasoner, server: Server, clock: str) -> CaseResult:
