@@ -182,3 +182,14 @@ def _longest_of_some_routes(world):
         if 300 <= len(driver.route) <= 600 and {"left", "right"} & commands:
             break
     return car, driver
+
+
+def test_it_stops_for_what_lies_in_its_path_but_not_for_what_it_is_told_to_drive_over(avenue):
+    car, driver = avenue.ego(5, 100)
+    flat = avenue.add("static.prop.creasedbox01", 18)
+    driver.follow(avenue.shifted(car, 0.0, 1.0, 30.0, 2.0))
+    avenue.drive(car, driver, 12.0)
+    assert driver.hazard is not None and driver.hazard.actor_id == flat.id
+    driver.follow(avenue.shifted(car, 0.0, 1.0, 30.0, 2.0), ignore=frozenset({flat.id}))
+    ticks = avenue.drive(car, driver, 8.0)
+    assert ticks.speed[-1] > 1.0

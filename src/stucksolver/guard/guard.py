@@ -82,8 +82,9 @@ class Proven:
         return float(self.path.s[max(int(first[0]) - 1, 0)]) if len(first) else None
 
     def committed(self, s: float) -> bool:
-        """Is it too late to stop at an arc length, and not yet safe again?"""
-        return bool(self.no_stop[min(int(np.searchsorted(self.path.s, s, side="right")), len(self.no_stop) - 1)])
+        """Is it too late to stop at an arc length, and not yet safe again? A station on either side decides."""
+        after = int(np.searchsorted(self.path.s, s, side="right"))
+        return bool(self.no_stop[max(after - 1, 0) : after + 1].any())
 
 
 class Guard:
