@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver import Directive, Execute, Scene, Status, StuckSolver, Surroundings
-from stucksolver.decision.behaviors import REGISTRY, describe
+from stucksolver.decision.behaviors import describe
 from stucksolver.scene import (
     EgoState,
     LaneDirection,
@@ -25,6 +25,8 @@ from stucksolver.scene.view import View
 
 DT_S = 0.05
 STATIONS = 301
+OFFERS = ("wait", "keep_lane", "change_lane", "borrow_oncoming_lane")
+"""The behaviours that this stack can perform: a point on rails does not reverse."""
 
 
 def lane(name: str, offset_m: float, direction: LaneDirection, line: LineKind) -> LaneStrip:
@@ -82,7 +84,7 @@ class PointStack:
         return Surroundings(frame=frame, time_s=self.time_s, ego=ego, objects=(parked,), sight=sight, road=ROAD)
 
     def scene(self) -> Scene:
-        return build_scene(View(self.surroundings()), self.status(), describe(tuple(REGISTRY)))
+        return build_scene(View(self.surroundings()), self.status(), describe(OFFERS))
 
     def perform(self, directive: Directive) -> None:
         if isinstance(directive, Execute):
