@@ -11,7 +11,9 @@ from stores import ROUTES, begun, keep, manifest, metric_info, outcome, record
 
 from stucksolver.evaluate.criteria import Infraction
 from stucksolver.evaluate.report.evaluation import evaluation_page, write_evaluation
+from stucksolver.evaluate.report.tables import summary_json
 from stucksolver.evaluate.results.metric_info import NAMES, read_metric_info
+from stucksolver.evaluate.results.outcome import Intervention, Noted
 from stucksolver.evaluate.results.record import checkpoint_text
 from stucksolver.evaluate.results.store import Store, StoreError
 from stucksolver.evaluate.scores.compare import ComparisonError, comparison
@@ -122,6 +124,19 @@ def test_all_scores_come_from_files_alone_and_the_report_names_every_route(tmp_p
     data = json.loads((store.folder / "summary.json").read_text())
     assert (data["driving_score"], data["efficiency"]) == (50.0, 80.0)
     assert len((store.folder / "routes.csv").read_text().splitlines()) == 3
+
+
+def test_recoveries_and_words_are_written_by_kind(tmp_path: Path) -> None:
+    store = begun(tmp_path / "out")
+    keep(store, ROUTES[0], 1, record(ROUTES[0]))
+    plan = Intervention(
+        start_s=1.0, end_s=2.0, place_m=0.0, rung="rules", behaviors=("nudge",), moves=True, finished=True
+    )
+    said = Noted(kind="helpful", time_s=0.5, text="go")
+    found = outcome(ROUTES[0], interventions=(plan,), guidance=(said,), track=((1.0, 0.0), (2.0, 20.0)))
+    store.write_outcome(ROUTES[0], found)
+    data = json.loads(summary_json(summarize(store)))["recovery"]
+    assert (data["by_rung"], data["said"]) == ({"rules": 1}, {"helpful": 1})
 
 
 def test_the_page_permits_no_script(tmp_path: Path) -> None:

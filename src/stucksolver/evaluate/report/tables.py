@@ -71,7 +71,8 @@ def _statuses(summary: Summary) -> list[tuple[str, int]]:
 
 def summary_json(summary: Summary) -> str:
     """Everything but the routes."""
-    recovery = dataclasses.asdict(summary.recovery)
+    # Not `asdict`: it makes counters of a counter's items.
+    recovery: dict[str, Any] = {f.name: getattr(summary.recovery, f.name) for f in dataclasses.fields(summary.recovery)}
     recovery |= {"median_s": summary.recovery.median_s, "p95_s": summary.recovery.p95_s}
     data: dict[str, Any] = {
         "manifest": summary.manifest.model_dump(mode="json"),

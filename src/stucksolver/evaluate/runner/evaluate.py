@@ -16,7 +16,7 @@ from stucksolver.evaluate.routes import Route
 from stucksolver.evaluate.runner.board import Board
 from stucksolver.evaluate.runner.job import ArmSpec, Replays, RouteJob
 from stucksolver.evaluate.runner.pool import News, run_tasks
-from stucksolver.evaluate.runner.suite import load_routes
+from stucksolver.evaluate.runner.suite import load_routes, route_ids
 from stucksolver.evaluate.runner.work import Task
 from stucksolver.evaluate.scenarios.registry import scenario_type
 from stucksolver.ladder import find_ladder
@@ -55,7 +55,7 @@ def evaluate(spec: EvaluationSpec) -> Store:
     check_arm(spec.arm)
     if spec.arm.ladder is not None:
         find_ladder(spec.arm.ladder)
-    script = Script(routes={}) if spec.guidance is None else read_script(spec.guidance, {r.id for r in routes})
+    script = Script(routes={}) if spec.guidance is None else read_script(spec.guidance, route_ids(spec.suite))
     store = Store(spec.out)
     store.begin(_manifest(spec, routes), routes, spec.resume)
     require_writable(spec.out)

@@ -14,3 +14,8 @@ def load_routes(name: str, only: tuple[str, ...] = ()) -> tuple[Route, ...]:
     if missing:
         raise SuiteError(f"no route {', '.join(missing)} in {name}; its ids are {', '.join(sorted(known))}")
     return tuple(route for route in routes if not only or route.id in only)
+
+
+def route_ids(name: str) -> frozenset[str]:
+    """The ids of all its routes. Raises `SuiteError` and `RouteFileError`."""
+    return frozenset(route.id for route in suite(name).routes)
