@@ -32,9 +32,9 @@ def value(number):
     return {"value": str(number)}
 
 
-def flow_play(play, kind, **options):
+def flow_play(play, kind, number=1, **options):
     gaps = {"from": str(FROM_M), "to": str(TO_M)}
-    return play(f"{kind}_1", traffic=False, flow_speed=value(SPEED_MPS), source_dist_interval=gaps, **options)
+    return play(f"{kind}_{number}", traffic=False, flow_speed=value(SPEED_MPS), source_dist_interval=gaps, **options)
 
 
 def lanes(playing):
@@ -97,10 +97,10 @@ def test_cars_of_a_flow_keep_the_spacing_asked_for(play, kind):
     ],
 )
 def test_the_heros_light_is_red_for_five_seconds_and_green_from_then_on(play, kind):
-    playing = flow_play(play, kind)
+    # Not all junctions with bicycle lanes have lights.
+    candidates = (flow_play(play, kind, number=number) for number in range(1, 6))
+    playing = next(one for one in candidates if one.scenario.own_lights)
     own = playing.scenario.own_lights
-    if kind == "CrossingBicycleFlow" and not own:
-        pytest.skip("this route's junction has no lights")
     playing.jump(5.0)
     playing.run(0.2)
     red, green = carla.TrafficLightState.Red, carla.TrafficLightState.Green

@@ -108,14 +108,3 @@ def entries(waypoint_in_junction: Any) -> Iterator[Any]:
             if not before.is_junction and key not in seen and is_driving(before):
                 seen.add(key)
                 yield before
-
-
-def exits(waypoint_in_junction: Any) -> Iterator[Any]:
-    """The first waypoint of every driving lane that leads out of the junction of a waypoint, each once."""
-    seen: set[tuple[int, int]] = set()
-    for _, end in waypoint_in_junction.get_junction().get_waypoints(carla.LaneType.Driving):
-        for after in end.next(1.0):
-            key = (after.road_id, after.lane_id)
-            if not after.is_junction and key not in seen and is_driving(after):
-                seen.add(key)
-                yield after

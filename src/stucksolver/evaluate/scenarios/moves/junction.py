@@ -8,7 +8,7 @@ from typing import Any
 
 import carla
 
-from stucksolver.evaluate.background.lanes import RouteJunction, back, entries, exits, route_junctions
+from stucksolver.evaluate.background.lanes import RouteJunction, entries, route_junctions
 from stucksolver.evaluate.scenarios.base import Scenario
 from stucksolver.evaluate.scenarios.moves.places import run_of_lane, turn_deg, upstream, way_turn_deg
 from stucksolver.evaluate.scenarios.setting import Setting
@@ -65,11 +65,6 @@ class JunctionScenario(Scenario):
         inside = self.setting.route.waypoints[self.junction.first]
         others = [one for one in entries(inside) if one.road_id != self.entry.road_id]
         return [one for one in others if _comes_from(self.entry, one) == side]
-
-    def other_exits(self) -> list[Any]:
-        """The first waypoints of the lanes that lead out, the hero's road aside."""
-        inside = self.setting.route.waypoints[self.junction.first]
-        return [one for one in exits(inside) if one.road_id != self.exit.road_id]
 
     def passes_exit(self) -> bool:
         return self.setting.hero_s_m > self.exit_s
@@ -161,6 +156,3 @@ def _comes_from(entry: Any, other: Any) -> str:
     if abs(angle) < 45.0:
         return "same"
     return "left" if angle > 0 else "right"
-
-
-__all__ = ["JunctionScenario", "back", "straight_way", "way_to"]
