@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from functools import lru_cache
 from typing import Any
@@ -11,8 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 carla = pytest.importorskip("carla")
-
-import itertools
 
 from carlette.maps import DEMO_TOWN  # noqa: E402
 from stucksolver.evaluate.actors import LanePath, Member, State  # noqa: E402
