@@ -6,7 +6,7 @@ import threading
 from collections.abc import Sequence
 
 from stucksolver.decision import Decision
-from stucksolver.reason.reasoner import Cancellable, Reasoner, ReasonerError, Trace, Traced
+from stucksolver.reason.reasoner import AsksGuard, Cancellable, PlanCheck, Reasoner, ReasonerError, Trace, Traced
 from stucksolver.scene import Scene
 
 
@@ -38,6 +38,11 @@ class FallbackReasoner:
             finally:
                 self.last_trace = reasoner.last_trace if isinstance(reasoner, Traced) else None
         raise ReasonerError("; ".join(self.failures))
+
+    def check_with(self, check: PlanCheck | None) -> None:
+        for reasoner in self.reasoners:
+            if isinstance(reasoner, AsksGuard):
+                reasoner.check_with(check)
 
     def cancel(self) -> None:
         self._cancelled.set()

@@ -13,9 +13,7 @@ from stucksolver.reason.llm.openai_api import OpenAiChat
 from stucksolver.reason.reasoner import Reasoner
 from stucksolver.reason.rules import RuleReasoner
 
-HELP = (
-    "rules, openai:MODEL[@BASE_URL], recorded:FOLDER, or several in order of trust, separated by commas"
-)
+HELP = "rules, openai:MODEL[@BASE_URL], recorded:FOLDER, or several in order of trust, separated by commas"
 
 
 class ReasonerNameError(ValueError):

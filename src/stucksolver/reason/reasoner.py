@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 
 from pydantic import ValidationError
 
-from stucksolver.decision import Decision
+from stucksolver.decision import Decision, RecoveryPlan
 from stucksolver.scene import Scene
 from stucksolver.scene.model import Model
 
@@ -58,6 +58,18 @@ class Cancellable(Protocol):
 
     def cancel(self) -> None:
         """End the running `decide` soon, by `ReasonerError`; do nothing when none runs."""
+
+
+PlanCheck = Callable[[RecoveryPlan], str]
+"""What the guard would say of a plan now, in words; may be called from the reasoner's thread."""
+
+
+@runtime_checkable
+class AsksGuard(Protocol):
+    """A reasoner may want to ask the guard before it commits to a plan."""
+
+    def check_with(self, check: PlanCheck | None) -> None:
+        """Given before each `decide`; None where nothing is known of the surroundings."""
 
 
 Parser = Callable[[str, Scene], Decision]

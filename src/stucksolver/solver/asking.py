@@ -9,6 +9,7 @@ from stucksolver.decision import WaitReason
 from stucksolver.detect import Detector
 from stucksolver.ladder import AskReasoner, Waits
 from stucksolver.reason import Reasoner, ReasonerError
+from stucksolver.reason.reasoner import PlanCheck
 from stucksolver.scene import Guidance, PastAttempt, Scene, Status
 from stucksolver.solver.camera import CameraWatch
 from stucksolver.solver.clock import Clock
@@ -51,6 +52,7 @@ class Asking:
         attempts: tuple[PastAttempt, ...],
         screen: bool,
         outlived: frozenset[WaitReason],
+        check: PlanCheck | None = None,
     ) -> None:
         """Start a question; `status` is in the solver's own time. Raises `ReasonerError` where that cannot be."""
         scene = self._scene()
@@ -65,7 +67,7 @@ class Asking:
             }
         )
         scene = scene.model_copy(update={"ego": ego, "guidance": words, "attempts": attempts})
-        consult = partial(self._panel.consult, move.reasoner, screen=screen, outlived=outlived)
+        consult = partial(self._panel.consult, move.reasoner, screen=screen, outlived=outlived, check=check)
         reasoner = self._panel.reasoners[move.reasoner]
         self.thinking.ask(reasoner, consult, scene, status.time_s, move.deadline_s)
 

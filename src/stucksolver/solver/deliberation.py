@@ -67,13 +67,14 @@ class Deliberation(People):
     def _ask(self, move: AskReasoner, status: Status, trigger: Trigger, read: Read) -> None:
         now = status.time_s
         self._trigger = trigger
-        self._running.senses.look(read, now)
+        seen = self._running.senses.look(read, now)
         self._look_back(status)
         self._tell(now, EventKind.TRIGGERED, trigger.value)
         outlived = self._climb.outlived(now)
         try:
             screen = self._climb.screens
-            self._asking.ask(move, status, self._words.now, self._failures.attempts, screen, outlived)
+            check = None if seen is None else self._running.second_opinion(seen, now, self._words.now is not None)
+            self._asking.ask(move, status, self._words.now, self._failures.attempts, screen, outlived, check)
         except ReasonerError as error:
             self._no_answer(status, error)
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from stucksolver.decision import Decision, WaitReason
 from stucksolver.ladder import Waits
 from stucksolver.reason import Reasoner, ReasonerError, RuleReasoner, Trace, Traced
+from stucksolver.reason.reasoner import AsksGuard, PlanCheck
 from stucksolver.scene import Scene
 
 
@@ -28,8 +29,18 @@ class Panel:
         self._waits = waits
         self._rules = RuleReasoner(waits.limits())
 
-    def consult(self, name: str, scene: Scene, *, screen: bool, outlived: frozenset[WaitReason]) -> Answer:
+    def consult(
+        self,
+        name: str,
+        scene: Scene,
+        *,
+        screen: bool,
+        outlived: frozenset[WaitReason],
+        check: PlanCheck | None = None,
+    ) -> Answer:
         """Ask one about a scene; with `screen`, rules answer in its place where the vehicle is only held up.
+
+        `check` lets it ask the guard first.
 
         Runs off the control loop. Raises what the reasoner raises, and `ReasonerError` for an answer of the wrong type.
         """
@@ -39,6 +50,8 @@ class Panel:
             reason = held.analysis.wait
             if self._waits.is_wait(reason) and not held.analysis.immobilized and reason not in outlived:
                 return Answer(held, self._rules.name)
+        if isinstance(reasoner, AsksGuard):
+            reasoner.check_with(check)
         decision = reasoner.decide(scene)
         if not isinstance(decision, Decision):
             raise ReasonerError(f"{reasoner.name} answered with a {type(decision).__name__}, not a Decision")

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from stucksolver.decision import Directive, RecoveryPlan
 from stucksolver.decision.behaviors import PullOver
 from stucksolver.guard import NOBODY, Approvals, Guard, Verdict
-from stucksolver.scene import Scene
+from stucksolver.reason.reasoner import PlanCheck
+from stucksolver.scene import Scene, Surroundings
 from stucksolver.scene.view import View
 from stucksolver.solver.events import Judgement, Tick
 from stucksolver.solver.execution import Execution, Outcome, minimal_risk
@@ -72,6 +73,14 @@ class Running:
         if known is None and not verdict.accepted:
             need = missing_yes(plan, verdict, self.guard, view, now_s, guided, approvals)
         return Judged(plan, verdict, execution, view, need, passes(verdict, moving(view)))
+
+    def second_opinion(self, seen: Surroundings, now_s: float, guided: bool) -> PlanCheck:
+        """What the guard would say of a plan, for a reasoner that asks before it commits; off the control loop."""
+
+        def check(plan: RecoveryPlan) -> str:
+            return str(Execution(plan, self.guard, guided, NOBODY).start(View(seen), now_s))
+
+        return check
 
     def aside(self, read: Read, now_s: float, *, scene: Scene | None, failures: Failures) -> Judged | None:
         """The way to the roadside, judged; None where there is none, or nothing is known."""

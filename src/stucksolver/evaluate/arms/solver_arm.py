@@ -10,7 +10,7 @@ from stucksolver.decision import Decision, Directive, SafeStop
 from stucksolver.evaluate.arms.arm import ArmLog, Now
 from stucksolver.evaluate.results.outcome import Intervention, Query
 from stucksolver.reason import Reasoner
-from stucksolver.reason.reasoner import Cancellable, Trace, Traced
+from stucksolver.reason.reasoner import AsksGuard, Cancellable, PlanCheck, Trace, Traced
 from stucksolver.record import Recorder
 from stucksolver.scene import Scene
 from stucksolver.solver import Event, EventKind, StuckSolver
@@ -53,6 +53,10 @@ class TimedReasoner:
     def cancel(self) -> None:
         if isinstance(self._inner, Cancellable):
             self._inner.cancel()
+
+    def check_with(self, check: PlanCheck | None) -> None:
+        if isinstance(self._inner, AsksGuard):
+            self._inner.check_with(check)
 
 
 class SolverArm:

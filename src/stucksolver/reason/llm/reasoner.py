@@ -6,20 +6,17 @@ import hashlib
 import json
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from stucksolver.decision import Decision, RecoveryPlan
+from stucksolver.decision import Decision
 from stucksolver.reason.llm.answer import FORMAT, AnswerError, parse_answer, parse_plan
 from stucksolver.reason.llm.budget import PRICES, Purse
 from stucksolver.reason.llm.chat import ChatModel, GiveUp, Message, Reply, Tool, TryAgain, Usage
 from stucksolver.reason.llm.prompt import PROMPT_VERSION, messages
 from stucksolver.reason.llm.schema import CHECK_PLAN, DECIDE, check_tool, decide_tool
-from stucksolver.reason.reasoner import ReasonerError, Trace
+from stucksolver.reason.reasoner import PlanCheck, ReasonerError, Trace
 from stucksolver.scene import Scene
 
-PlanCheck = Callable[[RecoveryPlan], str]
-"""What the guard says of a plan now, in words."""
 FIRST_PAUSE_S = 0.25
 EPISODE_PAUSE_S = 60.0
 EPISODE_PROGRESS_M = 15.0
