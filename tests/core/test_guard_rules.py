@@ -16,6 +16,7 @@ from stucksolver.decision.behaviors import (
     Nudge,
     PullOver,
     RejoinRoute,
+    Release,
     RequestAssistance,
     Wait,
 )
@@ -93,8 +94,20 @@ TWINS = {
     "an emergency scene": (
         C.AUTHORITY,
         AHEAD,
+        World(TWO_WAY, [thing("van", 65.0, -2.4, kind=K.EMERGENCY, emergency_lights=True)]),
         World(TWO_WAY, [thing("van", 65.0, -5.0, kind=K.EMERGENCY, emergency_lights=True)]),
-        World(TWO_WAY, [thing("van", 65.0, -5.0, kind=K.EMERGENCY, emergency_lights=False)]),
+    ),
+    "an emergency scene half in the way": (
+        C.AUTHORITY,
+        KeepLane(distance_m=20.0, speed_mps=2.0),
+        World(TWO_WAY, [thing("van", 65.0, -2.4, kind=K.EMERGENCY, emergency_lights=True)]),
+        World(TWO_WAY, [thing("van", 65.0, -2.4, kind=K.EMERGENCY, emergency_lights=False)]),
+    ),
+    "an emergency scene through the oncoming lane": (
+        C.AUTHORITY,
+        BORROW,
+        lead(kind=K.EMERGENCY, emergency_lights=True),
+        lead(kind=K.EMERGENCY, emergency_lights=False),
     ),
     "a school bus that stands": (
         C.AUTHORITY,
@@ -164,13 +177,28 @@ def test_a_passenger_may_confirm_a_bag_but_not_conjure_one():
     assert codes(OVER, bag(kind_confidence=0.4), approvals=yes) == {C.NOT_PASSABLE}
 
 
+def test_past_an_emergency_scene_one_moves_over_by_a_whole_lane():
+    over = ChangeLane(side="left", distance_m=40.0, speed_mps=5.0)
+    police = thing("police", 65.0, kind=K.EMERGENCY, emergency_lights=True)
+    astride = thing("police", 65.0, 1.2, kind=K.EMERGENCY, emergency_lights=True)
+    assert codes(over, World(MULTI, [police])) == set()
+    assert C.AUTHORITY in codes(over, World(MULTI, [astride]))
+
+
+def test_the_policy_may_release_emergency_scenes_and_nothing_else_with_them():
+    policy = GuardPolicy(emergency_scene=Release.AUTONOMOUS)
+    assert codes(BORROW, lead(kind=K.EMERGENCY, emergency_lights=True), policy=policy) == set()
+    assert codes(BORROW, lead(kind=K.SCHOOL_BUS), policy=policy) == {C.AUTHORITY}
+
+
 @pytest.mark.parametrize("rule", ["emergency_scene", "school_bus"])
 def test_an_operator_releases_one_scene_and_not_another(rule):
     kind = {"emergency_scene": K.EMERGENCY, "school_bus": K.SCHOOL_BUS}[rule]
-    world = World(TWO_WAY, [thing("it", 65.0, -5.0, kind=kind, emergency_lights=True)])
-    assert codes(AHEAD, world, approvals=Approvals(passenger=frozenset({rule}))) == {C.AUTHORITY}
-    assert codes(AHEAD, world, approvals=Approvals(operator=frozenset({"flagger"}))) == {C.AUTHORITY}
-    assert codes(AHEAD, world, approvals=Approvals(operator=frozenset({rule}))) == set()
+    world = World(TWO_WAY, [thing("it", 65.0, -2.4, kind=kind, emergency_lights=True)])
+    slow = KeepLane(distance_m=20.0, speed_mps=2.0)
+    assert codes(slow, world, approvals=Approvals(passenger=frozenset({rule}))) == {C.AUTHORITY}
+    assert codes(slow, world, approvals=Approvals(operator=frozenset({"flagger"}))) == {C.AUTHORITY}
+    assert codes(slow, world, approvals=Approvals(operator=frozenset({rule}))) == set()
 
 
 def test_a_red_light_is_released_by_an_operator_only_and_only_for_creeping():

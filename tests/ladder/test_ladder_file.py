@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from stucksolver import StuckSolver
 from stucksolver.cli import main
 from stucksolver.decision import WaitReason
+from stucksolver.decision.behaviors import Release
 from stucksolver.guard import Guard
 from stucksolver.ladder import PROFILES, LadderError, Resume, find_ladder, parse_ladder, profile, profile_text
 from stucksolver.ladder.rungs import KINDS
@@ -29,6 +30,15 @@ def test_the_evaluation_profile_asks_nobody_for_a_solid_line():
     assert profile("default").guard_policy().solid_line == "passenger"
     assert profile("evaluation").guard_policy().solid_line == "autonomous"
     assert "passenger" not in [rung.kind for rung in profile("evaluation").rungs]
+
+
+def test_only_the_evaluation_profile_passes_an_emergency_scene_through_the_oncoming_lane_by_itself():
+    assert profile("default").guard_policy().emergency_scene is Release.OPERATOR
+    assert profile("evaluation").guard_policy().emergency_scene is Release.AUTONOMOUS
+    assert profile("evaluation").guard_policy().authority is Release.OPERATOR
+
+
+def test_in_the_evaluation_profile_a_new_plan_ends_even_the_stop():
     assert profile("evaluation").rungs[-1].resume is Resume.PLAN
 
 

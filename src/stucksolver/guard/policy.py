@@ -43,12 +43,14 @@ class GuardPolicy:
 
     `releases`: who must say yes to a behaviour, by its name; what is not named keeps the behaviour's own default.
     `solid_line`, `authority`: the same for crossing a solid line past a stationary obstruction (evaluation profiles
-    set it to `autonomous`), and for passing an emergency scene, school bus, level crossing or flagger.
+    set it to `autonomous`), and for passing a school bus, level crossing or flagger. `emergency_scene`: for passing a
+    standing emergency vehicle otherwise than in a whole lane of our own direction.
     """
 
     releases: Mapping[str, Release] = field(default_factory=dict)
     solid_line: Literal["forbid", "autonomous", "passenger", "operator"] = "passenger"
     authority: Release = Release.OPERATOR
+    emergency_scene: Release = Release.OPERATOR
     waits: WaitLimits = field(default_factory=WaitLimits)
     max_age_s: float = 0.5
     recovery_speed_mps: float = 20 / 3.6
@@ -89,6 +91,10 @@ class GuardPolicy:
         unknown = sorted(set(self.releases) - set(REGISTRY))
         if unknown:
             raise ValueError(f"release of an unknown behaviour {unknown[0]!r}; there are: {', '.join(REGISTRY)}")
+
+    def scene_release(self, scene: str) -> Release:
+        """Who must say yes to passing one of the scenes in `RULES`."""
+        return self.emergency_scene if scene == "emergency_scene" else self.authority
 
     def release(self, behavior: str) -> Release:
         """Who must say yes to a behaviour."""

@@ -40,7 +40,7 @@ def off_route(case: Case) -> list[Reject]:
 
 
 def authority(case: Case) -> list[Reject]:
-    """A level crossing, school bus, flagger or emergency scene is never passed on own authority."""
+    """A level crossing, school bus or flagger is never passed on own authority; an emergency scene by moving over."""
     view, policy = case.view, case.policy
     half = view.ego.length_m / 2
     start, end = float(case.path.s[0]) - half, float(case.path.end_s) + half
@@ -54,17 +54,41 @@ def authority(case: Case) -> list[Reject]:
         if rule is None:
             continue
         ahead = view.s[i] + view.along[i] > start and view.s[i] - view.along[i] < end
-        if ahead and abs(view.d[i]) - view.across[i] < BESIDE_M:
+        if not ahead or abs(view.d[i]) - view.across[i] >= BESIDE_M:
+            continue
+        if rule != "emergency_scene" or not _moves_over(case, i):
             found.append((rule, thing.id))
     return [
         Reject(
             code=RejectCode.AUTHORITY,
-            detail=f"{rule.replace('_', ' ')}: needs the yes of the {policy.authority.value}",
+            detail=f"{rule.replace('_', ' ')}: needs the yes of the {policy.scene_release(rule).value}",
             object_id=who,
         )
         for rule, who in found
-        if not case.approvals.cover(rule, policy.authority)
+        if not case.approvals.cover(rule, policy.scene_release(rule))
     ]
+
+
+def _moves_over(case: Case, i: int) -> bool:
+    """Is object `i` passed in a lane of our own direction of which it leaves the whole width free?
+
+    That is what "move over" laws ask of who passes a standing emergency vehicle.
+    """
+    view, path = case.view, case.path
+    abreast = view.s[i] + view.along[i] * np.array([-1.0, 0.0, 1.0])
+    for k in np.minimum(np.searchsorted(path.s, abreast), len(path.s) - 1):
+        lane = view.frame.lane_at(float(path.s[k]), float(path.d[k]))
+        if lane is None or lane.strip.direction is LaneDirection.OPPOSITE:
+            return False
+        if any(other.strip.direction is LaneDirection.OPPOSITE and case.inside(other)[k] > 0 for other in path.enters):
+            return False
+        right, _, left = lane.at(float(view.s[i]))
+        if (
+            view.d[i] + view.across[i] > right + LANE_TOLERANCE_M
+            and view.d[i] - view.across[i] < left - LANE_TOLERANCE_M
+        ):
+            return False
+    return True
 
 
 def _scene_of(thing: TrackedObject) -> str | None:

@@ -43,7 +43,9 @@ class Approval(Model):
 
     solid_line: Literal["forbid", "autonomous", "passenger", "operator"] = "passenger"
     authority: Release = Release.OPERATOR
-    """Passing a school bus, level crossing, flagger or emergency scene."""
+    """Passing a school bus, level crossing or flagger."""
+    emergency_scene: Release = Release.OPERATOR
+    """Passing a standing emergency vehicle other than in a whole lane of our own direction, which needs nobody."""
     behaviors: dict[str, Release] = Field(default_factory=dict)
     """By name of the behaviour; those not listed keep their own default."""
 
@@ -86,5 +88,6 @@ class Ladder(Model):
             releases=dict(self.approval.behaviors),
             solid_line=self.approval.solid_line,
             authority=self.approval.authority,
+            emergency_scene=self.approval.emergency_scene,
             waits=self.waits.limits(),
         )
