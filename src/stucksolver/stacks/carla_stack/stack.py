@@ -70,9 +70,9 @@ class CarlaStack:
         self._limits = VehicleLimits()
         self._candidates: dict[str, Any] = {}
         self._progress_offset_m = self._best_arc = 0.0
-        self._take_route()
+        self.take_route()
 
-    def _take_route(self) -> None:
+    def take_route(self) -> None:
         """Read the road along the driver's route; done again whenever the route is planned anew."""
         route = self._driver.route
         self._road = RouteRoad(self._map, route)
@@ -200,7 +200,7 @@ class CarlaStack:
             self._driver.set_destination(end, start)
         except RouteError:
             return
-        self._take_route()
+        self.take_route()
 
     # ---- parts
 

@@ -1,0 +1,89 @@
+"""`attach`: CARLA's BehaviorAgent with StuckSolver beside it, used as before."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import carla
+
+from stucksolver.decision import CONTINUE, Directive
+from stucksolver.scene import Scene
+from stucksolver.solver import StuckSolver
+from stucksolver.stacks.carla_stack import CarlaStack
+from stucksolver_bridge import AgentDriver
+
+Obstacles = bool | Callable[[], Iterable[Any]]
+
+
+def attach(agent: Any, *, obstacles: Obstacles = True, **solver: Any) -> AttachedAgent:
+    """A BehaviorAgent (CARLA's `agents` package, 0.9.13 and later) that gets itself moving again.
+
+    The agent may have a plan already, or be given one through what is returned. `obstacles`: it looks for vehicles
+    and walkers only; True lists the standing things around it among the vehicles that it is shown, False does not, and
+    a function returns what your perception has found (`stucksolver_bridge.shown.ShownWorld` says what is asked of
+    them). All other arguments are those of `StuckSolver`.
+    """
+    return AttachedAgent(agent, obstacles, solver)
+
+
+class AttachedAgent:
+    """Has the agent's own methods; its decisions are replaced only while a plan runs."""
+
+    perception = CarlaStack.perception
+
+    def __init__(self, agent: Any, obstacles: Obstacles, solver: dict[str, Any]) -> None:
+        self.agent = agent
+        self.driver = AgentDriver(agent, carla, obstacles)
+        self.directive: Directive = CONTINUE
+        self.solver = StuckSolver(self._scene, **solver)
+        self._vehicle, self._map = agent._vehicle, agent._map
+        self._stack: CarlaStack | None = None
+        self._take_plan()
+
+    def run_step(self, debug: bool = False) -> Any:
+        """This tick's `carla.VehicleControl`, not applied."""
+        if self._stack is None:
+            return self.agent.run_step(debug)
+        self.directive = self.solver.step(self._stack.status(), self._stack.surroundings)
+        return self._stack.perform(self.directive)
+
+    def set_destination(self, end_location: Any, start_location: Any | None = None) -> None:
+        """As the agent's own."""
+        self.driver.release()
+        self.agent.set_destination(end_location, start_location)
+        self._take_plan()
+
+    def set_global_plan(self, plan: Any, stop_waypoint_creation: bool = True, clean_queue: bool = True) -> None:
+        """As the agent's own."""
+        self.driver.release()
+        self.agent.set_global_plan(plan, stop_waypoint_creation, clean_queue)
+        self._take_plan()
+
+    def done(self) -> bool:
+        """As the agent's own; never while a plan runs."""
+        return self.driver.done()
+
+    def guide(self, text: str) -> None:
+        """A passenger's words."""
+        self.solver.guide(text)
+
+    def close(self) -> None:
+        """The drive is over."""
+        self.solver.close()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.agent, name)
+
+    def _take_plan(self) -> None:
+        """The agent has another plan, or its first."""
+        self.driver.note_plan()
+        if not self.driver.route:
+            return
+        if self._stack is None:
+            self._stack = CarlaStack(self._vehicle, self.driver, self._map)
+        else:
+            self._stack.take_route()
+
+    def _scene(self) -> Scene | None:
+        return None if self._stack is None else self._stack.scene()

@@ -1,0 +1,255 @@
+"""CARLA's own BehaviorAgent (`agents.navigation`, 0.9.13 and later) as a driver that may be told a path.
+
+Not a line of it is changed. It decides by itself as long as nobody tells it a path; then its local planner and its
+controllers drive that path, and its decisions rest until `release`. It cannot reverse: backing up is steered here.
+Python 3.7, standard library only; `carla` is handed over.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Callable, Collection, Iterable, NamedTuple, Sequence
+
+from stucksolver_bridge.bodies import Bodies
+from stucksolver_bridge.clearance import free_way_m
+from stucksolver_bridge.line import Line
+from stucksolver_bridge.shown import ShownWorld, props_around
+
+LOOK_AHEAD_M, LOOK_AHEAD_S = 2.8, 0.45
+"""How far ahead of the vehicle's centre the point lies that its controllers steer to."""
+BRAKING_MPS2 = 3.0
+KEPT_M = 1.2
+"""Free way that is kept to what lies in the path."""
+STANDING_MPS = 0.1
+STAND_BRAKE = 0.7
+FILL_M = 1.5
+"""Waypoints of a plan farther apart than this get others in between."""
+REJOIN_M = 5.0
+BACK_REACH_M = 3.0
+WHEEL_BASE_M, WHEEL_LOCK_RAD = 2.9, 1.22
+"""Of most cars in CARLA: 70 degrees of lock. Where the real ones differ, the backing up corrects itself."""
+
+
+class RoutePoint(NamedTuple):
+    """A `carla.Waypoint` of the route and the manoeuvre there (`lane_follow`, `left`, `change_left`, ...)."""
+
+    waypoint: Any
+    command: str
+
+
+class Target:
+    """Where the local planner shall steer to; it asks a waypoint for nothing but its transform."""
+
+    is_junction = False
+
+    def __init__(self, transform: Any) -> None:
+        self.transform = transform
+
+
+class AgentDriver:
+    """`obstacles`: True shows the agent the standing things of the client's ground truth, False nothing but what it
+    looks for by itself; or a function that returns what is perceived (see `ShownWorld`).
+    """
+
+    def __init__(self, agent: Any, carla: Any, obstacles: Any = True) -> None:
+        self.agent = agent
+        self._carla = carla
+        self._vehicle = agent._vehicle
+        self._world = self._vehicle.get_world()
+        self._map = agent._map
+        self._planner = agent.get_local_planner()
+        self._lane_follow = type(self._planner.target_road_option).LANEFOLLOW
+        if obstacles:
+            source = obstacles if callable(obstacles) else props_around(self._world, self._vehicle)
+            self._show(source)
+        self._bodies = Bodies(self._world, self._vehicle.id)
+        box = self._vehicle.bounding_box.extent
+        self._half_size = (float(box.x), float(box.y))
+        self._left: list[tuple[Any, Any]] = []
+        self._line: Line | None = None
+        self._s = 0.0
+        self._reverse = False
+        self._ignore: frozenset[int] = frozenset()
+        self._holding = False
+        self._route: list[RoutePoint] = []
+        self.note_plan()
+
+    def _show(self, source: Callable[[], Iterable[Any]]) -> None:
+        if not isinstance(self.agent._world, ShownWorld):
+            self.agent._world = ShownWorld(self.agent._world, source)
+
+    # ---- the route
+
+    @property
+    def route(self) -> Sequence[Any]:
+        """The whole route as `RoutePoint`s, one about every metre."""
+        return self._route
+
+    def note_plan(self) -> None:
+        """Read the route from the agent's local planner: it has been given another one."""
+        plan = list(self._planner.get_plan())
+        self._route = filled(plan) if len(plan) > 1 else []
+
+    def set_destination(self, destination: Any, start: Any | None = None) -> None:
+        """Plan a route between two `carla.Location`s with the agent's own planner, by default from the vehicle's."""
+        begin = self._map.get_waypoint(self._vehicle.get_location() if start is None else start)
+        self.set_plan(self.agent.trace_route(begin, self._map.get_waypoint(destination)))
+
+    def set_plan(self, plan: Sequence[tuple[Any, Any]]) -> None:
+        """Drive a plan of (waypoint, road option). Raises `ValueError` where it has fewer than two points."""
+        plan = list(plan)
+        if len(plan) < 2:
+            raise ValueError("a plan needs two waypoints; use hold() to stand still")
+        self._planner.set_global_plan(plan, stop_waypoint_creation=True, clean_queue=True)
+        self._line, self._holding = None, False
+        self._left = []
+        self._route = filled(plan)
+
+    def done(self) -> bool:
+        told = self._line is not None or self._holding
+        return False if told else bool(self.agent.done())
+
+    # ---- told what to do
+
+    def follow(self, path: Sequence[Any], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
+        """Drive (x, y, speed bound) of CARLA's world from the next step on, braking for what lies in it."""
+        line = Line(path)
+        self._take_over()
+        place = self._vehicle.get_location()
+        self._line, self._reverse, self._ignore = line, reverse, frozenset(ignore)
+        self._s = line.project(place.x, place.y, 0.0, reach_m=line.length_m)
+        self._holding = False
+
+    def hold(self) -> None:
+        """Brake to a stop and stay stopped."""
+        self._take_over()
+        self._line, self._holding = None, True
+
+    def release(self) -> None:
+        """The agent decides again, from the nearest point of its plan that lies ahead."""
+        told = self._line is not None or self._holding
+        self._line, self._holding, self._ignore = None, False, frozenset()
+        if told:
+            ahead = self._ahead()
+            self._planner.set_global_plan(ahead, stop_waypoint_creation=True, clean_queue=True)
+        self._left = []
+
+    def run_step(self) -> Any:
+        """This tick's `carla.VehicleControl`, not applied."""
+        if self._holding:
+            return self._carla.VehicleControl(throttle=0.0, brake=STAND_BRAKE)
+        if self._line is not None:
+            return self._backwards(self._line) if self._reverse else self._forwards(self._line)
+        return self.agent.run_step()
+
+    # ---- parts
+
+    def _take_over(self) -> None:
+        """Keep the plan that is left, once."""
+        if self._line is None and not self._holding:
+            self._left = list(self._planner.get_plan())
+
+    def _ahead(self) -> list[tuple[Any, Any]]:
+        """What is left of the plan from a little ahead of the vehicle on."""
+        here = self._vehicle.get_location()
+        away = [here.distance(waypoint.transform.location) for waypoint, _ in self._left]
+        if not away:
+            return []
+        nearest = away.index(min(away))
+        first = next((i for i in range(nearest, len(away)) if away[i] > REJOIN_M and self._is_ahead(i)), len(away) - 1)
+        return self._left[first:]
+
+    def _is_ahead(self, index: int) -> bool:
+        transform = self._left[index][0].transform
+        here, along = self._vehicle.get_location(), transform.get_forward_vector()
+        ahead = (transform.location.x - here.x) * along.x + (transform.location.y - here.y) * along.y
+        return float(ahead) > 0.0
+
+    def _forwards(self, line: Line) -> Any:
+        transform = self._vehicle.get_transform()
+        here = transform.location
+        speed = _speed(self._vehicle)
+        self._s = line.project(here.x, here.y, self._s)
+        wanted = self._allowed(line, here, speed)
+        x, y, yaw = line.at(self._s + LOOK_AHEAD_M + LOOK_AHEAD_S * speed)
+        place = self._carla.Location(x=x, y=y, z=here.z)
+        target = Target(self._carla.Transform(place, self._carla.Rotation(yaw=math.degrees(yaw))))
+        self._planner.set_global_plan([(target, self._lane_follow)], stop_waypoint_creation=True, clean_queue=True)
+        self._planner.set_speed(3.6 * wanted)
+        control = self._planner.run_step()
+        if wanted < STANDING_MPS or speed > wanted + 1.5:
+            control.throttle, control.brake = 0.0, max(float(control.brake), STAND_BRAKE)
+        return control
+
+    def _allowed(self, line: Line, here: Any, speed: float) -> float:
+        """The speed (m/s) that the path and what lies in it allow."""
+        reach = KEPT_M + speed * speed / (2.0 * BRAKING_MPS2) + 4.0
+        reach = min(reach, max(line.length_m - self._s, 0.0) + KEPT_M)
+        around = self._bodies.near(here.x, here.y, reach + 12.0)
+        free = free_way_m(line, self._s, reach, self._half_size, here.z, around, self._ignore, self._reverse)
+        gap = math.sqrt(2.0 * BRAKING_MPS2 * max(free - KEPT_M, 0.0)) if free < math.inf else math.inf
+        return min(line.bound_at(self._s, BRAKING_MPS2), gap)
+
+    def _backwards(self, line: Line) -> Any:
+        transform = self._vehicle.get_transform()
+        here, speed = transform.location, _speed(self._vehicle)
+        self._s = line.project(here.x, here.y, self._s)
+        wanted = self._allowed(line, here, speed)
+        yaw = math.radians(transform.rotation.yaw)
+        x, y, _ = line.at(self._s + BACK_REACH_M)
+        # The rear axle runs on the arc through itself and the point behind it.
+        half = WHEEL_BASE_M / 2.0
+        dx, dy = x - (here.x - half * math.cos(yaw)), y - (here.y - half * math.sin(yaw))
+        along, aside = dx * math.cos(yaw) + dy * math.sin(yaw), dy * math.cos(yaw) - dx * math.sin(yaw)
+        bend = 2.0 * aside / max(along * along + aside * aside, 0.5)
+        steer = math.atan(bend * WHEEL_BASE_M) / WHEEL_LOCK_RAD
+        control = self._carla.VehicleControl(steer=min(max(steer, -0.8), 0.8), reverse=True)
+        velocity = self._vehicle.get_velocity()
+        rolls_on = velocity.x * math.cos(yaw) + velocity.y * math.sin(yaw) > STANDING_MPS
+        if rolls_on or wanted < STANDING_MPS or speed > wanted + 0.5:
+            control.throttle, control.brake = 0.0, STAND_BRAKE
+        else:
+            control.throttle = min(max(0.25 + 0.5 * (wanted - speed), 0.0), 0.6)
+        return control
+
+
+def filled(plan: Sequence[tuple[Any, Any]]) -> list[RoutePoint]:
+    """A plan with a waypoint about every metre, along the lanes."""
+    route: list[RoutePoint] = []
+    for waypoint, option in plan:
+        command = command_of(option)
+        if route:
+            route.extend(_between(route[-1].waypoint, waypoint, command))
+        route.append(RoutePoint(waypoint, command))
+    return route
+
+
+def _between(start: Any, end: Any, command: str) -> list[RoutePoint]:
+    found: list[RoutePoint] = []
+    goal = end.transform.location
+    left = start.transform.location.distance(goal)
+    here = start
+    while left > FILL_M:
+        onward = here.next(1.0)
+        if not onward:
+            break
+        here = min(onward, key=lambda w: w.transform.location.distance(goal))
+        now = here.transform.location.distance(goal)
+        if now >= left - 0.3:
+            break
+        left = now
+        found.append(RoutePoint(here, command))
+    return found
+
+
+def command_of(option: Any) -> str:
+    """A `RoadOption` of CARLA's agents in words."""
+    name = str(getattr(option, "name", option)).lower()
+    return {"lanefollow": "lane_follow", "changelaneleft": "change_left", "changelaneright": "change_right"}.get(
+        name, name
+    )
+
+
+def _speed(vehicle: Any) -> float:
+    velocity = vehicle.get_velocity()
+    return math.hypot(velocity.x, velocity.y)

@@ -1,0 +1,111 @@
+"""What has a body around a vehicle: each actor's box, asked for once, and its place, from the client's snapshots."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+BODILESS = ("sensor.", "traffic.", "controller.", "spectator", "static.trigger")
+ATTRIBUTES = ("special_type", "base_type", "number_of_wheels")
+"""What a perception system could tell of a thing; never its role name."""
+UNKNOWN_SIZE_M = 0.3
+"""Half the size of a thing whose size the client does not know: unknown must not mean harmless."""
+
+
+class Body(NamedTuple):
+    """An actor's box: half sizes and the box's place in the actor's frame (metres, radians)."""
+
+    actor: Any
+    half_length_m: float
+    half_width_m: float
+    half_height_m: float
+    offset: tuple[float, float, float]
+    yaw_rad: float
+
+
+class Placed(NamedTuple):
+    """A body at this tick, its box's centre in CARLA's world."""
+
+    body: Body
+    x: float
+    y: float
+    z: float
+    yaw_rad: float
+    vx: float
+    vy: float
+
+
+class Bodies:
+    """Everything in the world but one vehicle and what it carries."""
+
+    def __init__(self, world: Any, ego_id: int) -> None:
+        self._world = world
+        self._ego_id = ego_id
+        self._known: dict[int, Body | None] = {}
+        self._ids: frozenset[int] = frozenset()
+
+    def refresh(self, snapshot: Any) -> dict[int, Body]:
+        """The bodies of a snapshot, by id."""
+        ids = frozenset(actor.id for actor in snapshot)
+        if ids != self._ids:
+            for gone in self._known.keys() - ids:
+                del self._known[gone]
+            new = list(ids - self._known.keys())
+            listed = {actor.id: actor for actor in self._world.get_actors(new)} if new else {}
+            self._known.update({i: self._measured(actor) for i, actor in listed.items()})
+            # What the server does not list yet is asked for again on the next tick.
+            self._ids = ids - (frozenset(new) - listed.keys())
+        return {i: body for i, body in self._known.items() if body is not None}
+
+    def near(self, x: float, y: float, range_m: float) -> list[Placed]:
+        """Those within a square around a place."""
+        snapshot = self._world.get_snapshot()
+        found = []
+        for actor_id, body in self.refresh(snapshot).items():
+            actor = snapshot.find(actor_id)
+            if actor is None:
+                continue
+            place = placed(body, actor)
+            if abs(place.x - x) < range_m and abs(place.y - y) < range_m:
+                found.append(place)
+        return found
+
+    def _measured(self, actor: Any) -> Body | None:
+        if actor.id == self._ego_id or actor.type_id.startswith(BODILESS):
+            return None
+        if actor.parent is not None and actor.parent.id == self._ego_id:
+            return None
+        return measured(actor)
+
+
+def measured(actor: Any) -> Body:
+    """The box of a `carla.Actor`; old clients know those of vehicles and walkers only."""
+    box = getattr(actor, "bounding_box", None)
+    size = [UNKNOWN_SIZE_M] * 3
+    offset = (0.0, 0.0, UNKNOWN_SIZE_M)
+    yaw = 0.0
+    if box is not None:
+        given = [float(box.extent.x), float(box.extent.y), float(box.extent.z)]
+        if all(map(math.isfinite, given)) and max(given[0], given[1]) > 0.0:
+            size = given
+            place = (float(box.location.x), float(box.location.y), float(box.location.z))
+            offset = place if all(map(math.isfinite, place)) else (0.0, 0.0, size[2])
+            yaw = math.radians(box.rotation.yaw)
+    return Body(actor, size[0], size[1], size[2], offset, yaw)
+
+
+def placed(body: Body, actor: Any) -> Placed:
+    """A body where the snapshot's actor is."""
+    transform, velocity = actor.get_transform(), actor.get_velocity()
+    yaw = math.radians(transform.rotation.yaw)
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    dx, dy, dz = body.offset
+    return Placed(
+        body,
+        transform.location.x + dx * cos - dy * sin,
+        transform.location.y + dx * sin + dy * cos,
+        transform.location.z + dz,
+        yaw + body.yaw_rad,
+        velocity.x,
+        velocity.y,
+    )

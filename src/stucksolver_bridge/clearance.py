@@ -1,0 +1,74 @@
+"""How far a vehicle can go along a path before its body would touch another, without numpy."""
+
+from __future__ import annotations
+
+import math
+from typing import Collection, Sequence
+
+from stucksolver_bridge.bodies import Placed
+from stucksolver_bridge.line import Line
+
+STEP_M = 0.75
+MARGIN_M = 0.15
+CLEAR_BELOW_M, CLEAR_ABOVE_M = 1.0, 2.3
+"""Bodies that end this far under the vehicle's own foot, or begin this far over it, are on another level."""
+
+
+def free_way_m(
+    line: Line,
+    s: float,
+    reach_m: float,
+    half_size_m: tuple[float, float],
+    foot_z: float,
+    bodies: Sequence[Placed],
+    ignore: Collection[int] = (),
+    backwards: bool = False,
+) -> float:
+    """Travel left until the body, swept along the line from `s`, touches another; `inf` where nothing does.
+
+    What already touches the vehicle does not count: it must be able to leave.
+    """
+    levelled = [b for b in bodies if b.body.actor.id not in ignore and _same_level(b, foot_z)]
+    if not levelled:
+        return math.inf
+    touching = {b.body.actor.id for b in _touched(line, s, half_size_m, levelled, backwards)}
+    others = [b for b in levelled if b.body.actor.id not in touching]
+    travel = STEP_M
+    while others and travel <= reach_m + STEP_M:
+        if _touched(line, s + travel, half_size_m, others, backwards):
+            return max(travel - STEP_M, 0.0)
+        travel += STEP_M
+    return math.inf
+
+
+def _same_level(body: Placed, foot_z: float) -> bool:
+    half = body.body.half_height_m
+    return body.z + half > foot_z - CLEAR_BELOW_M and body.z - half < foot_z + CLEAR_ABOVE_M
+
+
+def _touched(
+    line: Line, s: float, half_size_m: tuple[float, float], bodies: Sequence[Placed], backwards: bool
+) -> list[Placed]:
+    x, y, yaw = line.at(s)
+    if backwards:
+        yaw += math.pi
+    length, width = half_size_m[0], half_size_m[1] + MARGIN_M
+    return [b for b in bodies if _overlap(x, y, yaw, length, width, b)]
+
+
+def _overlap(x: float, y: float, yaw: float, length: float, width: float, other: Placed) -> bool:
+    """Separating axes of two rectangles."""
+    dx, dy = other.x - x, other.y - y
+    far = math.hypot(length, width) + math.hypot(other.body.half_length_m, other.body.half_width_m)
+    if dx * dx + dy * dy > far * far:
+        return False
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    turn = other.yaw_rad - yaw
+    c, n = abs(math.cos(turn)), abs(math.sin(turn))
+    a, b = other.body.half_length_m, other.body.half_width_m
+    along, aside = dx * cos + dy * sin, dy * cos - dx * sin
+    if abs(along) > length + a * c + b * n or abs(aside) > width + a * n + b * c:
+        return False
+    along_other = along * math.cos(turn) + aside * math.sin(turn)
+    aside_other = aside * math.cos(turn) - along * math.sin(turn)
+    return abs(along_other) <= a + length * c + width * n and abs(aside_other) <= b + length * n + width * c

@@ -1,0 +1,70 @@
+"""A path of points with bounds on the speed, in CARLA's left-handed world (metres, x east, y south), without numpy."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from typing import Sequence
+
+SHORTEST_M = 1e-3
+
+
+class Line:
+    """`points` are (x, y, speed bound in m/s), at least two at different places. Raises `ValueError` otherwise."""
+
+    def __init__(self, points: Sequence[Sequence[float]]) -> None:
+        self.x = [float(points[0][0])] if points else []
+        self.y = [float(points[0][1])] if points else []
+        self.speed = [float(points[0][2])] if points else []
+        self.s = [0.0]
+        for x, y, speed in points[1:]:
+            step = math.hypot(x - self.x[-1], y - self.y[-1])
+            if step < SHORTEST_M:
+                continue
+            self.x.append(float(x))
+            self.y.append(float(y))
+            self.speed.append(float(speed))
+            self.s.append(self.s[-1] + step)
+        if len(self.s) < 2:
+            raise ValueError("a path needs two points at different places")
+
+    @property
+    def length_m(self) -> float:
+        return self.s[-1]
+
+    def at(self, s: float) -> tuple[float, float, float]:
+        """(x, y, heading in radians) at an arc length; straight on beyond either end."""
+        i = min(max(bisect_right(self.s, s) - 1, 0), len(self.s) - 2)
+        length = self.s[i + 1] - self.s[i]
+        ux, uy = (self.x[i + 1] - self.x[i]) / length, (self.y[i + 1] - self.y[i]) / length
+        ahead = s - self.s[i]
+        return self.x[i] + ux * ahead, self.y[i] + uy * ahead, math.atan2(uy, ux)
+
+    def bound_at(self, s: float, braking_mps2: float) -> float:
+        """The speed (m/s) from which every bound ahead can be met with this braking, the stop at the end included."""
+        i = min(max(bisect_right(self.s, s) - 1, 0), len(self.s) - 2)
+        part = (s - self.s[i]) / (self.s[i + 1] - self.s[i])
+        part = min(max(part, 0.0), 1.0)
+        here = self.speed[i] + part * (self.speed[i + 1] - self.speed[i])
+        ahead = (
+            math.sqrt(self.speed[k] ** 2 + 2.0 * braking_mps2 * max(self.s[k] - s, 0.0))
+            for k in range(i + 1, len(self.s))
+        )
+        return min(here, *ahead)
+
+    def project(self, x: float, y: float, near_s: float, reach_m: float = 8.0) -> float:
+        """Arc length of the nearest point within `reach_m` of an arc length."""
+        best, found = math.inf, near_s
+        for i in range(len(self.s) - 1):
+            if self.s[i + 1] < near_s - reach_m or self.s[i] > near_s + reach_m:
+                continue
+            length = self.s[i + 1] - self.s[i]
+            ux, uy = (self.x[i + 1] - self.x[i]) / length, (self.y[i + 1] - self.y[i]) / length
+            along = (x - self.x[i]) * ux + (y - self.y[i]) * uy
+            # Beyond the last point one may go on: the path is over, and how far beyond tells so.
+            last = i == len(self.s) - 2
+            along = max(along, 0.0) if last else min(max(along, 0.0), length)
+            away = math.hypot(x - self.x[i] - ux * along, y - self.y[i] - uy * along)
+            if away < best:
+                best, found = away, self.s[i] + along
+        return found

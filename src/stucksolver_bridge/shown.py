@@ -1,0 +1,69 @@
+"""Shows CARLA's own agents the obstacles that they do not look for: they ask for vehicles and walkers only."""
+
+from __future__ import annotations
+
+from typing import Any, Callable, Iterable, Iterator
+
+from stucksolver_bridge.bodies import Bodies
+
+LOW_M = 0.15
+"""Lower things are driven over without harm; no car stops for dirt on the road."""
+AROUND_M = 60.0
+VEHICLES = "*vehicle*"
+
+
+def props_around(world: Any, vehicle: Any) -> Callable[[], list[Any]]:
+    """A source of perceived obstacles out of the client's ground truth: standing things about a vehicle."""
+    bodies = Bodies(world, vehicle.id)
+
+    def look() -> list[Any]:
+        place = vehicle.get_location()
+        return [
+            found.body.actor
+            for found in bodies.near(place.x, place.y, AROUND_M)
+            if found.body.actor.type_id.startswith("static.") and 2.0 * found.body.half_height_m >= LOW_M
+        ]
+
+    return look
+
+
+class ShownWorld:
+    """Stands where an agent keeps its `carla.World`: lists the perceived obstacles among the vehicles.
+
+    `obstacles` returns things with `id`, `type_id`, `bounding_box`, `get_transform`, `get_location` and `get_velocity`.
+    """
+
+    def __init__(self, world: Any, obstacles: Callable[[], Iterable[Any]]) -> None:
+        self._shown = world
+        self._obstacles = obstacles
+
+    def get_actors(self, *ids: Any) -> Any:
+        actors = self._shown.get_actors(*ids)
+        return actors if ids else ShownActors(actors, self._obstacles)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._shown, name)
+
+
+class ShownActors:
+    """A `carla.ActorList` whose vehicles are those and the obstacles."""
+
+    def __init__(self, actors: Any, obstacles: Callable[[], Iterable[Any]]) -> None:
+        self._actors = actors
+        self._obstacles = obstacles
+
+    def filter(self, pattern: str) -> Any:
+        found = self._actors.filter(pattern)
+        return [*found, *self._obstacles()] if pattern == VEHICLES else found
+
+    def find(self, actor_id: int) -> Any:
+        return self._actors.find(actor_id)
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._actors)
+
+    def __len__(self) -> int:
+        return len(self._actors)
+
+    def __getitem__(self, index: int) -> Any:
+        return self._actors[index]
