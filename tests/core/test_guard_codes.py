@@ -246,7 +246,15 @@ def test_a_plan_for_a_vehicle_that_moves_again_is_not_begun_unless_asked_for(wor
 
 
 def test_every_code_has_its_test():
-    elsewhere = set(RULES) | {C.APPROVAL, C.NO_ABORT, C.PRECONDITION, C.DEVIATION, C.TIMEOUT, C.NOT_IMMOBILIZED}
+    elsewhere = set(RULES) | {
+        C.APPROVAL,
+        C.NO_ABORT,
+        C.PRECONDITION,
+        C.DEVIATION,
+        C.TIMEOUT,
+        C.NOT_IMMOBILIZED,
+        C.REPEATED,
+    }
     assert {case[0] for case in TWINS.values()} | elsewhere == set(RejectCode)
 
 

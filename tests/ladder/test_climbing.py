@@ -10,12 +10,13 @@ from worlds import LANE_M, World, drive, ladder, red_light, straight_road, stubb
 
 from stucksolver import CONTINUE, SafeStop, StuckSolver
 from stucksolver.decision import Execute, RecoveryPlan
-from stucksolver.decision.behaviors import BorrowOncomingLane, KeepLane, Wait
+from stucksolver.decision.behaviors import BackUp, BorrowOncomingLane, ChangeLane, KeepLane, Wait
 from stucksolver.guard import RejectCode
 from stucksolver.ladder import Resume, Waits, profile
 from stucksolver.reason import ReasonerError, RuleReasoner
 from stucksolver.scene import LineKind
 from stucksolver.solver import EventKind, QuestionError, QuestionKind
+from stucksolver.solver.failures import Failures
 
 TWO_WAY, SOLID = straight_road(), straight_road(oncoming=LineKind.SOLID)
 QUICK = {"rules": {"tries": 2, "cooldown_s": 0.5, "repair_rounds": 0}, "passenger": {"within_s": 4.0}}
@@ -195,6 +196,22 @@ def test_a_plan_that_was_done_and_changed_nothing_is_not_repeated():
     again = [str(e.verdict) for e in seen.events if e.verdict and not e.verdict.accepted]
     assert again and all("the vehicle did not get on" in text for text in again)
     assert any(a.outcome.startswith("it was done") for e in seen.events if e.scene for a in e.scene.attempts)
+
+
+def test_moves_that_only_prepare_are_not_called_useless():
+    seen = drive(stuck(), 20.0, reasoner=planning(BackUp(distance_m=2.0)), ladder=stubborn())
+    assert EventKind.FINISHED in seen.kinds()
+    assert EventKind.USELESS not in seen.kinds()
+
+
+def test_walking_pace_makes_another_plan_of_one_that_failed():
+    def plan(speed):
+        return RecoveryPlan(behaviors=(ChangeLane(side="left", distance_m=30.0, speed_mps=speed),))
+
+    failures = Failures(remembered=5)
+    failures.useless(plan(5.0))
+    assert [r.code for r in failures.against(plan(4.0)).rejects] == [RejectCode.REPEATED]
+    assert failures.against(plan(2.0)) is None
 
 
 def test_the_counters_start_anew_only_after_15_m():

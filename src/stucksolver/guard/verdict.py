@@ -37,6 +37,7 @@ class RejectCode(str, Enum):
     DEVIATION = "off_the_path"
     TIMEOUT = "timeout"
     NOT_IMMOBILIZED = "not_immobilized"
+    REPEATED = "repeated"
 
 
 class Reject(Model):

@@ -83,6 +83,8 @@ class Deliberation(People):
         done, self._done = self._done, None
         if done is None or self._words.now is not None or status.progress_m - done[1] >= GOT_ON_M:
             return
+        if not self._failures.may_be_useless(done[0]):
+            return
         self._failures.useless(done[0])
         self._failures.note(done[0], USELESS, self._stack_s(status.time_s))
         self._tell(status.time_s, EventKind.USELESS, USELESS)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from stucksolver.decision import RecoveryPlan
+from stucksolver.decision.behaviors import Behavior
+from stucksolver.decision.behaviors.base import CREEP_MPS
 from stucksolver.guard import Reject, RejectCode, Verdict
 from stucksolver.scene import PastAttempt
 
@@ -27,11 +29,21 @@ Signature = tuple[tuple[str, ...], ...]
 
 
 def signature(plan: RecoveryPlan) -> Signature:
-    """What makes two plans the same: their behaviours with what they refer to, whatever the figures."""
-    return tuple(
-        (b.name, *(f"{k}={v}" for k, v in sorted(b.model_dump(mode="json").items()) if not isinstance(v, float)))
-        for b in plan.behaviors
-    )
+    """What makes two plans the same: their behaviours with what they refer to, whatever the figures.
+
+    Walking pace alone makes another plan: what was given up for being too quick or too near may be tried again so.
+    """
+    return tuple((b.name, *_words(b), *_pace(b)) for b in plan.behaviors)
+
+
+def _words(behavior: Behavior) -> tuple[str, ...]:
+    figures = behavior.model_dump(mode="json")
+    return tuple(f"{k}={v}" for k, v in sorted(figures.items()) if not isinstance(v, float))
+
+
+def _pace(behavior: Behavior) -> tuple[str, ...]:
+    speed = getattr(behavior, "speed_mps", None)
+    return () if speed is None else ("walking" if speed <= CREEP_MPS else "driving",)
 
 
 class Failures:
@@ -57,6 +69,11 @@ class Failures:
         """It was carried through, and changed nothing."""
         self._barred[signature(plan)] = USELESS
 
+    @staticmethod
+    def may_be_useless(plan: RecoveryPlan) -> bool:
+        """Should the vehicle have got on by it? Not by moves that only prepare what comes next."""
+        return not all(b.prepares for b in plan.behaviors)
+
     def denied(self, plan: RecoveryPlan) -> None:
         """A person said no to it."""
         self._barred[signature(plan)] = DENIED
@@ -67,7 +84,7 @@ class Failures:
         if why is None:
             return None
         detail = f"the same plan failed before: {why}"
-        return Verdict(rejects=(Reject(code=RejectCode.PRECONDITION, detail=detail),))
+        return Verdict(rejects=(Reject(code=RejectCode.REPEATED, detail=detail),))
 
     def forget_attempts(self) -> None:
         """New words ask for something new; what is barred stays barred."""

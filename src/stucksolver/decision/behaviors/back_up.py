@@ -25,6 +25,7 @@ class BackUp(Behavior):
         Check.STOPPING_PLACE,
     )
     reverse: ClassVar[bool] = True
+    prepares: ClassVar[bool] = True
 
     name: Literal["back_up"] = "back_up"
     distance_m: float = Field(ge=1.0, le=8.0)

@@ -80,6 +80,8 @@ class Behavior(Model, ABC):
     stands_still: ClassVar[bool] = False
     reverse: ClassVar[bool] = False
     """Backs up: `view` and `start` are then those of `View.backwards`."""
+    prepares: ClassVar[bool] = False
+    """Is it done for the sake of what follows, so that the vehicle need not have got on after it?"""
     release: ClassVar[Release] = Release.AUTONOMOUS
     """Who may release it where the policy does not say otherwise."""
     summary: ClassVar[str]

@@ -26,6 +26,8 @@ class Nudge(Behavior):
     )
     checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.WITHIN_LANE, Check.STOPPING_PLACE)
 
+    prepares: ClassVar[bool] = True
+
     name: Literal["nudge"] = "nudge"
     side: Literal["left", "right"]
     offset_m: float = Field(ge=0.2, le=1.5)
