@@ -29,6 +29,11 @@ def make_reasoner(words: str, exchanges: Path | None = None) -> Reasoner:
     return reasoners[0] if len(reasoners) == 1 else FallbackReasoner(reasoners)
 
 
+def sees(words: str) -> bool:
+    """Does any of these reasoners look at the camera's pictures?"""
+    return any(word.strip().partition(":")[0] in MODELS for word in words.split(","))
+
+
 def _one(word: str, exchanges: Path | None) -> Reasoner:
     kind, _, rest = word.partition(":")
     if word == "rules":

@@ -14,13 +14,17 @@ from stucksolver.evaluate.runner.job import ArmSpec
 from stucksolver.ladder import find_ladder
 from stucksolver.reason import Reasoner
 from stucksolver.reason.faulty import FAULTY, make_faulty
-from stucksolver.reason.make import HELP, ReasonerNameError, make_reasoner
+from stucksolver.reason.make import HELP, ReasonerNameError, make_reasoner, sees
 from stucksolver.record import Recorder
+from stucksolver.scene import Scene
 from stucksolver.solver import StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
+from stucksolver.stacks.carla_stack.camera import FrontCamera
 from stucksolver.stacks.driver import BehaviorDriver
 
 NONE, TIMERS, FAULTY_PREFIX = "none", "timers", "faulty:"
+EXCHANGES = "exchanges"
+"""Beside the records: every request to a model, and its answer."""
 
 
 class ArmError(ValueError):
@@ -49,13 +53,20 @@ def make_arm(
     if spec.recovery == TIMERS:
         return TimersArm(ego, driver, line)
     stack = CarlaStack(ego, driver, carla_map)
-    rules = TimedReasoner(_reasoner(spec.recovery, seed))
-    model = TimedReasoner(_reasoner(spec.reasoner, seed)) if spec.reasoner else None
+    exchanges = None if records is None else records / EXCHANGES
+    rules = TimedReasoner(_reasoner(spec.recovery, seed, exchanges))
+    model = TimedReasoner(_reasoner(spec.reasoner, seed, exchanges)) if spec.reasoner else None
     recorder = None if records is None else Recorder(records)
+    # Only a model looks at pictures, and they cost more than everything else in a tick.
+    camera = FrontCamera(ego) if sees(spec.recovery) or sees(spec.reasoner) else None
+
+    def scene() -> Scene:
+        told = stack.scene()
+        return told if camera is None else told.model_copy(update={"image": camera.image()})
 
     def make(listener: Listener) -> StuckSolver:
         return StuckSolver(
-            stack.scene,
+            scene,
             ladder=find_ladder(spec.ladder or "evaluation"),
             reasoner=rules,
             models={} if model is None else {"model": model},
@@ -65,17 +76,17 @@ def make_arm(
             record=recorder,
         )
 
-    return SolverArm(stack, [rules] if model is None else [rules, model], make, recorder)
+    return SolverArm(stack, [rules] if model is None else [rules, model], make, recorder, camera)
 
 
-def _reasoner(words: str, seed: int) -> Reasoner:
+def _reasoner(words: str, seed: int, exchanges: Path | None = None) -> Reasoner:
     if words.startswith(FAULTY_PREFIX):
         name = words.removeprefix(FAULTY_PREFIX)
         if name not in FAULTY:
             raise ArmError(f"unknown reasoner {words!r}; faulty ones are {', '.join(FAULTY)}")
         return make_faulty(name, seed)
     try:
-        return make_reasoner(words)
+        return make_reasoner(words, exchanges)
     except ReasonerNameError as error:
         known = f"{NONE}, {TIMERS}, {FAULTY_PREFIX}NAME, {HELP}"
         raise ArmError(f"unknown recovery {words!r}: use {known}") from error

@@ -15,6 +15,7 @@ from stucksolver.record import Recorder
 from stucksolver.scene import Scene
 from stucksolver.solver import Event, EventKind, StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
+from stucksolver.stacks.carla_stack.camera import FrontCamera
 
 Listener = Callable[[Event], None]
 ASKING = "request_assistance"
@@ -68,8 +69,10 @@ class SolverArm:
         reasoners: Sequence[TimedReasoner],
         make_solver: Callable[[Listener], StuckSolver],
         recorder: Recorder | None = None,
+        camera: FrontCamera | None = None,
     ) -> None:
         self._stack = stack
+        self._camera = camera
         self._reasoners = {one.name: one for one in reasoners}
         self._recorder = recorder
         self._start_s: float | None = None
@@ -97,6 +100,8 @@ class SolverArm:
 
     def close(self, time_s: float) -> None:
         self._solver.close()
+        if self._camera is not None:
+            self._camera.close()
         if self._recorder is not None:
             self._recorder.close()
         if self._running is not None:

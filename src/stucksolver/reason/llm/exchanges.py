@@ -70,7 +70,7 @@ class RecordingChat:
 
 
 class RecordedChat:
-    """Answers from a folder: the same request gets the same answers, in the same order."""
+    """Answers from a folder and those below it: the same request gets the same answers, in the same order."""
 
     def __init__(self, folder: Path) -> None:
         self._answers = _load(folder)
@@ -115,22 +115,30 @@ def image_digest(message: Message) -> str | None:
 
 
 def _load(folder: Path) -> dict[str, deque[dict[str, Any]]]:
-    path = folder / FILE
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise ExchangesError(f"no exchanges in {folder}: {path} cannot be read ({error.strerror})") from error
+    paths = sorted(folder.rglob(FILE))
+    if not paths:
+        raise ExchangesError(f"no exchanges in {folder}: there is no {FILE} in it or below; record a run first")
     answers: dict[str, deque[dict[str, Any]]] = defaultdict(deque)
-    for number, line in enumerate(text.splitlines(), 1):
+    for path in paths:
         try:
-            entry = json.loads(line)
-            same = request_key(entry["request"]) == entry["key"]
-        except (ValueError, KeyError, TypeError) as error:
-            raise ExchangesError(f"{path}, line {number}: not an exchange; remove the line or record anew") from error
-        if not same:
-            raise ExchangesError(f"{path}, line {number}: the request does not match its key; it was changed")
-        answers[entry["key"]].append(entry)
+            text = path.read_text(encoding="utf-8")
+        except OSError as error:
+            raise ExchangesError(f"{path} cannot be read: {error.strerror}") from error
+        for number, line in enumerate(text.splitlines(), 1):
+            entry = _entry(line, f"{path}, line {number}")
+            answers[entry["key"]].append(entry)
     return answers
+
+
+def _entry(line: str, where: str) -> dict[str, Any]:
+    try:
+        entry: dict[str, Any] = json.loads(line)
+        same = request_key(entry["request"]) == entry["key"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise ExchangesError(f"{where}: not an exchange; remove the line or record anew") from error
+    if not same:
+        raise ExchangesError(f"{where}: the request does not match its key; it was changed")
+    return entry
 
 
 def _reply(data: dict[str, Any]) -> Reply:
