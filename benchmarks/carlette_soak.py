@@ -46,7 +46,7 @@ def soak(ticks: int, cars: int, town: str, seed: int, ledger: Path | None = None
 
 
 def _run(ticks: int, cars: int, town: str, seed: int, ledger: Path | None) -> dict[str, Any]:
-    with tempfile.TemporaryFile("a+") as log, _server(town, log) as (port, server):
+    with tempfile.TemporaryFile("a+") as log, logging_server(town, log) as (port, server):
         receiver, sender = multiprocessing.get_context("spawn").Pipe(duplex=False)
         arguments = (port, cars, ticks, seed, sender)
         client = multiprocessing.get_context("spawn").Process(target=_drive, args=arguments, daemon=True)
@@ -61,7 +61,7 @@ def _run(ticks: int, cars: int, town: str, seed: int, ledger: Path | None) -> di
                     _note(ledger, ticks=0, hangs=1, rescues=0)
                     break
                 before = done, woken
-                (done, moved_m), woken = receiver.recv(), _woken(log)
+                (done, moved_m), woken = receiver.recv(), count_rescues(log)
                 _note(ledger, ticks=done - before[0], hangs=0, rescues=woken - before[1])
                 print(f"{town}: {done} of {ticks} ticks, {woken} rescues", file=sys.stderr, flush=True)
         except EOFError:
@@ -75,7 +75,7 @@ def _run(ticks: int, cars: int, town: str, seed: int, ledger: Path | None) -> di
             "cars": cars,
             "ticks": done,
             "hangs": int(hung),
-            "rescues": _woken(log),
+            "rescues": count_rescues(log),
             "ticks_per_s": done / seconds,
             "mean_distance_m": moved_m / max(cars, 1),
             "server_memory_mb": resident_mb(server),
@@ -89,7 +89,7 @@ def _note(ledger: Path | None, **counts: int) -> None:
 
 
 @contextmanager
-def _server(town: str, log: IO[str]) -> Iterator[tuple[int, int]]:
+def logging_server(town: str, log: IO[str]) -> Iterator[tuple[int, int]]:
     """A server's port and process id; its log goes into a file, as a pipe that nobody reads would stop it."""
     command = [sys.executable, "-m", "carlette", "--port", "0", "--map", town, "--exit-on-stdin-eof"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log, text=True) as process:
@@ -102,7 +102,7 @@ def _server(town: str, log: IO[str]) -> Iterator[tuple[int, int]]:
             process.terminate()
 
 
-def _woken(log: IO[str]) -> int:
+def count_rescues(log: IO[str]) -> int:
     log.seek(0)
     return sum(WOKEN in line for line in log)
 

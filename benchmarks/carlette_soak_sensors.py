@@ -1,0 +1,192 @@
+"""One server for hours: towns are loaded in turn, each with traffic and an ego whose every measurement is checked.
+
+    python -m benchmarks.carlette_soak_sensors --minutes 120 --ledger soak_sensors.jsonl
+
+A round is a client process of its own: it loads a town, spawns 20 cars of the traffic manager and an ego with a camera,
+a LiDAR and the small sensors, ticks, and destroys everything. Prints progress to standard error and one line of JSON to
+standard output. The ledger gets a line for each round; the next run with the same ledger goes on where that one ended.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+import multiprocessing
+import random
+import socket
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+from queue import Empty, Queue
+from typing import IO, Any
+
+from benchmarks.carlette_sensors import CAMERA, LIDAR, SMALL
+from benchmarks.carlette_soak import STEP_S, count_rescues, logging_server, resident_mb
+
+TOWNS = ("demo_town", "grid_town", "interurban", "Town01", "Town04", "Town10HD")
+CARS = 20
+SENSORS = (CAMERA, LIDAR, *SMALL)
+TICKS = 300
+LONGEST_ROUND_S = 300.0
+CLIENT_TIMEOUT_S = 20.0
+LONGEST_WAIT_S = 10.0
+COUNTED = ("ticks", "missing", "misframed", "surplus", "collisions")
+"""Of each round; `missing` measurements never came, `misframed` had another frame than the tick's."""
+ENDINGS = ("crashed", "failed", "hung")
+"""Of clients that did not finish: by a signal, by an exception such as a timeout, or not at all."""
+
+
+def soak(minutes: float, ledger: Path, ticks: int, towns: tuple[str, ...] = TOWNS) -> dict[str, Any]:
+    """Rounds until `minutes` are over; sums of all rounds in the `ledger`."""
+    done = len(_rounds(ledger))
+    with tempfile.TemporaryFile("a+") as log, logging_server(towns[0], log) as (port, server):
+        deadline = time.monotonic() + 60.0 * minutes
+        for number, town in zip(itertools.count(done), itertools.cycle(towns), strict=False):
+            if time.monotonic() >= deadline:
+                break
+            found = {"round": number, "town": town, **_round(port, town, ticks, number)}
+            found |= {"rss_mb": round(resident_mb(server), 1), "rescues": count_rescues(log)}
+            with ledger.open("a") as lines:
+                lines.write(json.dumps(found) + "\n")
+            print(json.dumps(found), file=sys.stderr, flush=True)
+        _show_errors(log)
+    return _summary(_rounds(ledger))
+
+
+def _rounds(ledger: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in ledger.read_text().splitlines()] if ledger.exists() else []
+
+
+def _round(port: int, town: str, ticks: int, seed: int) -> dict[str, Any]:
+    """What one client found; one that crashes or hangs is counted and left behind."""
+    context = multiprocessing.get_context("spawn")
+    receiver, sender = context.Pipe(duplex=False)
+    client = context.Process(target=_drive, args=(port, town, ticks, seed, sender), daemon=True)
+    start = time.monotonic()
+    client.start()
+    sender.close()
+    ending, found = "hung", dict.fromkeys(COUNTED, 0)
+    try:
+        if receiver.poll(LONGEST_ROUND_S):
+            found, ending = receiver.recv(), ""
+    except EOFError:
+        client.join()
+        ending = "crashed" if (client.exitcode or 0) < 0 else "failed"
+    finally:
+        client.kill()
+        client.join()
+    return {**found, **{one: int(one == ending) for one in ENDINGS}, "seconds": round(time.monotonic() - start, 1)}
+
+
+def _drive(port: int, town: str, ticks: int, seed: int, result: Any) -> None:
+    import carla
+
+    client = carla.Client("127.0.0.1", port)
+    client.set_timeout(CLIENT_TIMEOUT_S)
+    world = client.load_world(town)
+    settings = world.get_settings()
+    settings.synchronous_mode, settings.fixed_delta_seconds = True, STEP_S
+    world.apply_settings(settings)
+    port = _free_port()
+    manager = client.get_trafficmanager(port)
+    manager.set_synchronous_mode(True)
+    manager.set_random_device_seed(seed)
+    cars = _cars(world, seed)
+    world.tick()
+    for car in cars:
+        car.set_autopilot(True, port)
+    sensors = [_listen(carla, world, cars[0], type_id, attributes) for type_id, attributes in SENSORS]
+    found = _tick(world, ticks, {one.type_id: queue for one, queue in sensors})
+    for sensor, _ in sensors:
+        sensor.destroy()
+    client.apply_batch_sync([carla.command.DestroyActor(car) for car in cars], True)
+    manager.set_synchronous_mode(False)
+    settings.synchronous_mode = False
+    world.apply_settings(settings)
+    result.send(found)
+
+
+def _free_port() -> int:
+    """Another soak on this machine may have taken any fixed one."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def _cars(world: Any, seed: int) -> list[Any]:
+    """The ego and the others, on places that the seed chooses."""
+    blueprint = world.get_blueprint_library().find("vehicle.tesla.model3")
+    spots = world.get_map().get_spawn_points()
+    random.Random(seed).shuffle(spots)
+    spawned = (world.try_spawn_actor(blueprint, spot) for spot in spots)
+    return [car for _, car in zip(range(1 + CARS), (one for one in spawned if one is not None), strict=False)]
+
+
+def _listen(carla: Any, world: Any, car: Any, type_id: str, attributes: dict[str, int]) -> tuple[Any, Queue[int]]:
+    blueprint = world.get_blueprint_library().find(type_id)
+    for key, value in attributes.items():
+        blueprint.set_attribute(key, str(value))
+    queue: Queue[int] = Queue()
+    sensor = world.spawn_actor(blueprint, carla.Transform(carla.Location(x=0.5, z=2.4)), attach_to=car)
+    sensor.listen(lambda data: queue.put(data.frame))
+    return sensor, queue
+
+
+def _tick(world: Any, ticks: int, queues: dict[str, Queue[int]]) -> dict[str, int]:
+    """Each tick must bring one measurement of its frame from each sensor, but for collisions, which are counted."""
+    found = dict.fromkeys(COUNTED, 0)
+    hits = queues.pop("sensor.other.collision")
+    for _ in range(ticks):
+        frame = world.tick()
+        frames = [_next(queue) for queue in queues.values()]
+        found["missing"] += frames.count(None)
+        found["misframed"] += sum(one not in (None, frame) for one in frames)
+        found["ticks"] += 1
+    return {**found, "surplus": sum(one.qsize() for one in queues.values()), "collisions": hits.qsize()}
+
+
+def _next(queue: Queue[int]) -> int | None:
+    try:
+        return queue.get(timeout=LONGEST_WAIT_S)
+    except Empty:
+        return None
+
+
+def _show_errors(log: IO[str]) -> None:
+    """What the server had to say, but for its rescues."""
+    log.seek(0)
+    others = [line for line in log if "lost wake-up" not in line]
+    print("".join(others[-100:]), file=sys.stderr, flush=True)
+
+
+def _summary(rounds: list[dict[str, Any]]) -> dict[str, Any]:
+    memory = [one["rss_mb"] for one in rounds]
+    total = {name: sum(one[name] for one in rounds) for name in (*COUNTED, *ENDINGS)}
+    return {
+        "rounds": len(rounds),
+        **total,
+        "simulated_s": round(total["ticks"] * STEP_S, 1),
+        "measurements": total["ticks"] * (len(SENSORS) - 1) - total["missing"],
+        "hours": round(sum(one["seconds"] for one in rounds) / 3600.0, 2),
+        "rss_mb": {"first": memory[0], "median": statistics.median(memory), "last": memory[-1], "most": max(memory)},
+    }
+
+
+def main() -> None:
+    """Prints one line of JSON; fails where a measurement was lost."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--minutes", type=float, default=120.0)
+    parser.add_argument("--ticks", type=int, default=TICKS, help="of each round")
+    parser.add_argument("--ledger", type=Path, default=Path("soak_sensors.jsonl"))
+    parser.add_argument("--towns", nargs="+", default=TOWNS, metavar="TOWN")
+    options = parser.parse_args()
+    result = soak(options.minutes, options.ledger, options.ticks, tuple(options.towns))
+    print(json.dumps(result), flush=True)
+    sys.exit(bool(result["missing"] or result["misframed"] or result["surplus"]))
+
+
+if __name__ == "__main__":
+    main()
