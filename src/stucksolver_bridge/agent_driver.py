@@ -76,7 +76,7 @@ class AgentDriver:
 
     def _show(self, source: Callable[[], Iterable[Any]]) -> None:
         if not isinstance(self.agent._world, ShownWorld):
-            self.agent._world = ShownWorld(self.agent._world, source)
+            self.agent._world = ShownWorld(self.agent._world, self._vehicle, source)
 
     # ---- the route
 

@@ -28,18 +28,22 @@ def props_around(world: Any, vehicle: Any) -> Callable[[], list[Any]]:
 
 
 class ShownWorld:
-    """Stands where an agent keeps its `carla.World`: lists the perceived obstacles among the vehicles.
+    """Stands where an agent keeps its `carla.World`: lists the perceived obstacles among the vehicles, nearest first.
+
+    The order matters: `BasicAgent` takes the first hit of the list for the nearest, so that of two cyclists in a row it
+    may follow the far one and run into the near one.
 
     `obstacles` returns things with `id`, `type_id`, `bounding_box`, `get_transform`, `get_location` and `get_velocity`.
     """
 
-    def __init__(self, world: Any, obstacles: Callable[[], Iterable[Any]]) -> None:
+    def __init__(self, world: Any, vehicle: Any, obstacles: Callable[[], Iterable[Any]]) -> None:
         self._shown = world
+        self._vehicle = vehicle
         self._obstacles = obstacles
 
     def get_actors(self, *ids: Any) -> Any:
         actors = self._shown.get_actors(*ids)
-        return actors if ids else ShownActors(actors, self._obstacles)
+        return actors if ids else ShownActors(actors, self._vehicle, self._obstacles)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._shown, name)
@@ -48,13 +52,17 @@ class ShownWorld:
 class ShownActors:
     """A `carla.ActorList` whose vehicles are those and the obstacles."""
 
-    def __init__(self, actors: Any, obstacles: Callable[[], Iterable[Any]]) -> None:
+    def __init__(self, actors: Any, vehicle: Any, obstacles: Callable[[], Iterable[Any]]) -> None:
         self._actors = actors
+        self._vehicle = vehicle
         self._obstacles = obstacles
 
     def filter(self, pattern: str) -> Any:
         found = self._actors.filter(pattern)
-        return [*found, *self._obstacles()] if pattern == VEHICLES else found
+        if pattern != VEHICLES:
+            return found
+        here = self._vehicle.get_location()
+        return sorted([*found, *self._obstacles()], key=lambda thing: float(here.distance(thing.get_location())))
 
     def find(self, actor_id: int) -> Any:
         return self._actors.find(actor_id)

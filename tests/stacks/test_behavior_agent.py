@@ -106,7 +106,7 @@ def test_it_sees_no_cones_but_those_that_are_perceived_are_shown_to_it(stage):
     stage.clear()
     cones_across(stage)
     came, bumps, told = helped_past(stage, (11, -1, 70.0))
-    assert came, told
+    assert came, "\n".join(told)
     assert not bumps, told
 
 
@@ -114,7 +114,7 @@ def test_it_passes_two_cyclists_who_have_stopped(stage):
     for ahead in (0.0, 9.0):
         put(stage, "vehicle.diamondback.century", (11, -1, 60.0 + ahead), 0.96)
     came, bumps, told = helped_past(stage, (11, -1, 69.0))
-    assert came, told
+    assert came, "\n".join(told)
     assert not bumps, told
 
 
