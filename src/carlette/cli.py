@@ -9,6 +9,7 @@ import select
 import signal
 import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from carlette.errors import UsageError
 from carlette.versions import DEFAULT_VERSION, VERSIONS
@@ -48,6 +49,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: loopback)")
     parser.add_argument("--client-version", choices=sorted(VERSIONS), default=DEFAULT_VERSION)
     parser.add_argument("--seed", type=int, default=0, help="for what is left to chance, such as the first phases")
+    parser.add_argument(
+        "--recordings", type=Path, metavar="DIR", help="where clients record to (default: a folder for state of yours)"
+    )
     parser.add_argument("--parent-pid", type=int, metavar="PID", help="stop when this process is gone")
     parser.add_argument("--exit-on-stdin-eof", action="store_true", help="stop when standard input closes")
     return parser
@@ -75,7 +79,7 @@ def _serve(options: argparse.Namespace) -> int:
 
     folders = map_folders([one for many in options.maps for one in many.split(os.pathsep)])
     roads = RoadNetwork(find_map(options.map, folders))
-    simulator = Simulator(roads, VERSIONS[options.client_version], folders, options.seed)
+    simulator = Simulator(roads, VERSIONS[options.client_version], folders, options.seed, options.recordings)
     server = Server(simulator, options.host, options.port)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: server.stop())

@@ -9,7 +9,7 @@ from typing import Any
 from carlette.blueprints import load_catalogue
 from carlette.opendrive.document import MapFile, available_towns, find_map
 from carlette.opendrive.roads import RoadNetwork
-from carlette.recorder import Recorder, Replay, ReplayOptions
+from carlette.recorder import Recorder, Replay, ReplayOptions, default_folder
 from carlette.sensors.suite import Suite
 from carlette.stream.hub import Hub
 from carlette.versions import ClientVersion
@@ -30,7 +30,14 @@ EPISODES_BEFORE_STREAMS_REPEAT = 1 << 11
 class Simulator:
     """Everything behind the two ports, without the sockets."""
 
-    def __init__(self, roads: RoadNetwork, version: ClientVersion, folders: Sequence[Path], seed: int) -> None:
+    def __init__(
+        self,
+        roads: RoadNetwork,
+        version: ClientVersion,
+        folders: Sequence[Path],
+        seed: int,
+        recordings: Path | None = None,
+    ) -> None:
         self.version = version
         self.folders = folders
         self.seed = seed
@@ -41,6 +48,8 @@ class Simulator:
         self.traffic_managers: dict[int, str] = {}
         """Port to address, as registered by clients."""
         self.sensors = Suite(self.hub, self.stream_of, self.actor_wire)
+        self.recordings = recordings or default_folder()
+        """The folder out of which no recording leads."""
         self.recorder: Recorder | None = None
         self.replay: Replay | None = None
         self.replay_options = ReplayOptions()

@@ -1,7 +1,8 @@
 """Recording what happens in a world, telling about it, and playing it again. The format is carlette's own."""
 
+from carlette.recorder.folder import default_folder, make_room, path_in
 from carlette.recorder.recorder import Recorder
 from carlette.recorder.replay import Replay, ReplayOptions
 from carlette.recorder.tape import Tape, read_tape
 
-__all__ = ["Recorder", "Replay", "ReplayOptions", "Tape", "read_tape"]
+__all__ = ["Recorder", "Replay", "ReplayOptions", "Tape", "default_folder", "make_room", "path_in", "read_tape"]

@@ -114,7 +114,7 @@ def _begin(path: Path) -> BinaryIO:
             raise RequestError(f"cannot record to '{path}': it is no file; name a file that can be written")
         if path.exists():
             with path.open("rb") as old:
-                if old.read(len(MAGIC)) not in (MAGIC, b""):
+                if old.read(len(MAGIC)) != MAGIC:
                     raise RequestError(f"'{path}' exists and is no log of carlette; record to another file")
         file = path.open("wb")
         file.write(MAGIC)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import faulthandler
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -51,14 +52,20 @@ def no_hang(pytestconfig: pytest.Config) -> Iterator[None]:
 
 
 @pytest.fixture(scope="session")
-def address(pytestconfig: pytest.Config) -> Iterator[tuple[str, int]]:
+def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where carlette keeps its logs; it is not there until one is recorded."""
+    return tmp_path_factory.mktemp("state") / "recordings"
+
+
+@pytest.fixture(scope="session")
+def address(pytestconfig: pytest.Config, recordings: Path) -> Iterator[tuple[str, int]]:
     """Host and request port of the server."""
     host = pytestconfig.getoption("--host", default=None)
     if host:
         yield host, pytestconfig.getoption("--port")
         return
     version = carla.Client("127.0.0.1", 1, 1).get_client_version()
-    with running_server("--map", "demo_town", "--client-version", version) as port:
+    with running_server("--map", "demo_town", "--client-version", version, "--recordings", str(recordings)) as port:
         yield "127.0.0.1", port
 
 

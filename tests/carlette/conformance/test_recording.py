@@ -12,18 +12,17 @@ pytestmark = pytest.mark.carlette_only
 """The texts and the format are carlette's own."""
 
 
-def test_a_drive_is_recorded_told_and_played_again(client, world, spots, tmp_path: Path) -> None:
+def test_a_drive_is_recorded_told_and_played_again(client, world, spots, recordings: Path) -> None:
     car = settled(world, spots[0])
     start = car.get_location()
-    log = str(tmp_path / "drive.log")
-    assert client.start_recorder(log) == log
+    assert client.start_recorder("drive.log") == str(recordings / "drive.log")
     car.apply_control(carla.VehicleControl(throttle=0.7))
     run(world, 60)
     end = car.get_location()
     client.stop_recorder()
-    assert "Frames: 61" in client.show_recorder_file_info(log, False)
+    assert "Frames: 61" in client.show_recorder_file_info("drive.log", False)
     assert end.distance(start) > 3.0
-    assert "Replaying file" in client.replay_file(log, 0.0, 0.0, 0)
+    assert "Replaying file" in client.replay_file(str(recordings / "drive.log"), 0.0, 0.0, 0)
     world.tick()
     assert car.get_location().distance(start) < 0.5
     run(world, 60)
@@ -32,16 +31,17 @@ def test_a_drive_is_recorded_told_and_played_again(client, world, spots, tmp_pat
     assert soon(lambda: car.is_alive)
 
 
-def test_a_missing_file_and_a_log_of_another_make_are_told_in_words(client, world, tmp_path: Path) -> None:
-    other = tmp_path / "other.log"
-    other.write_bytes(b"CARLA_RECORDER")
-    assert "not found on server" in client.replay_file(str(tmp_path / "none.log"), 0.0, 0.0, 0)
-    assert "is no log of carlette" in client.show_recorder_file_info(str(other), True)
-    assert "exists and is no log" in client.start_recorder(str(other))
+def test_a_missing_file_and_a_log_of_another_make_are_told_in_words(client, world, recordings: Path) -> None:
+    recordings.mkdir(exist_ok=True)
+    (recordings / "other.log").write_bytes(b"CARLA_RECORDER")
+    assert "not found on server" in client.replay_file("none.log", 0.0, 0.0, 0)
+    assert "is no log of carlette" in client.show_recorder_file_info("other.log", True)
+    assert "exists and is no log" in client.start_recorder("other.log")
 
 
-def test_a_disk_that_is_full_ends_the_recording_and_not_the_world(client, world) -> None:
-    assert "it is no file" in client.start_recorder("/dev/full")
-    before = world.get_snapshot().frame
-    run(world, 3)
-    assert world.get_snapshot().frame == before + 3
+def test_no_name_leads_out_of_the_folder_for_logs(client, world, tmp_path: Path) -> None:
+    for name in (str(tmp_path / "mine.log"), "../mine.log", "/dev/full", "~/mine.log/../../mine.log"):
+        assert "where this server keeps its logs" in client.start_recorder(name)
+        assert "where this server keeps its logs" in client.show_recorder_file_info(name, True)
+        assert "where this server keeps its logs" in client.replay_file(name, 0.0, 0.0, 0)
+    assert not list(tmp_path.iterdir())

@@ -173,12 +173,13 @@ def test_a_file_that_is_no_log_is_named_with_its_problem(tmp_path: Path, content
         read_tape(path)
 
 
-def test_a_file_of_somebody_else_is_never_overwritten(tmp_path: Path) -> None:
+@pytest.mark.parametrize("text", ["years of work", ""])
+def test_a_file_of_somebody_else_is_never_overwritten(tmp_path: Path, text: str) -> None:
     theirs = tmp_path / "thesis.tex"
-    theirs.write_text("years of work")
+    theirs.write_text(text)
     with pytest.raises(RequestError, match=r"thesis\.tex' exists and is no log"):
         Recorder(theirs, straight_world())
-    assert theirs.read_text() == "years of work"
+    assert theirs.read_text() == text
 
 
 def test_a_folder_that_does_not_exist_and_a_log_of_another_map_are_refused(recorded, tmp_path: Path) -> None:

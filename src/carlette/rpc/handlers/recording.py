@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from carlette.errors import RequestError
-from carlette.recorder import Recorder, Replay, read_tape, report
+from carlette.recorder import Recorder, Replay, make_room, path_in, read_tape, report
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import Session
 from carlette.simulator import Simulator
@@ -19,10 +19,11 @@ methods = Methods()
 def start_recorder(session: Session, name: str, additional: bool = False) -> str:
     del additional  # there is nothing more to record
     stop_recorder(session)
-    return _told(lambda: _begin(session.simulator, _path(name)))
+    return _told(lambda: _begin(session.simulator, _path(session, name)))
 
 
 def _begin(simulator: Simulator, path: Path) -> str:
+    make_room(path)
     simulator.recorder = Recorder(path, simulator.world)
     return str(path)
 
@@ -36,20 +37,17 @@ def stop_recorder(session: Session) -> None:
 
 @methods.value("show_recorder_file_info")
 def show_recorder_file_info(session: Session, name: str, show_all: bool = False) -> str:
-    del session
-    return _told(lambda: report.file_info(read_tape(_path(name)), show_all))
+    return _told(lambda: report.file_info(read_tape(_path(session, name)), show_all))
 
 
 @methods.value("show_recorder_collisions")
 def show_recorder_collisions(session: Session, name: str, first: Any = "a", second: Any = "a") -> str:
-    del session
-    return _told(lambda: report.collisions(read_tape(_path(name)), _letter(first), _letter(second)))
+    return _told(lambda: report.collisions(read_tape(_path(session, name)), _letter(first), _letter(second)))
 
 
 @methods.value("show_recorder_actors_blocked")
 def show_recorder_actors_blocked(session: Session, name: str, least_s: float = 30.0, least_m: float = 10.0) -> str:
-    del session
-    return _told(lambda: report.blocked(read_tape(_path(name)), float(least_s), float(least_m)))
+    return _told(lambda: report.blocked(read_tape(_path(session, name)), float(least_s), float(least_m)))
 
 
 @methods.value("replay_file")
@@ -58,11 +56,11 @@ def replay_file(session: Session, name: str, start_s: float, duration_s: float, 
     simulator = session.simulator
 
     def begin() -> str:
-        tape, options = read_tape(_path(name)), simulator.replay_options
+        tape, options = read_tape(_path(session, name)), simulator.replay_options
         replay = Replay(tape, simulator.world, float(start_s), float(duration_s), int(follow_id), options)
         simulator.end_replay(keep_actors=False)
         simulator.replay = replay
-        return f"Replaying file {_path(name)} from {replay.time_s:g} to {replay.end_s:g} seconds"
+        return f"Replaying file {_path(session, name)} from {replay.time_s:g} to {replay.end_s:g} seconds"
 
     return _told(begin)
 
@@ -96,11 +94,8 @@ def _told(tell: Callable[[], str]) -> str:
         return str(error)
 
 
-def _path(name: str) -> Path:
-    """Relative names are files in the folder in which the server was started."""
-    if not name or "\0" in name:
-        raise RequestError(f"'{name}' is no name of a file; give one such as run.log")
-    return Path(name).expanduser()
+def _path(session: Session, name: str) -> Path:
+    return path_in(session.simulator.recordings, name)
 
 
 def _letter(kind: Any) -> str:

@@ -1,0 +1,48 @@
+"""Where logs lie: one folder, out of which no client's name leads, as the protocol knows no authentication."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from carlette.errors import RequestError
+
+
+def default_folder() -> Path:
+    """`carlette/recordings` in the user's folder for state (XDG base directories)."""
+    try:
+        state = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
+    except RuntimeError:  # a user without a home
+        state = Path(tempfile.gettempdir()) / f"state-{os.getuid()}"
+    return state / "carlette" / "recordings"
+
+
+def path_in(folder: Path, name: str) -> Path:
+    """The file that a client names: relative to the folder, or absolute and within it.
+
+    Raises `RequestError` for all that leads elsewhere, also through `..` or a link.
+    """
+    if not name or "\0" in name:
+        raise RequestError(f"'{name}' is no name of a file; give one such as run.log")
+    root = folder.resolve()
+    if ".." in Path(name).parts:
+        raise RequestError(_refusal(name, root))
+    path = (root / name).resolve()
+    if path == root or not path.is_relative_to(root):
+        raise RequestError(_refusal(name, root))
+    return path
+
+
+def make_room(path: Path) -> None:
+    """Makes the folder of a log that is to be written; raises `RequestError` where it cannot."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RequestError(
+            f"cannot record to '{path}': {error.strerror}; start the server with another --recordings"
+        ) from None
+
+
+def _refusal(name: str, root: Path) -> str:
+    return f"'{name}' is no file within '{root}', where this server keeps its logs; give a name such as run.log"
