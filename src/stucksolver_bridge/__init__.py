@@ -1,5 +1,7 @@
 """StuckSolver in other people's processes: Python 3.7 and later, standard library only, `carla` handed over."""
 
 from stucksolver_bridge.agent_driver import AgentDriver
+from stucksolver_bridge.process import SolverError, SolverProcess
+from stucksolver_bridge.recovery import Recovery
 
-__all__ = ["AgentDriver"]
+__all__ = ["AgentDriver", "Recovery", "SolverError", "SolverProcess"]

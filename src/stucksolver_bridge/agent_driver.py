@@ -54,16 +54,16 @@ class AgentDriver:
     def __init__(self, agent: Any, carla: Any, obstacles: Any = True) -> None:
         self.agent = agent
         self._carla = carla
-        self._vehicle = agent._vehicle
-        self._world = self._vehicle.get_world()
+        self.vehicle = agent._vehicle
+        self._world = self.vehicle.get_world()
         self._map = agent._map
         self._planner = agent.get_local_planner()
         self._lane_follow = type(self._planner.target_road_option).LANEFOLLOW
         if obstacles:
-            source = obstacles if callable(obstacles) else props_around(self._world, self._vehicle)
+            source = obstacles if callable(obstacles) else props_around(self._world, self.vehicle)
             self._show(source)
-        self._bodies = Bodies(self._world, self._vehicle.id)
-        box = self._vehicle.bounding_box.extent
+        self._bodies = Bodies(self._world, self.vehicle.id)
+        box = self.vehicle.bounding_box.extent
         self._half_size = (float(box.x), float(box.y))
         self._left: list[tuple[Any, Any]] = []
         self._line: Line | None = None
@@ -76,7 +76,7 @@ class AgentDriver:
 
     def _show(self, source: Callable[[], Iterable[Any]]) -> None:
         if not isinstance(self.agent._world, ShownWorld):
-            self.agent._world = ShownWorld(self.agent._world, self._vehicle, source)
+            self.agent._world = ShownWorld(self.agent._world, self.vehicle, source)
 
     # ---- the route
 
@@ -92,12 +92,13 @@ class AgentDriver:
 
     def set_destination(self, destination: Any, start: Any | None = None) -> None:
         """Plan a route between two `carla.Location`s with the agent's own planner, by default from the vehicle's."""
-        begin = self._map.get_waypoint(self._vehicle.get_location() if start is None else start)
+        begin = self._map.get_waypoint(self.vehicle.get_location() if start is None else start)
         self.set_plan(self.agent.trace_route(begin, self._map.get_waypoint(destination)))
 
     def set_plan(self, plan: Sequence[tuple[Any, Any]]) -> None:
-        """Drive a plan of (waypoint, road option). Raises `ValueError` where it has fewer than two points."""
-        plan = list(plan)
+        """Drive a plan of (waypoint, road option or our word for it), of two points at least (`ValueError`)."""
+        options = type(self._lane_follow)
+        plan = [(waypoint, _option(options, option)) for waypoint, option in plan]
         if len(plan) < 2:
             raise ValueError("a plan needs two waypoints; use hold() to stand still")
         self._planner.set_global_plan(plan, stop_waypoint_creation=True, clean_queue=True)
@@ -115,7 +116,7 @@ class AgentDriver:
         """Drive (x, y, speed bound) of CARLA's world from the next step on, braking for what lies in it."""
         line = Line(path)
         self._take_over()
-        place = self._vehicle.get_location()
+        place = self.vehicle.get_location()
         self._line, self._reverse, self._ignore = line, reverse, frozenset(ignore)
         self._s = line.project(place.x, place.y, 0.0, reach_m=line.length_m)
         self._holding = False
@@ -151,7 +152,7 @@ class AgentDriver:
 
     def _ahead(self) -> list[tuple[Any, Any]]:
         """What is left of the plan from a little ahead of the vehicle on."""
-        here = self._vehicle.get_location()
+        here = self.vehicle.get_location()
         away = [here.distance(waypoint.transform.location) for waypoint, _ in self._left]
         if not away:
             return []
@@ -161,14 +162,14 @@ class AgentDriver:
 
     def _is_ahead(self, index: int) -> bool:
         transform = self._left[index][0].transform
-        here, along = self._vehicle.get_location(), transform.get_forward_vector()
+        here, along = self.vehicle.get_location(), transform.get_forward_vector()
         ahead = (transform.location.x - here.x) * along.x + (transform.location.y - here.y) * along.y
         return float(ahead) > 0.0
 
     def _forwards(self, line: Line) -> Any:
-        transform = self._vehicle.get_transform()
+        transform = self.vehicle.get_transform()
         here = transform.location
-        speed = _speed(self._vehicle)
+        speed = _speed(self.vehicle)
         self._s = line.project(here.x, here.y, self._s)
         wanted = self._allowed(line, here, speed)
         x, y, yaw = line.at(self._s + LOOK_AHEAD_M + LOOK_AHEAD_S * speed)
@@ -191,8 +192,8 @@ class AgentDriver:
         return min(line.bound_at(self._s, BRAKING_MPS2), gap)
 
     def _backwards(self, line: Line) -> Any:
-        transform = self._vehicle.get_transform()
-        here, speed = transform.location, _speed(self._vehicle)
+        transform = self.vehicle.get_transform()
+        here, speed = transform.location, _speed(self.vehicle)
         self._s = line.project(here.x, here.y, self._s)
         wanted = self._allowed(line, here, speed)
         yaw = math.radians(transform.rotation.yaw)
@@ -204,7 +205,7 @@ class AgentDriver:
         bend = 2.0 * aside / max(along * along + aside * aside, 0.5)
         steer = math.atan(bend * WHEEL_BASE_M) / WHEEL_LOCK_RAD
         control = self._carla.VehicleControl(steer=min(max(steer, -0.8), 0.8), reverse=True)
-        velocity = self._vehicle.get_velocity()
+        velocity = self.vehicle.get_velocity()
         rolls_on = velocity.x * math.cos(yaw) + velocity.y * math.sin(yaw) > STANDING_MPS
         if rolls_on or wanted < STANDING_MPS or speed > wanted + 0.5:
             control.throttle, control.brake = 0.0, STAND_BRAKE
@@ -248,6 +249,13 @@ def command_of(option: Any) -> str:
     return {"lanefollow": "lane_follow", "changelaneleft": "change_left", "changelaneright": "change_right"}.get(
         name, name
     )
+
+
+def _option(options: Any, option: Any) -> Any:
+    """A road option of these agents, from one of them or from our word for it."""
+    if not isinstance(option, str):
+        return option
+    return next((one for one in options if command_of(one) == option), options.LANEFOLLOW)
 
 
 def _speed(vehicle: Any) -> float:

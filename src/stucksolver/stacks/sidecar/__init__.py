@@ -1,0 +1,24 @@
+"""The solver as a process beside a stack that cannot import it: `python -m stucksolver.stacks.sidecar --fd N`.
+
+Messages are JSON objects, length-prefixed (`stucksolver_bridge.wire`). The stack says `hello` once and `tick` each
+tick; the solver answers each with one message, before which it may ask for things by name.
+
+From the stack:
+
+* `hello`: `version`, `settings` (`Settings`), and `carla`, the facts of a CARLA world, or nothing.
+* `tick`: `status` in its JSON form; of a CARLA world, time, frame, the ego's motion and the speed limit instead.
+  `say`: a passenger's words.
+* `given`: what was asked for: `surroundings` or `scene` in their JSON forms; of a CARLA world, raw facts.
+
+From the solver:
+
+* `ready`: the version.
+* `need`: `surroundings` or `scene`; of a CARLA world `actors`, `vehicle_lights` or `light_state`.
+* `directive` in its JSON form, when it is another than before; `orders` for the driver of a CARLA world; `events`.
+* `error`: what is wrong; nothing more follows.
+"""
+
+from stucksolver.stacks.sidecar.session import Session
+from stucksolver.stacks.sidecar.settings import Settings
+
+__all__ = ["Session", "Settings"]

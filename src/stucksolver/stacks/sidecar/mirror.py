@@ -1,0 +1,185 @@
+"""A CARLA world as told by a bridge: what `CarlaStack` asks of vehicle, world, lights and driver, without a client.
+
+The map is read from the OpenDRIVE text, offline; everything else comes in raw facts, asked for when they are looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import carla
+
+from stucksolver.stacks.driver import DrivePoint, RoutePoint
+from stucksolver.stacks.driver.routing import trace_route
+
+Ask = Callable[[str], Any]
+Order = tuple[str, Any]
+
+
+class Moving:
+    """The place and motion of an actor at one tick: x, y, z, pitch, yaw, roll, vx, vy, vz in CARLA's units."""
+
+    def __init__(self, actor_id: int, row: Sequence[float]) -> None:
+        self.id = actor_id
+        self._row = row
+
+    def get_transform(self) -> Any:
+        x, y, z, pitch, yaw, roll = self._row[:6]
+        return carla.Transform(carla.Location(x=x, y=y, z=z), carla.Rotation(pitch=pitch, yaw=yaw, roll=roll))
+
+    def get_location(self) -> Any:
+        return carla.Location(*self._row[:3])
+
+    def get_velocity(self) -> Any:
+        return carla.Vector3D(*self._row[6:9])
+
+
+class MirrorWorld:
+    """Snapshots, actors and lights."""
+
+    def __init__(self, opening: dict[str, Any], ask: Ask) -> None:
+        self._ask = ask
+        self.map = carla.Map(opening["map"], opening["xodr"])
+        self._kinds: dict[int, Any] = {}
+        self._at: dict[int, Moving] = {}
+        self._states: dict[str, str] = {}
+        self._fresh = False
+        self.time_s, self.frame = 0.0, 0
+        self._lights = [MirrorLight(self, str(i), places) for i, places in opening["lights"]]
+
+    def turn_to(self, tick: dict[str, Any]) -> None:
+        """Another tick; what is around is asked for when somebody looks."""
+        self.time_s, self.frame = float(tick["time"]), int(tick["frame"])
+        self._fresh = False
+
+    # ---- as carla.World has them
+
+    def get_map(self) -> Any:
+        return self.map
+
+    def get_snapshot(self) -> MirrorSnapshot:
+        return MirrorSnapshot(self)
+
+    def get_actors(self, ids: Sequence[int] | None = None) -> Any:
+        if ids is None:
+            return SimpleNamespace(filter=lambda pattern: self._lights if "traffic_light" in pattern else [])
+        return [self._kinds[i] for i in ids if i in self._kinds]
+
+    def get_vehicles_light_states(self) -> dict[int, int]:
+        return {int(i): state for i, state in (self._ask("vehicle_lights") or {}).items()}
+
+    # ---- asked for once a tick
+
+    def actors(self) -> dict[int, Moving]:
+        self._look()
+        return self._at
+
+    def light_state(self, light: str) -> Any:
+        self._look()
+        name = self._states.get(light, "Unknown")
+        return getattr(carla.TrafficLightState, name, carla.TrafficLightState.Unknown)
+
+    def _look(self) -> None:
+        if self._fresh:
+            return
+        self._fresh = True
+        told = self._ask("actors")
+        self._at = {int(row[0]): Moving(int(row[0]), row[1:]) for row in told["at"]}
+        self._kinds = {i: kind for i, kind in self._kinds.items() if i in self._at}
+        self._kinds.update({int(i): _actor(int(i), kind) for i, kind in told["new"].items()})
+        self._states = told["states"]
+
+
+class MirrorSnapshot:
+    """As `carla.WorldSnapshot`."""
+
+    def __init__(self, world: MirrorWorld) -> None:
+        self._world = world
+        self.frame = world.frame
+        self.timestamp = SimpleNamespace(elapsed_seconds=world.time_s)
+
+    def __iter__(self) -> Iterator[Moving]:
+        return iter(self._world.actors().values())
+
+    def find(self, actor_id: int) -> Moving | None:
+        return self._world.actors().get(actor_id)
+
+
+class MirrorLight:
+    """As `carla.TrafficLight`."""
+
+    def __init__(self, world: MirrorWorld, name: str, places: Sequence[Sequence[Any]]) -> None:
+        self._world, self._name, self._places = world, name, places
+
+    def get_stop_waypoints(self) -> list[Any]:
+        found = [self._world.map.get_waypoint_xodr(*place) for place in self._places]
+        return [waypoint for waypoint in found if waypoint is not None]
+
+    def get_state(self) -> Any:
+        return self._world.light_state(self._name)
+
+
+class MirrorVehicle(Moving):
+    """The ego. Lights that are set become an order."""
+
+    def __init__(self, world: MirrorWorld, opening: dict[str, Any], ask: Ask, orders: list[Order]) -> None:
+        super().__init__(int(opening["id"]), opening["tick"]["ego"])
+        self._world, self._ask, self._orders = world, ask, orders
+        self.bounding_box = carla.BoundingBox(carla.Location(), carla.Vector3D(*opening["extent"]))
+        self._limit = float(opening["tick"]["limit"])
+
+    def turn_to(self, tick: dict[str, Any]) -> None:
+        self._row, self._limit = tick["ego"], float(tick["limit"])
+
+    def get_world(self) -> MirrorWorld:
+        return self._world
+
+    def get_speed_limit(self) -> float:
+        return self._limit
+
+    def get_light_state(self) -> Any:
+        return carla.VehicleLightState(int(self._ask("light_state") or 0))
+
+    def set_light_state(self, state: Any) -> None:
+        self._orders.append(("lights", int(state)))
+
+
+class MirrorDriver:
+    """A `Driver` whose commands become orders for the driver on the other side."""
+
+    def __init__(self, world: MirrorWorld, ego: MirrorVehicle, opening: dict[str, Any], orders: list[Order]) -> None:
+        self._world, self._ego, self._orders = world, ego, orders
+        found = [(world.map.get_waypoint_xodr(*place[:3]), place[3]) for place in opening["route"]]
+        self.route: Sequence[RoutePoint] = [RoutePoint(w, command) for w, command in found if w is not None]
+
+    def set_destination(self, destination: Any, start: Any | None = None) -> None:
+        origin = self._ego.get_location() if start is None else start
+        self.route = trace_route(self._world.map, origin, destination)
+        places = [[p.waypoint.road_id, p.waypoint.lane_id, p.waypoint.s, p.command] for p in self.route]
+        self._orders.append(("route", places))
+
+    def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
+        order = {"path": [list(point) for point in path], "reverse": reverse, "ignore": sorted(ignore)}
+        self._orders.append(("follow", order))
+
+    def hold(self) -> None:
+        self._orders.append(("hold", None))
+
+    def release(self) -> None:
+        self._orders.append(("release", None))
+
+    def run_step(self) -> None:
+        """The pedals are on the other side."""
+
+    def done(self) -> bool:
+        return False
+
+
+def _actor(actor_id: int, kind: dict[str, Any]) -> Any:
+    box = carla.BoundingBox(carla.Location(*kind["offset"]), carla.Vector3D(*kind["extent"]))
+    box.rotation = carla.Rotation(yaw=kind["yaw"])
+    return SimpleNamespace(
+        id=actor_id, type_id=kind["type"], attributes=kind["attributes"], parent=None, bounding_box=box
+    )

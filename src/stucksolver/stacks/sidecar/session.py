@@ -1,0 +1,117 @@
+"""One stack on one wire, from `hello` until it hangs up."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import ValidationError
+
+from stucksolver.decision.directive import Directive, directive_adapter
+from stucksolver.ladder import LadderError
+from stucksolver.reason.make import ReasonerNameError
+from stucksolver.scene import Scene, Status, Surroundings
+from stucksolver.solver import Event, StuckSolver
+from stucksolver.stacks.sidecar.settings import Settings
+from stucksolver_bridge.wire import VERSION, Wire
+
+
+class Session:
+    """Raises `WireError` when the stack has gone."""
+
+    def __init__(self, wire: Wire) -> None:
+        self._wire = wire
+        self._events: list[dict[str, Any]] = []
+        self._directive: Directive | None = None
+
+    def run(self) -> None:
+        """Serve until the stack hangs up."""
+        hello = self._wire.receive().get("hello")
+        if not isinstance(hello, dict) or hello.get("version") != VERSION:
+            self._wire.send(
+                {"error": f"the bridge must speak version {VERSION}; use the one that came with stucksolver"}
+            )
+            return
+        try:
+            settings = Settings.model_validate(hello.get("settings", {}))
+            side: _Forms | _Carla = _Carla(hello["carla"], self._ask) if hello.get("carla") else _Forms(self._ask)
+            solver = settings.solver(side.scene, self._hear)
+        except (ValidationError, LadderError, ReasonerNameError, ValueError) as error:
+            self._wire.send({"error": f"the solver's settings cannot be used: {error}"})
+            return
+        self._wire.send({"ready": VERSION})
+        with solver:
+            while True:
+                self._wire.send(self._step(solver, side, self._wire.receive()["tick"]))
+
+    def _step(self, solver: StuckSolver, side: _Forms | _Carla, tick: dict[str, Any]) -> dict[str, Any]:
+        if "say" in tick:
+            solver.guide(str(tick["say"]))
+        directive = solver.step(side.status(tick), side.surroundings)
+        orders = side.perform(directive)
+        answer: dict[str, Any] = {}
+        if directive != self._directive:
+            answer["directive"] = directive_adapter.dump_python(directive, mode="json")
+            self._directive = directive
+        if orders:
+            answer["orders"] = orders
+        if self._events:
+            answer["events"], self._events = self._events, []
+        return answer
+
+    def _ask(self, what: str) -> Any:
+        self._wire.send({"need": what})
+        return self._wire.receive().get("given")
+
+    def _hear(self, event: Event) -> None:
+        verdict = None if event.verdict is None else str(event.verdict)
+        told = {"time_s": event.time_s, "kind": event.kind.value, "text": event.text, "verdict": verdict}
+        self._events.append(told)
+
+
+class _Forms:
+    """A stack that builds its surroundings and scenes itself."""
+
+    def __init__(self, ask: Any) -> None:
+        self._ask = ask
+
+    def status(self, tick: dict[str, Any]) -> Status:
+        return Status.model_validate(tick["status"])
+
+    def surroundings(self) -> Surroundings:
+        return Surroundings.model_validate(self._ask("surroundings"))
+
+    def scene(self) -> Scene | None:
+        given = self._ask("scene")
+        return None if given is None else Scene.model_validate(given)
+
+    def perform(self, directive: Directive) -> list[Any]:
+        """The stack does."""
+        return []
+
+
+class _Carla:
+    """A CARLA world told in raw facts: `CarlaStack` on its mirror."""
+
+    def __init__(self, opening: dict[str, Any], ask: Any) -> None:
+        # Only here is the carla package needed.
+        from stucksolver.stacks.carla_stack import CarlaStack
+        from stucksolver.stacks.sidecar.mirror import MirrorDriver, MirrorVehicle, MirrorWorld
+
+        self._orders: list[Any] = []
+        self._world = MirrorWorld(opening, ask)
+        self._world.turn_to(opening["tick"])
+        self._ego = MirrorVehicle(self._world, opening, ask, self._orders)
+        driver = MirrorDriver(self._world, self._ego, opening, self._orders)
+        self._stack = CarlaStack(self._ego, driver, self._world.map)
+        self.scene = self._stack.scene
+        self.surroundings = self._stack.surroundings
+
+    def status(self, tick: dict[str, Any]) -> Status:
+        self._world.turn_to(tick)
+        self._ego.turn_to(tick)
+        return self._stack.status()
+
+    def perform(self, directive: Directive) -> list[Any]:
+        self._stack.perform(directive)
+        orders, self._orders[:] = list(self._orders), []
+        return orders

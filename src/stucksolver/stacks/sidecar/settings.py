@@ -1,0 +1,48 @@
+"""What the stack may ask of the solver in its `hello`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field
+
+from stucksolver.detect import DetectorSettings
+from stucksolver.ladder import find_ladder
+from stucksolver.reason import Reasoner
+from stucksolver.reason.make import make_reasoner
+from stucksolver.record import Recorder
+from stucksolver.scene import Scene
+from stucksolver.scene.model import Model
+from stucksolver.solver import Event, StuckSolver
+
+
+class Settings(Model):
+    """As the arguments of `StuckSolver`, in words."""
+
+    recovery: str = "rules"
+    """The reasoner of the ladder's rung `rules`, by its words: `rules`, `openai:MODEL`, `recorded:FOLDER`."""
+    reasoner: str | None = None
+    """That of the rung `model`; None leaves the rung out."""
+    ladder: str | None = None
+    clock: str = "lockstep"
+    detector: dict[str, float] = Field(default_factory=dict)
+    record: Path | None = None
+    """A folder for the record of each intervention."""
+    perception: Literal["privileged"] = "privileged"
+    """Where the objects come from; results must say it."""
+
+    def solver(self, scene: Callable[[], Scene | None], on_event: Callable[[Event], None]) -> StuckSolver:
+        """Raises what `find_ladder` and `make_reasoner` raise."""
+        models: dict[str, Reasoner] = {} if self.reasoner is None else {"model": make_reasoner(self.reasoner)}
+        return StuckSolver(
+            scene,
+            ladder=find_ladder(self.ladder),
+            reasoner=make_reasoner(self.recovery),
+            models=models,
+            detector=DetectorSettings(**self.detector),
+            clock=self.clock,
+            on_event=on_event,
+            record=None if self.record is None else Recorder(self.record),
+        )

@@ -1,0 +1,96 @@
+"""What the solver's process is told of a CARLA world: raw facts, as plain numbers, only when it asks for them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Sequence
+
+from stucksolver_bridge.bodies import ATTRIBUTES, Bodies, Body
+
+
+class Facts:
+    """One ego in a client's world. All places are CARLA's: metres, degrees, y to the right of x."""
+
+    def __init__(self, vehicle: Any, carla_map: Any) -> None:
+        self._vehicle = vehicle
+        self._world = vehicle.get_world()
+        self._map = carla_map
+        self._bodies = Bodies(self._world, vehicle.id)
+        self._told: set[int] = set()
+        self._lights = list(self._world.get_actors().filter("*traffic_light*"))
+
+    def opening(self, route: Sequence[Any]) -> dict[str, Any]:
+        """Once, at the start: the map, the ego's size, the stop lines of all lights, the route and the first tick."""
+        box = self._vehicle.bounding_box.extent
+        return {
+            "map": self._map.name.rsplit("/", 1)[-1],
+            "xodr": self._map.to_opendrive(),
+            "id": self._vehicle.id,
+            "extent": [box.x, box.y, box.z],
+            "lights": [[light.id, [place(w) for w in light.get_stop_waypoints()]] for light in self._lights],
+            "route": route_places(route),
+            "tick": self.tick(),
+        }
+
+    def tick(self) -> dict[str, Any]:
+        """Every tick: the time and the ego."""
+        stamp = self._world.get_snapshot()
+        return {
+            "time": stamp.timestamp.elapsed_seconds,
+            "frame": stamp.frame,
+            "ego": _motion(self._vehicle),
+            "limit": self._vehicle.get_speed_limit(),
+        }
+
+    def give(self, what: str) -> Any:
+        """What the solver asks for by name; None for what is not known here."""
+        if what == "actors":
+            return self._actors()
+        if what == "vehicle_lights":
+            return {str(i): int(state) for i, state in self._world.get_vehicles_light_states().items()}
+        if what == "light_state":
+            return int(self._vehicle.get_light_state())
+        return None
+
+    def _actors(self) -> dict[str, Any]:
+        """The place and motion of every body, what those are that were not told of before, and the lights' states."""
+        snapshot = self._world.get_snapshot()
+        rows, new = [], {}
+        bodies = self._bodies.refresh(snapshot)
+        for actor_id, body in bodies.items():
+            actor = snapshot.find(actor_id)
+            if actor is None:
+                continue
+            rows.append([actor_id, *_motion(actor)])
+            if actor_id not in self._told:
+                new[str(actor_id)] = _kind(body)
+        self._told = set(bodies)
+        return {"at": rows, "new": new, "states": {str(light.id): str(light.state.name) for light in self._lights}}
+
+
+def route_places(route: Sequence[Any]) -> list[Any]:
+    """A route as road, lane, arc length and command of each point."""
+    return [[*place(point.waypoint), point.command] for point in route]
+
+
+def place(waypoint: Any) -> list[Any]:
+    """A `carla.Waypoint` so that `carla.Map.get_waypoint_xodr` finds it again."""
+    return [waypoint.road_id, waypoint.lane_id, waypoint.s]
+
+
+def _motion(actor: Any) -> list[float]:
+    transform, velocity = actor.get_transform(), actor.get_velocity()
+    where, turn = transform.location, transform.rotation
+    return [where.x, where.y, where.z, turn.pitch, turn.yaw, turn.roll, velocity.x, velocity.y, velocity.z]
+
+
+def _kind(body: Body) -> dict[str, Any]:
+    actor = body.actor
+    known = actor.attributes
+    return {
+        "type": actor.type_id,
+        "attributes": {name: str(known[name]) for name in ATTRIBUTES if name in known},
+        "extent": [body.half_length_m, body.half_width_m, body.half_height_m],
+        "offset": list(body.offset),
+        "yaw": math.degrees(body.yaw_rad),
+    }
