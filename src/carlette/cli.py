@@ -27,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     logging.basicConfig(level=logging.WARNING, format="carlette: %(message)s", stream=sys.stderr)
     try:
         _require_python()
-        return _serve(options)
+        return _serve(options) if options.as_carla_root is None else _write_root(options)
     except UsageError as error:
         print(f"carlette: error: {error}", file=sys.stderr)
         return EXIT_USAGE
@@ -52,6 +52,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--recordings", type=Path, metavar="DIR", help="where clients record to (default: a folder for state of yours)"
     )
+    parser.add_argument(
+        "--as-carla-root", metavar="DIR", help="write a folder that tools accept as CARLA_ROOT, and end"
+    )
     parser.add_argument("--parent-pid", type=int, metavar="PID", help="stop when this process is gone")
     parser.add_argument("--exit-on-stdin-eof", action="store_true", help="stop when standard input closes")
     return parser
@@ -68,6 +71,16 @@ def _require_python() -> None:
     if not (3, 10) <= sys.version_info[:2] <= (3, 12):
         found = ".".join(map(str, sys.version_info[:2]))
         raise UsageError(f"Python {found} has no wheel of the 'carla' package; run carlette with Python 3.10-3.12")
+
+
+def _write_root(options: argparse.Namespace) -> int:
+    from carlette.as_carla_root import write_carla_root
+    from carlette.opendrive.document import map_folders
+
+    folders = map_folders([one for many in options.maps for one in many.split(os.pathsep)])
+    towns = write_carla_root(Path(options.as_carla_root), folders, options.client_version)
+    print(f"carlette: {options.as_carla_root} is a CARLA_ROOT with {', '.join(towns)}")
+    return 0
 
 
 def _serve(options: argparse.Namespace) -> int:

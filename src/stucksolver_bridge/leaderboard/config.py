@@ -1,0 +1,80 @@
+"""The entry's configuration file: JSON with a few fields, checked by hand, since it is read on Python 3.7 too."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any, NamedTuple
+
+NONE = "none"
+
+
+class ConfigError(ValueError):
+    """A configuration file cannot be used; the message names file, field and remedy."""
+
+
+class Config(NamedTuple):
+    """What drives, and who helps."""
+
+    recovery: str = NONE
+    """`none`: BehaviorAgent alone; otherwise a reasoner by its words: `rules`, `openai:MODEL`, `recorded:FOLDER`."""
+    reasoner: str | None = None
+    """A second reasoner, of the ladder's rung `model`."""
+    python: str = ""
+    """A Python 3.10 to 3.12 in which stucksolver is installed; needed for every recovery but `none`."""
+    path: str = ""
+    """Where that Python finds stucksolver, if it is not installed there."""
+    behavior: str = "normal"
+    """BehaviorAgent's: `cautious`, `normal` or `aggressive`."""
+    obstacles: bool = True
+    """Show BehaviorAgent the standing things around it, which it does not look for by itself."""
+    ladder: str = "evaluation"
+    clock: str = "lockstep"
+    """`lockstep`, `latency:SECONDS` or `latency:measured`: what an answer costs in simulated time."""
+    guidance: str = ""
+    """A guidance script (docs/evaluate.md): what a passenger says on which route."""
+    sensors: bool = True
+    """Declare the paper's sensors. Without them nothing is rendered; BehaviorAgent does not look at them."""
+    metrics: str = ""
+    """Folder for Bench2Drive's `metric_info.json`, one folder in it for each route; empty: $SAVE_PATH."""
+    events: str = ""
+    """Folder for what happened on each route, as lines of JSON."""
+
+
+def read_config(argument: str) -> tuple[Config, str]:
+    """The configuration and the name of the route's folder, from what the evaluator gives.
+
+    That is the file's path, a plus sign and the name; before it, the names of all routes that came before.
+    """
+    path, *names = argument.split("+")
+    try:
+        with open(path, encoding="utf-8") as file:
+            given = json.load(file)
+    except OSError as error:
+        raise ConfigError(f"{path}: {error.strerror}; give a JSON file as --agent-config") from error
+    except ValueError as error:
+        raise ConfigError(f"{path}: no JSON ({error}); see docs/integrate.md") from error
+    if not isinstance(given, dict):
+        raise ConfigError(f"{path}: an object with fields is expected; see docs/integrate.md")
+    return checked(given, path), names[-1] if names else "route"
+
+
+def checked(given: dict[str, Any], path: str) -> Config:
+    """Raises `ConfigError`."""
+    defaults = Config()
+    unknown = sorted(set(given) - set(Config._fields))
+    if unknown:
+        raise ConfigError(f"{path}: unknown field {unknown[0]!r}; there are {', '.join(Config._fields)}")
+    for name, value in given.items():
+        wanted = bool if isinstance(getattr(defaults, name), bool) else str
+        if not isinstance(value, wanted) and not (name == "reasoner" and value is None):
+            raise ConfigError(
+                f"{path}: {name} must be {'true or false' if wanted is bool else 'a text'}, not {value!r}"
+            )
+    config = Config(**given)
+    if config.recovery != NONE and not config.python:
+        remedy = "name a Python 3.10 to 3.12 that has stucksolver"
+        raise ConfigError(f"{path}: recovery {config.recovery!r} needs the field 'python': {remedy}")
+    if config.python and not os.access(config.python, os.X_OK):
+        raise ConfigError(f"{path}: python {config.python!r} cannot be run")
+    return config

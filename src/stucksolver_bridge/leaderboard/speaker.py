@@ -1,0 +1,27 @@
+"""Says the lines of a guidance script when their time has come (the format is described in docs/evaluate.md)."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+STANDING_MPS = 0.1
+
+
+class Speaker:
+    """The lines for one route, each in its first wording. Ask `due` once a tick."""
+
+    def __init__(self, path: str, route_id: str) -> None:
+        with open(path, encoding="utf-8") as file:
+            script = json.load(file)
+        self._left: list[dict[str, Any]] = list(script.get("routes", {}).get(route_id, ()))
+        self._moved_s = 0.0
+
+    def due(self, time_s: float, place_m: float, speed_mps: float) -> list[str]:
+        """What is said at this tick."""
+        if speed_mps >= STANDING_MPS:
+            self._moved_s = time_s
+        values = {"time_s": time_s, "place_m": place_m, "stopped_s": time_s - self._moved_s}
+        now = [line for line in self._left if all(values[name] >= at for name, at in line["when"].items())]
+        self._left = [line for line in self._left if line not in now]
+        return [str(line["say"][0]) for line in now]

@@ -1,0 +1,139 @@
+"""BehaviorAgent with StuckSolver for `leaderboard_evaluator.py --agent THIS_FILE --agent-config CONFIG.json`.
+
+Runs where the evaluator runs (Python 3.8 with CARLA 0.9.15, or later); the solver is a process of its own. CARLA's
+`agents` package, the leaderboard and scenario_runner must be on the path, as the evaluator itself demands.
+
+Perception is `privileged`: BehaviorAgent's constructor needs the hero and the map, and it looks at the world's actors.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from typing import Any
+
+import carla
+
+# The evaluator puts this file's folder on the path and imports it by its bare name.
+_PACKAGES = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+if _PACKAGES not in sys.path:
+    sys.path.append(_PACKAGES)
+
+from agents.navigation.behavior_agent import BehaviorAgent  # noqa: E402
+from leaderboard.autoagents.autonomous_agent import AutonomousAgent, Track  # noqa: E402
+from srunner.scenariomanager.carla_data_provider import CarlaDataProvider  # noqa: E402
+
+from stucksolver_bridge.agent_driver import AgentDriver  # noqa: E402
+from stucksolver_bridge.leaderboard.config import NONE, Config, read_config  # noqa: E402
+from stucksolver_bridge.leaderboard.speaker import Speaker  # noqa: E402
+from stucksolver_bridge.recovery import Recovery  # noqa: E402
+
+PERCEPTION = "privileged"
+CAMERA = {"x": 0.8, "y": 0.0, "z": 1.6, "roll": 0.0, "pitch": 0.0, "yaw": 0.0, "width": 1600, "height": 900, "fov": 70}
+LIDAR = {"x": 0.0, "y": 0.0, "z": 2.5, "roll": 0.0, "pitch": 0.0, "yaw": -90.0}
+AT_CENTRE = {"x": 0.0, "y": 0.0, "z": 0.0, "roll": 0.0, "pitch": 0.0, "yaw": 0.0}
+
+
+def get_entry_point() -> str:
+    """The name of the class below, as the evaluator asks for it."""
+    return "StuckSolverAgent"
+
+
+class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
+    """Made anew for each route."""
+
+    def setup(self, path_to_conf_file: str) -> None:
+        """Raises `ConfigError` and `SolverError`, which the evaluator reports as an agent that could not be set up."""
+        self.track = Track.SENSORS
+        self._config, self._name = read_config(path_to_conf_file)
+        self._metrics: dict[str, Any] = {}
+        self._events: list[dict[str, Any]] = []
+        self._driver: Any = None
+        self._recovery: Recovery | None = None
+        self._speaker: Speaker | None = None
+        self._tick = 0
+        self._place_m = 0.0
+        self._begin(self._config)
+
+    def set_global_plan(self, global_plan_gps: Any, global_plan_world_coord: Any) -> None:
+        """Keeps the dense route beside the sparse one that the base class makes of it."""
+        super().set_global_plan(global_plan_gps, global_plan_world_coord)
+        self._dense_plan = global_plan_world_coord
+
+    def sensors(self) -> list[dict[str, Any]]:
+        """Front camera, LiDAR, IMU, GNSS and speedometer, as in the paper."""
+        if not self._config.sensors:
+            return [{"type": "sensor.speedometer", "reading_frequency": 20, "id": "SPEED"}]
+        return [
+            {"type": "sensor.camera.rgb", "id": "CAM_FRONT", **CAMERA},
+            {"type": "sensor.lidar.ray_cast", "id": "LIDAR", **LIDAR},
+            {"type": "sensor.other.imu", "sensor_tick": 0.05, "id": "IMU", **AT_CENTRE},
+            {"type": "sensor.other.gnss", "sensor_tick": 0.01, "id": "GPS", **AT_CENTRE},
+            {"type": "sensor.speedometer", "reading_frequency": 20, "id": "SPEED"},
+        ]
+
+    def run_step(self, input_data: Any, timestamp: float) -> Any:
+        """This tick's `carla.VehicleControl`."""
+        self._speak(timestamp)
+        control = self._driver.run_step() if self._recovery is None else self._recovery.run_step()
+        self._metrics[str(self._tick)] = self.get_metric_info()
+        self._tick += 1
+        return control
+
+    def destroy(self) -> None:
+        """Ends the solver and writes what Bench2Drive's tools read."""
+        recovery, self._recovery = getattr(self, "_recovery", None), None
+        if recovery is not None:
+            if recovery.solver.fault is not None:
+                self._hear({"kind": "solver_gone", "text": recovery.solver.fault})
+            recovery.close()
+        if getattr(self, "_metrics", None):
+            self._write()
+            self._metrics = {}
+
+    # ---- parts
+
+    def _begin(self, config: Config) -> None:
+        hero, carla_map = self.hero_actor, CarlaDataProvider.get_map()
+        agent = BehaviorAgent(hero, behavior=config.behavior, map_inst=carla_map)
+        self._driver = AgentDriver(agent, carla, config.obstacles)
+        plan = [(carla_map.get_waypoint(transform.location), option) for transform, option in self._dense_plan]
+        self._driver.set_plan(plan)
+        if config.recovery == NONE:
+            return
+        settings = {"recovery": config.recovery, "reasoner": config.reasoner, "clock": config.clock}
+        settings["ladder"] = config.ladder
+        self._recovery = Recovery(
+            self._driver, carla_map, carla, settings, config.python, config.path or None, self._hear
+        )
+        if config.guidance:
+            # RouteScenario_2101_rep0_Town10HD_...: the second word is the route's id.
+            self._speaker = Speaker(config.guidance, self._name.split("_")[1])
+
+    def _speak(self, time_s: float) -> None:
+        if self._speaker is None or self._recovery is None:
+            return
+        velocity = self.hero_actor.get_velocity()
+        speed = (velocity.x**2 + velocity.y**2) ** 0.5
+        self._place_m += 0.05 * speed
+        for words in self._speaker.due(time_s, self._place_m, speed):
+            self._hear({"kind": "passenger", "text": words, "time_s": time_s})
+            self._recovery.say(words)
+
+    def _hear(self, event: dict[str, Any]) -> None:
+        self._events.append(event)
+
+    def _write(self) -> None:
+        metrics = self._config.metrics or os.environ.get("SAVE_PATH", "")
+        if metrics:
+            folder = os.path.join(metrics, self._name)
+            os.makedirs(folder, exist_ok=True)
+            with open(os.path.join(folder, "metric_info.json"), "w", encoding="utf-8") as file:
+                json.dump(self._metrics, file)
+        if self._config.events:
+            os.makedirs(self._config.events, exist_ok=True)
+            head = {"perception": PERCEPTION, **self._config._asdict()}
+            with open(os.path.join(self._config.events, self._name + ".jsonl"), "w", encoding="utf-8") as file:
+                for line in (head, *self._events):
+                    file.write(json.dumps(line) + "\n")
