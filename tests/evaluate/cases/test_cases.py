@@ -1,0 +1,58 @@
+"""The paper's cases, from the scene through a model's prompt and answer to the drive."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from stucksolver.decision.behaviors import ChangeLane
+from stucksolver.evaluate.cases import CASES, run_cases
+from stucksolver.evaluate.cases.figure import draw_figure
+from stucksolver.reason.make import make_reasoner
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "reason"))
+from chat_server import ChatServer
+
+pytest.importorskip("openai", reason="the openai package is not installed: pip install 'stucksolver[llm]'")
+pytestmark = pytest.mark.integration
+
+
+@pytest.fixture(scope="module")
+def results():
+    with ChatServer() as server:
+        return run_cases(CASES, lambda: make_reasoner(f"openai:reader@{server.url}"))
+
+
+def test_people_crossing_at_red_mean_no_plan(results):
+    assert results[0].decided.decision.plan is None
+    assert results[0].progress_m > 5.0
+
+
+def test_a_car_with_an_open_door_is_passed_in_the_left_lane(results):
+    plan = results[1].decided.decision.plan
+    assert isinstance(plan.behaviors[0], ChangeLane) and plan.behaviors[0].side == "left"
+    assert results[1].progress_m > 50.0
+
+
+def test_cyclists_are_overtaken_when_a_passenger_asks(results):
+    assert results[2].decided.trigger == "guidance"
+    assert results[2].decided.decision.plan is not None
+    assert results[2].progress_m > 40.0
+
+
+def test_nobody_is_touched(results):
+    assert [result.collisions for result in results] == [0, 0, 0]
+
+
+def test_every_decision_was_made_of_a_picture(results):
+    assert all(result.decided.scene.image is not None for result in results)
+
+
+def test_the_figure_has_three_rows(results, tmp_path):
+    from PIL import Image
+
+    draw_figure(results, tmp_path / "cases.png")
+    with Image.open(tmp_path / "cases.png") as figure:
+        assert figure.width > 1600 and figure.height > 1400
