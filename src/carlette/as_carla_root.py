@@ -1,6 +1,6 @@
 """A folder that stands in for a CARLA installation, for tools that start the server by themselves.
 
-CARLA's leaderboard and Bench2Drive run `$CARLA_ROOT/CarlaUE4.sh -carla-rpc-port=N ...` and read the towns' OpenDRIVE files
+CARLA's leaderboard and Bench2Drive run `$CARLA_ROOT/CarlaUE4.sh -carla-rpc-port=N ...` and read the OpenDRIVE files
 under `CarlaUE4/Content/Carla/Maps/OpenDrive`.
 """
 

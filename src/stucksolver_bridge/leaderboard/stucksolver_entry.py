@@ -25,9 +25,9 @@ from leaderboard.autoagents.autonomous_agent import AutonomousAgent, Track  # no
 from srunner.scenariomanager.carla_data_provider import CarlaDataProvider  # noqa: E402
 
 from stucksolver_bridge.agent_driver import AgentDriver  # noqa: E402
-from stucksolver_bridge.leaderboard.config import NONE, Config, read_config  # noqa: E402
-from stucksolver_bridge.leaderboard.speaker import Speaker  # noqa: E402
+from stucksolver_bridge.entry_config import NONE, Config, read_config  # noqa: E402
 from stucksolver_bridge.recovery import Recovery  # noqa: E402
+from stucksolver_bridge.speaker import Speaker  # noqa: E402
 
 PERCEPTION = "privileged"
 CAMERA = {"x": 0.8, "y": 0.0, "z": 1.6, "roll": 0.0, "pitch": 0.0, "yaw": 0.0, "width": 1600, "height": 900, "fov": 70}
