@@ -1,4 +1,4 @@
-"""Traffic lights along the route as the solver is told of them."""
+"""Traffic lights and stop signs along the route as the solver is told of them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import carla
 
 from stucksolver.scene import ControlKind, LightState, TrafficControl
 from stucksolver.stacks.carla_stack.route_road import RouteRoad
+from stucksolver.stacks.driver.stop_signs import stop_places
 
 _STATES = {
     carla.TrafficLightState.Red: LightState.RED,
@@ -20,9 +21,9 @@ AHEAD_M, PASSED_M = 120.0, 3.0
 
 
 class RouteControls:
-    """The stop lines of lights that lie on a route; found once, read on demand."""
+    """The stop lines of lights, and the stop signs, that lie on a route; found once, read on demand."""
 
-    def __init__(self, lights: Sequence[Any], road: RouteRoad) -> None:
+    def __init__(self, lights: Sequence[Any], road: RouteRoad, signs: Sequence[Any] = ()) -> None:
         self._lines: list[tuple[float, Any]] = []
         for light in lights:
             met = [road.crossing(w.transform) for w in light.get_stop_waypoints()]
@@ -30,10 +31,11 @@ class RouteControls:
             if found:
                 self._lines.append((min(found), light))
         self._lines.sort(key=lambda line: line[0])
+        self._signs = stop_places(signs, *road.fine_line()) if signs else []
 
     def ahead(self, front_arc_m: float) -> tuple[TrafficControl, ...]:
-        """The lights from a little behind the front bumper to 120 m ahead of it."""
-        return tuple(
+        """Lights and signs from a little behind the front bumper to 120 m ahead of it."""
+        lights = [
             TrafficControl(
                 kind=ControlKind.TRAFFIC_LIGHT,
                 distance_m=round(arc - front_arc_m, 2),
@@ -42,4 +44,10 @@ class RouteControls:
             )
             for arc, light in self._lines
             if -PASSED_M < arc - front_arc_m < AHEAD_M
-        )
+        ]
+        signs = [
+            TrafficControl(kind=ControlKind.STOP_SIGN, distance_m=round(arc - front_arc_m, 2), applies=True)
+            for arc in self._signs
+            if -PASSED_M < arc - front_arc_m < AHEAD_M
+        ]
+        return tuple(sorted(lights + signs, key=lambda control: control.distance_m))

@@ -15,7 +15,7 @@ from stucksolver.stacks.carla_stack.frames import to_local, yaw_to_local
 from stucksolver.stacks.carla_stack.lane_walk import Neighbour, neighbours
 from stucksolver.stacks.driver import RoutePoint
 
-SPACING_M = 2.0
+SPACING_M, FINE_M = 2.0, 0.25
 BEHIND_M, AHEAD_M = 60.0, 320.0
 RUN_UP_M = 120.0
 """How far the road is known before the route: a route planned anew may begin this far ahead of the ego."""
@@ -79,6 +79,13 @@ class RouteRoad:
         dx, dy = self._points[k + 1] - self._points[k]
         turn = math.remainder(yaw_to_local(transform.rotation.yaw) - math.atan2(dy, dx), math.tau)
         return self.arc_of(x, y, k - 2, k + 3) if abs(turn) < math.pi / 3 else None
+
+    def fine_line(self) -> tuple[Any, Any, Any, Any]:
+        """(arc length, x, y, z) of the route every quarter metre, in CARLA's world."""
+        arc = np.arange(0.0, float(self.arc[-1]), FINE_M)
+        x, y = (np.interp(arc, self.arc, column) for column in self._points.T)
+        heights = [station.waypoint.transform.location.z for station in self.stations]
+        return arc, x, -y, np.interp(arc, self.arc, heights)
 
     def slice(self, arc_m: float, speed_limit_mps: float | None) -> RoadGeometry:
         """The geometry around a place, for one episode."""

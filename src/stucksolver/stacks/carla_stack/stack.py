@@ -76,8 +76,9 @@ class CarlaStack:
         """Read the road along the driver's route; done again whenever the route is planned anew."""
         route = self._driver.route
         self._road = RouteRoad(self._map, route)
-        lights = self._world.get_actors().filter("*traffic_light*")
-        self._controls = RouteControls(list(lights), self._road)
+        actors = self._world.get_actors()
+        lights, signs = list(actors.filter("*traffic_light*")), list(actors.filter("*traffic.stop*"))
+        self._controls = RouteControls(lights, self._road, signs)
         self._geometry: RoadGeometry | None = None
         self._geometry_arc = 0.0
         # The ego is at the route's start, or short of it; a route that comes by here again must not confuse that.

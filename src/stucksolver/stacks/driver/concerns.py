@@ -71,9 +71,9 @@ class Concerns:
         """Stop where the line ends."""
         return toward_gap(speed, path.length - self._planner.where.s, 0.0, self.deceleration)
 
-    def stop_line(self, distance: float, speed: float) -> float:
-        """Stop before a line `distance` metres ahead of the front bumper."""
-        room = distance - self._options.stop_line_gap_m
+    def stop_line(self, distance: float, speed: float, gap: float | None = None) -> float:
+        """Stop before a line `distance` metres ahead of the front bumper, by `gap` metres or as the options say."""
+        room = distance - (self._options.stop_line_gap_m if gap is None else gap)
         return toward_gap(speed, room, 0.0, self._profile.deceleration)
 
     def hazards(self, path: Path, motion: Motion, around: Surroundings) -> list[Hazard]:

@@ -17,12 +17,15 @@ from stucksolver.stacks.driver.lights import LightWatch, stop_lines
 from stucksolver.stacks.driver.local_planner import LocalPlanner
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path, Pose
-from stucksolver.stacks.driver.perception import Perception
+from stucksolver.stacks.driver.perception import BODILESS, Perception
 from stucksolver.stacks.driver.routing import trace_route
+from stucksolver.stacks.driver.stop_signs import StopSignWatch, stop_places
 from stucksolver.stacks.driver.vehicle_model import vehicle_model
 
 FOLLOW_MAX_STEER = 1.0
 """A swing-out from close behind an obstacle may need the whole lock."""
+DRIVEN_OVER = ("static.prop.dirtdebris",)
+"""Loose dirt, which CARLA's agents do not even see, and every car drives over."""
 _WRONG_WAY_MPS = -0.1
 _DEFAULT_TICK_S = 0.05
 
@@ -45,10 +48,11 @@ class BehaviorDriver:
         self._model = vehicle_model(vehicle)
         self._planner = LocalPlanner(self._profile.lateral_accel, self._profile.deceleration)
         self._concerns = Concerns(self._profile, self._options, self._model, self._planner)
-        self._perception = Perception(self._world, vehicle.id)
+        self._perception = Perception(self._world, vehicle.id, unseen=(*BODILESS, *DRIVEN_OVER))
         self._steering = SteerController(self._model)
         self._pedals = PedalController()
         self._lights = LightWatch([])
+        self._signs = StopSignWatch([], self._model.half_length)
         self._route: tuple[RoutePoint, ...] = ()
         self._holding = False
         self._ignored: frozenset[int] = frozenset()
@@ -89,8 +93,11 @@ class BehaviorDriver:
         self._planner.set_route(self._route, motion.pose, motion.speed)
         self._holding = False
         line = self._planner.route_line
-        lights = self._world.get_actors().filter("*traffic_light*")
-        self._lights = LightWatch([] if line is None else stop_lines(list(lights), line))
+        actors = self._world.get_actors()
+        lights, signs = list(actors.filter("*traffic_light*")), list(actors.filter("*traffic.stop*"))
+        self._lights = LightWatch([] if line is None else stop_lines(lights, line))
+        places = [] if line is None else stop_places(signs, line.s, line.x, line.y, line.z)
+        self._signs = StopSignWatch(places, self._model.half_length)
 
     def done(self) -> bool:
         """True once the ego's centre is within two metres of the end of its route."""
@@ -145,17 +152,28 @@ class BehaviorDriver:
         allowed = [
             concerns.cruise(path, speed, self._vehicle.get_speed_limit(), self._command()),
             concerns.end(path, speed),
-            self._for_lights(speed),
+            self._for_lines(speed),
             -self._options.follow_deceleration if self._holding else math.inf,
         ]
         return min(allowed + [concerns.hazard(hazard, speed) for hazard in hazards])
 
-    def _for_lights(self, speed: float) -> float:
+    def _for_lines(self, speed: float) -> float:
+        """What lights and stop signs allow."""
         planner, options = self._planner, self._options
         unbound = planner.following and not options.follow_obeys_lights
-        if options.ignore_traffic_lights or unbound or planner.reversing:
+        if unbound or planner.reversing:
             return math.inf
         front = planner.route_s + self._model.half_length
+        lights = math.inf if options.ignore_traffic_lights else self._for_lights(front, speed)
+        return min(self._for_signs(front, speed), lights)
+
+    def _for_signs(self, front: float, speed: float) -> float:
+        distance = self._signs.distance_to_stop(front, speed, self._tick_s())
+        if distance is None:
+            return math.inf
+        return self._concerns.stop_line(distance, speed, self._signs.gap_m(self._options.stop_line_gap_m))
+
+    def _for_lights(self, front: float, speed: float) -> float:
         distance = self._lights.distance_to_stop(front, speed, self._profile.deceleration)
         if distance is not None:
             return self._concerns.stop_line(distance, speed)
@@ -176,11 +194,13 @@ class BehaviorDriver:
         yaw_rate = math.radians(self._vehicle.get_angular_velocity().z)
         return Motion(Pose(place.x, place.y, yaw), place.z, speed, yaw_rate)
 
+    def _tick_s(self) -> float:
+        return self._world.get_snapshot().timestamp.delta_seconds or _DEFAULT_TICK_S
+
     def _control(self, steer: float, acceleration: float, way: Motion) -> Any:
-        dt = self._world.get_snapshot().timestamp.delta_seconds or _DEFAULT_TICK_S
         # Still rolling the other way: stop before the gear is changed.
         turning_back = way.speed < _WRONG_WAY_MPS
         wanted = -self._options.follow_deceleration if turning_back else acceleration
-        pedals = self._pedals.step(wanted, abs(way.speed), dt)
+        pedals = self._pedals.step(wanted, abs(way.speed), self._tick_s())
         reverse = self._planner.reversing != turning_back
         return carla.VehicleControl(throttle=pedals.throttle, steer=steer, brake=pedals.brake, reverse=reverse)

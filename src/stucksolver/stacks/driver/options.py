@@ -11,7 +11,7 @@ class DriverOptions:
 
     ignore_traffic_lights: bool = False
     follow_obeys_lights: bool = True
-    """Stop at red lights of the route while driving a given path, too."""
+    """Stop at red lights and stop signs of the route while driving a given path, too."""
     side_margin_m: float = 0.3
     """Clearance to either side of the body that the route's lane must have."""
     follow_side_margin_m: float = 0.2

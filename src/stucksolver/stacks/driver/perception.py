@@ -57,10 +57,11 @@ class Surroundings:
 class Perception:
     """Reads the world for one ego; asks for actors and their sizes only when the set of ids changes."""
 
-    def __init__(self, world: Any, ego_id: int, range_m: float = RANGE_M) -> None:
+    def __init__(self, world: Any, ego_id: int, range_m: float = RANGE_M, unseen: tuple[str, ...] = BODILESS) -> None:
         self._world = world
         self._ego_id = ego_id
         self._range_m = range_m
+        self._unseen = unseen
         self._ids: frozenset[int] = frozenset()
         self._bodies: dict[int, Body | None] = {}
 
@@ -91,7 +92,7 @@ class Perception:
         self._ids = ids
 
     def _measure(self, actor: Any) -> Body | None:
-        if actor.id == self._ego_id or actor.type_id.startswith(BODILESS):
+        if actor.id == self._ego_id or actor.type_id.startswith(self._unseen):
             return None
         if actor.parent is not None and actor.parent.id == self._ego_id:
             return None

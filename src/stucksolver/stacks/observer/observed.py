@@ -35,7 +35,7 @@ class ObservedStack(CarlaStack):
             self._seen_at = here
             if self._beside_m(here) > OFF_M or self.route_length_m < min(AHEAD_M, LENGTH_M / 2):
                 self._ahead.look()
-                self._take_route()
+                self.take_route()
         return super().status().model_copy(update={"at_destination": False})
 
     def _beside_m(self, here: tuple[float, float]) -> float:
