@@ -31,7 +31,17 @@ class Read:
     lanes: list[dict[str, str]]
     controls: list[dict[str, str]]
     words: str | None
-    stopped: bool
+    ego: str
+    """The first line."""
+
+    @property
+    def stopped(self) -> bool:
+        return re.match(r"ego: (?:0|0\.\d+|1\.[0-3]) m/s", self.ego) is not None
+
+    def told(self, pattern: str) -> str:
+        """What the first line says of something."""
+        found = re.search(pattern, self.ego)
+        return found.group() if found else "not told"
 
 
 def read(text: str) -> Read:
@@ -41,7 +51,7 @@ def read(text: str) -> Read:
         [{**m.groupdict(), "line": m.group()} for m in LANE.finditer(text)],
         [m.groupdict() for m in CONTROL.finditer(text)],
         json.loads(spoken["words"]) if spoken else None,
-        re.match(r"ego: (?:0|0\.\d+|1\.[0-3]) m/s", text) is not None,
+        text.partition("\n")[0],
     )
 
 
@@ -60,7 +70,7 @@ def answer(text: str, behaviors: list[str]) -> dict[str, Any]:
                 {"object_id": o["id"], "kind": o["kind"], "lane": o["lane"], "intent": _intent(o)}
                 for o in seen.objects[:4]
             ],
-            "summary": f"{len(seen.objects)} objects, {len(seen.controls)} controls",
+            "summary": f"objects: {len(seen.objects)}, traffic controls: {len(seen.controls)}",
         },
         "analysis": {
             "steps": _steps(seen, wait, stuck),
@@ -68,7 +78,7 @@ def answer(text: str, behaviors: list[str]) -> dict[str, Any]:
             "cause": "static_obstacle" if stuck else None,
             "wait": wait,
             "guidance_intent": _wish(seen.words) if seen.words is not None else None,
-            "reason": f"waiting: {wait}" if wait else "something stands in the way",
+            "reason": f"waiting is right: {wait}" if wait else _nearest(seen),
         },
         "decision": {
             "rationale": "wait" if plan is None else f"get past with {plan[0]['name']}",
@@ -86,12 +96,22 @@ def _wish(words: str) -> str:
 def _steps(seen: Read, wait: str | None, stuck: bool) -> dict[str, Any]:
     if seen.words is not None:
         return {"S2.1": {"answer": _wish(seen.words) != "unclear", "evidence": seen.words}}
+    speed = seen.told(r"[\d.]+ m/s, below 5 km/h for [\d.]+ s")
     return {
-        "S2.2": {"answer": False, "evidence": "way to go"},
-        "S2.3": {"answer": not seen.stopped, "evidence": "speed"},
-        "S2.4": {"answer": wait is not None, "evidence": wait or "nothing"},
-        "S2.5": {"answer": stuck, "evidence": "numbers"},
+        "S2.2": {"answer": False, "evidence": seen.told(r"[\d.?]+ m to destination")},
+        "S2.3": {"answer": not seen.stopped, "evidence": speed},
+        "S2.4": {"answer": wait is not None, "evidence": wait or "no light, no people, no queue"},
+        "S2.5": {"answer": stuck, "evidence": _nearest(seen)},
     }
+
+
+def _nearest(seen: Read) -> str:
+    """The nearest thing in the path, as it is told."""
+    ahead = [o for o in seen.objects if "in-path" in o["marks"]]
+    if not ahead:
+        return "nothing stands in the way"
+    o = ahead[0]
+    return f"{o['kind']} {o['id']} {o['gap']} m ahead, {o['speed']} m/s, has stood for {o['stood']} s"
 
 
 def _wait(seen: Read) -> str | None:
