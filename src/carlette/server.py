@@ -17,6 +17,7 @@ from carlette.pacing import ASK_LIMIT_S, Pacing
 from carlette.rescue import Rescue
 from carlette.rpc.connection import RpcConnection
 from carlette.rpc.handlers import ALL
+from carlette.rpc.held import HeldAnswers
 from carlette.rpc.session import Session
 from carlette.simulator import Simulator
 from carlette.stream.hub import Subscriber
@@ -56,6 +57,8 @@ class Server:
         self._is_pending = False
         """A tick is done whose snapshot is still held back."""
         self._next_tick = time.monotonic()
+        self._held = HeldAnswers()
+        self._selector.register(self._held.woken, selectors.EVENT_READ, self._on_woken)
         self._spare_file = os.open(os.devnull, os.O_RDONLY)
         self._running = True
 
@@ -79,8 +82,9 @@ class Server:
             self._close()
 
     def _turn(self) -> None:
-        self._handle_ready(self._wait_s())
+        self._handle_ready(self._held.wait_s(time.monotonic(), self._wait_s()))
         now = time.monotonic()
+        self._held.release(now)
         if self._is_cued and not self._pacing.awaits_worker(now, len(self.simulator.traffic_managers)):
             self._tick()
         while self.simulator.ticks_wanted:
@@ -179,6 +183,17 @@ class Server:
         self.simulator.publish()
         if self._cued_by is not None:
             self._rescue.published(time.monotonic(), self._cued_by.host, self._cued_by.traffic_managers)
+        self._tend_subscribers()
+
+    def _on_woken(self, events: int) -> None:
+        """A map's scenery is built: what waits for it goes out, but not before the snapshot of its tick."""
+        del events
+        self._held.drain()
+        if not self._is_pending:
+            self.simulator.sensors.publish()
+            self._tend_subscribers()
+
+    def _tend_subscribers(self) -> None:
         for one in list(self.simulator.hub.subscribers):
             if one.lags:
                 self._drop_subscriber(one)
@@ -251,17 +266,26 @@ class Server:
         result = call(self._sessions[connection], *arguments)
         if self.simulator.episode_id != episode:
             time.sleep(self._pacing.episode_begun(time.monotonic()))
-        connection.reply(number, result)
+        self._answer(connection, number, result)
         if method == "get_episode_settings":
             self._pacing.settings_asked(time.monotonic())
         elif method == "get_vehicle_light_states":
             self._pacing.step_begun()
+
+    def _answer(self, connection: RpcConnection, number: int, result: Any) -> None:
+        scenery, self.simulator.scenery = self.simulator.scenery, None
+        if scenery is None or scenery.done():
+            connection.reply(number, result)
+        else:
+            # The client's first measurement shall not be late.
+            self._held.hold(connection, number, result, scenery)
 
     def _drop_client(self, connection: RpcConnection) -> None:
         # A stale registration would make other clients wait for a traffic manager that is gone.
         for port in connection.traffic_managers:
             self.simulator.traffic_managers.pop(port, None)
         self._sessions.pop(connection, None)
+        self._held.forget(connection)
         if connection is self._cued_by:
             self._cued_by = None
             self._rescue.heard()
@@ -311,6 +335,7 @@ class Server:
             if isinstance(sock, socket.socket):
                 sock.close()
         self._selector.close()
+        self._held.close()
         os.close(self._spare_file)
 
 

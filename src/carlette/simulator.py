@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,8 @@ class Simulator:
         self.traffic_managers: dict[int, str] = {}
         """Port to address, as registered by clients."""
         self.sensors = Suite(self.hub, self.stream_of, self.actor_wire)
+        self.scenery: Future[None] | None = None
+        """What the sensor that was just spawned needs of the map; until it is built, the spawn may go unanswered."""
         self.recordings = recordings or default_folder()
         """The folder out of which no recording leads."""
         self.recorder: Recorder | None = None

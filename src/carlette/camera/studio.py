@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from threading import Lock
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from carlette.camera.cast import cast, contains
-from carlette.camera.light import light_of
-from carlette.camera.painter import Painter, Shot
+from carlette.camera.light import Light, light_of
+from carlette.camera.painter import Painter, Part, Shot
 from carlette.camera.raster import Bytes, Singles
 from carlette.camera.stage import Stage, build_stage
 from carlette.camera.view import FAR_M
@@ -19,26 +21,45 @@ from carlette.world.actor import Actor
 from carlette.world.world import World
 
 
+@dataclass(frozen=True)
+class Seen:
+    """What moves, at one moment; with the map's static scene, a `Shot`."""
+
+    roads: RoadNetwork
+    parts: list[Part]
+    light: Light
+    frame: int
+
+    def from_inside(self, world: World, carrier: Actor | None, eye: Vector) -> Seen:
+        """A camera inside its carrier's body does not see that from within."""
+        if carrier is None or not contains(world, carrier, eye):
+            return self
+        parts = [one for one in self.parts if one.actor_id != carrier.id or one.is_shade]
+        return replace(self, parts=parts)
+
+    def shot(self) -> Shot:
+        """Waits until the static scene is built."""
+        return Shot(stage_of(self.roads), self.parts, self.light, self.frame)
+
+
+def notice(world: World) -> Seen:
+    """What is to be seen of the actors now; the world may go on."""
+    light = light_of(world.weather)
+    return Seen(world.roads, cast(world, light), light, world.frame)
+
+
 def take(world: World) -> Shot:
     """Everything to be seen in a world at this moment."""
-    light = light_of(world.weather)
-    return Shot(stage_of(world.roads), cast(world, light), light, world.frame)
-
-
-def without_carrier(shot: Shot, world: World, carrier: Actor | None, eye: Vector) -> Shot:
-    """A camera inside its carrier's body does not see that from within."""
-    if carrier is None or not contains(world, carrier, eye):
-        return shot
-    parts = [one for one in shot.parts if one.actor_id != carrier.id or one.is_shade]
-    return Shot(shot.stage, parts, shot.light, shot.frame)
+    return notice(world).shot()
 
 
 def stage_of(roads: RoadNetwork) -> Stage:
-    """The static scene of a map; built when it is first seen, shared by all cameras."""
-    stage = _stages.get(roads)
-    if stage is None:
-        stage = _stages[roads] = build_stage(roads)
-    return stage
+    """The static scene of a map; built when it is first seen, once, whichever threads ask."""
+    with _building:
+        stage = _stages.get(roads)
+        if stage is None:
+            stage = _stages[roads] = build_stage(roads)
+        return stage
 
 
 @lru_cache(maxsize=1)
@@ -55,4 +76,5 @@ def encode_depth(metres: Singles) -> Bytes:
     return coded
 
 
+_building = Lock()
 _stages: WeakKeyDictionary[RoadNetwork, Stage] = WeakKeyDictionary()

@@ -1,7 +1,7 @@
 """Sensors: what their actors measure in each tick. A new one is a new file and a line in `ALL`."""
 
 from carlette.errors import RequestError
-from carlette.sensors.base import Body, Moment, Sensor, Settings
+from carlette.sensors.base import Body, LateSensor, Moment, Sensor, Settings
 from carlette.sensors.camera import ColorCamera, DepthCamera, InstanceCamera, SemanticCamera
 from carlette.sensors.collision import CollisionSensor
 from carlette.sensors.gnss import GnssSensor
@@ -12,7 +12,7 @@ from carlette.sensors.radar import RadarSensor
 from carlette.sensors.scene import Scene
 from carlette.world.actor import Attributes
 
-__all__ = ["ALL", "Body", "Moment", "Scene", "Sensor", "Settings", "make_sensor"]
+__all__ = ["ALL", "Body", "LateSensor", "Moment", "Scene", "Sensor", "Settings", "make_sensor"]
 
 ALL: dict[str, type[Sensor]] = {
     "sensor.camera.depth": DepthCamera,

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -51,21 +52,15 @@ class Sensor(ABC):
 
     wire_type: ClassVar[int]
     """The sensor's number in the header of its messages."""
-    is_ready_later: ClassVar[bool] = False
-    """`prepare` takes over all that `measure` needs, so that `measure` may wait until the snapshot has been sent."""
 
     def __init__(self, settings: Settings) -> None:
         """Reads the attributes; raises `RequestError` where one is out of its range."""
         self.period_s = settings.number("sensor_tick", 0.0, LONGEST_PERIOD_S) if "sensor_tick" in settings else 0.0
 
-    def load(self, world: World) -> None:  # noqa: B027
-        """Builds what takes long, such as a map's static scene, while the client still waits for its sensor.
-
-        A tick that took seconds would be over before the client's subscription is noticed, and be lost to it.
-        """
-
-    def prepare(self, moment: Moment) -> None:  # noqa: B027
-        """Begins what can run beside other work; called for all sensors that are due before the first `measure`."""
+    def load(self, world: World) -> Future[None] | None:
+        """Begins to build what takes long, such as a map's static scene; None = there is nothing to build."""
+        del world
+        return None
 
     @abstractmethod
     def measure(self, moment: Moment) -> Iterable[Body]:
@@ -79,6 +74,20 @@ class Sensor(ABC):
 
     def close(self) -> None:  # noqa: B027
         """Frees what the sensor holds; its actor or its episode has ended."""
+
+
+class LateSensor(Sensor):
+    """A sensor that works in another thread; its measurement may come after the snapshot of its tick."""
+
+    @abstractmethod
+    def begin(self, moment: Moment) -> Future[list[Body]]:
+        """Takes over all that it needs of the moment, as the world goes on, and begins the work.
+
+        It is called only while a client listens, in the order of the ticks.
+        """
+
+    def measure(self, moment: Moment) -> Iterable[Body]:
+        return self.begin(moment).result()
 
 
 class Settings(Mapping[str, str]):

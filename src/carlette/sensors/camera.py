@@ -1,36 +1,33 @@
 """The four cameras as sensors: what their attributes mean, and what they send.
 
-Pictures of one tick are drawn one after the other by one thread beside the server's, while it does other work; the
-rasteriser lets go of Python's lock.
+What is to be seen is noted in the tick; the pictures are drawn by a thread beside the server's.
 """
 
 from __future__ import annotations
 
 import struct
 from abc import abstractmethod
-from collections.abc import Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
-from functools import lru_cache
+from concurrent.futures import Future
 from typing import ClassVar
 from weakref import WeakKeyDictionary
 
 from carlette.camera.painter import Painter, Shot
 from carlette.camera.raster import Bytes, the_raster
-from carlette.camera.studio import encode_depth, take, the_painter, without_carrier
+from carlette.camera.studio import Seen, encode_depth, notice, the_painter
 from carlette.camera.view import View
 from carlette.errors import RequestError, UsageError
-from carlette.sensors.base import Body, Moment, Sensor, Settings
+from carlette.sensors.base import Body, LateSensor, Moment, Settings
 from carlette.sensors.scene import Scene
+from carlette.sensors.workshop import build_stage, drawers
+from carlette.world.world import World
 
 LARGEST_PX = 4096
 NARROWEST_DEG, WIDEST_DEG = 1.0, 170.0
 _HEADER = struct.Struct("<IIf")
 
 
-class Camera(Sensor):
+class Camera(LateSensor):
     """A camera: `image_size_x`, `image_size_y` and `fov` count; lens, exposure and colour attributes have no effect."""
-
-    is_ready_later: ClassVar[bool] = True
 
     def __init__(self, settings: Settings) -> None:
         super().__init__(settings)
@@ -41,21 +38,18 @@ class Camera(Sensor):
             the_raster()
         except UsageError as error:
             raise RequestError(f"Spawn of '{settings.type_id}' refused: {error}") from None
-        self._picture: Future[Bytes] | None = None
 
-    def prepare(self, moment: Moment) -> None:
-        world, eye = moment.scene.world, moment.pose.location
-        shot = without_carrier(shot_of(moment.scene), world, world.actors.get(moment.actor.parent_id), eye)
-        view = View(moment.pose, self.width, self.height, self.fov_deg)
-        self._picture = _artist().submit(self.draw, the_painter(), shot, view)
+    def load(self, world: World) -> Future[None]:
+        return build_stage(world.roads)
 
-    def measure(self, moment: Moment) -> Iterator[Body]:
-        if self._picture is None:
-            self.prepare(moment)
-        assert self._picture is not None
-        picture = self._picture.result()
-        self._picture = None
-        yield _HEADER.pack(self.width, self.height, self.fov_deg), picture.data.cast("B")
+    def begin(self, moment: Moment) -> Future[list[Body]]:
+        world = moment.scene.world
+        seen = seen_of(moment.scene).from_inside(world, world.actors.get(moment.actor.parent_id), moment.pose.location)
+        return drawers().submit(self._drawn, seen, View(moment.pose, self.width, self.height, self.fov_deg))
+
+    def _drawn(self, seen: Seen, view: View) -> list[Body]:
+        picture = self.draw(the_painter(), seen.shot(), view)
+        return [(_HEADER.pack(self.width, self.height, self.fov_deg), picture.data.cast("B"))]
 
     @staticmethod
     @abstractmethod
@@ -103,17 +97,12 @@ class InstanceCamera(Camera):
         return painter.instances(shot, view)
 
 
-def shot_of(scene: Scene) -> Shot:
+def seen_of(scene: Scene) -> Seen:
     """What all cameras of one tick look at; worked out once."""
-    shot = _shots.get(scene)
-    if shot is None:
-        shot = _shots[scene] = take(scene.world)
-    return shot
+    seen = _seen.get(scene)
+    if seen is None:
+        seen = _seen[scene] = notice(scene.world)
+    return seen
 
 
-@lru_cache(maxsize=1)
-def _artist() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(1, "carlette-camera")
-
-
-_shots: WeakKeyDictionary[Scene, Shot] = WeakKeyDictionary()
+_seen: WeakKeyDictionary[Scene, Seen] = WeakKeyDictionary()

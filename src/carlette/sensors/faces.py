@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from threading import Lock
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -63,16 +64,18 @@ def faces_of(meshes: Sequence[Mesh]) -> Faces:
     )
 
 
+_building = Lock()
 _static: WeakKeyDictionary[RoadNetwork, Faces] = WeakKeyDictionary()
 
 
 def static_faces(network: RoadNetwork) -> Faces:
     """Roads, kerbs, terrain, signs, buildings and greenery of a map: what the cameras draw of it, without paint."""
-    found = _static.get(network)
-    if found is None:
-        meshes = [chunk.layers[SOLID] for chunk in stage_of(network).chunks if SOLID in chunk.layers]
-        found = _static[network] = faces_of(meshes)
-    return found
+    with _building:
+        found = _static.get(network)
+        if found is None:
+            meshes = [chunk.layers[SOLID] for chunk in stage_of(network).chunks if SOLID in chunk.layers]
+            found = _static[network] = faces_of(meshes)
+        return found
 
 
 def _flattened(corners: Singles, tags: NDArray[np.uint8]) -> tuple[Singles, NDArray[np.uint8]]:

@@ -9,7 +9,9 @@ from __future__ import annotations
 import logging
 import math
 import struct
-from collections.abc import Iterator
+from abc import abstractmethod
+from concurrent.futures import Future
+from importlib.util import find_spec
 from typing import NamedTuple
 
 import numpy as np
@@ -17,9 +19,10 @@ from numpy.typing import NDArray
 
 from carlette.errors import RequestError
 from carlette.geometry import Floats
-from carlette.sensors.base import Body, Moment, Sensor, Settings
-from carlette.sensors.faces import Indices, Singles, static_faces
-from carlette.sensors.scene import Sweep
+from carlette.sensors.base import Body, LateSensor, Moment, Settings
+from carlette.sensors.faces import Indices, Singles
+from carlette.sensors.scene import Scene, Sweep
+from carlette.sensors.workshop import build_faces, casters
 from carlette.world.world import World
 
 MOST_CHANNELS = 1024
@@ -56,7 +59,16 @@ class Points(NamedTuple):
     """Points of each channel."""
 
 
-class Fan(Sensor):
+class Turn(NamedTuple):
+    """What the head sweeps over in one tick."""
+
+    azimuths: Floats
+    """Radians, in the order of time."""
+    angle_rad: float
+    """How far the head has turned afterwards."""
+
+
+class Fan(LateSensor):
     """The head: what both kinds have in common."""
 
     def __init__(self, settings: Settings) -> None:
@@ -74,29 +86,38 @@ class Fan(Sensor):
         """How far the head has turned, 0 up to the width."""
         self._has_warned = False
 
-    def load(self, world: World) -> None:
-        static_faces(world.roads)
+    def load(self, world: World) -> Future[None]:
+        return build_faces(world.roads)
 
     def pass_over(self, moment: Moment) -> None:
         self._turned_deg = math.fmod(self._turned_deg + self._step_deg(moment), self._width_deg)
 
-    def look(self, moment: Moment) -> Points:
-        """Sweeps over one tick's part of a turn."""
+    def begin(self, moment: Moment) -> Future[list[Body]]:
+        moment.scene.hold()
+        return casters().submit(self._scan, moment, self._turn(moment))
+
+    def _turn(self, moment: Moment) -> Turn:
         steps = self._steps(moment)
         spread = self._turned_deg + self._step_deg(moment) / max(steps, 1) * np.arange(steps)
         azimuths = np.radians(np.fmod(spread, self._width_deg) - self._width_deg / 2.0)
         self.pass_over(moment)
-        columns, rows = np.argsort(azimuths, kind="stable"), np.argsort(self._tangents, kind="stable")
-        sweep = moment.scene.sweep(moment.pose, azimuths[columns], self._tangents[rows][None, :], self.reach_m)
-        return self._points(sweep, azimuths[columns], _inverse(columns), rows, self.losses(moment, sweep))
+        return Turn(azimuths, math.radians(self._turned_deg))
 
-    def header(self, counts: NDArray[np.uint32]) -> bytes:
-        """The head's angle (rad), the number of channels, and the points of each."""
-        return struct.pack("<fI", math.radians(self._turned_deg), self._channels) + counts.tobytes()
+    def _scan(self, moment: Moment, turn: Turn) -> list[Body]:
+        columns, rows = np.argsort(turn.azimuths, kind="stable"), np.argsort(self._tangents, kind="stable")
+        azimuths = turn.azimuths[columns]
+        sweep = moment.scene.sweep(moment.pose, azimuths, self._tangents[rows][None, :], self.reach_m)
+        points = self._points(sweep, azimuths, _inverse(columns), rows, self.losses(moment.actor.id, sweep))
+        header = struct.pack("<fI", turn.angle_rad, self._channels) + points.counts.tobytes()
+        return [(header, self.rows(moment.scene, points))]
 
-    def losses(self, moment: Moment, sweep: Sweep) -> Losses:
+    @abstractmethod
+    def rows(self, scene: Scene, points: Points) -> bytes:
+        """The points as they are sent."""
+
+    def losses(self, seed: int, sweep: Sweep) -> Losses:
         """What becomes of the rays on their way: here, nothing."""
-        del moment
+        del seed
         return Losses(sweep.nearness, sweep.hit >= 0, _NOTHING)
 
     def _points(self, sweep: Sweep, azimuths: Floats, column_of: Indices, rows: Indices, losses: Losses) -> Points:
@@ -142,13 +163,12 @@ class LidarSensor(Fan):
         self._noise_stddev = settings.number("noise_stddev", 0.0)
         self._random: np.random.Generator | None = None
 
-    def measure(self, moment: Moment) -> Iterator[Body]:
-        points = self.look(moment)
-        yield self.header(points.counts), points.rows.tobytes()
+    def rows(self, scene: Scene, points: Points) -> bytes:
+        return points.rows.tobytes()
 
-    def losses(self, moment: Moment, sweep: Sweep) -> Losses:
+    def losses(self, seed: int, sweep: Sweep) -> Losses:
         if self._random is None:
-            self._random = np.random.default_rng(moment.actor.id)
+            self._random = np.random.default_rng(seed)
         random, shape = self._random, sweep.hit.shape
         intensity = np.exp(np.float32(-self._attenuation) / sweep.nearness)
         kept, off_m = sweep.hit >= 0, _NOTHING
@@ -167,15 +187,14 @@ class SemanticLidarSensor(Fan):
 
     wire_type = 10
 
-    def measure(self, moment: Moment) -> Iterator[Body]:
-        points = self.look(moment)
+    def rows(self, scene: Scene, points: Points) -> bytes:
         rows = np.empty((len(points.rows), 6), np.float32)
         rows[:, :3] = points.rows[:, :3]
         rows[:, 3] = points.incidence
         labels = rows.view(np.uint32)
-        labels[:, 4] = moment.scene.face_actors[points.faces]
-        labels[:, 5] = moment.scene.face_tags[points.faces]
-        yield self.header(points.counts), rows.tobytes()
+        labels[:, 4] = scene.face_actors[points.faces]
+        labels[:, 5] = scene.face_tags[points.faces]
+        return rows.tobytes()
 
 
 def _inverse(order: Indices) -> Indices:
@@ -186,14 +205,6 @@ def _inverse(order: Indices) -> Indices:
 
 
 def require_kernels(type_id: str) -> None:
-    """Loads the compiled loop while the client waits for its sensor, not in the middle of a tick.
-
-    Raises `RequestError` where numba is not installed.
-    """
-    try:
-        from carlette.sensors.warmth import warm_up
-    except ImportError as error:
-        raise RequestError(
-            f"Spawn of '{type_id}' refused: it needs the package 'numba' ({error}); install 'stucksolver[sim]'"
-        ) from None
-    warm_up()
+    """Raises `RequestError` where numba, which compiles the rays' loops, is not installed."""
+    if find_spec("numba") is None:
+        raise RequestError(f"Spawn of '{type_id}' refused: it needs the package 'numba'; install 'stucksolver[sim]'")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import Future
 from typing import Any, NamedTuple
 
 import msgpack
@@ -10,9 +11,11 @@ import numpy as np
 
 from carlette.camera import tags
 from carlette.geometry import Floats
-from carlette.sensors.base import Body, Moment, Sensor, Settings
-from carlette.sensors.faces import Faces, static_faces
+from carlette.sensors.base import Body, LateSensor, Moment, Settings
+from carlette.sensors.faces import Faces
 from carlette.sensors.frames import axes
+from carlette.sensors.scene import Scene
+from carlette.sensors.workshop import build_faces, casters
 from carlette.world.actor import Actor, Kind
 from carlette.world.world import World
 
@@ -33,7 +36,7 @@ class Found(NamedTuple):
     """As the client reads an actor."""
 
 
-class ObstacleSensor(Sensor):
+class ObstacleSensor(LateSensor):
     """Reports, in each tick, the first thing in the way: an actor's bounding box, or scenery; never the ground."""
 
     wire_type = 7
@@ -46,19 +49,21 @@ class ObstacleSensor(Sensor):
         self._sees_scenery = not settings.flag("only_dynamics")
         settings.flag("debug_linetrace")
 
-    def load(self, world: World) -> None:
-        static_faces(world.roads)
+    def load(self, world: World) -> Future[None]:
+        return build_faces(world.roads)
 
-    def measure(self, moment: Moment) -> Iterator[Body]:
-        world = moment.scene.world
-        finder = world.actors.get(moment.actor.parent_id, moment.actor)
+    def begin(self, moment: Moment) -> Future[list[Body]]:
+        finder = moment.scene.world.actors.get(moment.actor.parent_id, moment.actor)
         origin, ahead = np.array(moment.pose.location), axes(moment.pose.rotation)[:, 0]
-        found = [*self._among_actors(moment, origin, ahead), *self._in_scenery(moment, origin, ahead)]
-        if found:
-            first = min(found, key=lambda one: one.distance_m)
-            yield (
-                msgpack.packb([moment.wire(finder), first.other, first.distance_m], unicode_errors="surrogateescape"),
-            )
+        among = list(self._among_actors(moment, origin, ahead))
+        return casters().submit(self._reported, moment.wire(finder), among, moment.scene, (origin, ahead))
+
+    def _reported(self, finder: Any, among: list[Found], scene: Scene, ray: tuple[Floats, Floats]) -> list[Body]:
+        found = [*among, *self._in_scenery(scene, *ray)]
+        if not found:
+            return []
+        first = min(found, key=lambda one: one.distance_m)
+        return [(msgpack.packb([finder, first.other, first.distance_m], unicode_errors="surrogateescape"),)]
 
     def _among_actors(self, moment: Moment, origin: Floats, ahead: Floats) -> Iterator[Found]:
         world = moment.scene.world
@@ -73,10 +78,10 @@ class ObstacleSensor(Sensor):
             if index >= 0:
                 yield Found(distance, moment.wire(others[index]))
 
-    def _in_scenery(self, moment: Moment, origin: Floats, ahead: Floats) -> Iterator[Found]:
+    def _in_scenery(self, scene: Scene, origin: Floats, ahead: Floats) -> Iterator[Found]:
         if not self._sees_scenery:
             return
-        faces = moment.scene.static
+        faces = scene.static
         which = _near_quads(faces, origin, self._reach_m + self._radius_m)
         if len(which):
             quads = faces.corners[which].astype(float)

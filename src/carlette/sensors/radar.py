@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from concurrent.futures import Future
 
 import numpy as np
 
 from carlette.geometry import Floats
-from carlette.sensors.base import Body, Moment, Sensor, Settings
-from carlette.sensors.faces import static_faces
+from carlette.sensors.base import Body, LateSensor, Moment, Settings
 from carlette.sensors.frames import axes
 from carlette.sensors.lidar import MOST_POINTS_PER_S, MOST_RANGE_M, MOST_RAYS, require_kernels
+from carlette.sensors.workshop import build_faces, casters
 from carlette.world.world import World
 
 
-class RadarSensor(Sensor):
+class RadarSensor(LateSensor):
     """Detections: velocity (m/s, negative = coming closer), azimuth and altitude (rad), depth (m).
 
     The rays fill an elliptical cone, denser towards its middle, and end on the plane `range` ahead, as in CARLA.
@@ -35,13 +35,16 @@ class RadarSensor(Sensor):
         self._before: tuple[float, Floats] | None = None
         """When and where the radar was last."""
 
-    def load(self, world: World) -> None:
-        static_faces(world.roads)
+    def load(self, world: World) -> Future[None]:
+        return build_faces(world.roads)
 
-    def measure(self, moment: Moment) -> Iterator[Body]:
-        own = self._velocity(moment)
+    def begin(self, moment: Moment) -> Future[list[Body]]:
+        moment.scene.hold()
+        own, ways = self._velocity(moment), self._rays(moment)
         self.pass_over(moment)
-        ways = self._rays(moment)
+        return casters().submit(self._detections, moment, own, ways)
+
+    def _detections(self, moment: Moment, own: Floats, ways: Floats) -> list[Body]:
         length = np.linalg.norm(ways, axis=1)
         azimuths = np.arctan2(ways[:, 1], ways[:, 0])
         altitudes = np.arctan2(ways[:, 2], np.hypot(ways[:, 0], ways[:, 1]))
@@ -52,7 +55,7 @@ class RadarSensor(Sensor):
         units = (ways[met] / length[met, None]) @ axes(moment.pose.rotation).T
         speeds = ((moment.scene.velocities(faces[met]) - own) * units).sum(axis=1)
         rows = np.stack([speeds, azimuths[met], altitudes[met], depths[met]], axis=1)
-        yield (rows.astype(np.float32).tobytes(),)
+        return [(rows.astype(np.float32).tobytes(),)]
 
     def pass_over(self, moment: Moment) -> None:
         self._before = (moment.scene.world.elapsed_s, np.array(moment.pose.location))

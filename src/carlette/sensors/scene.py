@@ -17,7 +17,7 @@ from carlette.world.actor import Actor, Kind
 from carlette.world.world import World
 
 SWING_STEPS = 12
-BODIES = (Kind.VEHICLE, Kind.WALKER, Kind.PROP, Kind.LIGHT)
+SHOWN = (Kind.VEHICLE, Kind.WALKER, Kind.PROP, Kind.LIGHT)
 
 
 class Sweep(NamedTuple):
@@ -31,25 +31,32 @@ class Sweep(NamedTuple):
     """(faces,) metres from the sensor to the plane of each face that was met."""
 
 
+class Bodies(NamedTuple):
+    """The bodies of all actors at one moment; never changed."""
+
+    actors: list[Actor]
+    faces: Faces
+    body_of: Indices
+    """Which of `actors` each face belongs to."""
+
+
 class Cast:
     """The bodies of the actors of one world, put together anew where one changes: who comes, goes or opens a door."""
 
     def __init__(self) -> None:
-        self.actors: list[Actor] = []
-        self.faces = faces_of([])
-        self.body_of = self.faces.body_of
-        """Which of `actors` each face belongs to."""
         self._meshes: list[Mesh] = []
+        self._faces = faces_of([])
+        self._body_of = self._faces.body_of
 
-    def update(self, world: World) -> None:
-        """Takes over whoever is in the world now."""
+    def update(self, world: World) -> Bodies:
+        """Whoever is in the world now."""
         doors = _doors(world)
-        shown = [(one, mesh) for one in world.actors.values() if one.kind in BODIES for mesh in _meshes(one, doors)]
-        self.actors = [actor for actor, _ in shown]
+        shown = [(one, mesh) for one in world.actors.values() if one.kind in SHOWN for mesh in _meshes(one, doors)]
         meshes = [mesh for _, mesh in shown]
         if len(meshes) != len(self._meshes) or any(a is not b for a, b in zip(meshes, self._meshes, strict=True)):
-            self._meshes, self.faces = meshes, faces_of(meshes)
-            self.body_of = self.faces.body_of
+            self._meshes, self._faces = meshes, faces_of(meshes)
+            self._body_of = self._faces.body_of
+        return Bodies([actor for actor, _ in shown], self._faces, self._body_of)
 
 
 class Scene:
@@ -59,16 +66,19 @@ class Scene:
         self.world = world
         self._cast = cast or Cast()
 
+    def hold(self) -> None:
+        """Takes over what rays need of the actors: from now on the world may change."""
+        _ = (self.cast, self.places, self.turns, self._speeds)
+
     @cached_property
     def static(self) -> Faces:
         """What never moves; world frame."""
         return static_faces(self.world.roads)
 
     @cached_property
-    def cast(self) -> Cast:
+    def cast(self) -> Bodies:
         """The actors' bodies."""
-        self._cast.update(self.world)
-        return self._cast
+        return self._cast.update(self.world)
 
     @cached_property
     def places(self) -> Floats:
@@ -141,10 +151,12 @@ class Scene:
         """How fast the actors are whose faces were met, (n, 3) m/s, world frame."""
         found = np.zeros((len(faces), 3))
         moving = faces >= len(self.static.tags)
-        rows = np.array([one.row for one in self.cast.actors], np.int64)
-        bodies = self.cast.body_of[faces[moving] - len(self.static.tags)]
-        found[moving] = self.world.bodies.velocity[rows[bodies]]
+        found[moving] = self._speeds[self.cast.body_of[faces[moving] - len(self.static.tags)]]
         return found
+
+    @cached_property
+    def _speeds(self) -> Floats:
+        return self.world.bodies.velocity[[one.row for one in self.cast.actors]].reshape(-1, 3)
 
 
 def _meshes(actor: Actor, doors: dict[int, list[tuple[int, float]]]) -> list[Mesh]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import logging
+from collections import deque
 from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from carlette.errors import RequestError
-from carlette.sensors import Moment, Scene, Sensor, make_sensor
+from carlette.sensors import LateSensor, Moment, Scene, Sensor, make_sensor
 from carlette.sensors.base import Body
 from carlette.sensors.scene import Cast
 from carlette.stream.hub import Hub
@@ -19,6 +20,8 @@ from carlette.world.world import World
 
 EARLY_S = 1e-6
 """Sums of float32 steps miss a period's multiple by less than this."""
+MOST_ASKED = 256
+"""Measurements that may wait for a map's scenery; beyond, the world waits, too."""
 
 log = logging.getLogger(__name__)
 
@@ -31,7 +34,28 @@ class Mount:
     sensor: Sensor
     stream_id: int
     due_s: float
+    scenery: Future[None] | None
+    """What it needs of the map, and is built once; None = nothing."""
     has_failed: bool = False
+
+    @property
+    def is_ready(self) -> bool:
+        """Its measurements take no longer than they must."""
+        return self.scenery is None or self.scenery.done()
+
+    def fail(self, error: BaseException) -> None:
+        """One broken sensor must not end the server for all clients."""
+        if not self.has_failed:
+            log.error("sensor %d (%s) failed; it sends nothing", self.actor.id, self.actor.type_id, exc_info=error)
+        self.has_failed = True
+
+
+class Asked(NamedTuple):
+    """A measurement that is under way."""
+
+    mount: Mount
+    header: bytes
+    bodies: Future[list[Body]]
 
 
 class Suite:
@@ -45,8 +69,8 @@ class Suite:
         self._cast = Cast()
         self._mounts: dict[int, Mount] = {}
         self._roster = (-1, -1)
-        self._asked: list[tuple[Mount, bytes, Callable[[], list[Body]]]] = []
-        """Who measured in the last tick, the header of the messages, and where to get their bodies."""
+        self._asked: deque[Asked] = deque()
+        """In the order of the ticks."""
 
     def measure(self, world: World) -> None:
         """Asks all sensors that are due in the tick which `world` has just made; `publish` sends what they say."""
@@ -55,21 +79,33 @@ class Suite:
             return
         scene = Scene(world, self._cast)
         due = [(mount, self._moment(mount, scene)) for mount in self._mounts.values() if self._takes_turn(mount)]
-        heard = [pair for pair in due if self._is_heard(pair[0])]
-        for mount, moment in heard:
-            mount.sensor.prepare(moment)
-        for mount, moment in due:
-            if self._is_heard(mount):
+        # What works beside this thread begins first.
+        for mount, moment in sorted(due, key=lambda pair: not isinstance(pair[0].sensor, LateSensor)):
+            if self._is_heard(mount) and self._may_begin(mount, world):
                 self._ask(mount, moment)
             else:
                 mount.sensor.pass_over(moment)
 
     def publish(self) -> None:
-        """Sends what was measured; nothing that came after the tick can change it."""
-        asked, self._asked = self._asked, []
-        for mount, header, bodies in asked:
-            for body in bodies():
-                self._hub.publish(mount.stream_id, header, *body)
+        """Sends what was measured; nothing that came after the tick can change it.
+
+        What waits for its scenery stays for a later call, up to a limit: the world stands still only for work that
+        comes again in each tick.
+        """
+        asked, self._asked = self._asked, deque()
+        for one in asked:
+            if one.mount.is_ready or len(asked) > MOST_ASKED:
+                self._send(one)
+            else:
+                self._asked.append(one)
+
+    def _send(self, asked: Asked) -> None:
+        error = asked.bodies.exception()
+        if error is not None:
+            asked.mount.fail(error)
+            return
+        for body in asked.bodies.result():
+            self._hub.publish(asked.mount.stream_id, asked.header, *body)
 
     def close(self) -> None:
         """Ends all sensors."""
@@ -97,7 +133,8 @@ class Suite:
                     log.error("%s", error)
                     actor.stream_id = 0
                 else:
-                    self._mounts[actor.id] = Mount(actor, sensor, self._stream_of(actor), world.elapsed_s)
+                    stream_id, scenery = self._stream_of(actor), sensor.load(world)
+                    self._mounts[actor.id] = Mount(actor, sensor, stream_id, world.elapsed_s, scenery)
 
     def _takes_turn(self, mount: Mount) -> bool:
         now, period = self._now_s, mount.sensor.period_s
@@ -117,20 +154,27 @@ class Suite:
     def _moment(self, mount: Mount, scene: Scene) -> Moment:
         return Moment(scene, mount.actor, scene.world.pose(mount.actor), self._wire)
 
+    @staticmethod
+    def _may_begin(mount: Mount, world: World) -> bool:
+        """In asynchronous mode a sensor that is not ready leaves ticks out, as a slow one does in CARLA."""
+        return not mount.has_failed and (mount.is_ready or world.settings.synchronous)
+
     def _ask(self, mount: Mount, moment: Moment) -> None:
         world, pose = moment.scene.world, moment.pose
         stamp = (*pose.location, *pose.rotation)
         header = sensor_header(mount.sensor.wire_type, world.frame, world.elapsed_s, stamp)
-        said = partial(_said, mount, moment) if mount.sensor.is_ready_later else _said(mount, moment).copy
-        self._asked.append((mount, header, said))
+        self._asked.append(Asked(mount, header, _begun(mount.sensor, moment)))
 
 
-def _said(mount: Mount, moment: Moment) -> list[Body]:
+def _begun(sensor: Sensor, moment: Moment) -> Future[list[Body]]:
     try:
-        return list(mount.sensor.measure(moment))
-    except Exception:
-        # One broken sensor must not end the server for all clients.
-        if not mount.has_failed:
-            log.exception("sensor %d (%s) failed; it sends nothing", mount.actor.id, mount.actor.type_id)
-        mount.has_failed = True
-        return []
+        if isinstance(sensor, LateSensor):
+            return sensor.begin(moment)
+        bodies = list(sensor.measure(moment))
+    except Exception as error:  # noqa: BLE001  (told where the others' are)
+        failed: Future[list[Body]] = Future()
+        failed.set_exception(error)
+        return failed
+    done: Future[list[Body]] = Future()
+    done.set_result(bodies)
+    return done

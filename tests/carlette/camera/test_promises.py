@@ -16,7 +16,7 @@ from carlette.camera.painter import Painter
 from carlette.camera.pavement import pave
 from carlette.camera.scenery import scenery
 from carlette.camera.stage import build_stage
-from carlette.camera.studio import encode_depth, take, without_carrier
+from carlette.camera.studio import encode_depth, notice, take
 from carlette.camera.view import View
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.opendrive.document import check_opendrive
@@ -84,7 +84,7 @@ def test_a_camera_inside_its_car_does_not_see_that(world) -> None:
     for height, is_seen in ((1.0, False), (1.8, True)):
         eye = Vector(39.5, 1.75, height)
         view = View(Pose(eye, Rotation(-30.0, 0.0, 0.0)), 160, 90, 90.0)
-        shot = without_carrier(take(world), world, car, eye)
+        shot = notice(world).from_inside(world, car, eye).shot()
         seen = Painter().instances(shot, view)[..., 1]
         assert (seen == car.id).any() == is_seen
 

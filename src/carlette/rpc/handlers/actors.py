@@ -54,7 +54,8 @@ def bring_in(session: Session, description: list[Any], transform: list[Any], par
     type_id, attributes = description[1], encode.read_attributes(description[2], session.simulator.version)
     if type_id.startswith("sensor.") and type_id not in IN_THE_CLIENT:
         # What cannot be made is refused before it is there.
-        make_sensor(type_id, attributes).load(session.world)
+        scenery = make_sensor(type_id, attributes).load(session.world)
+        session.simulator.scenery = scenery or session.simulator.scenery
     return spawn(session.world, type_id, attributes, encode.read_pose(transform), parent)
 
 
