@@ -71,7 +71,8 @@ class Simulator:
             self.recorder.stop()
             self.recorder = None
         if self.episode_id:
-            self.world = World(roads, self.seed)
+            # A client keeps what it knows of an actor under its id through all episodes, so no id may come back.
+            self.world = World(roads, self.seed, self.world.next_id)
         self.world.frame = frame
         self.world.settings = settings or EpisodeSettings()
         self.episode_id += 1
@@ -101,7 +102,7 @@ class Simulator:
         return stream_token(stream_id, self.stream_port)
 
     def stream_of(self, actor: Actor) -> int:
-        """The number of a sensor's stream: new in each episode, as actor ids are not.
+        """The number of a sensor's stream: new in each episode.
 
         A client that still listens to a sensor of the last episode would take the data of another for its own.
         """

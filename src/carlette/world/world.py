@@ -51,7 +51,7 @@ class Collision:
 class World:
     """Everything that a snapshot shows. `tick` is a pure function of the state: no clock, no hidden chance."""
 
-    def __init__(self, roads: RoadNetwork, seed: int = 0) -> None:
+    def __init__(self, roads: RoadNetwork, seed: int = 0, first_id: int = 1) -> None:
         self.roads = roads
         self.settings = EpisodeSettings()
         self.weather: tuple[float, ...] = CLEAR_NOON
@@ -72,7 +72,7 @@ class World:
         """What hit what in the last tick."""
         self.traffic: Drivers | None = None
         """Who drives cars from inside the world, as in forks (`carlette.traffic.Traffic`); None = only clients."""
-        self._next_id = 1
+        self._next_id = first_id
         self.spectator = self.enter(SPECTATOR, Kind.OTHER, Pose(), Box(Vector(), Vector()))
         self._install_signals(Random(seed))
 
@@ -80,6 +80,11 @@ class World:
     def step_s(self) -> float:
         """Seconds of the next tick, as the snapshot's float32 has them."""
         return self.settings.single_step_s
+
+    @property
+    def next_id(self) -> int:
+        """The id that the next actor will have."""
+        return self._next_id
 
     @property
     def roster(self) -> tuple[int, int]:

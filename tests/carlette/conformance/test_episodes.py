@@ -146,3 +146,13 @@ def test_a_text_that_is_no_map_is_refused_and_the_world_stays(client, world, tex
         client.generate_opendrive_world(text)
     assert client.get_world().id == world.id
     run(world, 2)
+
+
+def test_an_actors_id_never_comes_back_so_that_no_client_takes_one_actor_for_another(client, world, town) -> None:
+    world.tick()
+    before = {actor.id for actor in world.get_actors()}
+    fresh = client.load_world(town, False)
+    fresh.tick()
+    after = list(fresh.get_actors())
+    assert not before & {actor.id for actor in after}
+    assert len(after) == len(before)
