@@ -165,7 +165,7 @@ def test_after_a_recovery_the_next_episode_starts_without_memories():
         if world.time_s > 12.0:
             world.sight_m = 400.0
 
-    seen = drive(world, 60.0, every_tick=clears_up)
+    seen = drive(world, 90.0, every_tick=clears_up)
     decided = [e for e in seen.events if e.kind is EventKind.DECIDED]
     assert any(e.scene.attempts for e in decided)
     assert decided[-1].scene.attempts == ()
