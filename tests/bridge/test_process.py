@@ -1,0 +1,113 @@
+"""The solver in a process of its own: five forms go through, and whatever becomes of it costs one tick."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import time
+
+import pytest
+from own_street import Street
+
+from stucksolver_bridge import SolverError, SolverProcess
+from stucksolver_bridge.wire import Wire, WireError
+
+pytestmark = pytest.mark.integration
+
+SETTINGS = {"ladder": "evaluation", "clock": "lockstep"}
+LIMIT_S = 60.0
+
+
+@pytest.fixture
+def solver():
+    started = SolverProcess(sys.executable, {"settings": SETTINGS})
+    yield started
+    started.close()
+
+
+def test_a_stack_that_speaks_the_forms_is_told_to_drive_around_a_parked_car_and_comes_by(solver):
+    street = Street()
+    kinds = set()
+    while street.x < 120.0 and street.time_s < LIMIT_S:
+        answer = solver.step({"status": street.status()}, street.give)
+        assert answer is not None, solver.fault
+        street.perform(answer.get("directive"))
+        kinds.add(street.directive["kind"])
+    assert street.x >= 120.0
+    assert kinds == {"continue", "execute"}
+
+
+def test_nothing_is_asked_for_while_the_vehicle_goes(solver):
+    asked = []
+    for k in range(100):
+        status = {"time_s": 0.05 * k, "speed_mps": 8.0, "progress_m": 0.4 * k, "at_destination": False}
+        answer = solver.step({"status": status}, asked.append)
+        assert answer is not None and answer.keys() <= {"directive"}
+    assert not asked
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+def test_a_solver_that_is_killed_is_noticed_on_the_next_tick(solver, number):
+    street = Street()
+    assert solver.step({"status": street.status()}, street.give) is not None
+    os.kill(solver.process.pid, number)
+    solver.process.wait()
+    assert solver.step({"status": street.status()}, street.give) is None
+    assert not solver.alive and solver.fault
+    assert solver.step({"status": street.status()}, street.give) is None
+
+
+def test_a_tick_that_is_no_status_ends_the_solver_and_not_the_stack(solver, capfd):
+    assert solver.step({"status": {"speed_mps": "fast"}}, lambda what: None) is None
+    assert not solver.alive
+    assert "drives by itself" in capfd.readouterr().err
+
+
+def test_the_solver_ends_when_the_stack_does():
+    script = (
+        "import os, sys; from stucksolver_bridge import SolverProcess; "
+        f"solver = SolverProcess(sys.executable, {{'settings': {SETTINGS!r}}}); "
+        "print(solver.process.pid, flush=True); os._exit(1)"
+    )
+    said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=LIMIT_S, check=False)
+    assert _gone(int(said.stdout))
+
+
+@pytest.mark.parametrize(
+    ("settings", "named"),
+    [({"recovery": "wishes"}, "wishes"), ({"ladder": "of_hope"}, "of_hope"), ({"speed": 9}, "speed")],
+)
+def test_settings_that_cannot_be_used_are_an_error_that_names_them(settings, named):
+    with pytest.raises(SolverError, match=named):
+        SolverProcess(sys.executable, {"settings": settings})
+
+
+def test_a_python_that_is_not_there_is_an_error_that_names_it():
+    with pytest.raises(SolverError, match="/no/python"):
+        SolverProcess("/no/python", {"settings": SETTINGS})
+
+
+def test_half_a_message_a_huge_one_and_noise_are_faults_of_the_wire():
+    for sent in (b"\x00\x00", struct.pack(">I", 1 << 31), struct.pack(">I", 3) + b"abc", struct.pack(">I", 1) + b"7"):
+        ours, theirs = socket.socketpair()
+        theirs.sendall(sent)
+        theirs.close()
+        with pytest.raises(WireError):
+            Wire(ours).receive(1.0)
+        ours.close()
+
+
+def _gone(pid):
+    for _ in range(100):
+        try:
+            with open(f"/proc/{pid}/stat") as stat:
+                if stat.read().rpartition(")")[2].split()[0] == "Z":
+                    return True
+        except OSError:
+            return True
+        time.sleep(0.1)
+    return False
