@@ -13,6 +13,8 @@ from stucksolver.scene import PASSABLE_KINDS, VULNERABLE, LaneRelation, Scene, S
 OVER_HEIGHT_M, OVER_SEEN_S, OVER_CONFIDENCE, LIVING_M = 0.15, 1.0, 0.8, 2.5
 SWING_M, ROOM_M = 4.5, 7.0
 """Nearer than the first to what is ahead, the ego backs up to the second before it swings out."""
+MORE_M, ENOUGH_M = 4.0, 12.0
+"""Where that was too near all the same, it backs up by so much more, up to the second."""
 REAR_MARGIN_M = 8.0
 BESIDE_M = 0.55
 LOOK_M, LOOK_ROOM_M, BACK_M = 6.0, 9.0, 8.0
@@ -60,8 +62,10 @@ def within_the_lane(scene: Scene, target: Target) -> Way | None:
 def to_swing_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryPlan:
     """The same plan, with a way back first where the ego stands too near to swing out."""
     gap = lead.gap_m or 0.0
-    near = gap < SWING_M or (gap < ROOM_M - 1.0 and has_failed(scene, "no room to swing out"))
-    way = round(min(max(ROOM_M - gap, 1.0), 8.0), 1)
+    failed = has_failed(scene, "no room to swing out")
+    near = gap < SWING_M or (failed and gap < ENOUGH_M)
+    room = max(ROOM_M, min(gap + MORE_M, ENOUGH_M)) if failed else ROOM_M
+    way = round(min(max(room - gap, 1.0), 8.0), 1)
     if not near or scene.ego.speed_mps > 0.2 or lead.speed_along_mps > 0.2 or not _may_back_up(scene, way):
         return plan
     return plan.model_copy(update={"behaviors": (BackUp(distance_m=way), *plan.behaviors)})
