@@ -48,12 +48,12 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
         self.track = Track.SENSORS
         self._config, self._name = read_config(path_to_conf_file)
         self._metrics: dict[str, Any] = {}
-        self._events: list[dict[str, Any]] = []
         self._driver: Any = None
         self._recovery: Recovery | None = None
         self._speaker: Speaker | None = None
         self._tick = 0
         self._place_m = 0.0
+        self._hear({"perception": PERCEPTION, **self._config._asdict()})
         self._begin(self._config)
 
     def set_global_plan(self, global_plan_gps: Any, global_plan_world_coord: Any) -> None:
@@ -122,7 +122,12 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
             self._recovery.say(words)
 
     def _hear(self, event: dict[str, Any]) -> None:
-        self._events.append(event)
+        """Written at once: a run that is cut short leaves what happened so far."""
+        if not self._config.events:
+            return
+        os.makedirs(self._config.events, exist_ok=True)
+        with open(os.path.join(self._config.events, self._name + ".jsonl"), "a", encoding="utf-8") as file:
+            file.write(json.dumps(event) + "\n")
 
     def _write(self) -> None:
         metrics = self._config.metrics or os.environ.get("SAVE_PATH", "")
@@ -131,9 +136,3 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
             os.makedirs(folder, exist_ok=True)
             with open(os.path.join(folder, "metric_info.json"), "w", encoding="utf-8") as file:
                 json.dump(self._metrics, file)
-        if self._config.events:
-            os.makedirs(self._config.events, exist_ok=True)
-            head = {"perception": PERCEPTION, **self._config._asdict()}
-            with open(os.path.join(self._config.events, self._name + ".jsonl"), "w", encoding="utf-8") as file:
-                for line in (head, *self._events):
-                    file.write(json.dumps(line) + "\n")
