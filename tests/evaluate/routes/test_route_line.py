@@ -13,6 +13,7 @@ carla = pytest.importorskip("carla")
 from carlette.maps import DEMO_TOWN  # noqa: E402
 from stucksolver.evaluate.routes import Position  # noqa: E402
 from stucksolver.evaluate.routes.line import RouteLine  # noqa: E402
+from stucksolver.stacks.carla_stack.route_road import new_ground  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -70,3 +71,16 @@ def test_a_line_planned_anew_joins_on_where_the_first_was_left(line: RouteLine) 
     assert joined.length_m == pytest.approx(line.length_m, abs=1.0)
     assert joined.waypoints[:51] == line.waypoints[:51]
     assert joined.waypoints[-1].transform.location == line.waypoints[-1].transform.location
+
+
+def test_laps_of_a_roundabout_are_new_ground_once() -> None:
+    angle = np.linspace(0.0, 6.0 * np.pi, 240)
+    ring = np.column_stack([22.0 * np.cos(angle), 22.0 * np.sin(angle)])
+    into, out = np.column_stack([np.full(50, 22.0), np.linspace(-100.0, -2.0, 50)]), ring[-1] + [[60.0, 0.0]]
+    points = np.vstack([into, ring, out])
+    arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    new_m = new_ground(points, arc)
+    lap_m = 2.0 * np.pi * 22.0
+    assert np.all(np.diff(new_m) >= 0.0) and np.allclose(new_m[:50], arc[:50])
+    assert new_m[-2] == pytest.approx(100.0 + lap_m, abs=5.0)
+    assert new_m[-1] == pytest.approx(160.0 + lap_m, abs=5.0)

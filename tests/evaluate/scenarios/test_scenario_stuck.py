@@ -30,6 +30,7 @@ BLOCKED = {
     "DoubleParkedVan": "AccidentTwoWays_1",
     "ClosedRoad": "AccidentTwoWays_1",
     "AmbulanceBehind": "AccidentTwoWays_1",
+    "PictureOfTrafficLight": "AccidentTwoWays_1",
 }
 """Types whose way does not get free by itself, and a route of the suite to play each on."""
 FREE_AFTER_S = {

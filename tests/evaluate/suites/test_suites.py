@@ -27,6 +27,7 @@ FLOWS = {
     "MergerIntoSlowTraffic",
     "MergerIntoSlowTrafficV2",
 }
+LONGER_M = {"ClosedRoad": 460, "RoundaboutLoop": 1750}
 ON_MAP = ("start_actor_flow", "end_actor_flow", "other_actor_location")
 BENCH = suite("bench220")
 
@@ -207,7 +208,7 @@ def test_the_maps_have_five_places_for_each_of_our_own_situations(monkeypatch):
     assert len({route.id for route in (*routes, *BENCH.routes)}) == 220 + len(routes)
     for route in routes:
         line = RouteLine.trace(towns()[route.town].map, route.waypoints)
-        assert 145 < line.length_m < (460 if route.scenarios[0].type == "ClosedRoad" else 305)
+        assert 145 < line.length_m < LONGER_M.get(route.scenarios[0].type, 305)
 
 
 @pytest.mark.integration
@@ -224,3 +225,29 @@ def test_a_closed_road_can_be_driven_round(monkeypatch):
             graph.add_edge(start.road_id, end.road_id, length_m=length_m)
         graph.remove_node(closed)
         assert nx.shortest_path_length(graph, before, after, "length_m") < 1200
+
+
+@pytest.mark.integration
+def test_a_roundabout_loop_goes_round_for_longer_than_a_run_lasts_and_could_be_left_at_once(monkeypatch):
+    monkeypatch.setattr(make, "SCENARIOS", {"RoundaboutLoop": None})
+    for route in make.immobilized(tuple(towns().values())):
+        line = RouteLine.trace(towns()[route.town].map, route.waypoints)
+        assert line.length_m > 1400
+        direct = RouteLine.trace(towns()[route.town].map, (route.waypoints[0], route.waypoints[-1]))
+        assert direct.length_m < 320
+        assert line.new_ground_m[-1] < 450
+
+
+def meets(turn, side):
+    """Whether somebody from that side who goes straight on crosses or joins the ego's way."""
+    return turn == "left" if side == "opposite" else side == "left" or turn != "right"
+
+
+def test_emergency_vehicles_come_from_where_they_cross_the_ego_s_way():
+    for route in BENCH.routes:
+        (scenario,) = route.scenarios
+        if scenario.type.startswith("OppositeVehicle"):
+            headings = [traced(route.id).waypoints[k].transform.rotation.yaw for k in (0, -1)]
+            angle = math.remainder(headings[1] - headings[0], 360.0)
+            turn = "straight" if abs(angle) < 35.0 else "right" if angle > 0 else "left"
+            assert meets(turn, scenario.parameters["direction"]["value"]), route.id

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver.evaluate.routes.route import Position
+from stucksolver.stacks.carla_stack.route_road import new_ground
 from stucksolver.stacks.driver import trace_route
 from stucksolver.stacks.driver.interface import RoutePoint
 
@@ -84,6 +85,11 @@ class RouteLine:
         """Places of the waypoints, shape (n, 3), CARLA's world frame."""
         places = [w.transform.location for w in self.waypoints]
         return np.array([(p.x, p.y, p.z) for p in places], dtype=np.float64)
+
+    @cached_property
+    def new_ground_m(self) -> Array:
+        """Arc length at each waypoint without the stretches where the route has been before, shape (n,)."""
+        return new_ground(self.xyz[:, :2], self.s_m)
 
     @cached_property
     def forward(self) -> Array:

@@ -176,7 +176,8 @@ class _Drive:
 
     def _measure(self, moment: Moment) -> None:
         place_m = self._jury.completion.s_m
-        self._spells.update(moment.time_s, moment.speed_mps, place_m)
+        new_m = float(self._jury.line.new_ground_m[self._jury.completion.index])
+        self._spells.update(moment.time_s, moment.speed_mps, new_m)
         self._near.update(moment.time_s, moment.transform, moment.velocity)
         self._weather.update(self._jury.completion.percentage)
         if moment.time_s >= len(self._track) - 1e-6:

@@ -28,6 +28,12 @@ def left_lane(town: Town, stretch: Path) -> bool:
     return all(same_way(w, carla.LaneChange.Left) and not same_way(w, carla.LaneChange.Right) for w in _ends(stretch))
 
 
+def right_of_two(town: Town, stretch: Path) -> bool:
+    """The rightmost of two lanes and no more."""
+    lanes = [same_way(w, carla.LaneChange.Left) for w in _ends(stretch)]
+    return left_lane(town, stretch) and not any(same_way(w, carla.LaneChange.Left) for w in lanes if w is not None)
+
+
 def right_lane(town: Town, stretch: Path) -> bool:
     """A lane with another to its right."""
     return all(same_way(w, carla.LaneChange.Right) for w in _ends(stretch))
@@ -60,6 +66,11 @@ def sidewalk(town: Town, stretch: Path) -> bool:
     if same_way(stretch[0], carla.LaneChange.Right) or parking(town, stretch):
         return False
     return all(beside(w, carla.LaneType.Sidewalk) for w in _ends(stretch))
+
+
+def two_ways_by_sidewalk(town: Town, stretch: Path) -> bool:
+    """One lane each way, where passing is permitted, and a sidewalk to the right."""
+    return two_ways(town, stretch) and sidewalk(town, stretch)
 
 
 def bend(town: Town, stretch: Path) -> bool:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import groupby
+from typing import Any
 
 from stucksolver.evaluate.suites.along import Along
 from stucksolver.evaluate.suites.along import sites as sites_along
-from stucksolver.evaluate.suites.fits import Fits, left_lane, narrow, one_lane, sidewalk, two_ways
+from stucksolver.evaluate.suites.fits import Fits, narrow, one_lane, right_of_two, two_ways, two_ways_by_sidewalk
 from stucksolver.evaluate.suites.movements import Control, Movement, Turn, roundabouts
 from stucksolver.evaluate.suites.ramps import Finder, merges
 from stucksolver.evaluate.suites.site import Site
@@ -20,7 +22,7 @@ _RAILS = "201"
 _RAILS_AFTER_SIGN_M, _BEFORE_RAILS_M, _BEYOND_RAILS_M = 6, 60, 110
 _CLOSED_AFTER_M, _BEYOND_CLOSED_M, _LONGEST_BLOCK_M = 12, 60, 420
 _SAME_HEADING_DEG = 10.0
-_RING_MARK_M = 20
+_RING_MARK_M, _LAPS = 20, 10
 
 
 def _along(fits: Fits, after_m: int = 140) -> Finder:
@@ -37,21 +39,46 @@ def _crosswalks(town: Town, ways: list[Movement]) -> Iterator[Site]:
 
 
 def _all_way_stops(town: Town, ways: list[Movement]) -> Iterator[Site]:
-    """Crossings of four where everybody has to stop."""
+    """Crossings of four where everybody has to stop; who turns right would meet nobody from the right."""
     others = {one.junction_id for one in ways if one.control != "stop" or one.arms != 4}
-    yield from (site_at(one) for one in ways if one.junction_id not in others)
+    yield from (site_at(one) for one in ways if one.junction_id not in others and one.turn != "right")
+
+
+def _dark_lights(town: Town, ways: list[Movement]) -> Iterator[Site]:
+    """Into junctions with lights, where somebody from the right meets the ego."""
+    yield from sites_through(Through(frozenset({"left", "straight"}), _LIT, from_sides=frozenset({"right"})), ways)
 
 
 def _round(town: Town, ways: list[Movement]) -> Iterator[Site]:
-    """In at one arm of a roundabout and out at another."""
-    for chain in roundabouts(town):
+    """In at one arm of a roundabout, round and round, and out at another."""
+    chains = list(roundabouts(town))
+    ring = {one.inside.road_id for chain in chains for one in chain[1:-1]}
+    for chain in chains:
         enter, leave = chain[0], chain[-1]
         before = approach(enter.entry, _RUN_UP_M)
-        inside = _until(follow(enter.inside, 200, through={one.inside.road_id for one in chain}), leave.exit.road_id)
+        into = _until(follow(enter.inside, 80, through={enter.inside.road_id}), enter.exit.road_id)
+        lap = _lap(follow(enter.exit, 200, through=ring))
+        last = follow(enter.exit, 200, through={one.inside.road_id for one in chain})
+        inside = (*into, *lap * _LAPS, *_until(last, leave.exit.road_id))
         after = follow(leave.exit, _BEYOND_CLOSED_M)
-        marks = (before[0], before[-_NEAR_M], *inside[_RING_MARK_M:-_NEAR_M:_RING_MARK_M], after[_NEAR_M], after[-1])
+        on_ring = (one for one in inside[_RING_MARK_M:-_NEAR_M] if not one.is_junction)
+        marks = (before[0], before[-_NEAR_M], *_apart(on_ring), after[_NEAR_M], after[-1])
         group, place = f"roundabout arm {enter.entry.road_id}", f"{enter.key}>{leave.exit.road_id}"
         yield Site(town, group, place, (*before, *inside, *after), marks, before[-_TRIGGER_M])
+
+
+def _lap(path: Path) -> Path:
+    """The path until it comes back to where it began."""
+    start = path[0].transform.location
+    far = next(index for index, one in enumerate(path) if one.transform.location.distance(start) > _RING_MARK_M)
+    return path[: next(k for k in range(far, len(path)) if path[k].transform.location.distance(start) < 1.0)]
+
+
+def _apart(path: Iterable[Any]) -> Iterator[Any]:
+    """Of each piece of road one waypoint in its middle, in driving order."""
+    for _, piece in groupby(path, lambda one: one.road_id):
+        some = list(piece)
+        yield some[len(some) // 2]
 
 
 def _level_crossings(town: Town, ways: list[Movement]) -> Iterator[Site]:
@@ -98,14 +125,14 @@ _LIT: frozenset[Control] = frozenset({"light"})
 _UNLIT: frozenset[Control] = frozenset({"stop", "yield", "none"})
 
 SITUATIONS: Mapping[str, Finder] = {
-    "DisabledCarAndPaperBag": _along(left_lane),
-    "DisabledCarAndRock": _along(left_lane),
+    "DisabledCarAndPaperBag": _along(right_of_two),
+    "DisabledCarAndRock": _along(right_of_two),
     "DebrisInLane": _along(one_lane),
     "ClosedBoxInLane": _along(one_lane),
     "ToyInLane": _along(one_lane),
     "NarrowRoadStandoff": _along(narrow),
     "RoundaboutLoop": _round,
-    "DarkTrafficLight": _through(_ALL, _LIT),
+    "DarkTrafficLight": _dark_lights,
     "StuckRedLight": _through(_ALL, _LIT),
     "DoubleParkedVan": _along(two_ways),
     "AllWayStopDeadlock": _all_way_stops,
@@ -113,7 +140,7 @@ SITUATIONS: Mapping[str, Finder] = {
     "BlockedJunctionBox": _through(_STRAIGHT, _LIT, arms=4),
     "RoadBlockedForAMinute": _along(two_ways),
     "ClosedRoad": _closed_streets,
-    "PictureOfTrafficLight": _along(sidewalk),
+    "PictureOfTrafficLight": _along(two_ways_by_sidewalk),
     "AnimalsOnRoad": _along(one_lane),
     "Flagger": _along(two_ways),
     "AmbulanceBehind": _along(two_ways),

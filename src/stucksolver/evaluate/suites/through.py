@@ -124,13 +124,28 @@ def _beyond_junction(bicycle_lane: Any) -> Path:
     return path[inside[-1] + 1 :] if inside else ()
 
 
+def _joined(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+    """Oncoming cars can turn right into the very lane that the ego turns left into."""
+    leave = (mine.exit.road_id, mine.exit.lane_id)
+    if any((one.exit.road_id, one.exit.lane_id) == leave for one in arm(mine, "opposite", ways)):
+        yield {}, {}
+
+
 def _direction(*sides: Side) -> Extra:
     def extra(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
         for side in sides:
-            if straight(arm(mine, side, ways)):
+            if mine.turn in _MEETS[side] and straight(arm(mine, side, ways)):
                 yield {}, {"direction": {"value": side}}
 
     return extra
+
+
+_MEETS: Mapping[Side, frozenset[Turn]] = {
+    "opposite": frozenset({"left"}),
+    "left": frozenset({"left", "straight", "right"}),
+    "right": frozenset({"left", "straight"}),
+}
+"""Whose way is crossed or joined by somebody who goes straight on from a side; nobody else's."""
 
 
 _LIT: frozenset[Control] = frozenset({"light"})
@@ -150,13 +165,13 @@ NEEDS: Mapping[str, Through] = {
     "InterurbanActorFlow": Through(_LEFT, frozenset({"none"}), arms=3, extra=_oncoming_flow),
     "InterurbanAdvancedActorFlow": Through(_LEFT, _SIGNED, arms=3, extra=_crossing_flow),
     "NonSignalizedJunctionLeftTurn": Through(_LEFT, _UNLIT, from_sides=_OPPOSITE),
-    "NonSignalizedJunctionLeftTurnEnterFlow": Through(_LEFT, _UNLIT, from_sides=_OPPOSITE),
+    "NonSignalizedJunctionLeftTurnEnterFlow": Through(_LEFT, _UNLIT, extra=_joined),
     "NonSignalizedJunctionRightTurn": Through(_RIGHT, _UNLIT, from_sides=_FROM_LEFT),
     "OppositeVehicleRunningRedLight": Through(_ALL, _LIT, arms=4, extra=_direction("opposite", "left", "right")),
     "OppositeVehicleTakingPriority": Through(_ALL, _UNLIT, extra=_direction("right", "left")),
     "PedestrianCrossing": Through(_ALL, rightmost=True),
     "SignalizedJunctionLeftTurn": Through(_LEFT, _LIT, from_sides=_OPPOSITE),
-    "SignalizedJunctionLeftTurnEnterFlow": Through(_LEFT, _LIT, from_sides=_OPPOSITE),
+    "SignalizedJunctionLeftTurnEnterFlow": Through(_LEFT, _LIT, extra=_joined),
     "SignalizedJunctionRightTurn": Through(_RIGHT, _LIT, from_sides=_FROM_LEFT),
     "T_Junction": Through(_TURNS, arms=3),
     "VanillaNonSignalizedTurn": Through(_TURNS, frozenset({"yield", "none"})),

@@ -30,6 +30,10 @@ BEYOND_M = 80.0
 """How far the road is known past the destination, so that a plan may end there."""
 
 
+LAP_M, SAME_PLACE_M = 30.0, 1.5
+"""A route that comes back so far on to within so little of its own line goes round."""
+
+
 @dataclass(frozen=True)
 class Station:
     """One sample of the route: its waypoint and the lanes beside it."""
@@ -57,6 +61,7 @@ class RouteRoad:
         steps = np.hypot(*np.diff(points, axis=0).T)
         self.arc: np.ndarray[Any, Any] = np.concatenate([[0.0], np.cumsum(steps)])
         self._points = points
+        self._new_m = new_ground(points, self.arc)
         self._crosswalks = _crosswalk_spans(carla_map, points, self.arc)
         self._level_crossings = _level_crossing_spans(carla_map, points, self.arc)
 
@@ -68,6 +73,10 @@ class RouteRoad:
         direction = self._points[j + 1] - self._points[j]
         along = float(np.dot((x, y) - self._points[j], direction) / max(np.hypot(*direction), 1e-6))
         return float(self.arc[j]) + along
+
+    def new_ground(self, arc_m: float) -> float:
+        """How much of the route up to an arc length leads where it has not led before (m)."""
+        return float(np.interp(arc_m, self.arc, self._new_m))
 
     def crossing(self, transform: Any) -> float | None:
         """Arc length at which a lane's waypoint lies on the route in its direction, None where it does not."""
@@ -245,3 +254,16 @@ def _crosswalks(carla_map: Any) -> list[Any]:
         if len(outlines[-1]) > 2 and outlines[-1][0] == place:
             outlines.append([])
     return [shapely.MultiPoint(outline).convex_hull.buffer(BODY_M) for outline in outlines if len(outline) > 2]
+
+
+def new_ground(points: Any, arc: Any) -> np.ndarray[Any, Any]:
+    """Arc length (m) at each point of a line without the stretches where it has been before.
+
+    `points` (n, 2) and `arc` (n,) in metres; the result (n,). A lap of a roundabout counts once.
+    """
+    places = shapely.points(points)
+    here, there = shapely.STRtree(places).query(places, predicate="dwithin", distance=SAME_PLACE_M)
+    again = here[arc[here] - arc[there] > LAP_M]
+    steps = np.diff(arc, prepend=arc[0])
+    steps[again] = 0.0
+    return np.asarray(np.cumsum(steps) + arc[0])

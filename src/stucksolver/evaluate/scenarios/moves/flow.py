@@ -16,7 +16,7 @@ class Flow:
 
     `spacing_m` is the range from which each distance between two fronts is drawn. `constant` ones hold their speed
     whatever comes (CARLA's actor flows) until one has touched the hero; others brake for what is ahead. `kinds` are
-    the blueprints to draw from.
+    the blueprints to draw from, `most` how many there are at a time.
     """
 
     def __init__(
@@ -29,10 +29,11 @@ class Flow:
         constant: bool = True,
         offset_m: float = 0.0,
         kinds: Sequence[str] = (),
+        most: int = MOST,
     ) -> None:
         self._scenario = scenario
         self._line, self._speed_mps, self._spacing_m = list(line), speed_mps, spacing_m
-        self._constant, self._offset_m = constant, offset_m
+        self._constant, self._offset_m, self._most = constant, offset_m, most
         self._kinds = tuple(kinds) or scenario.cast.car_kinds
         self._next_m = self._draw()
         self.cars: list[Car] = []
@@ -54,16 +55,21 @@ class Flow:
 
     def tick(self) -> None:
         """Take off who has arrived, and let the next one start."""
-        if self._constant and any(car.hit_hero for car in self.cars):
-            self._constant = False
-            for car in self.cars:
-                self._scenario.cars.relax(car)
+        if any(car.hit_hero for car in self.cars):
+            self.relax()
         gone = [car for car in self.cars if car.done]
         if gone:
             self._scenario.cars.remove(gone)
             self.cars = [car for car in self.cars if car not in gone]
-        if len(self.cars) < MOST and self._last_m() >= self._next_m and self._spawn(0) is not None:
+        if len(self.cars) < self._most and self._last_m() >= self._next_m and self._spawn(0) is not None:
             self._next_m = self._draw()
+
+    def relax(self) -> None:
+        """From now on they brake for what is ahead."""
+        if self._constant:
+            self._constant = False
+            for car in self.cars:
+                self._scenario.cars.relax(car)
 
     def clear(self) -> None:
         """Take all off."""

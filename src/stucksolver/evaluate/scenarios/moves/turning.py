@@ -114,7 +114,7 @@ class LeftTurnEnterFlow(TurnAgainstFlow):
         return [one for one in self.entries_from("opposite") if _leads(one, into)]
 
     def ways(self, entry: Any) -> Any:
-        return way_to(self.exit.road_id)
+        return way_to(self.exit.road_id, self.exit.lane_id)
 
 
 def _leads(entry: Any, into: Any) -> bool:

@@ -6,20 +6,23 @@ from stucksolver.evaluate.scenarios.moves.places import edge_m
 from stucksolver.evaluate.scenarios.moves.stuck import Stuck
 from stucksolver.evaluate.scenarios.registry import scenario
 
-STOP, POSTER = "static.prop.busstoplb", "static.prop.advertisement"
+STOP, POSTER, CAR = "static.prop.busstoplb", "static.prop.advertisement", "vehicle.lincoln.mkz_2020"
+BEFORE_M = 6.0
 
 
 @scenario
 class PictureOfTrafficLight(Stuck):
-    """A bus stop shows a picture of a red traffic light: it governs nobody, so go on."""
+    """A bus stop shows a picture of a red traffic light, and the car ahead stands for it: it governs nobody, pass."""
 
     type = "PictureOfTrafficLight"
     expected = "recover"
-    simplified = "the picture itself is not drawn, so only a perception that errs by itself stops here"
-    suspends = frozenset({"blocked"})
-    blueprints = (STOP, POSTER)
+    simplified = "the picture itself is not drawn: that there is no light is all one can see"
+    suspends = frozenset({"blocked", "wrong_lane"})
+    needs_map = "one lane each way beside a sidewalk"
+    blueprints = (STOP, POSTER, CAR)
 
     def stage(self) -> None:
         aside_m = edge_m(self.ahead(self.distance_m)) + 2.3
         self.put(STOP, 0.0, aside_m, turn_deg=90.0)
         self.put(POSTER, -4.5, aside_m - 1.0, turn_deg=90.0)
+        self.put(CAR, -BEFORE_M)
