@@ -37,6 +37,8 @@ class Config(NamedTuple):
     """Declare the paper's sensors. Without them nothing is rendered; BehaviorAgent does not look at them."""
     metrics: str = ""
     """Folder for Bench2Drive's `metric_info.json`, one folder in it for each route; empty: $SAVE_PATH."""
+    record: str = ""
+    """Folder for the solver's record of each intervention (docs/record.md), one folder in it for each route."""
     events: str = ""
     """Folder for what happened on each route, as lines of JSON."""
 

@@ -104,6 +104,8 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
             return
         settings = {"recovery": config.recovery, "reasoner": config.reasoner, "clock": config.clock}
         settings["ladder"] = config.ladder
+        if config.record:
+            settings["record"] = os.path.join(config.record, self._name)
         self._recovery = Recovery(
             self._driver, carla_map, carla, settings, config.python, config.path or None, self._hear
         )
