@@ -13,9 +13,10 @@ from carlette.camera import cycles, lamps, openings, tags, trafficlights
 from carlette.camera.animals import animal_mesh
 from carlette.camera.figures import ORANGE, VEST, Clothes, clothes_of, person, stride
 from carlette.camera.light import Light
-from carlette.camera.mesh import Builder, Color, Mesh, Point
+from carlette.camera.mesh import EMPTY, Builder, Color, Mesh, Point
 from carlette.camera.painter import Part
 from carlette.camera.props import prop_mesh
+from carlette.camera.repeaters import repeaters_of
 from carlette.camera.vehicles import vehicle_mesh
 from carlette.camera.view import matrix_of
 from carlette.geometry import Box, Floats, Pose, Rotation, Vector
@@ -75,22 +76,25 @@ def _vehicle(
     def part(mesh: Mesh, *, is_shade: bool = False, adds: bool = False) -> Part:
         return Part(mesh, matrix, actor.id, tag, radius, is_shade, adds)
 
-    if model.is_two_wheeler:
-        way = float(matrix[:2, 0] @ matrix[:2, 3])
-        turn = round((way / 2.2) % 1.0 * GAIT_STEPS) / GAIT_STEPS
-        yield part(_cycle(actor.type_id, actor.box, model.wheelbase_m, color, turn, model.base_type == "motorcycle"))
-        yield from _shadows(actor, pose, light)
-        return
     lit, phase = lamps.shown(int(world.fleet.light_state[actor.index]), world.elapsed_s)
-    yield part(_body(actor.type_id, actor.box, model.wheelbase_m, color))
-    lamp, halo = _lamps(actor.type_id, actor.box, lit, phase)
-    yield part(lamp)
+    lamp, halo = EMPTY, EMPTY
+    if model.is_two_wheeler:
+        way, motor = float(matrix[:2, 0] @ matrix[:2, 3]), model.base_type == "motorcycle"
+        turn = round((way / 2.2) % 1.0 * GAIT_STEPS) / GAIT_STEPS
+        yield part(_cycle(actor.type_id, actor.box, model.wheelbase_m, color, turn, motor))
+        if motor:
+            lamp, halo = _cycle_lamps(actor.type_id, actor.box, model.wheelbase_m, lit)
+    else:
+        yield part(_body(actor.type_id, actor.box, model.wheelbase_m, color))
+        lamp, halo = _lamps(actor.type_id, actor.box, lit, phase)
+    if len(lamp):
+        yield part(lamp)
     for door, swing in doors:
         yield part(_door(actor.type_id, actor.box, door, swing, color))
     yield from _shadows(actor, pose, light)
     if len(halo):
         yield part(halo, is_shade=True, adds=True)
-    if light.is_dark:
+    if light.is_dark and len(lamp):
         beam = _beam(actor.type_id, actor.box, lit & int(lamps.BEAMS | lamps.Lit.BRAKE))
         if len(beam):
             yield Part(beam, matrix, actor.id, tag, 45.0, True, True)
@@ -134,9 +138,17 @@ def _prop(actor: Actor, pose: Pose, light: Light) -> Iterator[Part]:
 
 def _traffic_light(world: World, actor: Actor, pose: Pose) -> Iterator[Part]:
     color = int(world.signals.lights.color[actor.index])
-    arm = round(actor.box.center.x, 1)
-    matrix = matrix_of(pose)
-    post, (lamp, halo) = _post(arm), _lights(arm, color)
+    arm, matrix = round(actor.box.center.x, 1), matrix_of(pose)
+    yield from _heads(actor, matrix, _post(arm), _lights(arm, color))
+    repeater = repeaters_of(world.roads)[actor.index]
+    if repeater is not None:
+        there = matrix.copy()
+        there[:3, 3] = matrix[:3, :3] @ np.array(repeater) + matrix[:3, 3]
+        yield from _heads(actor, there, trafficlights.repeater_mesh(), _repeater_lights(color))
+
+
+def _heads(actor: Actor, matrix: Floats, post: Mesh, lights: tuple[Mesh, Mesh]) -> Iterator[Part]:
+    lamp, halo = lights
     yield Part(post, matrix, actor.id, tags.TRAFFIC_LIGHT, 12.0)
     yield Part(lamp, matrix, actor.id, tags.TRAFFIC_LIGHT, 12.0)
     if len(halo):
@@ -214,17 +226,17 @@ def _color(actor: Actor) -> Color:
 _RING = ((1, 1), (1, -1), (-1, -1), (-1, 1))
 _body = lru_cache(maxsize=256)(vehicle_mesh)
 _lamps = lru_cache(maxsize=1024)(lamps.lamp_meshes)
+_cycle_lamps = lru_cache(maxsize=256)(lamps.cycle_lamp_meshes)
 _beam = lru_cache(maxsize=256)(lamps.beam_mesh)
 _prop_mesh = lru_cache(maxsize=512)(prop_mesh)
 _animal = lru_cache(maxsize=256)(animal_mesh)
 _post = lru_cache(maxsize=256)(trafficlights.post_mesh)
 _lights = lru_cache(maxsize=512)(trafficlights.lamps_mesh)
+_repeater_lights = lru_cache(maxsize=8)(trafficlights.repeater_lamps_mesh)
 
 
 @lru_cache(maxsize=256)
 def _door(type_id: str, box: Box, door: int, swing: float, color: Color) -> Mesh:
-    if door in (4, 5):
-        return openings.lid_mesh(type_id, box, door, color)
     return openings.door_mesh(type_id, box, door, swing, color)
 
 

@@ -117,7 +117,7 @@ def frame_of(type_id: str, box: Box) -> Frame:
     heavy = body_kind(type_id)
     half = hy - (0.08 if hy < 0.95 else 0.12)
     high = low + height - next((drop for word, drop in ROOF_GEAR_M if word in type_id), 0.02)
-    lamp, tail = {"car": (0.46, 0.52), "truck": (0.24, 0.26), "bus": (0.24, 0.26)}[heavy]
+    lamp, tail = {"car": (0.375, 0.52), "truck": (0.24, 0.26), "bus": (0.24, 0.26)}[heavy]
     if STYLES.get(type_id) is VAN:
         lamp, tail = 0.33, 0.34
     return Frame(

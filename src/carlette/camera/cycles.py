@@ -19,7 +19,7 @@ def cycle_mesh(type_id: str, box: Box, wheelbase_m: float, color: Color, pedal: 
     middle, half = box.center.x, box.extent.x
     low = max(box.center.z - box.extent.z, 0.0)
     top = low + 2 * box.extent.z
-    radius = 0.34 if not motor else (0.24 if "vespa" in type_id else 0.31)
+    radius = _wheel_radius(type_id, motor)
     reach = min(wheelbase_m / 2, half - radius)
     for x in (middle + reach, middle - reach):
         _wheel(builder, (x, box.center.y, radius), radius, 0.045 if not motor else 0.13)
@@ -30,6 +30,17 @@ def cycle_mesh(type_id: str, box: Box, wheelbase_m: float, color: Color, pedal: 
     builder.tag = tags.RIDER
     _rider(builder, type_id, box, (seat, reach, top), pedal, motor=motor)
     return builder.mesh()
+
+
+def lamp_places(type_id: str, box: Box, wheelbase_m: float) -> tuple[Point, Point]:
+    """Middles of a motorcycle's headlamp and of its tail lamp."""
+    reach = min(wheelbase_m / 2, box.extent.x - _wheel_radius(type_id, motor=True))
+    x, y = box.center.x, box.center.y
+    return (x + reach + 0.03, y, 0.9), (x - reach - 0.25, y, 0.76)
+
+
+def _wheel_radius(type_id: str, motor: bool) -> float:
+    return 0.34 if not motor else (0.24 if "vespa" in type_id else 0.31)
 
 
 def _wheel(builder: Builder, center: Point, radius: float, width: float) -> None:
@@ -102,8 +113,7 @@ def _motor_body(builder: Builder, type_id: str, box: Box, wheels: tuple[float, f
     for side in (0.09, -0.09):
         builder.limb((x + reach, y + side, radius), (fork[0], y + side, fork[2]), 0.05, 0.05, STEEL)
     builder.box((fork[0] - 0.02, y, 1.03), (0.06, 0.68, 0.05), RUBBER)
-    builder.cylinder((fork[0] + 0.08, y, 0.9), (fork[0] + 0.2, y, 0.9), 0.11, (246, 242, 220), sides=8)
-    builder.box((x - reach - 0.22, y, 0.76), (0.06, 0.2, 0.09), (190, 18, 16), glow=True)
+    builder.cylinder((fork[0] + 0.08, y, 0.9), (fork[0] + 0.2, y, 0.9), 0.11, (60, 62, 66), sides=8)
     builder.box((x - reach - 0.24, y, 0.6), (0.02, 0.22, 0.15), (236, 236, 226))
     return (x - 0.28, y, seat_z + 0.06)
 

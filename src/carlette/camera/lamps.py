@@ -7,6 +7,7 @@ import math
 from enum import IntFlag
 
 from carlette.camera.coachwork import Frame, body_kind, frame_of
+from carlette.camera.cycles import lamp_places
 from carlette.camera.mesh import Builder, Color, Mesh, Point, shade
 from carlette.geometry import Box
 
@@ -67,6 +68,28 @@ def lamp_meshes(type_id: str, box: Box, lit: int, phase: int) -> tuple[Mesh, Mes
     return lamps.mesh(), halos.mesh()
 
 
+def cycle_lamp_meshes(type_id: str, box: Box, wheelbase_m: float, lit: int) -> tuple[Mesh, Mesh]:
+    """The lamps of a motorcycle, and the halos of those that are lit."""
+    lamps, halos = Builder(), Builder()
+    state = Lit(lit)
+    front, rear = lamp_places(type_id, box, wheelbase_m)
+    beam, brake = bool(state & BEAMS), bool(state & Lit.BRAKE)
+    lamps.disc(front, 0.1, (1.0, 0, 0), WHITE if beam else (206, 212, 216), glow=bool(state & (BEAMS | Lit.POSITION)))
+    tail = bool(state & (Lit.POSITION | BEAMS | Lit.FOG))
+    lamps.box(rear, (0.1, 0.2, 0.1), RED if brake else ((186, 16, 14) if tail else (104, 16, 16)), glow=brake or tail)
+    for on, place, way, color in ((beam, front, 1.0, WHITE), (brake, rear, -1.0, RED)):
+        if on:
+            _halo(halos, (place[0] + 0.08 * way, place[1], place[2]), 0.42, (way, 0, 0), color)
+    for side in (1.0, -1.0):
+        blinks = bool(state & (Lit.RIGHT_BLINKER if side > 0 else Lit.LEFT_BLINKER))
+        for place, way in ((front, 1.0), (rear, -1.0)):
+            at = (place[0] - 0.06 * way, place[1] + 0.2 * side, place[2])
+            lamps.box(at, (0.09, 0.11, 0.09), AMBER if blinks else (150, 92, 40), glow=blinks)
+            if blinks:
+                _halo(halos, (at[0] + 0.08 * way, at[1], at[2]), 0.4, (way, 0, 0), AMBER)
+    return lamps.mesh(), halos.mesh()
+
+
 def beam_mesh(type_id: str, box: Box, lit: int) -> Mesh:
     """What the headlamps (and, in red, brake lamps) throw on the road: to be added to the picture in the dark."""
     builder = Builder()
@@ -98,7 +121,7 @@ def beam_mesh(type_id: str, box: Box, lit: int) -> Mesh:
 
 
 def _front(lamps: Builder, halos: Builder, frame: Frame, side: float, state: Lit, blinks: bool) -> None:
-    y, x, z = frame.y + side * frame.lamp_half * 0.84, frame.front + 0.02, frame.lamp_z
+    y, x, z = frame.y + side * frame.lamp_half * 0.84, frame.front - 0.01, frame.lamp_z
     on = bool(state & BEAMS)
     color = WHITE if on else ((250, 246, 226) if state & Lit.POSITION else (206, 212, 216))
     glow = bool(state & (BEAMS | Lit.POSITION))

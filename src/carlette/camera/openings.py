@@ -1,4 +1,4 @@
-"""Open doors, hood and trunk, and the stop arm of a school bus."""
+"""Open doors, and the stop arm of a school bus."""
 
 from __future__ import annotations
 
@@ -55,33 +55,6 @@ def door_mesh(type_id: str, box: Box, door: int, swing: float, color: Color) -> 
     edge = (x + length * ahead, wall + length * aside)
     builder.box((edge[0], edge[1], (low + belt) / 2), (0.06, 0.06, belt - low), shade(color, 0.8))
     builder.box((edge[0], edge[1], low + 0.12), (0.09, 0.09, 0.12), (226, 30, 20), glow=True)
-    return builder.mesh()
-
-
-def lid_mesh(type_id: str, box: Box, door: int, color: Color) -> Mesh:
-    """The hood (4) or the trunk lid (5), open."""
-    builder = Builder()
-    frame = frame_of(type_id, box)
-    hl, height = frame.length / 2, frame.high - frame.low
-    if door == 4:
-        hinge, reach, z = frame.middle + 0.42 * hl, 0.48 * hl, frame.low + 0.64 * height
-        tip = (hinge + 0.55 * reach, z + 0.8 * reach)
-    else:
-        hinge, reach, z = frame.middle - 0.72 * hl, 0.26 * hl, frame.low + 0.68 * height
-        tip = (hinge - 0.35 * reach, z + 0.95 * reach)
-    half = frame.half * 0.86
-    ring = [
-        (hinge, frame.y - half, z),
-        (hinge, frame.y + half, z),
-        (tip[0], frame.y + half, tip[1]),
-        (tip[0], frame.y - half, tip[1]),
-    ]
-    ahead = 1.0 if door == 4 else -1.0
-    builder.face(ring, INSIDE, (ahead, 0.0, -0.4))
-    builder.face([(p[0] - 0.03 * ahead, p[1], p[2] + 0.02) for p in ring], color, (-ahead, 0.0, 0.4))
-    low_z = z - 0.02 if door == 4 else z - 0.01
-    middle = hinge + ahead * reach * 0.5
-    builder.plate((middle, frame.y, low_z + 0.035), (reach * 0.9, 1.8 * half), (0, 0, 1), DARK)
     return builder.mesh()
 
 

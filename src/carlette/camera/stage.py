@@ -17,11 +17,12 @@ from carlette.camera.lines import read_roads
 from carlette.camera.mesh import EMPTY, Mesh, corner_colors, quads
 from carlette.camera.pavement import Pavement, pave, upward
 from carlette.camera.raster import Bytes
+from carlette.camera.repeaters import repeaters_of
 from carlette.camera.scenery import Item, scenery
-from carlette.geometry import Floats
+from carlette.geometry import Floats, Vector
 from carlette.opendrive.document import check_opendrive
 from carlette.opendrive.roads import RoadNetwork
-from carlette.opendrive.signals import read_signals
+from carlette.opendrive.signals import LIGHT_TYPE, Signal, read_signals
 
 CHUNK_M = 48.0
 TERRAIN_M = 12.0
@@ -85,6 +86,7 @@ def build_stage(network: RoadNetwork) -> Stage:
     paint += furniture.stencils(root, roads)
     taken = [(float(place[0]), float(place[1])) for _, place in posts]
     taken += [(one.pose.location.x, one.pose.location.y) for one in signals]
+    taken += _repeaters(network, signals)
     items = scenery(pavement, zlib.crc32(network.file.text.encode("utf-8", "surrogateescape")), taken)
     cells = _Cells()
     cells.spread(SOLID, [*pavement.floor, *fill_gaps(pavement), _terrain(pavement)])
@@ -98,6 +100,13 @@ def build_stage(network: RoadNetwork) -> Stage:
     return Stage(
         chunks, np.array([one.center for one in chunks], float), np.array([one.radius_m for one in chunks], float)
     )
+
+
+def _repeaters(network: RoadNetwork, signals: list[Signal]) -> list[tuple[float, float]]:
+    lights = [one for one in signals if one.type == LIGHT_TYPE]
+    pairs = zip(lights, repeaters_of(network), strict=True)
+    feet = [light.pose.apply(Vector(*foot)) for light, foot in pairs if foot is not None]
+    return [(one.x, one.y) for one in feet]
 
 
 def _put_item(cells: _Cells, item: Item) -> None:

@@ -31,10 +31,10 @@ class Seen:
     frame: int
 
     def from_inside(self, world: World, carrier: Actor | None, eye: Vector) -> Seen:
-        """A camera inside its carrier's body does not see that from within."""
+        """A camera inside its carrier's body sees nothing of it but the light that it throws on the road."""
         if carrier is None or not contains(world, carrier, eye):
             return self
-        parts = [one for one in self.parts if one.actor_id != carrier.id or one.is_shade]
+        parts = [one for one in self.parts if one.actor_id != carrier.id or one.adds]
         return replace(self, parts=parts)
 
     def shot(self) -> Shot:

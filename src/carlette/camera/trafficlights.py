@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 from carlette.camera import tags
 from carlette.camera.mesh import Builder, Color, Mesh, Point
@@ -11,6 +12,7 @@ CASE: Color = (34, 36, 38)
 POST: Color = (96, 100, 104)
 ARM_Z_M, POST_HEAD_Z_M = 5.35, 2.75
 LONGEST_ARM_M = 10.0
+REPEATER_HEAD: Point = (0.0, 0.14, 3.0)
 LAMPS: tuple[tuple[Color, Color], ...] = (
     ((255, 36, 24), (70, 18, 16)),
     ((255, 190, 20), (72, 56, 14)),
@@ -41,8 +43,27 @@ def heads(arm_m: float) -> list[Point]:
 
 def lamps_mesh(arm_m: float, color: int) -> tuple[Mesh, Mesh]:
     """The lamps with `color` (0 red, 1 yellow, 2 green) lit, any other = none; and the lit ones' halos."""
+    return _lamps(heads(arm_m), color)
+
+
+@lru_cache(maxsize=1)
+def repeater_mesh() -> Mesh:
+    """A second post with one head, at the origin."""
+    builder = Builder(tags.POLE)
+    builder.cylinder((0, 0, -0.8), (0, 0, REPEATER_HEAD[2] + 0.7), 0.08, POST, sides=8, tip=0.07)
+    builder.tag = tags.TRAFFIC_LIGHT
+    _case(builder, REPEATER_HEAD)
+    return builder.mesh()
+
+
+def repeater_lamps_mesh(color: int) -> tuple[Mesh, Mesh]:
+    """The same as `lamps_mesh` for the post of `repeater_mesh`."""
+    return _lamps([REPEATER_HEAD], color)
+
+
+def _lamps(places: list[Point], color: int) -> tuple[Mesh, Mesh]:
     builder, halos = Builder(tags.TRAFFIC_LIGHT), Builder(tags.TRAFFIC_LIGHT)
-    for x, y, z in heads(arm_m):
+    for x, y, z in places:
         for number, (lit, dark) in enumerate(LAMPS):
             on = number == color
             at = (x, y + 0.17, z + 0.36 * (1 - number))

@@ -8,11 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carlette.camera.mesh import Mesh
+from carlette.camera.mesh import Mesh, Point
+from carlette.camera.repeaters import repeaters_of
 from carlette.geometry import Floats, Pose
 from carlette.sensors.faces import Faces, Indices, Singles, faces_of, static_faces
 from carlette.sensors.frames import axes, many_axes
-from carlette.sensors.shapes import door_shape, shape_of
+from carlette.sensors.shapes import door_shape, second_post, shape_of
 from carlette.world.actor import Actor, Kind
 from carlette.world.world import World
 
@@ -51,7 +52,8 @@ class Cast:
     def update(self, world: World) -> Bodies:
         """Whoever is in the world now."""
         doors = _doors(world)
-        shown = [(one, mesh) for one in world.actors.values() if one.kind in SHOWN for mesh in _meshes(one, doors)]
+        far = repeaters_of(world.roads)
+        shown = [(one, mesh) for one in world.actors.values() if one.kind in SHOWN for mesh in _meshes(one, doors, far)]
         meshes = [mesh for _, mesh in shown]
         if len(meshes) != len(self._meshes) or any(a is not b for a, b in zip(meshes, self._meshes, strict=True)):
             self._meshes, self._faces = meshes, faces_of(meshes)
@@ -159,8 +161,11 @@ class Scene:
         return self.world.bodies.velocity[[one.row for one in self.cast.actors]].reshape(-1, 3)
 
 
-def _meshes(actor: Actor, doors: dict[int, list[tuple[int, float]]]) -> list[Mesh]:
-    """An actor's body, and its open doors."""
+def _meshes(actor: Actor, doors: dict[int, list[tuple[int, float]]], far: list[Point | None]) -> list[Mesh]:
+    """An actor's body, and its open doors; of a traffic light also the second post."""
+    if actor.kind is Kind.LIGHT:
+        foot = far[actor.index]
+        return [shape_of(actor), *([] if foot is None else [second_post(*foot)])]
     opened = [door_shape(actor.type_id, actor.box, *one) for one in doors.get(actor.row, [])]
     return [mesh for mesh in (shape_of(actor), *opened) if len(mesh)]
 

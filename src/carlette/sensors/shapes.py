@@ -12,9 +12,9 @@ from carlette.camera.animals import animal_mesh
 from carlette.camera.cycles import cycle_mesh
 from carlette.camera.figures import clothes_of, person
 from carlette.camera.mesh import EMPTY, Color, Mesh
-from carlette.camera.openings import door_mesh, lid_mesh
+from carlette.camera.openings import door_mesh
 from carlette.camera.props import prop_mesh
-from carlette.camera.trafficlights import post_mesh
+from carlette.camera.trafficlights import post_mesh, repeater_mesh
 from carlette.camera.vehicles import vehicle_mesh
 from carlette.geometry import Box, Pose
 from carlette.world.actor import Actor, Kind
@@ -22,8 +22,6 @@ from carlette.world.skeleton import Bone, bones
 
 GREY: Color = (128, 128, 128)
 """Rays see no colour."""
-LIDS = (4, 5)
-"""Hood and trunk among the doors."""
 
 
 def shape_of(actor: Actor) -> Mesh:
@@ -37,9 +35,7 @@ def shape_of(actor: Actor) -> Mesh:
 
 @lru_cache(maxsize=256)
 def door_shape(type_id: str, box: Box, door: int, swing: float) -> Mesh:
-    """A door that stands open by `swing` (0 to 1), or an open lid."""
-    if door in LIDS:
-        return lid_mesh(type_id, box, door, GREY)
+    """A door that stands open by `swing` (0 to 1)."""
     return door_mesh(type_id, box, door, swing, GREY)
 
 
@@ -76,6 +72,12 @@ def _figure(type_id: str, half_height_m: float, joints: tuple[tuple[str, float, 
     model = load_catalogue().walkers[type_id]
     places = {name: (x, y, z) for name, x, y, z in joints}
     return person(places, 2 * half_height_m, clothes_of(type_id, model.gender, model.age))
+
+
+@lru_cache(maxsize=1024)
+def second_post(x: float, y: float, z: float) -> Mesh:
+    """A traffic light's second post with its foot at a place of the light's frame."""
+    return repeater_mesh().placed(x, y, z, 0.0)
 
 
 _post = lru_cache(maxsize=256)(post_mesh)

@@ -18,7 +18,7 @@ from carlette.geometry import Pose, Rotation, Vector, rotate
 from carlette.world.rays import cast as cast_ray
 
 
-def assert_in_its_box(camera: Camera, actor, least: float = 0.75, span_px: float = 1.5) -> None:
+def assert_in_its_box(camera: Camera, actor, least: float = 0.7, span_px: float = 1.5) -> None:
     rows, columns = np.nonzero(camera.ids() == actor.id)
     box = camera.corners(actor)
     low, high = box[:, :2].min(axis=0), box[:, :2].max(axis=0)
