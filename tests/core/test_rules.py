@@ -7,6 +7,7 @@ from worlds import LANE_M, World, red_light, straight_road, thing
 
 from stucksolver.decision import CauseCode, Intent, WaitLimits, WaitReason
 from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane
+from stucksolver.guard import Guard, RejectCode
 from stucksolver.reason import RuleReasoner
 from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl
 
@@ -177,9 +178,13 @@ def test_with_a_lane_of_our_own_beside_it_changes_there_and_back():
     assert (out.side, back.side) == ("left", "right")
 
 
-def test_a_car_that_comes_from_behind_in_the_lane_beside_is_let_pass_first():
-    world = World(MULTI, [thing("lead", 64.75), thing("quick", 35.0, LANE_M, speed=12.0)])
-    assert wait_of(decide(world)) is WaitReason.YIELD
+def test_what_stands_in_the_lane_beside_blocks_it_and_who_drives_there_is_a_matter_of_the_moment():
+    stands = World(MULTI, [thing("lead", 64.75), thing("other", 66.0, LANE_M)])
+    assert wait_of(decide(stands)) is WaitReason.YIELD
+    drives = World(MULTI, [thing("lead", 64.75), thing("quick", 35.0, LANE_M, speed=12.0)])
+    assert behaviors_of(decide(drives))[0].name == "change_lane"
+    verdict, _ = Guard().accept(behaviors_of(decide(drives)), drives.view(), False)
+    assert RejectCode.LANE_ENTRY in {r.code for r in verdict.rejects}
 
 
 def test_what_stands_close_together_is_passed_in_one_go():

@@ -179,6 +179,17 @@ def test_traffic_that_will_go_on_uses_up_no_tries():
     assert seen.nearest_m > 0.3
 
 
+@pytest.mark.parametrize("spacing_m", [18.0, 24.0])
+def test_in_a_stream_of_cars_beside_us_a_plan_begins_in_the_first_gap_and_meets_nobody(spacing_m):
+    """The cars are of the kind that never brakes; they are as quick as the plan."""
+    stream = [thing(f"car{k}", 62.0 - spacing_m * k, LANE_M, speed=5.0) for k in range(-2, 14) if k != 3]
+    world = World(straight_road(left=LineKind.BROKEN, oncoming=None), [thing("lead", 59.7, hazard=True), *stream])
+    seen = drive(world, 40.0, ladder=profile("evaluation"))
+    assert seen.kinds().count(EventKind.STARTED) == 1
+    assert EventKind.RECOVERED in seen.kinds()
+    assert seen.nearest_m > 0.3
+
+
 def test_a_plan_that_ran_out_of_time_is_not_started_again():
     world = stuck()
     world._along = lambda directive: None

@@ -52,9 +52,11 @@ class Manoeuvre:
         return heading
 
     def from_station(self, s: float) -> Manoeuvre:
-        """What is left of it ahead of `s`; at least its last two stations."""
-        first = min(int(np.searchsorted(self.s, s)), len(self.s) - 2)
-        return replace(self, s=self.s[first:], d=self.d[first:], speed=self.speed[first:])
+        """What is left of it from `s` on, to its very end; at least its last two stations."""
+        left = np.arange(max(s, float(self.s[0])), self.end_s - STEP_M / 2, STEP_M)
+        stations: Array = np.append(left, self.end_s) if len(left) else self.s[-2:]
+        d, speed = np.interp(stations, self.s, self.d), np.interp(stations, self.s, self.speed)
+        return replace(self, s=stations, d=d, speed=speed)
 
     def then(self, other: Manoeuvre) -> Manoeuvre:
         """This one, followed by another that starts where this ends."""

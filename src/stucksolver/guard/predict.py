@@ -17,6 +17,8 @@ FAR_M = 2.0
 """More than any gap that the policy asks for: beyond it nobody need know how far exactly."""
 CROSSING_MPS = 0.3
 """A lateral speed above this is taken for real and carried on."""
+OVERTAKING_MPS = 1.0
+"""Who is quicker than us by this, and not past us yet, is overtaking."""
 
 
 def times(case: Case) -> Array:
@@ -100,13 +102,17 @@ def predictions(view: View, which: Array, t: Array) -> Iterator[tuple[Array, Arr
     """Hypotheses: steadily along the lane, braking, and straight on where one crosses.
 
     Each as (members, s, d): places in `which`, and their arc lengths (times, members) and offsets (as that, or one for
-    all times). Who does not move along the road needs no hypothesis of braking.
+    all times). Who does not move along the road needs no hypothesis of braking, nor does who is just overtaking us: it
+    would fall behind, which is seen before the ego is committed, and ends the plan.
     """
     vs, vd = view.vs[which], view.vd[which]
     everyone = np.arange(len(which))
     still, steady = view.d[which][None, :], view.s[which] + vs * t[:, None]
     yield everyone, steady, still
-    along = everyone[np.abs(vs) > CROSSING_MPS]
+    overtaking = (
+        (vs > view.ego.speed_mps + OVERTAKING_MPS) & (view.s[which] <= view.ego_s) & (np.abs(vd) < CROSSING_MPS)
+    )
+    along = everyone[(np.abs(vs) > CROSSING_MPS) & ~overtaking]
     if len(along):
         speed = np.abs(vs[along])
         until = np.minimum(t[:, None], speed / BRAKING_MPS2)

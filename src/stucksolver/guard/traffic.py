@@ -7,8 +7,11 @@ import numpy as np
 from stucksolver.guard.case import Case
 from stucksolver.guard.policy import rss_distance
 from stucksolver.guard.verdict import Reject, RejectCode
-from stucksolver.scene.frenet import Lane
+from stucksolver.scene.frenet import Array, Lane
 from stucksolver.scene.road import LaneDirection
+
+START_S = 0.3
+"""From the order to the first motion."""
 
 
 def oncoming(case: Case) -> list[Reject]:
@@ -104,29 +107,57 @@ def _entry(case: Case, lane: Lane, k: int) -> list[Reject]:
     view = case.view
     right, _, left = lane.at(float(case.path.s[k]))
     borrowed = lane.strip.direction is LaneDirection.OPPOSITE
+    tail = _tail(case, lane, k)
     for i, thing in enumerate(view.objects):
         if view.vs[i] < 0.5 or (borrowed and thing.id in case.path.passes):
             continue
         if view.d[i] + view.across[i] <= right + 0.1 or view.d[i] - view.across[i] >= left - 0.1:
             continue
-        reject = _too_close(case, k, i)
+        reject = _too_close(case, k, i, tail)
         if reject is not None:
             return [reject]
     return []
 
 
-def _too_close(case: Case, k: int, i: int) -> Reject | None:
-    """An object against the ego at station `k`, for the quick and the slow ego, and for all in between."""
+def _tail(case: Case, lane: Lane, k: int) -> Array:
+    """Arc length of the rearmost part of the body that is inside a lane, from its entry at station `k` until all is.
+
+    While the body turns in, its tail is still outside: who comes from behind in the lane must stop for what is in it.
+    """
+    path, half_length, half_width = case.path, case.view.ego.length_m / 2, case.view.ego.width_m / 2
+    s, d, turn = path.s[k:], path.d[k:], case.heading[k:]
+    centre = np.interp(s, lane.s, lane.centre)
+    from_right = d[0] <= centre[0]
+    border = np.interp(s, lane.s, lane.right if from_right else lane.left)
+    beyond = (border - d if from_right else d - border) - half_width * np.cos(turn)
+    slope = np.maximum(np.sin(turn) if from_right else -np.sin(turn), 1e-6)
+    along = np.clip(beyond / slope, -half_length, half_length)
+    tail: Array = s + along * np.cos(turn) - half_width * np.abs(np.sin(turn))
+    whole = np.flatnonzero(along <= -half_length)
+    return tail[: int(whole[0]) + 1] if len(whole) else tail
+
+
+def _too_close(case: Case, k: int, i: int, tail: Array) -> Reject | None:
+    """An object against the ego that enters at station `k`, for the quick and the slow ego, and for all in between.
+
+    Who comes from behind answers from the entry on, by Lemma 2: it stops at the same place whenever one looks, which
+    must lie behind every place that the tail is at, the ego's own way to stop from there included.
+    """
     view, policy, thing = case.view, case.policy, case.view.objects[i]
     half, speed = view.ego.length_m / 2, float(view.vs[i])
     sides = set()
     for run in (case.slow, case.quick):
-        when, own = float(run.t[k]), float(run.v[k])
+        # Before it starts, a vehicle takes a moment until it moves; while it runs, its motion is seen.
+        when = float(run.t[k]) + (0.0 if case.running or run is case.quick else START_S)
         place = float(view.s[i]) + speed * when
-        behind = float(case.path.s[k]) - half - (place + float(view.along[i]))
         ahead = place - float(view.along[i]) - (float(case.path.s[k]) + half)
-        gap, where = max((behind, "behind"), (ahead, "ahead"))
-        needed = rss_distance(speed, own, policy) if where == "behind" else rss_distance(own, speed, policy)
+        behind = tail - (place + float(view.along[i]))
+        room = [behind[j] - rss_distance(speed, float(run.v[k + j]), policy) for j in range(len(tail))]
+        worst = int(np.argmin(room))
+        if ahead > float(behind.min()):
+            gap, where, needed = ahead, "ahead", rss_distance(float(run.v[k]), speed, policy)
+        else:
+            gap, where, needed = float(behind[worst]), "behind", float(behind[worst] - room[worst])
         sides.add(where)
         if gap < needed or len(sides) > 1:
             detail = f"{thing.kind.value} {thing.id} {where}: {gap:.1f} m, needs {needed:.1f} m"

@@ -34,6 +34,8 @@ class Asking(Model):
     """After an answer without a plan, the scene is looked at again this much later, where no wait says otherwise."""
     approval_within_s: float = Field(default=30.0, gt=0)
     """A question for a person's yes is withdrawn after this time."""
+    hold_s: float = Field(default=8.0, ge=0)
+    """A plan that only traffic speaks against is looked at again on every tick for so long: there may be a gap."""
     remembered: int = Field(default=5, ge=0, le=50)
     """So many failed plans are told to the reasoner."""
 

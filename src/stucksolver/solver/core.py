@@ -16,7 +16,7 @@ from stucksolver.solver.climb import Climb
 from stucksolver.solver.clock import Clock, make_clock
 from stucksolver.solver.events import Event, EventKind, Facts, Listener, Witness
 from stucksolver.solver.failures import Failures, Signature
-from stucksolver.solver.panel import Answer
+from stucksolver.solver.panel import Answer, Held
 from stucksolver.solver.progress import ProgressWatch
 from stucksolver.solver.questions import Desk, Question
 from stucksolver.solver.running import Running
@@ -66,6 +66,8 @@ class Core:
         self._approved: dict[Signature, Approvals] = {}
         self._said: str | None = None
         self._for_approval: Answer | None = None
+        self._held: Held | None = None
+        """A plan that waits for a gap in the traffic."""
         self._trigger: Trigger | None = None
         self._stop: SafeStop | None = None
         self._blocked_at_stop = False
@@ -182,6 +184,7 @@ class Core:
 
     def _cleared(self, now: float) -> None:
         """The vehicle goes by itself: nobody need answer any more."""
+        self._held = None
         self._climb.moved()
         if self._asking.busy:
             self._asking.drop()

@@ -12,7 +12,7 @@ from stucksolver.solver.events import EventKind
 from stucksolver.solver.execution import Outcome
 from stucksolver.solver.failures import GOT_ON_M, USELESS, passes, signature
 from stucksolver.solver.helping import why_stopped
-from stucksolver.solver.panel import Answer
+from stucksolver.solver.panel import Answer, Held
 from stucksolver.solver.people import People
 from stucksolver.solver.questions import QuestionKind, Reply
 from stucksolver.solver.running import Judged
@@ -32,6 +32,8 @@ class Deliberation(People):
             self._unanswered(pending, now)
         elif pending is not None and pending.kind is QuestionKind.APPROVAL:
             return self._resting
+        if self._held is not None:
+            return self._hold(self._held, status, read)
         if self._words.now is not None:
             move = self._words_climb.move
             if self._words_climb.ready(now) and isinstance(move, AskReasoner):
@@ -162,18 +164,44 @@ class Deliberation(People):
         if judged.need is not None:
             self._ask_for_yes(judged, answer, now)
         else:
-            self._refused(judged, status, trigger, read)
+            self._refused(judged, answer, status, trigger, read)
         return self._resting
 
-    def _refused(self, judged: Judged, status: Status, trigger: Trigger | None, read: Read) -> None:
-        """Tell the reasoner why, at once while repair rounds last, later otherwise."""
+    def _hold(self, held: Held, status: Status, read: Read) -> Directive:
+        """A plan that waits for a gap in the traffic: is this the moment?"""
         now = status.time_s
+        judged = self._running.judge(
+            held.plan,
+            read,
+            now,
+            scene=self._asking.scene,
+            failures=self._failures,
+            guided=self._words.now is not None,
+            approvals=self._approved.get(signature(held.plan), NOBODY),
+            again=True,
+        )
+        if judged is not None and judged.verdict.accepted:
+            self._held = None
+            self._tell_decision(now, held.answer, judged.verdict)
+            return self._start(judged, status, read)
+        if judged is None or not judged.passing or now >= held.until_s:
+            self._held = None
+            if judged is not None:
+                self._failures.note(held.plan, str(judged.verdict), self._stack_s(now))
+        return self._resting
+
+    def _refused(self, judged: Judged, answer: Answer, status: Status, trigger: Trigger | None, read: Read) -> None:
+        """Keep it for a gap where traffic is all; else tell the reasoner why, at once while repair rounds last."""
+        now = status.time_s
+        if judged.passing:
+            self._held = Held(answer, judged.plan, now + self.ladder.asking.hold_s)
+            return
         self._failures.note(judged.plan, str(judged.verdict), self._stack_s(now))
         climb = self._words_climb if self._words.now is not None else self._climb
         if climb.may_repair(now):
             self._next(status, trigger, read)
         else:
-            self._failed(now, counts=not judged.passing)
+            self._failed(now)
 
     def _start(self, judged: Judged, status: Status, read: Read) -> Directive:
         now = status.time_s

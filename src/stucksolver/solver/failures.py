@@ -93,7 +93,7 @@ class Failures:
 
 def passes(verdict: Verdict, moving: frozenset[str]) -> bool:
     """Is everything that speaks against a plan traffic that will go on? `moving`: ids of what moves now."""
-    near = (RejectCode.COLLISION, RejectCode.CLEARANCE, RejectCode.GAP)
+    near = (RejectCode.COLLISION, RejectCode.CLEARANCE, RejectCode.GAP, RejectCode.NO_ABORT)
     return bool(verdict.rejects) and all(
         r.code in PASSING or (r.code in near and r.object_id in moving) for r in verdict.rejects
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from stucksolver.decision import Decision, WaitReason
+from stucksolver.decision import Decision, RecoveryPlan, WaitReason
 from stucksolver.ladder import Waits
 from stucksolver.reason import Reasoner, ReasonerError, RuleReasoner, Trace, Traced
 from stucksolver.reason.reasoner import AsksGuard, PlanCheck
@@ -19,6 +19,15 @@ class Answer:
     decision: Decision
     reasoner: str
     trace: Trace | None = None
+
+
+@dataclass(frozen=True)
+class Held:
+    """A plan that only traffic speaks against: looked at again on every tick until a gap comes, or the time is over."""
+
+    answer: Answer
+    plan: RecoveryPlan
+    until_s: float
 
 
 class Panel:

@@ -27,6 +27,7 @@ class People(Core):
             said, self._said = self._said, None
             words = self._words.take(said, self._stack_s(now), now)
             self._words_climb.reset()
+            self._held = None
             self._failures.forget_attempts()
             if self._running.execution is None:
                 self._asking.drop()

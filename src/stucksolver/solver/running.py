@@ -57,8 +57,12 @@ class Running:
         failures: Failures,
         guided: bool,
         approvals: Approvals,
+        again: bool = False,
     ) -> Judged | None:
-        """Check a plan against the world as it is now; None where nothing is known of it."""
+        """Check a plan against the world as it is now; None where nothing is known of it.
+
+        `again`: it is looked at on every tick for its moment; only an acceptance is told.
+        """
         seen = self.senses.look(read, now_s)
         if seen is None:
             return None
@@ -66,11 +70,12 @@ class Running:
         execution = Execution(plan, self.guard, guided, approvals)
         known = against_offers(plan, scene) or failures.against(plan)
         verdict = known or against_releases(plan, self.guard, approvals) or execution.start(view, now_s)
-        self._teller.judgement(
-            Judgement(now_s - self.offset_s, now_s, plan, seen, guided, approvals, verdict),
-        )
+        if verdict.accepted or not again:
+            self._teller.judgement(
+                Judgement(now_s - self.offset_s, now_s, plan, seen, guided, approvals, verdict),
+            )
         need = None
-        if known is None and not verdict.accepted:
+        if known is None and not verdict.accepted and not again:
             need = missing_yes(plan, verdict, self.guard, view, now_s, guided, approvals)
         return Judged(plan, verdict, execution, view, need, passes(verdict, moving(view)))
 

@@ -10,6 +10,8 @@ GROUP_GAP_M = 14.0
 """Objects nearer to each other than this are passed together."""
 MERGE_ROOM_M = 12.0
 ACCELERATION_MPS2 = 1.2
+FLOWING_MPS = 2.0
+"""Who is quicker in the lane beside passes by; the guard finds the moment after them."""
 PASSED_M = 2.0
 """Oncoming traffic whose rear is less than this ahead of our front bumper will be past before we are beside it."""
 
@@ -61,18 +63,14 @@ def way_to_pass_m(scene: Scene, target: Target, speed: float) -> tuple[float, fl
 
 
 def blocked(scene: Scene, lane: SceneLane, target: Target, speed: float) -> str | None:
-    """Who is in the way in a lane of our direction."""
+    """What stands or crawls in the way in a lane of our direction. Who drives on there is a matter of the moment."""
     way, time = way_to_pass_m(scene, target, speed)
     for o in scene.objects:
-        if o.lane_id != lane.id or o.gap_m is None:
+        if o.lane_id != lane.id or o.gap_m is None or o.gap_m < -scene.ego.length_m - 1.0:
             continue
-        if o.gap_m > -scene.ego.length_m - 1.0:
-            if o.gap_m + max(o.speed_along_mps, 0.0) * time < way:
-                return f"{o.kind.value} {o.id} blocks the lane beside, {o.gap_m:.0f} m ahead"
-        else:
-            behind = -o.gap_m - scene.ego.length_m - o.length_m
-            if behind < max(o.speed_along_mps - scene.ego.speed_mps, 0.0) * 3.0 + 2.0:
-                return f"{o.kind.value} {o.id} comes from behind in the lane beside, {behind:.0f} m away"
+        drives = o.speed_along_mps > FLOWING_MPS and not o.hazard_lights
+        if not drives and o.gap_m + max(o.speed_along_mps, 0.0) * time < way:
+            return f"{o.kind.value} {o.id} blocks the lane beside, {o.gap_m:.0f} m ahead"
     return None
 
 

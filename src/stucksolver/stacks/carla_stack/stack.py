@@ -67,14 +67,19 @@ class CarlaStack:
         self._behaviors: tuple[AvailableBehavior, ...] = describe(tuple(REGISTRY))
         box = vehicle.bounding_box
         self._size = (2 * float(box.extent.x), 2 * float(box.extent.y))
-        self._limits = VehicleLimits()
+        # A driver that does not tell how quickly it sets off is taken to do what is usual.
+        usual = VehicleLimits()
+        quickest = float(getattr(driver, "acceleration_mps2", usual.comfort_acceleration_mps2))
+        self._limits = usual.model_copy(update={"comfort_acceleration_mps2": quickest})
         self._candidates: dict[str, Any] = {}
-        self._progress_offset_m = self._best_arc = 0.0
+        self._progress_m = 0.0
+        """New ground covered so far; goes on from where it was when the route is planned anew."""
         self.take_route()
 
     def take_route(self) -> None:
         """Read the road along the driver's route; done again whenever the route is planned anew."""
         route = self._driver.route
+        progress_m = self._progress_m
         self._road = RouteRoad(self._map, route)
         actors = self._world.get_actors()
         lights, signs = list(actors.filter("*traffic_light*")), list(actors.filter("*traffic.stop*"))
@@ -85,12 +90,9 @@ class CarlaStack:
         last = int((self._road.start_arc + STARTS_WITHIN_M) / SPACING_M)
         self._arc = self._road.arc_of(*to_local(self._vehicle.get_location()), 0, last)
         self._station = int(self._arc / SPACING_M)
-        self._progress_offset_m, self._best_arc = self._progress_m - self._arc, self._arc
-
-    @property
-    def _progress_m(self) -> float:
-        """New ground covered so far; goes on from where it was when the route is planned anew."""
-        return self._progress_offset_m + self._best_arc
+        self._best_arc = self._arc
+        self._progress_offset_m = progress_m - self._road.new_ground(self._arc)
+        self._progress_m = progress_m
 
     @property
     def route_length_m(self) -> float:
@@ -106,6 +108,7 @@ class CarlaStack:
         place = self._vehicle.get_location()
         self._arc = self._locate(*to_local(place))
         self._best_arc = max(self._best_arc, self._arc)
+        self._progress_m = self._progress_offset_m + self._road.new_ground(self._best_arc)
         if now - self._tracked_s >= TRACK_EVERY_S:
             self._tracked_s = now
             self._tracker.watch(place.x, place.y, now)

@@ -69,6 +69,11 @@ class BehaviorDriver:
         return self._hazard
 
     @property
+    def acceleration_mps2(self) -> float:
+        """The most with which it ever speeds up."""
+        return self._profile.acceleration
+
+    @property
     def lateral_error_m(self) -> float:
         """Offset of the ego's centre from the line it drives, at the last step; right of it is positive."""
         return self._planner.where.lateral
