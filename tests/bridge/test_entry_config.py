@@ -1,0 +1,60 @@
+"""The entry's configuration: what is wrong with a file is said in one sentence that names it."""
+
+from __future__ import annotations
+
+import json
+import sys
+
+import pytest
+
+from stucksolver_bridge.entry_config import Config, ConfigError, read_config
+from stucksolver_bridge.speaker import Speaker
+
+
+def written(tmp_path, content):
+    path = tmp_path / "config.json"
+    path.write_text(content if isinstance(content, str) else json.dumps(content))
+    return path
+
+
+def test_the_evaluator_gives_the_file_and_the_names_of_all_routes_so_far(tmp_path):
+    path = written(tmp_path, {"recovery": "rules", "python": sys.executable})
+    config, name = read_config(f"{path}+RouteScenario_1_rep0_Town01+RouteScenario_2_rep0_Town02")
+    assert name == "RouteScenario_2_rep0_Town02"
+    assert config == Config(recovery="rules", python=sys.executable)
+
+
+@pytest.mark.parametrize(
+    ("content", "named"),
+    [
+        ("{", "no JSON"),
+        ("[]", "an object"),
+        ({"recover": "rules"}, "unknown field 'recover'"),
+        ({"obstacles": "yes"}, "obstacles must be true or false"),
+        ({"behavior": 3}, "behavior must be a text"),
+        ({"recovery": "rules"}, "needs the field 'python'"),
+        ({"recovery": "rules", "python": "/no/python"}, "'/no/python' cannot be run"),
+    ],
+)
+def test_what_is_wrong_is_named(tmp_path, content, named):
+    with pytest.raises(ConfigError, match=named):
+        read_config(str(written(tmp_path, content)))
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(ConfigError, match=r"nothing\.json"):
+        read_config(str(tmp_path / "nothing.json"))
+
+
+def test_lines_of_a_guidance_script_are_said_once_when_their_time_has_come(tmp_path):
+    lines = [
+        {"when": {"stopped_s": 6}, "say": ["please overtake them", "go round"]},
+        {"when": {"place_m": 50}, "say": ["slower"]},
+    ]
+    path = written(tmp_path, {"version": 1, "routes": {"2101": lines}})
+    speaker = Speaker(str(path), "2101")
+    assert speaker.due(10.0, 0.0, 5.0) == []
+    assert speaker.due(16.0, 20.0, 0.0) == ["please overtake them"]
+    assert speaker.due(17.0, 20.0, 0.0) == []
+    assert speaker.due(18.0, 60.0, 4.0) == ["slower"]
+    assert Speaker(str(path), "9").due(99.0, 99.0, 0.0) == []
