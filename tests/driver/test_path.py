@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from stucksolver.stacks.driver import DrivePoint
 from stucksolver.stacks.driver.path import Pose, limited_speed, make_path
-from stucksolver.stacks.driver.route_line import given_path, rejoining_path
+from stucksolver.stacks.driver.route_line import given_path, rejoining_length, rejoining_path
 
 RADII = st.floats(6.0, 200.0) | st.floats(-200.0, -6.0)
 LARGE_RADII = st.floats(9.0, 200.0) | st.floats(-200.0, -9.0)
@@ -56,7 +56,7 @@ def test_a_limited_speed_keeps_the_bound_and_the_deceleration(bounds, decelerati
 @given(st.floats(-3.5, 3.5), st.floats(0.0, 10.0))
 def test_the_way_back_starts_at_the_ego_and_ends_on_the_route(lateral, speed):
     route = make_path(np.arange(0.0, 120.0), np.zeros(120), np.full(120, 10.0))
-    back = rejoining_path(route, 20.0, lateral, speed)
+    back = rejoining_path(route, 20.0, lateral, rejoining_length(lateral, speed))
     assert (back.x[0], back.y[0]) == pytest.approx((20.0, lateral), abs=0.3)
     assert abs(back.y[-1]) < 1e-6
     assert np.all(np.abs(back.curvature) < 0.2)

@@ -8,7 +8,7 @@ from typing import Any
 
 import carla
 
-from stucksolver.stacks.driver.behavior import profile_named
+from stucksolver.stacks.driver.behavior import STANDING_MPS, profile_named
 from stucksolver.stacks.driver.concerns import Concerns, Motion
 from stucksolver.stacks.driver.controllers import MAX_STEER, PedalController, SteerController
 from stucksolver.stacks.driver.hazards import Hazard
@@ -17,7 +17,9 @@ from stucksolver.stacks.driver.lights import LightWatch, stop_lines
 from stucksolver.stacks.driver.local_planner import LocalPlanner
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path, Pose
-from stucksolver.stacks.driver.perception import BODILESS, Perception
+from stucksolver.stacks.driver.perception import BODILESS, Perception, Surroundings
+from stucksolver.stacks.driver.pull_out import BESIDE_M, SETS_OFF_MPS, clear_way_out, somebody_comes
+from stucksolver.stacks.driver.route_line import rejoining_length
 from stucksolver.stacks.driver.routing import trace_route
 from stucksolver.stacks.driver.stop_signs import StopSignWatch, stop_places
 from stucksolver.stacks.driver.vehicle_model import vehicle_model
@@ -131,27 +133,49 @@ class BehaviorDriver:
         motion = self._motion()
         self._planner.update(motion.pose)
         self._steering.observe(motion.speed, motion.yaw_rate)
+        around = self._perception.read(motion.pose.x, motion.pose.y)
+        stays = self._at_the_roadside and not self._pulls_out(motion, around)
         path = self._planner.path
         if path is None:
             return self._control(0.0, -self._options.follow_deceleration, motion)
         way = motion.backwards() if self._planner.reversing else motion
-        return self._control(self._steer(path, way), self._acceleration(path, way), way)
+        wanted = self._acceleration(path, way, around)
+        return self._control(
+            self._steer(path, way), min(wanted, -self._options.follow_deceleration) if stays else wanted, way
+        )
+
+    @property
+    def _at_the_roadside(self) -> bool:
+        planner = self._planner
+        return planner.route_line is not None and not planner.following and abs(planner.beside_m) > BESIDE_M
+
+    def _pulls_out(self, motion: Motion, around: Surroundings) -> bool:
+        """May the ego go back to its lane now? Where it stands, the way there is looked for as well."""
+        planner, line = self._planner, self._planner.route_line
+        if line is None or motion.speed > SETS_OFF_MPS or planner.arrived:
+            return True
+        if motion.speed < STANDING_MPS:
+            gentle = rejoining_length(planner.beside_m, 0.0)
+            way = clear_way_out(lambda m: planner.way_back(motion.pose, m), gentle, motion.pose, around, self._model)
+            if way is not None:
+                planner.take(way, motion.pose)
+        return not somebody_comes(line, planner.route_s, around, self._model)
 
     def _steer(self, path: Path, way: Motion) -> float:
         speed, where = max(way.speed, 0.0), self._planner.where
         if way.speed < _WRONG_WAY_MPS:
             return self._steering.straighten()
         if not self._planner.reversing:
-            limit = FOLLOW_MAX_STEER if self._planner.following else MAX_STEER
+            tight = self._planner.following or self._at_the_roadside
+            limit = FOLLOW_MAX_STEER if tight else MAX_STEER
             return self._steering.step(path, where, speed, limit)
         pose, reach = way.pose, self._model.rear_axle
         axle = Pose(pose.x + reach * math.cos(pose.yaw), pose.y + reach * math.sin(pose.yaw), pose.yaw)
         return self._steering.step_backwards(path, path.project(axle, where.s), speed, FOLLOW_MAX_STEER)
 
-    def _acceleration(self, path: Path, way: Motion) -> float:
+    def _acceleration(self, path: Path, way: Motion, around: Surroundings) -> float:
         """The lowest acceleration (m/s²) that anything allows."""
         speed, concerns = way.speed, self._concerns
-        around = self._perception.read(way.pose.x, way.pose.y)
         hazards = [h for h in concerns.hazards(path, way, around) if h.actor_id not in self._ignored]
         self._hazard = hazards[0] if hazards else None
         allowed = [

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from stucksolver.stacks.driver.interface import DrivePoint, RoutePoint
 from stucksolver.stacks.driver.path import Path, Pose, Projection, flipped, limited_speed
-from stucksolver.stacks.driver.route_line import curve_speed, given_path, rejoining_path, route_path
+from stucksolver.stacks.driver.route_line import (
+    curve_speed,
+    given_path,
+    rejoining_length,
+    rejoining_path,
+    route_path,
+)
 
 ARRIVED_M = 2.0
 _REJOIN_BESIDE_M = 0.4
@@ -23,7 +30,8 @@ class LocalPlanner:
         self._lateral_accel = lateral_accel
         self._deceleration = deceleration
         self._route_line: Path | None = None
-        self._route_s = 0.0
+        self._route_s = self.beside_m = 0.0
+        """Of `beside_m`: the ego's offset from the route's line, right positive."""
         self._path: Path | None = None
         self._where = Projection(0.0, 0.0, 0.0)
         self.following = False
@@ -80,9 +88,21 @@ class LocalPlanner:
         self._advance_route(pose)
         here = path.project(pose, self._route_s)
         if _REJOIN_BESIDE_M < abs(here.lateral) < _LOST_M:
-            self._path = rejoining_path(path, here.s, here.lateral, speed)
+            self._path = self.way_back(pose, rejoining_length(here.lateral, speed))
             here = self._path.project(pose)
         self._where = here
+
+    def way_back(self, pose: Pose, length: float) -> Path:
+        """The route from here on, from beside it within `length` metres, no quicker than the turn allows."""
+        assert self._route_line is not None
+        here = self._route_line.project(pose, self._route_s)
+        path = rejoining_path(self._route_line, here.s, here.lateral, length)
+        bounds = np.minimum(path.speed, curve_speed(path.curvature, self._lateral_accel))
+        return replace(path, speed=limited_speed(path.s, bounds, self._deceleration))
+
+    def take(self, path: Path, pose: Pose) -> None:
+        """Drive the route by another way back to it."""
+        self._path, self._where = path, path.project(pose)
 
     def update(self, pose: Pose) -> None:
         """Note where the ego is now."""
@@ -94,7 +114,8 @@ class LocalPlanner:
 
     def _advance_route(self, pose: Pose) -> None:
         assert self._route_line is not None
-        self._route_s = self._located(self._route_line, pose, self._route_s).s
+        here = self._located(self._route_line, pose, self._route_s)
+        self._route_s, self.beside_m = here.s, here.lateral
 
     @staticmethod
     def _located(path: Path, pose: Pose, near_s: float) -> Projection:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 import carla
@@ -52,6 +52,12 @@ class Surroundings:
 
     def __len__(self) -> int:
         return len(self.actor_id)
+
+    def part(self, which: np.ndarray[Any, np.dtype[np.bool_]]) -> Surroundings:
+        """Some of them."""
+        ids = tuple(i for i, wanted in zip(self.actor_id, which.tolist(), strict=True) if wanted)
+        columns = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name != "actor_id"}
+        return Surroundings(actor_id=ids, **columns)
 
 
 class Perception:

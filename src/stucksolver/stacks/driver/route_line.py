@@ -60,10 +60,14 @@ def _change_length(route: Sequence[RoutePoint], k: int) -> float:
     return min(max(end - k - 1.0, _MIN_LANE_CHANGE_M), LANE_CHANGE_M)
 
 
-def rejoining_path(path: Path, s: float, lateral: float, speed: float) -> Path:
-    """The rest of `path` from arc length `s`, reached smoothly from `lateral` metres beside it at `speed`."""
+def rejoining_length(lateral: float, speed: float) -> float:
+    """Metres over which the ego comes back from `lateral` metres beside its route at `speed` (m/s)."""
+    return max(_MIN_REJOIN_M, _REJOIN_PER_M * abs(lateral), _REJOIN_S * speed)
+
+
+def rejoining_path(path: Path, s: float, lateral: float, length: float) -> Path:
+    """The rest of `path` from arc length `s`, reached within `length` metres from `lateral` metres beside it."""
     rest = path.s >= min(s, path.length - 1.0)
-    length = max(_MIN_REJOIN_M, _REJOIN_PER_M * abs(lateral), _REJOIN_S * speed)
     offset = lateral * (1.0 - smooth_step((path.s[rest] - s) / length))
     x = path.x[rest] - offset * np.sin(path.yaw[rest])
     y = path.y[rest] + offset * np.cos(path.yaw[rest])

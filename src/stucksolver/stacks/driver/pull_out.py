@@ -1,0 +1,55 @@
+"""Out of a place at the roadside, such as a parking lane: the gentlest turn that is clear, when nobody comes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from stucksolver.stacks.driver.hazards import nearest_hazards, sweep
+from stucksolver.stacks.driver.path import Path, Pose
+from stucksolver.stacks.driver.perception import Surroundings
+from stucksolver.stacks.driver.vehicle_model import VehicleModel
+
+BESIDE_M = 1.5
+"""Further than this from the route's line the ego stands beside its lane."""
+SETS_OFF_MPS = 1.0
+"""Slower than this it can still stay."""
+GAP_S = 3.0
+"""Time gap that is accepted to whoever comes: they meet a vehicle at some 4 m/s, and brake for it by less than
+3.5 m/s² from 50 km/h."""
+TIGHTER = (1.0, 0.85, 0.75, 0.65)
+_STANDS_MPS = 0.3
+_SIDE_MARGIN_M = 0.15
+_REACH_M = 1.8
+_SEEN_M = 80.0
+_ROOM_M = 1.0
+
+
+def clear_way_out(
+    ways: Callable[[float], Path], gentle_m: float, pose: Pose, around: Surroundings, model: VehicleModel
+) -> Path | None:
+    """Of the ways back to the route that `ways` gives for a length, the longest that meets nothing that stands."""
+    standing = around.part(np.hypot(around.vx, around.vy) < _STANDS_MPS)
+    for share in TIGHTER:
+        way = ways(share * gentle_m)
+        swept = sweep(way, way.project(pose), pose, model, _REACH_M, share * gentle_m)
+        if not nearest_hazards(swept, standing, model, _SIDE_MARGIN_M, _SIDE_MARGIN_M):
+            return way
+    return None
+
+
+def somebody_comes(line: Path, route_s: float, around: Surroundings, model: VehicleModel, lane_m: float = 1.75) -> bool:
+    """Is anybody abreast of the ego in the route's lane, or about to be within `GAP_S`?"""
+    for x, y, yaw, length, vx, vy in zip(
+        around.x, around.y, around.yaw, around.half_length, around.vx, around.vy, strict=True
+    ):
+        speed = float(np.hypot(vx, vy))
+        if speed < _STANDS_MPS:
+            continue
+        place = line.project(Pose(float(x), float(y), float(yaw)), route_s - _SEEN_M + 3.0, window_m=_SEEN_M + 10.0)
+        gap = route_s - place.s - float(length) - model.half_length
+        abreast = -2.0 * (float(length) + model.half_length) - _ROOM_M
+        if abs(place.lateral) < lane_m and abreast < gap < GAP_S * speed + _ROOM_M:
+            return True
+    return False
