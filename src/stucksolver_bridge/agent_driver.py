@@ -106,6 +106,11 @@ class AgentDriver:
         self._left = []
         self._route = filled(plan)
 
+    @property
+    def path_left_m(self) -> float:
+        """Length of the path that it was told and has not driven yet; 0 where it was told none."""
+        return 0.0 if self._line is None else max(self._line.length_m - self._s, 0.0)
+
     def done(self) -> bool:
         told = self._line is not None or self._holding
         return False if told else bool(self.agent.done())

@@ -6,7 +6,7 @@ import json
 import os
 from typing import Any, NamedTuple
 
-NONE = "none"
+NONE, TIMERS = "none", "timers"
 
 
 class ConfigError(ValueError):
@@ -17,11 +17,12 @@ class Config(NamedTuple):
     """What drives, and who helps."""
 
     recovery: str = NONE
-    """`none`: BehaviorAgent alone; otherwise a reasoner by its words: `rules`, `openai:MODEL`, `recorded:FOLDER`."""
+    """`none`: BehaviorAgent alone; `timers`: it tries one thing after the other; otherwise a reasoner by its words:
+    `rules`, `openai:MODEL`, `recorded:FOLDER`."""
     reasoner: str | None = None
     """A second reasoner, of the ladder's rung `model`."""
     python: str = ""
-    """A Python 3.10 to 3.12 in which stucksolver is installed; needed for every recovery but `none`."""
+    """A Python 3.10 to 3.12 in which stucksolver is installed; needed wherever a reasoner is asked."""
     path: str = ""
     """Where that Python finds stucksolver, if it is not installed there."""
     behavior: str = "normal"
@@ -74,7 +75,7 @@ def checked(given: dict[str, Any], path: str) -> Config:
                 f"{path}: {name} must be {'true or false' if wanted is bool else 'a text'}, not {value!r}"
             )
     config = Config(**given)
-    if config.recovery != NONE and not config.python:
+    if config.recovery not in (NONE, TIMERS) and not config.python:
         remedy = "name a Python 3.10 to 3.12 that has stucksolver"
         raise ConfigError(f"{path}: recovery {config.recovery!r} needs the field 'python': {remedy}")
     if config.python and not os.access(config.python, os.X_OK):

@@ -52,6 +52,11 @@ class Recovery:
                 self._obey(answer)
         return self._driver.run_step()
 
+    @property
+    def fault(self) -> str | None:
+        """Why the solver is gone; None while it is there."""
+        return self.solver.fault
+
     def say(self, text: str) -> None:
         """A passenger's words."""
         self._said.append(text)

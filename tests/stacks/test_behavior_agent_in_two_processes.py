@@ -14,6 +14,7 @@ from test_behavior_agent import agent_on, collisions_of, past, put, run  # noqa:
 from townstage import CAR  # noqa: E402
 
 from stucksolver_bridge import AgentDriver, Recovery, SolverError  # noqa: E402
+from stucksolver_bridge.timers import Timers  # noqa: E402
 
 pytestmark = pytest.mark.integration
 
@@ -66,3 +67,13 @@ def test_settings_that_cannot_be_used_are_an_error_that_names_them(stage):
     car, agent = agent_on(stage)
     with pytest.raises(SolverError, match="no_such_reasoner"):
         beside(stage, car, agent, recovery="no_such_reasoner")
+
+
+def test_timers_reverse_and_then_overtake_looking_at_nothing(stage):
+    put(stage, CAR, PARKED)
+    car, agent = agent_on(stage)
+    told = []
+    timers = Timers(AgentDriver(agent, carla), told.append)
+    came = run(stage, car, timers, 70.0, past(stage, car, PARKED))
+    assert came, told
+    assert [e["text"] for e in told if e["kind"] == "started"][:2] == ["reverse", "overtake left"]

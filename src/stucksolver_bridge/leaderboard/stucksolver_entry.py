@@ -25,9 +25,10 @@ from leaderboard.autoagents.autonomous_agent import AutonomousAgent, Track  # no
 from srunner.scenariomanager.carla_data_provider import CarlaDataProvider  # noqa: E402
 
 from stucksolver_bridge.agent_driver import AgentDriver  # noqa: E402
-from stucksolver_bridge.entry_config import NONE, Config, read_config  # noqa: E402
+from stucksolver_bridge.entry_config import NONE, TIMERS, Config, read_config  # noqa: E402
 from stucksolver_bridge.recovery import Recovery  # noqa: E402
 from stucksolver_bridge.speaker import Speaker  # noqa: E402
+from stucksolver_bridge.timers import Timers  # noqa: E402
 
 PERCEPTION = "privileged"
 CAMERA = {"x": 0.8, "y": 0.0, "z": 1.6, "roll": 0.0, "pitch": 0.0, "yaw": 0.0, "width": 1600, "height": 900, "fov": 70}
@@ -49,7 +50,7 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
         self._config, self._name = read_config(path_to_conf_file)
         self._metrics: dict[str, Any] = {}
         self._driver: Any = None
-        self._recovery: Recovery | None = None
+        self._recovery: Recovery | Timers | None = None
         self._speaker: Speaker | None = None
         self._tick = 0
         self._place_m = 0.0
@@ -85,8 +86,8 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
         """Ends the solver and writes what Bench2Drive's tools read."""
         recovery, self._recovery = getattr(self, "_recovery", None), None
         if recovery is not None:
-            if recovery.solver.fault is not None:
-                self._hear({"kind": "solver_gone", "text": recovery.solver.fault})
+            if recovery.fault is not None:
+                self._hear({"kind": "solver_gone", "text": recovery.fault})
             recovery.close()
         if getattr(self, "_metrics", None):
             self._write()
@@ -101,6 +102,9 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
         plan = [(carla_map.get_waypoint(transform.location), option) for transform, option in self._dense_plan]
         self._driver.set_plan(plan)
         if config.recovery == NONE:
+            return
+        if config.recovery == TIMERS:
+            self._recovery = Timers(self._driver, self._hear)
             return
         settings = {"recovery": config.recovery, "reasoner": config.reasoner, "clock": config.clock}
         settings["ladder"] = config.ladder
