@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import pytest
 
 carla = pytest.importorskip("carla")
+
+from playing import Playing, shipped  # noqa: E402
 
 pytestmark = pytest.mark.integration
 
@@ -53,8 +56,7 @@ def _source(car):
 def test_a_flow_keeps_its_speed_and_crosses_the_heros_way(play, kind):
     playing = flow_play(play, kind)
     playing.jump(5.0)
-    # On a road of two lanes those who turn right come into the lane beside.
-    aside_m = 4.5 if kind == "SignalizedJunctionLeftTurnEnterFlow" else 1.0
+    aside_m = 1.0
     met = False
     speeds = []
     seen = {}
@@ -143,3 +145,22 @@ def test_a_flow_car_drives_on_blindly_and_brakes_once_it_has_touched_the_hero(pl
             speeds.append(car.speed_mps)
     assert min(speeds) > SPEED_MPS - 0.2
     assert car.hit_hero and car.speed_mps < 2.0
+
+
+def test_bicycles_without_an_end_in_the_file_ride_on_beyond_the_junction(theatre):
+    route = shipped()["CrossingBicycleFlow_1"]
+    (spec,) = route.scenarios
+    given = {name: value for name, value in spec.parameters.items() if name != "end_actor_flow"}
+    bare = replace(route, scenarios=(replace(spec, parameters=given),))
+    client = theatre._client_of(route.town)
+    playing = Playing(client.load_world(route.town), bare, client, traffic=False)
+    try:
+        (line,) = playing.scenario.lines()
+        inside = [k for k, waypoint in enumerate(line) if waypoint.is_junction]
+        start = line[0].transform.location
+        assert start.distance(carla.Location(*(float(given["start_actor_flow"][axis]) for axis in "xyz"))) < 0.5
+        beyond_m = line[inside[-1]].transform.location.distance(line[-1].transform.location)
+        assert inside and beyond_m == pytest.approx(40.0, abs=5.0)
+        assert all(waypoint.lane_type == carla.LaneType.Biking for waypoint in (line[0], line[-1]))
+    finally:
+        playing.close()

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from stucksolver.evaluate.scenarios.base import Scenario
+from stucksolver.evaluate.scenarios.driver_alone import DRIVER_ALONE
 from stucksolver.evaluate.scenarios.parameters import Parameter, parameters_of
 from stucksolver.evaluate.scenarios.registry import SCENARIOS, load_all
 
@@ -28,6 +29,9 @@ alone. This page is written from the classes by `python -m stucksolver.evaluate.
 * A map or blueprint library that lacks what a type needs makes it unsupported, with the reason; nothing is put in its
   place.
 * The same seed, map and hero give the same run.
+* "Driver alone" is what became of the driver without recovery (`behavior:normal`, seed 1) on a shipped route of the
+  type, as seen in the replay. Where a type is about being stuck it is stuck; where it tests the driver's own skill it
+  may pass or collide.
 
 ## Traffic
 
@@ -77,22 +81,23 @@ def _ours() -> Iterator[str]:
     yield "Each states what is right (`recover`, `wait`, `ask` or `reroute`) and which criteria are off meanwhile."
     yield "None has a time limit of its own. The types that use blueprints of carlette's own are unsupported on CARLA."
     yield ""
-    yield "| type | situation | right | what happens when | needs | suspends | simplified |"
-    yield "|---|---|---|---|---|---|---|"
+    yield "| type | situation | right | what happens when | needs | suspends | simplified | driver alone |"
+    yield "|---|---|---|---|---|---|---|---|"
     for name in sorted(SCENARIOS):
         cls = SCENARIOS[name]
         if cls.expected is not None:
             needs = ", ".join(part for part in (cls.needs_map, _blueprints(cls)) if part) or "–"
             off = ", ".join(f"`{one}`" for one in sorted(cls.suspends)) or "–"
-            cells = (f"`{name}`", _text(cls), cls.expected, cls.starts, needs, off, cls.simplified or "–")
+            seen = DRIVER_ALONE.get(name, "–")
+            cells = (f"`{name}`", _text(cls), cls.expected, cls.starts, needs, off, cls.simplified or "–", seen)
             yield "| " + " | ".join(" ".join(cell.split()) for cell in cells) + " |"
 
 
 def _rows() -> Iterator[str]:
     yield "## Types"
     yield ""
-    yield "| type | situation | what happens when | parameters (default) | needs | limit | simplified |"
-    yield "|---|---|---|---|---|---|---|"
+    yield "| type | situation | what happens when | parameters (default) | needs | limit | simplified | driver alone |"
+    yield "|---|---|---|---|---|---|---|---|"
     for name in sorted(SCENARIOS):
         if SCENARIOS[name].expected is None:
             yield _row(SCENARIOS[name])
@@ -102,7 +107,8 @@ def _row(cls: type[Scenario]) -> str:
     limit = "–" if cls.timeout_s is None else f"{cls.timeout_s:.0f} s"
     parameters = "<br>".join(map(_parameter, parameters_of(cls))) or "–"
     needs = ", ".join(part for part in (cls.needs_map, _blueprints(cls)) if part) or "–"
-    cells = (f"`{cls.type}`", _text(cls), cls.starts, parameters, needs, limit, cls.simplified or "–")
+    seen = DRIVER_ALONE.get(cls.type, "–")
+    cells = (f"`{cls.type}`", _text(cls), cls.starts, parameters, needs, limit, cls.simplified or "–", seen)
     return "| " + " | ".join(" ".join(cell.split()) for cell in cells) + " |"
 
 

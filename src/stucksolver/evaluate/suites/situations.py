@@ -128,7 +128,7 @@ SITUATIONS: Mapping[str, Finder] = {
     "DisabledCarAndPaperBag": _along(right_of_two),
     "DisabledCarAndRock": _along(right_of_two),
     "DebrisInLane": _along(one_lane),
-    "ClosedBoxInLane": _along(one_lane),
+    "ClosedBoxInLane": _along(two_ways),
     "ToyInLane": _along(one_lane),
     "NarrowRoadStandoff": _along(narrow),
     "RoundaboutLoop": _round,

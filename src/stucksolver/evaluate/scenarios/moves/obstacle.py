@@ -126,12 +126,22 @@ class TwoWays(Obstacle):
     def oncoming_flow(
         self, offset_m: float = 0.0, gaps_m: tuple[float, float] | None = None, constant: bool = False
     ) -> Flow:
-        """Cars in the oncoming lane at the hero's speed limit, from far beyond the obstacle to far behind it."""
-        limit = self.limit_mps
-        reach_m = 1.5 * 3.6 * limit + 30.0
-        lane = oncoming_lanes(self.ahead(self.distance_m))[0]
-        line = run_of_lane(upstream(lane, reach_m), 2.0 * reach_m)
-        return Flow(self, line, limit, gaps_m or self.gaps_m, constant=constant, offset_m=offset_m)
+        """See `oncoming_flow` below; `gaps_m` where they are not the route file's."""
+        return oncoming_flow(self, self.distance_m, gaps_m or self.gaps_m, offset_m, constant)
+
+
+def oncoming_flow(
+    scenario: Scenario, distance_m: float, gaps_m: tuple[float, float], offset_m: float = 0.0, constant: bool = False
+) -> Flow:
+    """Cars in the oncoming lane at the hero's speed limit, from far beyond a place to far behind it.
+
+    The place is `distance_m` beyond the trigger, where there must be an oncoming lane.
+    """
+    limit = scenario.limit_mps
+    reach_m = 1.5 * 3.6 * limit + 30.0
+    lane = oncoming_lanes(scenario.ahead(distance_m))[0]
+    line = run_of_lane(upstream(lane, reach_m), 2.0 * reach_m)
+    return Flow(scenario, line, limit, gaps_m, constant=constant, offset_m=offset_m)
 
 
 class ConstructionSite(Obstacle):

@@ -10,10 +10,13 @@ from stucksolver.evaluate.actors.cast import HAZARD_LAMPS, lamps
 from stucksolver.evaluate.scenarios.base import Scenario
 from stucksolver.evaluate.scenarios.moves.crossing import WALKER_LIFT_M
 from stucksolver.evaluate.scenarios.moves.junction import JunctionScenario
+from stucksolver.evaluate.scenarios.moves.obstacle import oncoming_flow
 from stucksolver.evaluate.scenarios.moves.places import beside
 from stucksolver.evaluate.scenarios.parameters import Number
 from stucksolver.evaluate.scenarios.setting import Setting
 
+PASSABLE_M = (120.0, 300.0)
+"""Distances between oncoming cars among which there are gaps to pass something in."""
 NEAR_M = 25.0
 """The hero is there."""
 PAST_M = 25.0
@@ -25,11 +28,28 @@ class Stuck(Scenario):
     timeout_s = None
     starts = "stands from the start"
     distance_m = Number("distance", 42.0, "m")
+    oncoming_gaps_m: ClassVar[tuple[float, float] | None] = None
+    """Distances between oncoming cars where the way past is their lane; None leaves them to the background."""
 
     def script(self) -> Iterator[None]:
         self.traffic.leave_space_in_front(self.distance_m + 40.0)
+        if self.oncoming_gaps_m is None:
+            yield from self._until_past()
+        else:
+            yield from self._with_oncoming(self.oncoming_gaps_m)
+
+    def _until_past(self) -> Iterator[None]:
         yield from self.happen()
         yield from self.until_passed(self.trigger_s_m + self.distance_m + PAST_M)
+
+    def _with_oncoming(self, gaps_m: tuple[float, float]) -> Iterator[None]:
+        self.traffic.change_opposite_behavior(active=False)
+        flow = oncoming_flow(self, self.distance_m, gaps_m)
+        for _ in self._until_past():
+            flow.tick()
+            yield
+        flow.clear()
+        self.traffic.change_opposite_behavior(active=True)
 
     def happen(self) -> Iterator[None]:
         """What goes on from the trigger until the way is free again, if it ever is."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from stucksolver.evaluate.actors.cast import lamps
 from stucksolver.evaluate.background.lanes import back
-from stucksolver.evaluate.scenarios.moves.stuck import Stuck
+from stucksolver.evaluate.scenarios.moves.stuck import PASSABLE_M, Stuck
 from stucksolver.evaluate.scenarios.registry import scenario
 
 AMBULANCE, CAR = "vehicle.ford.ambulance", "vehicle.lincoln.mkz_2020"
@@ -20,6 +20,7 @@ class AmbulanceBehind(Stuck):
     type = "AmbulanceBehind"
     expected = "recover"
     suspends = frozenset({"blocked", "wrong_lane"})
+    oncoming_gaps_m = PASSABLE_M
     starts = "the ambulance comes once the hero stands within 25 m of the car"
     needs_map = "one lane each way"
     blueprints = (AMBULANCE, CAR)

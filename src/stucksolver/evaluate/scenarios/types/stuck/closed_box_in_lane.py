@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver.evaluate.scenarios.moves.stuck import Stuck
+from stucksolver.evaluate.scenarios.moves.stuck import PASSABLE_M, Stuck
 from stucksolver.evaluate.scenarios.registry import scenario
 
 
@@ -12,7 +12,9 @@ class ClosedBoxInLane(Stuck):
 
     type = "ClosedBoxInLane"
     expected = "recover"
-    suspends = frozenset({"blocked"})
+    suspends = frozenset({"blocked", "wrong_lane"})
+    oncoming_gaps_m = PASSABLE_M
+    needs_map = "one lane each way"
     blueprints = ("static.prop.cardboardbox",)
 
     def stage(self) -> None:

@@ -8,12 +8,12 @@ from stucksolver.evaluate.scenarios.registry import scenario
 
 @scenario
 class DebrisInLane(Stuck):
-    """A plastic bag lies in the only lane: it can be driven over."""
+    """A flat paper bag lies in the only lane: it can be driven over."""
 
     type = "DebrisInLane"
     expected = "recover"
     suspends = frozenset({"blocked"})
-    blueprints = ("static.prop.plasticbag",)
+    blueprints = ("static.prop.paperbag",)
 
     def stage(self) -> None:
-        self.put("static.prop.plasticbag")
+        self.put("static.prop.paperbag")

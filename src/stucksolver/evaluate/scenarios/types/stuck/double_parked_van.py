@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from stucksolver.evaluate.scenarios.moves.crossing import walk_for
-from stucksolver.evaluate.scenarios.moves.stuck import Stuck
+from stucksolver.evaluate.scenarios.moves.stuck import PASSABLE_M, Stuck
 from stucksolver.evaluate.scenarios.registry import scenario
 
 VAN, PERSON = "vehicle.mercedes.sprinter", "walker.pedestrian.0002"
@@ -19,6 +19,8 @@ class DoubleParkedVan(Stuck):
     type = "DoubleParkedVan"
     expected = "recover"
     suspends = frozenset({"blocked", "wrong_lane"})
+    oncoming_gaps_m = PASSABLE_M
+    needs_map = "one lane each way"
     blueprints = (VAN, PERSON)
 
     def stage(self) -> None:

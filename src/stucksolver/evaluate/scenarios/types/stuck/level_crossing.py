@@ -18,7 +18,7 @@ class LevelCrossing(Stuck):
 
     type = "LevelCrossing"
     expected = "wait"
-    simplified = "no train comes; the raised boom is not shown"
+    simplified = "no train comes; the raised boom is not shown, nor the gate beyond the rails"
     starts = "the gate is down from the start, and rises 35 s after the hero came within 25 m"
     blueprints = (GATE, POST)
 
@@ -30,7 +30,11 @@ class LevelCrossing(Stuck):
         self._gate = self.cast.must_spawn(GATE, beside(lane, aside_m, -0.4, turn_deg=180.0), lift_m=0.0)
 
     def happen(self) -> Iterator[None]:
+        # The boom reaches into the oncoming lane, which the gate on the other side closes.
+        self.traffic.change_opposite_behavior(active=False)
+        self.traffic.clear_opposite()
         yield from self.hero_near()
         yield from self.wait(LASTS_S)
         # A raised boom would still be a bar across the road for all who measure boxes without their roll.
         self.cast.remove([self._gate])
+        self.traffic.change_opposite_behavior(active=True)

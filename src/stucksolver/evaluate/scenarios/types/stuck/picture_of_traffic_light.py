@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stucksolver.evaluate.scenarios.moves.places import edge_m
-from stucksolver.evaluate.scenarios.moves.stuck import Stuck
+from stucksolver.evaluate.scenarios.moves.stuck import PASSABLE_M, Stuck
 from stucksolver.evaluate.scenarios.registry import scenario
 
 STOP, POSTER, CAR = "static.prop.busstoplb", "static.prop.advertisement", "vehicle.lincoln.mkz_2020"
@@ -18,6 +18,7 @@ class PictureOfTrafficLight(Stuck):
     expected = "recover"
     simplified = "the picture itself is not drawn: that there is no light is all one can see"
     suspends = frozenset({"blocked", "wrong_lane"})
+    oncoming_gaps_m = PASSABLE_M
     needs_map = "one lane each way beside a sidewalk"
     blueprints = (STOP, POSTER, CAR)
 
