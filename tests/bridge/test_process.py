@@ -111,3 +111,14 @@ def _gone(pid):
             return True
         time.sleep(0.1)
     return False
+
+
+def test_an_answer_costs_simulated_time_by_the_clock_that_is_asked_for():
+    started = {}
+    for clock in ("lockstep", "latency:2.8"):
+        solver, street = SolverProcess(sys.executable, {"settings": {**SETTINGS, "clock": clock}}), Street()
+        while street.directive["kind"] == "continue" and street.time_s < LIMIT_S:
+            street.perform(solver.step({"status": street.status()}, street.give).get("directive"))
+        started[clock] = street.time_s
+        solver.close()
+    assert started["latency:2.8"] - started["lockstep"] == pytest.approx(2.8, abs=0.3)
