@@ -72,9 +72,9 @@ def _rate(world: World, car: Actor, type_id: str, tilt: Rotation, scans: int) ->
     _scan(world, sensor, actor, cast)
     seconds = []
     for _ in range(scans):
-        start = time.thread_time()
+        start = time.process_time()
         _scan(world, sensor, actor, cast)
-        seconds.append(time.thread_time() - start)
+        seconds.append(time.process_time() - start)
     world.remove(actor.id)
     return 1.0 / median(seconds)
 

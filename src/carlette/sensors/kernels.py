@@ -55,98 +55,137 @@ def scan(
     Within one column, a quad covers an interval of tangents: each edge and the sensor span a plane, which gives a
     linear bound. So only the rays that truly meet the quad are touched.
     """
-    rows = tangents.shape[0]
-    channels = tangents.shape[1]
     cosines = 1.0 / np.sqrt(1.0 + tangents * tangents)
-    ahead = np.cos(azimuths)
-    aside = np.sin(azimuths)
-    lowest, finest = tangents[0, 0], 4 * channels
-    scale = finest / max(tangents[0, channels - 1] - lowest, 1e-9)
+    ahead, aside = np.cos(azimuths), np.sin(azimuths)
+    lowest, finest = tangents[0, 0], 4 * tangents.shape[1]
+    scale = finest / max(tangents[0, -1] - lowest, 1e-9)
     starts_at = np.searchsorted(tangents[0], lowest + np.arange(finest + 1) / scale)
-    p = np.empty((4, 3))
-    e = np.empty((4, 3))
-    tilt = np.empty(4)
+    p, e, tilt = np.empty((4, 3)), np.empty((4, 3)), np.empty(4)
     for body in range(spans.shape[0]):
-        turn = turns[body]
-        shift = shifts[body]
         for quad in range(spans[body, 0], spans[body, 1]):
-            mx = my = mz = 0.0
-            for i in range(4):
-                x, y, z = corners[quad, i, 0], corners[quad, i, 1], corners[quad, i, 2]
-                p[i, 0] = turn[0, 0] * x + turn[0, 1] * y + turn[0, 2] * z + shift[0]
-                p[i, 1] = turn[1, 0] * x + turn[1, 1] * y + turn[1, 2] * z + shift[1]
-                p[i, 2] = turn[2, 0] * x + turn[2, 1] * y + turn[2, 2] * z + shift[2]
-                mx += 0.25 * p[i, 0]
-                my += 0.25 * p[i, 1]
-                mz += 0.25 * p[i, 2]
-            ux, uy, uz = p[2, 0] - p[0, 0], p[2, 1] - p[0, 1], p[2, 2] - p[0, 2]
-            vx, vy, vz = p[3, 0] - p[1, 0], p[3, 1] - p[1, 1], p[3, 2] - p[1, 2]
-            nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-            offset = nx * p[0, 0] + ny * p[0, 1] + nz * p[0, 2]
-            length = np.sqrt(nx * nx + ny * ny + nz * nz)
-            if offset >= 0.0 or -offset >= reach * length:
+            _place(corners[quad], turns[body], shifts[body], p)
+            nx, ny, nz, offset, gap = _plane(p)
+            if offset >= 0.0 or gap >= reach:
                 continue
-            gaps[base + quad] = -offset / length
-            size = 0.0
-            for i in range(4):
-                gx, gy, gz = p[i, 0] - mx, p[i, 1] - my, p[i, 2] - mz
-                size = max(size, gx * gx + gy * gy + gz * gz)
-            if np.sqrt(mx * mx + my * my + mz * mz) - np.sqrt(size) >= reach:
+            gaps[base + quad] = gap
+            if _nearest(p) >= reach:
                 continue
-            middle = np.arctan2(my, mx)
-            low, high = 0.0, 0.0
-            for i in range(4):
-                j = (i + 1) % 4
-                e[i, 0] = p[i, 2] * p[j, 1] - p[i, 1] * p[j, 2]
-                e[i, 1] = p[i, 0] * p[j, 2] - p[i, 2] * p[j, 0]
-                e[i, 2] = p[i, 1] * p[j, 0] - p[i, 0] * p[j, 1]
-                tilt[i] = -1.0 / e[i, 2] if e[i, 2] != 0.0 else 0.0
-                gap = np.arctan2(p[i, 1], p[i, 0]) - middle
-                if gap > np.pi:
-                    gap -= 2.0 * np.pi
-                elif gap < -np.pi:
-                    gap += 2.0 * np.pi
-                low, high = min(low, gap), max(high, gap)
-            if high - low >= np.pi - 1e-9:
-                starts, ends = (-np.pi, 4.0, 4.0), (np.pi, 4.0, 4.0)
-            else:
-                low, high = middle + low, middle + high
-                starts = (low, low + 2.0 * np.pi, low - 2.0 * np.pi)
-                ends = (high, high + 2.0 * np.pi, high - 2.0 * np.pi)
+            low, high = _edges(p, e, tilt)
             wx, wy, wz = nx / offset, ny / offset, nz / offset
-            for part in range(3):
-                if ends[part] < -np.pi or starts[part] > np.pi:
+            # What lies behind the sensor is met from both ends of the azimuths.
+            for part in range(-1, 2):
+                start, end = low + 2.0 * np.pi * part, high + 2.0 * np.pi * part
+                if end < -np.pi or start > np.pi or (part and high - low >= 2.0 * np.pi):
                     continue
-                first = np.searchsorted(azimuths, starts[part] - 1e-9)
-                last = np.searchsorted(azimuths, ends[part] + 1e-9)
+                first, last = np.searchsorted(azimuths, start - 1e-9), np.searchsorted(azimuths, end + 1e-9)
                 for column in range(first, last):
-                    ca, sa = ahead[column], aside[column]
-                    least, most = -1e30, 1e30
-                    for i in range(4):
-                        level = e[i, 0] * ca + e[i, 1] * sa
-                        if tilt[i] < 0.0:
-                            least = max(least, level * tilt[i])
-                        elif tilt[i] > 0.0:
-                            most = min(most, level * tilt[i])
-                        elif level < 0.0:
-                            most = -1e31
+                    least, most = _interval(e, tilt, ahead[column], aside[column])
                     if least > most:
                         continue
-                    row = column if rows > 1 else 0
-                    flat = wx * ca + wy * sa
+                    row = column if tangents.shape[0] > 1 else 0
                     # A table leads close to the first channel of the interval; for rays of their own, there is one.
                     channel = 0
-                    if rows == 1 and least > lowest:
+                    if tangents.shape[0] == 1 and least > lowest:
                         channel = starts_at[int(min((least - lowest) * scale, finest))]
                         channel -= channel > 0
-                    while channel < channels and tangents[row, channel] < least:
-                        channel += 1
-                    while channel < channels and tangents[row, channel] <= most:
-                        near = cosines[row, channel] * (flat + wz * tangents[row, channel])
-                        if near > nearness[column, channel]:
-                            nearness[column, channel] = near
-                            hit[column, channel] = base + quad
-                        channel += 1
+                    flat = wx * ahead[column] + wy * aside[column]
+                    _fill(
+                        tangents[row], cosines[row], channel, least, most, flat, wz,
+                        base + quad, nearness[column], hit[column],
+                    )  # fmt: skip
+
+
+@compiled
+def _place(corners: Array, turn: Array, shift: Array, p: Array) -> None:
+    """Writes a quad's corners in the sensor's frame into `p` (4, 3)."""
+    for i in range(4):
+        x, y, z = corners[i, 0], corners[i, 1], corners[i, 2]
+        for k in range(3):
+            p[i, k] = turn[k, 0] * x + turn[k, 1] * y + turn[k, 2] * z + shift[k]
+
+
+@compiled
+def _plane(p: Array) -> tuple[float, float, float, float, float]:
+    """A quad's normal, its offset (normal times corner; negative = seen from the front), and its distance."""
+    ux, uy, uz = p[2, 0] - p[0, 0], p[2, 1] - p[0, 1], p[2, 2] - p[0, 2]
+    vx, vy, vz = p[3, 0] - p[1, 0], p[3, 1] - p[1, 1], p[3, 2] - p[1, 2]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    offset = nx * p[0, 0] + ny * p[0, 1] + nz * p[0, 2]
+    return nx, ny, nz, offset, -offset / np.sqrt(nx * nx + ny * ny + nz * nz)
+
+
+@compiled
+def _nearest(p: Array) -> float:
+    """A bound on how near a quad comes: the distance of its middle less its radius."""
+    mx = 0.25 * (p[0, 0] + p[1, 0] + p[2, 0] + p[3, 0])
+    my = 0.25 * (p[0, 1] + p[1, 1] + p[2, 1] + p[3, 1])
+    mz = 0.25 * (p[0, 2] + p[1, 2] + p[2, 2] + p[3, 2])
+    size = 0.0
+    for i in range(4):
+        gx, gy, gz = p[i, 0] - mx, p[i, 1] - my, p[i, 2] - mz
+        size = max(size, gx * gx + gy * gy + gz * gz)
+    return float(np.sqrt(mx * mx + my * my + mz * mz) - np.sqrt(size))
+
+
+@compiled
+def _edges(p: Array, e: Array, tilt: Array) -> tuple[float, float]:
+    """Writes the planes of the edges and the sensor into `e` (4, 3) and `tilt` (4); gives the span of azimuths."""
+    middle = np.arctan2(p[0, 1] + p[1, 1] + p[2, 1] + p[3, 1], p[0, 0] + p[1, 0] + p[2, 0] + p[3, 0])
+    low, high = 0.0, 0.0
+    for i in range(4):
+        j = (i + 1) % 4
+        e[i, 0] = p[i, 2] * p[j, 1] - p[i, 1] * p[j, 2]
+        e[i, 1] = p[i, 0] * p[j, 2] - p[i, 2] * p[j, 0]
+        e[i, 2] = p[i, 1] * p[j, 0] - p[i, 0] * p[j, 1]
+        tilt[i] = -1.0 / e[i, 2] if e[i, 2] != 0.0 else 0.0
+        gap = np.arctan2(p[i, 1], p[i, 0]) - middle
+        if gap > np.pi:
+            gap -= 2.0 * np.pi
+        elif gap < -np.pi:
+            gap += 2.0 * np.pi
+        low, high = min(low, gap), max(high, gap)
+    if high - low >= np.pi - 1e-9:  # above or below the sensor: all around
+        return -np.pi, np.pi
+    return middle + low, middle + high
+
+
+@compiled
+def _interval(e: Array, tilt: Array, ahead: float, aside: float) -> tuple[float, float]:
+    """The tangents between which a column meets a quad; empty where the first is larger."""
+    least, most = -1e30, 1e30
+    for i in range(4):
+        level = e[i, 0] * ahead + e[i, 1] * aside
+        if tilt[i] < 0.0:
+            least = max(least, level * tilt[i])
+        elif tilt[i] > 0.0:
+            most = min(most, level * tilt[i])
+        elif level < 0.0:
+            most = -1e31
+    return least, most
+
+
+@compiled
+def _fill(
+    tangents: Array,
+    cosines: Array,
+    channel: int,
+    least: float,
+    most: float,
+    flat: float,
+    steep: float,
+    face: int,
+    nearness: Array,
+    hit: Array,
+) -> None:
+    """Notes a face on the rays of one column within an interval of tangents, where nothing nearer is known."""
+    while channel < len(tangents) and tangents[channel] < least:
+        channel += 1
+    while channel < len(tangents) and tangents[channel] <= most:
+        near = cosines[channel] * (flat + steep * tangents[channel])
+        if near > nearness[channel]:
+            nearness[channel] = near
+            hit[channel] = face
+        channel += 1
 
 
 @compiled
@@ -185,3 +224,31 @@ def place_points(
                 points[number, 2] = far * levels[row, 1]
                 points[number, 3] = intensity[column, row]
                 sources[number] = column * channels + row
+
+
+@compiled
+def label_points(
+    points: Array,
+    sources: Array,
+    nearness: Array,
+    hit: Array,
+    gaps: Array,
+    actors: Array,
+    tags: Array,
+    rows: Array,
+    labels: Array,
+) -> None:
+    """Writes x, y, z, the cosine of the incidence, the actor's id and the tag of each point.
+
+    `rows` (n, 6) float32 and `labels`, the same memory as uint32; the others are `place_points`' and `scan`'s.
+    """
+    channels = hit.shape[1]
+    for number in range(len(points)):
+        column, row = divmod(sources[number], channels)
+        face = hit[column, row]
+        rows[number, 0] = points[number, 0]
+        rows[number, 1] = points[number, 1]
+        rows[number, 2] = points[number, 2]
+        rows[number, 3] = nearness[column, row] * gaps[face]
+        labels[number, 4] = actors[face]
+        labels[number, 5] = tags[face]

@@ -51,10 +51,8 @@ class Points(NamedTuple):
 
     rows: Singles
     """(n, 4): x, y, z in the sensor's frame, intensity."""
-    faces: NDArray[np.int32]
-    """(n,): which face of the scene."""
-    incidence: Singles
-    """(n,): cosine of the angle at which the ray meets it."""
+    sources: Indices
+    """(n,): the flat index of each point's ray in the sweep."""
     counts: NDArray[np.uint32]
     """Points of each channel."""
 
@@ -109,11 +107,11 @@ class Fan(LateSensor):
         sweep = moment.scene.sweep(moment.pose, azimuths, self._tangents[rows][None, :], self.reach_m)
         points = self._points(sweep, azimuths, _inverse(columns), rows, self.losses(moment.actor.id, sweep))
         header = struct.pack("<fI", turn.angle_rad, self._channels) + points.counts.tobytes()
-        return [(header, self.rows(moment.scene, points))]
+        return [(header, _as_bytes(self.rows(moment.scene, sweep, points)))]
 
     @abstractmethod
-    def rows(self, scene: Scene, points: Points) -> bytes:
-        """The points as they are sent."""
+    def rows(self, scene: Scene, sweep: Sweep, points: Points) -> Singles:
+        """The points as they are sent, one in each row."""
 
     def losses(self, seed: int, sweep: Sweep) -> Losses:
         """What becomes of the rays on their way: here, nothing."""
@@ -132,9 +130,7 @@ class Fan(LateSensor):
         lasers = np.arctan(self._tangents[rows])
         ways, levels = (np.stack([np.cos(one), np.sin(one)], axis=1) for one in (azimuths, lasers))
         place_points(sweep.nearness, kept, column_of, starts, ways, levels, off_m, intensity, found, sources)
-        faces = sweep.hit.ravel()[sources]
-        incidence = sweep.nearness.ravel()[sources] * sweep.gaps[faces]
-        return Points(found, faces, incidence, counts.astype(np.uint32))
+        return Points(found, sources, counts.astype(np.uint32))
 
     def _step_deg(self, moment: Moment) -> float:
         return self._turns_per_s * self._width_deg * moment.delta_s
@@ -163,8 +159,8 @@ class LidarSensor(Fan):
         self._noise_stddev = settings.number("noise_stddev", 0.0)
         self._random: np.random.Generator | None = None
 
-    def rows(self, scene: Scene, points: Points) -> bytes:
-        return points.rows.tobytes()
+    def rows(self, scene: Scene, sweep: Sweep, points: Points) -> Singles:
+        return points.rows
 
     def losses(self, seed: int, sweep: Sweep) -> Losses:
         if self._random is None:
@@ -187,14 +183,18 @@ class SemanticLidarSensor(Fan):
 
     wire_type = 10
 
-    def rows(self, scene: Scene, points: Points) -> bytes:
-        rows = np.empty((len(points.rows), 6), np.float32)
-        rows[:, :3] = points.rows[:, :3]
-        rows[:, 3] = points.incidence
-        labels = rows.view(np.uint32)
-        labels[:, 4] = scene.face_actors[points.faces]
-        labels[:, 5] = scene.face_tags[points.faces]
-        return rows.tobytes()
+    def rows(self, scene: Scene, sweep: Sweep, points: Points) -> Singles:
+        from carlette.sensors.kernels import label_points
+
+        labelled = np.empty((len(points.rows), 6), np.float32)
+        label_points(
+            points.rows, points.sources, *sweep, scene.face_actors, scene.face_tags, labelled, labelled.view(np.uint32)
+        )
+        return labelled
+
+
+def _as_bytes(rows: Singles) -> memoryview:
+    return rows.reshape(-1).view(np.uint8).data
 
 
 def _inverse(order: Indices) -> Indices:

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from carlette.sensors.kernels import place_points, scan
+from carlette.sensors.kernels import label_points, place_points, scan
 
 
 @lru_cache(maxsize=1)
@@ -19,3 +19,5 @@ def warm_up() -> None:
     kept, start, flat = np.ones((1, 1), bool), np.zeros(1, np.int64), np.ones((1, 2))
     points, sources = np.empty((1, 4), np.float32), np.empty(1, np.int64)
     place_points(nearness, kept, start, start, flat, flat, np.zeros((0, 0), np.float32), nearness, points, sources)
+    of_face, rows = np.zeros(1, np.uint32), np.empty((1, 6), np.float32)
+    label_points(points, sources, nearness, hit, gaps, of_face, of_face, rows, rows.view(np.uint32))
