@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stucksolver.evaluate.actors import Car
 from stucksolver.evaluate.scenarios.base import Scenario
@@ -37,20 +39,26 @@ class Deadlock(JunctionScenario):
 
     timeout_s = None
     starts = "the others stand from the trigger on; once the hero has stood for 4 s and then crept half a metre they go"
-    needs_map = "a junction on the route with a road from the right, where the hero does not turn right"
+    needs_map = "a junction on the route with a road from the right that crosses the hero's way"
 
     def needs(self, setting: Setting) -> str | None:
         missing = super().needs(setting)
-        if missing is None and not self.entries_from("right"):
-            missing = "at the hero's next junction nobody can come from the right"
-        if missing is None and self.turn == "right":
-            missing = "the hero turns right, where nobody from the right is in its way"
+        if missing is None and self.noser is None:
+            missing = "at the hero's next junction nobody from the right crosses the hero's way"
         return missing
 
+    @cached_property
+    def noser(self) -> Any | None:
+        """The entry on the right whose way ahead comes into the hero's."""
+        nearest = min(self.entries_from("right"), key=lambda one: self._apart(self._line(one)).min(), default=None)
+        meets = nearest is not None and self._apart(self._line(nearest)).min() < NOSE_GAP_M
+        return nearest if meets else None
+
     def script(self) -> Iterator[None]:
-        sides = [entries[0] for side in ("right", "left", "opposite") if (entries := self.entries_from(side))]
+        others = [entries[0] for side in ("left", "opposite") if (entries := self.entries_from(side))]
+        sides = [self.noser, *others]
         self.traffic.handle_junction_scenario(remove_entries=sides)
-        cars = [self._wait_at(entry, with_nose=entry is sides[0]) for entry in sides]
+        cars = [self._wait_at(entry, with_nose=entry is self.noser) for entry in sides]
         yield from hero_creeps(self, self.exit_s)
         for car in cars:
             car.wish_mps, car.yields = self.limit_mps, True
@@ -59,16 +67,19 @@ class Deadlock(JunctionScenario):
 
     def _wait_at(self, entry: Any, with_nose: bool) -> Car:
         """A car that stands before the junction, or with its nose where the hero wants to go."""
-        line = self.approach(entry, BEFORE_M, 40.0, straight_way)
-        kind = self.cast.some_car(self.random)
+        line = self._line(entry)
         if with_nose:
-            line = line[self._nose_at(line) :]
-        member = self.cast.must_spawn(kind, line[0].transform)
+            reaches = int(np.argmax(self._apart(line) < NOSE_GAP_M))
+            line = line[max(reaches - round(HALF_CAR_M / STEP_M), 0) :]
+        member = self.cast.must_spawn(self.cast.some_car(self.random), line[0].transform)
         return self.cars.drive(member, line, 0.0, begin=False, yields=False)
 
-    def _nose_at(self, line: list[Any]) -> int:
-        """Index of the line's point from which a car's nose reaches to the hero's way."""
+    def _line(self, entry: Any) -> list[Any]:
+        return self.approach(entry, BEFORE_M, 40.0, straight_way)
+
+    def _apart(self, line: list[Any]) -> NDArray[np.float64]:
+        """Distance of each point of a line from the hero's way through the junction (m)."""
         inside = self.setting.route.xyz[self.junction.first : self.junction.last + 1, :2]
         places = np.array([(w.transform.location.x, w.transform.location.y) for w in line])
-        apart = np.hypot(places[:, None, 0] - inside[None, :, 0], places[:, None, 1] - inside[None, :, 1]).min(axis=1)
-        return max(int(np.argmax(apart < NOSE_GAP_M)) - round(HALF_CAR_M / STEP_M), 0)
+        away = np.hypot(places[:, None, 0] - inside[None, :, 0], places[:, None, 1] - inside[None, :, 1])
+        return np.asarray(away.min(axis=1))
