@@ -178,6 +178,9 @@ class AgentDriver:
         self._s = line.project(here.x, here.y, self._s)
         wanted = self._allowed(line, here, speed)
         x, y, yaw = line.at(self._s + LOOK_AHEAD_M + LOOK_AHEAD_S * speed)
+        # As far to the other side as it is off the path now: its controller alone comes back late.
+        off = line.beside(here.x, here.y, self._s)
+        x, y = x + off * math.sin(yaw), y - off * math.cos(yaw)
         place = self._carla.Location(x=x, y=y, z=here.z)
         target = Target(self._carla.Transform(place, self._carla.Rotation(yaw=math.degrees(yaw))))
         self._planner.set_global_plan([(target, self._lane_follow)], stop_waypoint_creation=True, clean_queue=True)

@@ -40,6 +40,11 @@ class Line:
         ahead = s - self.s[i]
         return self.x[i] + ux * ahead, self.y[i] + uy * ahead, math.atan2(uy, ux)
 
+    def beside(self, x: float, y: float, s: float) -> float:
+        """How far to the right of the path a place lies that projects to `s` (metres; left is negative)."""
+        on_x, on_y, yaw = self.at(s)
+        return (y - on_y) * math.cos(yaw) - (x - on_x) * math.sin(yaw)
+
     def bound_at(self, s: float, braking_mps2: float) -> float:
         """The speed (m/s) from which every bound ahead can be met with this braking, the stop at the end included."""
         i = min(max(bisect_right(self.s, s) - 1, 0), len(self.s) - 2)

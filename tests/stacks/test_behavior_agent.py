@@ -85,7 +85,7 @@ def test_alone_it_stands_behind_a_parked_car_and_helped_it_passes(stage):
     bumps = collisions_of(stage, car)
     came = run(stage, car, helped, 60.0, past(stage, car, parked))
     helped.close()
-    assert came, [f"{e.time_s:.1f} {e.kind.value} {e.text}" for e in events]
+    assert came, "\n".join(f"{e.time_s:.1f} {e.kind.value} {e.text}" for e in events)
     assert not bumps
 
 
