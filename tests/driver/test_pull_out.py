@@ -62,11 +62,17 @@ def test_whoever_comes_within_the_time_gap_is_waited_for(speed):
     bumper_to_bumper = 2.45 + 2.3
     near = cars((AT_M - bumper_to_bumper - (GAP_S - 0.3) * speed, 0.0, speed))
     far = cars((AT_M - bumper_to_bumper - (GAP_S + 0.7) * speed, 0.0, speed))
-    assert somebody_comes(LANE, AT_M, near, CAR)
-    assert not somebody_comes(LANE, AT_M, far, CAR)
+    assert somebody_comes(LANE, AT_M, 0.0, near, CAR)
+    assert not somebody_comes(LANE, AT_M, 0.0, far, CAR)
 
 
 def test_who_is_abreast_is_waited_for_and_who_has_passed_stands_or_drives_elsewhere_is_not():
-    assert somebody_comes(LANE, AT_M, cars((AT_M + 3.0, 0.0, 6.0)), CAR)
+    assert somebody_comes(LANE, AT_M, 0.0, cars((AT_M + 3.0, 0.0, 6.0)), CAR)
     elsewhere = cars((AT_M + 20.0, 0.0, 6.0), (AT_M - 10.0, 0.0, 0.0), (AT_M - 10.0, -3.5, 9.0))
-    assert not somebody_comes(LANE, AT_M, elsewhere, CAR)
+    assert not somebody_comes(LANE, AT_M, 0.0, elsewhere, CAR)
+
+
+def test_at_speed_only_who_is_quicker_is_waited_for():
+    same = cars((AT_M - 12.0, 0.0, 8.0))
+    assert somebody_comes(LANE, AT_M, 2.0, same, CAR)
+    assert not somebody_comes(LANE, AT_M, 8.0, same, CAR)

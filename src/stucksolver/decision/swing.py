@@ -9,10 +9,13 @@ from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.view import View
 
+NEARER_M = 0.05
 SHIFT_TIME_S = 3.0
 """A lane change at speed takes about this long."""
 CORNER_CLEARANCES_M = (0.8, 0.65, 0.5, 0.4)
-"""Planned clearances of the body's corners while swinging out: from what is wished for to what is just enough."""
+VULNERABLE_CORNER_CLEARANCES_M = (1.4, 1.3, 1.2, 1.1)
+"""Planned clearances of the body's corners while swinging out: from what is wished for to what is just enough; the
+second ones beside people and cyclists."""
 
 
 def swing_out(view: View, start: Start, d_to: float, speed_mps: float) -> Manoeuvre:
@@ -23,16 +26,19 @@ def swing_out(view: View, start: Start, d_to: float, speed_mps: float) -> Manoeu
     side = d_to - start.d_m
     shortest = max(shortest_shift(side, view.ego.limits.min_turn_radius_m), 4.0)
     gentle = max(min(SHIFT_TIME_S * max(start.speed_mps, 4.0), 40.0), shortest)
-    for clearance in CORNER_CLEARANCES_M:
+    for clearance, vulnerable in zip(CORNER_CLEARANCES_M, VULNERABLE_CORNER_CLEARANCES_M, strict=True):
         for length in np.linspace(gentle, shortest, 8):
             path = lateral(start.s_m, start.d_m, d_to, float(length), speed_mps, view)
-            if not touches_standing(view, path, clearance):
+            if not touches_standing(view, path, clearance, vulnerable):
                 return path
     raise CannotPlan(f"no room to swing out by {abs(side):.1f} m: the obstacle ahead is too near")
 
 
-def touches_standing(view: View, path: Manoeuvre, clearance_m: float) -> bool:
-    """Would the ego's body on a path come nearer than `clearance_m` to anything that stands?"""
+def touches_standing(view: View, path: Manoeuvre, clearance_m: float, vulnerable_m: float) -> bool:
+    """Would the ego's body on a path come nearer than `clearance_m`, or than it is, to anything that stands?
+
+    `vulnerable_m` is the clearance to people and cyclists.
+    """
     standing = np.flatnonzero(view.moving == 0.0)
     if not len(standing):
         return False
@@ -42,4 +48,5 @@ def touches_standing(view: View, path: Manoeuvre, clearance_m: float) -> bool:
         (view.s[standing], view.d[standing], view.yaw[standing]),
         (view.half_length[standing], view.half_width[standing]),
     )
-    return bool((gap < clearance_m).any())
+    least = np.where(view.vulnerable[standing] > 0, vulnerable_m, clearance_m)
+    return bool(((gap < least) & (gap < gap[0] - NEARER_M)).any())

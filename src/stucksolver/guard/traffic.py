@@ -10,6 +10,7 @@ from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Array, Lane
 from stucksolver.scene.road import LaneDirection
 
+DECIDES_S, DECIDES_M = 1.0, 3.0
 START_S = 0.3
 """From the order to the first motion."""
 
@@ -87,20 +88,30 @@ def _gap(case: Case, lane: Lane, last: int) -> list[Reject]:
 def lane_entry(case: Case) -> list[Reject]:
     """RSS distances to those of our direction ahead and behind in each lane, at the moment the body enters it.
 
-    In a borrowed lane too: somebody behind may already be passing us there.
+    In a borrowed lane too: somebody behind may already be passing us there. While a plan runs, an entry to which there
+    is more than a way to stop, and a second, is a matter of then: the gap in traffic will be another one.
     """
     found: list[Reject] = []
     home = case.start_lane
     for lane in case.path.enters:
         inside = np.flatnonzero(case.inside(lane)) if lane is not home else case.entries(lane)
-        if len(inside):
+        if len(inside) and _is_due(case, int(inside[0])):
             found += _entry(case, lane, int(inside[0]))
     if case.path.returns and home is not None and home not in case.path.enters:
         # The way back begins where the body last reaches into the own lane again after having left it.
         back = case.entries(home)
-        if len(back):
+        if len(back) and _is_due(case, int(back[-1])):
             found += _entry(case, home, int(back[-1]))
     return found
+
+
+def _is_due(case: Case, k: int) -> bool:
+    """Must the entry at station `k` be certain now? Always before the start, and where a borrowed lane is left."""
+    if not case.running or any(lane.strip.direction is LaneDirection.OPPOSITE for lane in case.path.enters):
+        return True
+    speed, braking = case.view.ego.speed_mps, case.view.ego.limits.comfort_braking_mps2
+    decides = speed**2 / (2 * braking) + speed * DECIDES_S + DECIDES_M
+    return float(case.path.s[k] - case.path.s[0]) < decides
 
 
 def _entry(case: Case, lane: Lane, k: int) -> list[Reject]:

@@ -42,11 +42,15 @@ def end_of(o: SceneObject) -> float:
 
 
 def group_of(scene: Scene, lead: SceneObject) -> Target:
-    """The lead and all in the path that follow it too closely to come back in between."""
+    """The lead and all in the path that follow it too closely to come back in between.
+
+    Beyond what stands, who drives on will be away by then.
+    """
     ahead = sorted((o for o in scene.objects if o.in_path and o.gap_m is not None), key=lambda o: o.gap_m or 0.0)
     members = [lead]
     for o in ahead:
         beyond = (o.gap_m or 0.0) > (lead.gap_m or 0.0) and o.speed_along_mps > -0.5
+        beyond = beyond and (o.speed_along_mps < FLOWING_MPS or lead.speed_along_mps > 0.5)
         if beyond and (o.gap_m or 0.0) - max(end_of(m) for m in members) < GROUP_GAP_M:
             members.append(o)
     return Target(tuple(members))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stucksolver.decision import RecoveryPlan, WaitReason
-from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane
+from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane, KeepLane
 from stucksolver.reason.rules.analyse import red_light_within
 from stucksolver.reason.rules.passing import Target, blocked, oncoming_blocked, way_to_pass_m
 from stucksolver.scene import CandidateWaypoint, LaneRelation, LineKind, Scene, SceneLane
@@ -41,6 +41,9 @@ def way_past(scene: Scene, target: Target, speed: float) -> Way:
     light = red_light_within(scene, way_to_pass_m(scene, target, speed)[0])
     if light is not None:
         return None, (WaitReason.LIGHT, light)
+    beside = _lane_beside_the_route(scene)
+    if beside is not None and {"keep_lane", "change_lane"} <= available:
+        return _go_on_beside(scene, beside, target, speed)
     why: Why = (WaitReason.NO_SAFE_WAY, "there is no lane to go round in")
     if "change_lane" in available:
         for where in (LaneRelation.LEFT, LaneRelation.RIGHT):
@@ -77,6 +80,32 @@ def _by_lane_change(scene: Scene, lane: SceneLane, target: Target, speed: float)
         return plan, (None, f"pass {who} in the {side} lane and plan the route anew from there")
     back = ChangeLane(side="right" if side == "left" else "left", distance_m=25.0, speed_mps=speed)
     return RecoveryPlan(behaviors=(out, back)), (None, f"pass {who} in the {side} lane, then return")
+
+
+def _lane_beside_the_route(scene: Scene) -> SceneLane | None:
+    """The lane of our direction beside the route's in which the ego is, None where it is in another."""
+    return next(
+        (
+            lane
+            for lane in scene.lanes
+            if lane.id == scene.ego.lane_id and lane.relation in (LaneRelation.LEFT, LaneRelation.RIGHT)
+        ),
+        None,
+    )
+
+
+def _go_on_beside(scene: Scene, lane: SceneLane, target: Target, speed: float) -> Way:
+    """Half-way past already: on in the lane beside until there is room to come back."""
+    busy = blocked(scene, lane, target, speed)
+    if busy is not None:
+        return None, (WaitReason.YIELD, busy)
+    way, _ = way_to_pass_m(scene, target, speed)
+    on = KeepLane(distance_m=round(min(max(way, 5.0), 150.0), 1), speed_mps=speed)
+    who = ", ".join(f"{o.kind.value} {o.id}" for o in target.objects)
+    if _return_was_refused(scene):
+        return RecoveryPlan(behaviors=(on,)), (None, f"go on past {who} in the lane beside")
+    back = ChangeLane(side="right" if lane.relation is LaneRelation.LEFT else "left", distance_m=25.0, speed_mps=speed)
+    return RecoveryPlan(behaviors=(on, back)), (None, f"go on past {who} in the lane beside, then return")
 
 
 def _return_was_refused(scene: Scene) -> bool:

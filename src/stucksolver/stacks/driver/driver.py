@@ -18,7 +18,7 @@ from stucksolver.stacks.driver.local_planner import LocalPlanner
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path, Pose
 from stucksolver.stacks.driver.perception import BODILESS, Perception, Surroundings
-from stucksolver.stacks.driver.pull_out import BESIDE_M, SETS_OFF_MPS, clear_way_out, somebody_comes
+from stucksolver.stacks.driver.pull_out import BESIDE_M, clear_way_out, somebody_comes
 from stucksolver.stacks.driver.route_line import rejoining_length
 from stucksolver.stacks.driver.routing import trace_route
 from stucksolver.stacks.driver.stop_signs import StopSignWatch, stop_places
@@ -152,14 +152,14 @@ class BehaviorDriver:
     def _pulls_out(self, motion: Motion, around: Surroundings) -> bool:
         """May the ego go back to its lane now? Where it stands, the way there is looked for as well."""
         planner, line = self._planner, self._planner.route_line
-        if line is None or motion.speed > SETS_OFF_MPS or planner.arrived:
+        if line is None or planner.arrived:
             return True
         if motion.speed < STANDING_MPS:
             gentle = rejoining_length(planner.beside_m, 0.0)
             way = clear_way_out(lambda m: planner.way_back(motion.pose, m), gentle, motion.pose, around, self._model)
             if way is not None:
                 planner.take(way, motion.pose)
-        return not somebody_comes(line, planner.route_s, around, self._model)
+        return not somebody_comes(line, planner.route_s, motion.speed, around, self._model)
 
     def _steer(self, path: Path, way: Motion) -> float:
         speed, where = max(way.speed, 0.0), self._planner.where

@@ -13,8 +13,6 @@ from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 BESIDE_M = 1.5
 """Further than this from the route's line the ego stands beside its lane."""
-SETS_OFF_MPS = 1.0
-"""Slower than this it can still stay."""
 GAP_S = 3.0
 """Time gap that is accepted to whoever comes: they meet a vehicle at some 4 m/s, and brake for it by less than
 3.5 m/s² from 50 km/h."""
@@ -23,7 +21,7 @@ _STANDS_MPS = 0.3
 _SIDE_MARGIN_M = 0.15
 _REACH_M = 1.8
 _SEEN_M = 80.0
-_ROOM_M = 1.0
+_ROOM_M, _LANE_M = 1.0, 1.75
 
 
 def clear_way_out(
@@ -39,7 +37,7 @@ def clear_way_out(
     return None
 
 
-def somebody_comes(line: Path, route_s: float, around: Surroundings, model: VehicleModel, lane_m: float = 1.75) -> bool:
+def somebody_comes(line: Path, route_s: float, own_mps: float, around: Surroundings, model: VehicleModel) -> bool:
     """Is anybody abreast of the ego in the route's lane, or about to be within `GAP_S`?"""
     for x, y, yaw, length, vx, vy in zip(
         around.x, around.y, around.yaw, around.half_length, around.vx, around.vy, strict=True
@@ -50,6 +48,7 @@ def somebody_comes(line: Path, route_s: float, around: Surroundings, model: Vehi
         place = line.project(Pose(float(x), float(y), float(yaw)), route_s - _SEEN_M + 3.0, window_m=_SEEN_M + 10.0)
         gap = route_s - place.s - float(length) - model.half_length
         abreast = -2.0 * (float(length) + model.half_length) - _ROOM_M
-        if abs(place.lateral) < lane_m and abreast < gap < GAP_S * speed + _ROOM_M:
+        closing = max(speed - own_mps, 0.0)
+        if abs(place.lateral) < _LANE_M and abreast < gap < GAP_S * closing + _ROOM_M:
             return True
     return False
