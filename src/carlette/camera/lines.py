@@ -31,7 +31,7 @@ class Cubic:
         """The value at each `s`; zero where there are no pieces."""
         if not len(self.starts):
             return np.zeros_like(s)
-        index = np.clip(np.searchsorted(self.starts, s + 1e-9, side="right") - 1, 0, None)
+        index = np.maximum(self.starts.searchsorted(s + 1e-9, side="right") - 1, 0)
         ds = s - self.starts[index]
         a, b, c, d = self.rows[index].T
         value: Floats = a + ds * (b + ds * (c + ds * d))
@@ -92,8 +92,8 @@ class Road:
         """x, y (OpenDRIVE's) and heading of the reference line."""
         x, y, heading = (np.empty_like(s) for _ in range(3))
         starts = np.array([one[0] for one in self.pieces])
-        index = np.clip(np.searchsorted(starts, s + 1e-9, side="right") - 1, 0, None)
-        for number in np.unique(index).tolist():
+        index = np.maximum(starts.searchsorted(s + 1e-9, side="right") - 1, 0)
+        for number in set(index.tolist()):
             here = index == number
             x[here], y[here], heading[here] = _piece_at(self.pieces[number], s[here])
         return x, y, heading

@@ -107,13 +107,12 @@ def corner_colors(mesh: Mesh, lit: Bytes, *, adds: bool = False) -> Bytes:
 
 def normals_of(corners: Singles) -> Singles:
     """Unit normals of quads (by their diagonals, so triangles count too)."""
-    cross = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    is_triangle = (corners[:, 2] == corners[:, 3]).all(axis=1)
-    cross[is_triangle] = flat[is_triangle]
-    length = np.linalg.norm(cross, axis=1, keepdims=True)
-    unit: Singles = (cross / np.maximum(length, 1e-12)).astype(np.float32)
-    return unit
+    (ux, uy, uz), (vx, vy, vz) = (corners[:, 2] - corners[:, 0]).T, (corners[:, 3] - corners[:, 1]).T
+    # A map is made of thousands of small meshes, for which `np.cross` takes several times as long.
+    cross = np.empty((len(corners), 3), np.float32)
+    cross[:, 0], cross[:, 1], cross[:, 2] = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    cross /= np.maximum(np.sqrt(np.einsum("ij,ij->i", cross, cross)), np.float32(1e-12))[:, None]
+    return cross
 
 
 EMPTY = quads(np.zeros((0, 4, 3)), (0, 0, 0))
