@@ -10,11 +10,12 @@ from stucksolver.evaluate.scenarios.moves.stuck import Stuck
 from stucksolver.evaluate.scenarios.registry import scenario
 from stucksolver.evaluate.scenarios.setting import Setting
 
-BEFORE_M = 2.0
+BEYOND_M = 13.0
+"""From the car to the thing: so far that the ego is in the left lane when it comes there, too near to return before."""
 
 
 class DisabledCarAndThing(Stuck):
-    """A disabled car in the right lane, and something in the lane to its left."""
+    """A disabled car in the right lane, and something in the lane to its left, a little further on."""
 
     needs_map = "a second driving lane on the left"
     suspends = frozenset({"blocked"})
@@ -28,7 +29,7 @@ class DisabledCarAndThing(Stuck):
     def stage(self) -> None:
         lane = self.ahead(self.distance_m)
         self.put_disabled("vehicle.lincoln.mkz_2020")
-        self.put(self.thing, -BEFORE_M, -lane.lane_width)
+        self.put(self.thing, BEYOND_M, -lane.lane_width)
 
     def happen(self) -> Iterator[None]:
         # Whoever drove there would give away what can be driven over.
