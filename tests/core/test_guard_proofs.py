@@ -14,6 +14,7 @@ from stucksolver.guard import Guard
 from stucksolver.guard.case import Case
 from stucksolver.guard.predict import BRAKING_MPS2, CROSSING_MPS
 from stucksolver.scene import LaneDirection, LightState, LineKind, ObjectKind
+from stucksolver.scene.boxes import separation
 from stucksolver.scene.view import View
 
 TWO_WAY = straight_road()
@@ -192,3 +193,39 @@ def test_a_walker_between_the_quick_and_the_slow_ego_is_seen_coming():
         in_path = [(-edge - start) / 1.5 for edge in (1.2, -1.2)]
         assert not (case.quick.t[station] < in_path[1] and in_path[0] < case.slow.t[station])
     assert found == {True, False}
+
+
+REACTION_S, FOLLOWER_MPS2 = 1.0, 3.5
+"""What RSS, as the policy has it, expects of who comes from behind."""
+
+
+@many
+@given(st.floats(8.0, 60.0), st.floats(1.0, 12.0), st.floats(3.0, 8.0), st.sampled_from(["quick", "slow"]))
+def test_who_comes_from_behind_stops_short_of_what_is_in_their_lane(behind_m, speed, gap_m, which):
+    """Whatever their speed and distance: they go on until we enter, react for a second, and brake as they must.
+
+    Those who are past us by then just drive on.
+    """
+    lead = thing("lead", 52.3 + gap_m + 2.4, hazard=True)
+    world = World(MULTI, [lead, thing("follower", 50.0 - behind_m, LANE_M, speed=speed)])
+    view = world.view()
+    _, proven = GUARD.accept([ChangeLane(side="left", distance_m=40.0, speed_mps=5.0)], view, False)
+    event(f"accepted: {proven is not None}")
+    assume(proven is not None)
+    case = Case(view, proven.path, GUARD.policy)
+    run, path = getattr(case, which), case.path
+    entry = float(run.t[np.flatnonzero(case.inside(path.enters[0]))[0]])
+    past = 50.0 - behind_m - 2.3 + speed * entry > np.interp(entry, run.t, path.s) + view.ego.length_m / 2
+    t = np.arange(0.0, run.duration_s, 0.05)
+    braked = np.clip(t - entry - REACTION_S, 0.0, speed / FOLLOWER_MPS2)
+    stopping = speed * np.minimum(t, entry + REACTION_S) + speed * braked - FOLLOWER_MPS2 * braked**2 / 2
+    front = 50.0 - behind_m + 2.3 + (speed * t if past else stopping)
+    s, d = np.interp(t, run.t, path.s), np.interp(t, run.t, path.d)
+    turn = np.interp(t, run.t, case.heading)
+    gap = separation(
+        (s, d, turn),
+        (view.ego.length_m / 2, view.ego.width_m / 2),
+        (front - 2.3, np.full(len(t), LANE_M), np.zeros(len(t))),
+        (2.3, 0.95),
+    )
+    assert gap.min() > 0.0

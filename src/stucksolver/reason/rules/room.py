@@ -78,8 +78,9 @@ def to_see_more(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Way | No
     The passing must follow at once: left to itself the stack drives up to the van again.
     """
     gap = start = lead.gap_m or 0.0
-    failed = has_failed(scene, "back_up", "nudge")
-    if failed or scene.ego.speed_mps > 0.2 or not all(_offers(scene, name) for name in ("nudge", "back_up")):
+    # What has not shown enough once will not show more the next time.
+    looked = any({"back_up", "nudge"} & set(a.behaviors) for a in scene.attempts)
+    if looked or scene.ego.speed_mps > 0.2 or not all(_offers(scene, name) for name in ("nudge", "back_up")):
         return None
     moves: list[BackUp | Nudge] = []
     if gap < LOOK_ROOM_M and _may_back_up(scene, BACK_M):
