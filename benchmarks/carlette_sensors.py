@@ -6,7 +6,9 @@ The client waits for every measurement in every tick, as evaluators do. Each set
 from __future__ import annotations
 
 import multiprocessing
+import os
 import time
+from pathlib import Path
 from queue import Queue
 from typing import Any
 
@@ -25,23 +27,34 @@ SETS = {"none": (), "camera": (CAMERA,), "lidar": (LIDAR,), "camera_and_lidar": 
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """The figures: `real_time_factor_*` (simulated seconds in a second) for each set of sensors."""
+    """The figures for each set of sensors.
+
+    `real_time_factor_*`: simulated seconds in a second. `server_ms_*`: the server's processor time for each tick, all
+    threads together, which other programs on the machine disturb less.
+    """
     ticks = 40 if smoke else 600
-    return {f"real_time_factor_{name}": _measure(name, ticks) for name in SETS}
+    figures = {}
+    for name in SETS:
+        figures[f"real_time_factor_{name}"], figures[f"server_ms_{name}"] = _measure(name, ticks)
+    return figures
 
 
-def _measure(name: str, ticks: int) -> float:
+def _measure(name: str, ticks: int) -> tuple[float, float]:
     """The client runs in a process of its own and is ended where it hangs; raises `RuntimeError` without a figure."""
     context = multiprocessing.get_context("spawn")
-    with running_server() as port:
+    with running_server() as (port, server):
         receiver, sender = context.Pipe(duplex=False)
         client = context.Process(target=_drive, args=(port, name, ticks, sender), daemon=True)
         client.start()
         sender.close()
         try:
-            if not receiver.poll(LONGEST_RUN_S):
-                raise RuntimeError(f"the client with sensors '{name}' did not finish within {LONGEST_RUN_S:g} s")
-            return float(receiver.recv())
+            moments = []
+            for _ in range(2):  # after warming up, and at the end
+                if not receiver.poll(LONGEST_RUN_S):
+                    raise RuntimeError(f"the client with sensors '{name}' did not finish within {LONGEST_RUN_S:g} s")
+                moments.append((receiver.recv(), _processor_s(server)))
+            (start, before), (end, after) = moments
+            return ticks * STEP_S / (end - start), 1e3 * (after - before) / ticks
         except EOFError:
             raise RuntimeError(f"the client with sensors '{name}' ended without a figure; see its messages") from None
         finally:
@@ -66,15 +79,20 @@ def _drive(port: int, name: str, ticks: int, result: Any) -> None:
         car.set_autopilot(True, MANAGER_PORT)
     queues = [_listen(carla, world, cars[0], type_id, attributes) for type_id, attributes in SETS[name]]
     measuring = [one for one, (type_id, _) in zip(queues, SETS[name], strict=True) if "collision" not in type_id]
-    start = 0.0
     for tick in range(WARM_UP_TICKS + ticks):
         if tick == WARM_UP_TICKS:
-            start = time.perf_counter()
+            result.send(time.perf_counter())
         frame = world.tick()
         for queue in measuring:
             if queue.get(timeout=LONGEST_WAIT_S) != frame:
                 raise RuntimeError(f"a measurement of another frame than {frame} came with it")
-    result.send(ticks * STEP_S / (time.perf_counter() - start))
+    result.send(time.perf_counter())
+
+
+def _processor_s(pid: int) -> float:
+    """Time that a process of this machine has spent on a processor."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _listen(carla: Any, world: Any, car: Any, type_id: str, attributes: dict[str, int]) -> Queue[int]:

@@ -63,7 +63,7 @@ def _measure(cars: int | None, ticks: int, program: tuple[str, ...]) -> float:
     Raises `RuntimeError` when it brings no figure.
     """
     context = multiprocessing.get_context("spawn")
-    with running_server(program) as port:
+    with running_server(program) as (port, _):
         receiver, sender = context.Pipe(duplex=False)
         client = context.Process(target=_drive, args=(port, cars, ticks, sender), daemon=True)
         client.start()
@@ -80,15 +80,15 @@ def _measure(cars: int | None, ticks: int, program: tuple[str, ...]) -> float:
 
 
 @contextmanager
-def running_server(program: tuple[str, ...] = PROGRAM) -> Iterator[int]:
-    """A server on the demo town and a free port."""
+def running_server(program: tuple[str, ...] = PROGRAM) -> Iterator[tuple[int, int]]:
+    """The free port of a server on the demo town, and its process id."""
     command = [sys.executable, *program, "--port", "0", "--map", "demo_town", "--exit-on-stdin-eof"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         try:
             ready = READY.search(process.stdout.readline() if process.stdout else "")
             if ready is None:
                 raise RuntimeError("the server did not come up; see its message")
-            yield int(ready[1])
+            yield int(ready[1]), process.pid
         finally:
             process.terminate()
 
