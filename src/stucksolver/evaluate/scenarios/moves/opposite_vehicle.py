@@ -16,6 +16,7 @@ SPEED_MPS = 60.0 / 3.6
 UPSTREAM_M, SINK_M = 60.0, 10.0
 SYNC_S, NEAR_M = 2.2, 12.0
 LEAD_M = SPEED_MPS * SYNC_S
+TOGETHER_M = 2.0
 Array = NDArray[np.float64]
 
 
@@ -61,13 +62,13 @@ class OppositeVehicle(JunctionScenario):
         self.free_lights()
 
     def _cross_s(self) -> float:
-        """Where along the route the ways cross, or come nearest."""
+        """Where along the route the ways meet, or come nearest."""
         first, apart = self._apart(self._line)
-        return float(self.setting.route.s_m[first + int(np.argmin(apart.min(axis=1)))])
+        return float(self.setting.route.s_m[first + _first_near(apart.min(axis=1))])
 
     def _from_lead(self, line: list[Any]) -> list[Any]:
         """The line from where the vehicle is 2.2 s from the hero's way."""
-        crosses = int(np.argmin(self._apart(line)[1].min(axis=0)))
+        crosses = _first_near(self._apart(line)[1].min(axis=0))
         gone_m = 0.0
         for k in range(crosses, 0, -1):
             gone_m += line[k].transform.location.distance(line[k - 1].transform.location)
@@ -81,6 +82,11 @@ class OppositeVehicle(JunctionScenario):
         hero = self.setting.route.xyz[first : last + 1, :2]
         other = np.array([_xy(w) for w in line])
         return first, np.hypot(hero[:, None, 0] - other[None, :, 0], hero[:, None, 1] - other[None, :, 1])
+
+
+def _first_near(apart_m: Array) -> int:
+    """Index of the first point where two ways have come together; of the nearest one where they never do."""
+    return int(np.argmax(apart_m < TOGETHER_M)) if (apart_m < TOGETHER_M).any() else int(np.argmin(apart_m))
 
 
 def _xy(waypoint: Any) -> tuple[float, float]:

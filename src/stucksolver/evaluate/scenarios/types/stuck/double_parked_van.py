@@ -9,7 +9,7 @@ from stucksolver.evaluate.scenarios.moves.stuck import PASSABLE_M, Stuck
 from stucksolver.evaluate.scenarios.registry import scenario
 
 VAN, PERSON = "vehicle.mercedes.sprinter", "walker.pedestrian.0002"
-WALK_MPS, WALK_M = 1.2, 3.0
+WALK_MPS, WALK_M, ASIDE_M = 1.2, 3.0, 0.6
 
 
 @scenario
@@ -20,15 +20,19 @@ class DoubleParkedVan(Stuck):
     expected = "recover"
     suspends = frozenset({"blocked", "wrong_lane"})
     oncoming_gaps_m = PASSABLE_M
+    simplified = "nobody comes up from behind"
     needs_map = "one lane each way"
     blueprints = (VAN, PERSON)
 
     def stage(self) -> None:
-        self._van = self.put_disabled(VAN, right_m=0.2)
-        aside_m = self._van.half_width_m + 0.9
+        self._van = self.put_disabled(VAN, right_m=ASIDE_M)
+        aside_m = ASIDE_M + self._van.half_width_m + 0.7
         self._person = self.put(PERSON, -self._van.half_length_m, aside_m)
 
     def happen(self) -> Iterator[None]:
+        # Whoever wants to see past a van needs room behind.
+        self.traffic.switch_route_sources(False)
+        self.traffic.remove_behind()
         end_s = self.s_at(self.distance_m) + 10.0
         for _ in self._work():
             if self.gap_m(end_s) < 0.0:
