@@ -66,8 +66,9 @@ def test_whoever_comes_within_the_time_gap_is_waited_for(speed):
     assert not somebody_comes(LANE, AT_M, 0.0, far, CAR)
 
 
-def test_who_is_abreast_is_waited_for_and_who_has_passed_stands_or_drives_elsewhere_is_not():
+def test_who_is_abreast_is_waited_for_and_who_has_passed_stands_further_back_or_drives_elsewhere_is_not():
     assert somebody_comes(LANE, AT_M, 0.0, cars((AT_M + 3.0, 0.0, 6.0)), CAR)
+    assert somebody_comes(LANE, AT_M, 0.0, cars((AT_M, 0.0, 0.0)), CAR)
     elsewhere = cars((AT_M + 20.0, 0.0, 6.0), (AT_M - 10.0, 0.0, 0.0), (AT_M - 10.0, -3.5, 9.0))
     assert not somebody_comes(LANE, AT_M, 0.0, elsewhere, CAR)
 

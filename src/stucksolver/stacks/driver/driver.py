@@ -28,7 +28,7 @@ FOLLOW_MAX_STEER = 1.0
 """A swing-out from close behind an obstacle may need the whole lock."""
 DRIVEN_OVER = ("static.prop.dirtdebris",)
 """Loose dirt, which CARLA's agents do not even see, and every car drives over."""
-_WRONG_WAY_MPS = -0.1
+_WRONG_WAY_MPS, _HALTED_MPS = -0.1, 0.1
 _DEFAULT_TICK_S = 0.05
 
 
@@ -58,6 +58,8 @@ class BehaviorDriver:
         self._route: tuple[RoutePoint, ...] = ()
         self._holding = False
         self._ignored: frozenset[int] = frozenset()
+        self._leaving = False
+        """Has it decided to go back to its lane from beside it?"""
         self._hazard: Hazard | None = None
 
     @property
@@ -134,7 +136,9 @@ class BehaviorDriver:
         self._planner.update(motion.pose)
         self._steering.observe(motion.speed, motion.yaw_rate)
         around = self._perception.read(motion.pose.x, motion.pose.y)
-        stays = self._at_the_roadside and not self._pulls_out(motion, around)
+        beside = self._at_the_roadside
+        self._leaving = self._leaving and beside
+        stays = beside and not self._pulls_out(motion, around)
         path = self._planner.path
         if path is None:
             return self._control(0.0, -self._options.follow_deceleration, motion)
@@ -159,7 +163,10 @@ class BehaviorDriver:
             way = clear_way_out(lambda m: planner.way_back(motion.pose, m), gentle, motion.pose, around, self._model)
             if way is not None:
                 planner.take(way, motion.pose)
-        return not somebody_comes(line, planner.route_s, motion.speed, around, self._model)
+        # Once it has set off in a gap it goes: to stop half-way out would be worse.
+        if motion.speed < _HALTED_MPS or not self._leaving:
+            self._leaving = not somebody_comes(line, planner.route_s, motion.speed, around, self._model)
+        return self._leaving
 
     def _steer(self, path: Path, way: Motion) -> float:
         speed, where = max(way.speed, 0.0), self._planner.where

@@ -42,13 +42,10 @@ def somebody_comes(line: Path, route_s: float, own_mps: float, around: Surroundi
     for x, y, yaw, length, vx, vy in zip(
         around.x, around.y, around.yaw, around.half_length, around.vx, around.vy, strict=True
     ):
-        speed = float(np.hypot(vx, vy))
-        if speed < _STANDS_MPS:
-            continue
         place = line.project(Pose(float(x), float(y), float(yaw)), route_s - _SEEN_M + 3.0, window_m=_SEEN_M + 10.0)
         gap = route_s - place.s - float(length) - model.half_length
         abreast = -2.0 * (float(length) + model.half_length) - _ROOM_M
-        closing = max(speed - own_mps, 0.0)
+        closing = max(float(np.hypot(vx, vy)) - own_mps, 0.0)
         if abs(place.lateral) < _LANE_M and abreast < gap < GAP_S * closing + _ROOM_M:
             return True
     return False
