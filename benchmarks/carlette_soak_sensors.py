@@ -31,7 +31,7 @@ CARS = 20
 SENSORS = (CAMERA, LIDAR, *SMALL)
 TICKS = 300
 LONGEST_ROUND_S = 900.0
-CLIENT_TIMEOUT_S = 20.0
+CLIENT_TIMEOUT_S = 60.0
 LONGEST_WAIT_S = 120.0
 COUNTED = ("ticks", "missing", "misframed", "surplus", "collisions")
 """Of each round; `missing` measurements never came, `misframed` had another frame than the tick's."""
