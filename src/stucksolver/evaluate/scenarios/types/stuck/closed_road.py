@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from stucksolver.evaluate.background.lanes import oncoming_lanes
+from collections.abc import Iterator
+
+from stucksolver.evaluate.background.lanes import beside as lane_beside
+from stucksolver.evaluate.background.lanes import oncoming_lanes, slots
 from stucksolver.evaluate.scenarios.moves.places import beside
 from stucksolver.evaluate.scenarios.moves.stuck import Stuck
 from stucksolver.evaluate.scenarios.registry import scenario
@@ -20,9 +23,15 @@ class ClosedRoad(Stuck):
     suspends = frozenset({"blocked", "route_deviation"})
     blueprints = (BARRIER, SIGN)
 
+    def script(self) -> Iterator[None]:
+        self.traffic.leave_space_in_front(self.distance_m + 40.0)
+        # Until the drive is over: whoever plans anew has another route from here on.
+        yield from self.until(lambda: False)
+
     def stage(self) -> None:
         lane = self.ahead(self.distance_m)
-        for one in (lane, *oncoming_lanes(lane)):
+        mine = [one for slot in slots(lane) if (one := lane_beside(lane, slot)) is not None]
+        for one in (*mine, *oncoming_lanes(lane)):
             for k in range(BARRIERS_EACH):
                 place = beside(one, (k - 1) * BARRIER_M, turn_deg=90.0)
                 self.cast.must_spawn(BARRIER, place, lift_m=0.0)
