@@ -15,7 +15,8 @@ SWING_M, ROOM_M = 4.5, 7.0
 """Nearer than the first to what is ahead, the ego backs up to the second before it swings out."""
 MORE_M, ENOUGH_M = 4.0, 12.0
 """Where that was too near all the same, it backs up by so much more, up to the second."""
-REAR_MARGIN_M = 8.0
+REAR_MARGIN_M, LOOK_REAR_MARGIN_M = 2.5, 8.0
+"""Left free behind when backing up to get room, and to look. The guard sees to those who come."""
 BESIDE_M = 0.55
 LOOK_M, LOOK_ROOM_M, BACK_M = 6.0, 9.0, 8.0
 FAR_M, MOST_MOVES = 18.0, 4
@@ -66,7 +67,12 @@ def to_swing_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Recover
     near = gap < SWING_M or (failed and gap < ENOUGH_M)
     room = max(ROOM_M, min(gap + MORE_M, ENOUGH_M)) if failed else ROOM_M
     way = round(min(max(room - gap, 1.0), 8.0), 1)
-    if not near or scene.ego.speed_mps > 0.2 or lead.speed_along_mps > 0.2 or not _may_back_up(scene, way):
+    if (
+        not near
+        or scene.ego.speed_mps > 0.2
+        or lead.speed_along_mps > 0.2
+        or not _may_back_up(scene, way, REAR_MARGIN_M)
+    ):
         return plan
     return plan.model_copy(update={"behaviors": (BackUp(distance_m=way), *plan.behaviors)})
 
@@ -83,13 +89,13 @@ def to_see_more(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Way | No
     if looked or scene.ego.speed_mps > 0.2 or not all(_offers(scene, name) for name in ("nudge", "back_up")):
         return None
     moves: list[BackUp | Nudge] = []
-    if gap < LOOK_ROOM_M and _may_back_up(scene, BACK_M):
+    if gap < LOOK_ROOM_M and _may_back_up(scene, BACK_M, LOOK_REAR_MARGIN_M):
         moves, gap = [BackUp(distance_m=BACK_M, speed_mps=2.0)], gap + BACK_M
     if gap < LOOK_M + 1.5:
         return None
     moves.append(Nudge(side="left", offset_m=0.8, distance_m=LOOK_M, speed_mps=1.5))
     gap -= LOOK_M
-    while gap < FAR_M and len(moves) < MOST_MOVES and _may_back_up(scene, gap + BACK_M - start):
+    while gap < FAR_M and len(moves) < MOST_MOVES and _may_back_up(scene, gap + BACK_M - start, LOOK_REAR_MARGIN_M):
         moves, gap = [*moves, BackUp(distance_m=BACK_M, speed_mps=2.0)], gap + BACK_M
     if gap < SWING_M:
         return None
@@ -97,10 +103,10 @@ def to_see_more(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Way | No
     return whole, (None, f"get back and aside to see past {lead.id}, then pass")
 
 
-def _may_back_up(scene: Scene, way_m: float) -> bool:
+def _may_back_up(scene: Scene, way_m: float, margin_m: float) -> bool:
     lane = lane_of(scene, LaneRelation.EGO)
     free = None if lane is None else lane.free_behind_m
-    return _offers(scene, "back_up") and free is not None and free >= way_m + REAR_MARGIN_M
+    return _offers(scene, "back_up") and free is not None and free >= way_m + margin_m
 
 
 def _offers(scene: Scene, name: str) -> bool:
