@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-LONGEST_TEST_S = 60
+LONGEST_TEST_S = 150
 
 
 @pytest.fixture(autouse=True)

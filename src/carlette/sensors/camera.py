@@ -18,7 +18,7 @@ from carlette.camera.view import View
 from carlette.errors import RequestError, UsageError
 from carlette.sensors.base import Body, LateSensor, Moment, Settings
 from carlette.sensors.scene import Scene
-from carlette.sensors.workshop import build_stage, drawers
+from carlette.sensors.workshop import build_stage, drawer
 from carlette.world.world import World
 
 LARGEST_PX = 4096
@@ -45,7 +45,8 @@ class Camera(LateSensor):
     def begin(self, moment: Moment) -> Future[list[Body]]:
         world = moment.scene.world
         seen = seen_of(moment.scene).from_inside(world, world.actors.get(moment.actor.parent_id), moment.pose.location)
-        return drawers().submit(self._drawn, seen, View(moment.pose, self.width, self.height, self.fov_deg))
+        view = View(moment.pose, self.width, self.height, self.fov_deg)
+        return drawer().submit(lambda: self._drawn(seen, view))
 
     def _drawn(self, seen: Seen, view: View) -> list[Body]:
         picture = self.draw(the_painter(), seen.shot(), view)

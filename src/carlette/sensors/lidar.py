@@ -22,7 +22,7 @@ from carlette.geometry import Floats
 from carlette.sensors.base import Body, LateSensor, Moment, Settings
 from carlette.sensors.faces import Indices, Singles
 from carlette.sensors.scene import Scene, Sweep
-from carlette.sensors.workshop import build_faces, casters
+from carlette.sensors.workshop import build_faces, caster
 from carlette.world.world import World
 
 MOST_CHANNELS = 1024
@@ -92,7 +92,8 @@ class Fan(LateSensor):
 
     def begin(self, moment: Moment) -> Future[list[Body]]:
         moment.scene.hold()
-        return casters().submit(self._scan, moment, self._turn(moment))
+        turn = self._turn(moment)
+        return caster().submit(lambda: self._scan(moment, turn))
 
     def _turn(self, moment: Moment) -> Turn:
         steps = self._steps(moment)

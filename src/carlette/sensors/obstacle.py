@@ -15,7 +15,7 @@ from carlette.sensors.base import Body, LateSensor, Moment, Settings
 from carlette.sensors.faces import Faces
 from carlette.sensors.frames import axes
 from carlette.sensors.scene import Scene
-from carlette.sensors.workshop import build_faces, casters
+from carlette.sensors.workshop import build_faces, caster
 from carlette.world.actor import Actor, Kind
 from carlette.world.world import World
 
@@ -56,7 +56,8 @@ class ObstacleSensor(LateSensor):
         finder = moment.scene.world.actors.get(moment.actor.parent_id, moment.actor)
         origin, ahead = np.array(moment.pose.location), axes(moment.pose.rotation)[:, 0]
         among = list(self._among_actors(moment, origin, ahead))
-        return casters().submit(self._reported, moment.wire(finder), among, moment.scene, (origin, ahead))
+        described = moment.wire(finder)
+        return caster().submit(lambda: self._reported(described, among, moment.scene, (origin, ahead)))
 
     def _reported(self, finder: Any, among: list[Found], scene: Scene, ray: tuple[Floats, Floats]) -> list[Body]:
         found = [*among, *self._in_scenery(scene, *ray)]

@@ -11,7 +11,7 @@ from carlette.geometry import Floats
 from carlette.sensors.base import Body, LateSensor, Moment, Settings
 from carlette.sensors.frames import axes
 from carlette.sensors.lidar import MOST_POINTS_PER_S, MOST_RANGE_M, MOST_RAYS, require_kernels
-from carlette.sensors.workshop import build_faces, casters
+from carlette.sensors.workshop import build_faces, caster
 from carlette.world.world import World
 
 
@@ -42,7 +42,7 @@ class RadarSensor(LateSensor):
         moment.scene.hold()
         own, ways = self._velocity(moment), self._rays(moment)
         self.pass_over(moment)
-        return casters().submit(self._detections, moment, own, ways)
+        return caster().submit(lambda: self._detections(moment, own, ways))
 
     def _detections(self, moment: Moment, own: Floats, ways: Floats) -> list[Body]:
         length = np.linalg.norm(ways, axis=1)

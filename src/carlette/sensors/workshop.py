@@ -5,14 +5,19 @@ Drawing and casting let go of Python's lock, so both run while the server's thre
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from functools import lru_cache
+from queue import SimpleQueue
+from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
 from carlette.camera.studio import stage_of
 from carlette.opendrive.roads import RoadNetwork
 from carlette.sensors.faces import static_faces
+
+T = TypeVar("T")
 
 _stages: WeakKeyDictionary[RoadNetwork, Future[None]] = WeakKeyDictionary()
 _faces: WeakKeyDictionary[RoadNetwork, Future[None]] = WeakKeyDictionary()
@@ -28,21 +33,47 @@ def build_faces(roads: RoadNetwork) -> Future[None]:
     return _begun(_faces, roads, lambda: _make_faces(roads))
 
 
+class Worker:
+    """A thread that does one job after the other; a server that ends does not wait for it."""
+
+    def __init__(self, name: str) -> None:
+        self._jobs: SimpleQueue[tuple[Future[Any], Callable[[], Any]]] = SimpleQueue()
+        threading.Thread(target=self._work, name=name, daemon=True).start()
+
+    def submit(self, job: Callable[[], T]) -> Future[T]:
+        """Queues a job; what it raises is in the future."""
+        future: Future[T] = Future()
+        self._jobs.put((future, job))
+        return future
+
+    def _work(self) -> None:
+        while True:
+            _do(*self._jobs.get())
+
+
+def _do(future: Future[Any], job: Callable[[], Any]) -> None:
+    # A function of its own, so that the thread holds on to nothing while it waits for the next job.
+    try:
+        future.set_result(job())
+    except BaseException as error:  # noqa: BLE001  (told to whoever asks for the result)
+        future.set_exception(error)
+
+
 @lru_cache(maxsize=1)
-def drawers() -> ThreadPoolExecutor:
+def drawer() -> Worker:
     """Draws pictures one after the other: there is one rasteriser."""
-    return ThreadPoolExecutor(1, "carlette-camera")
+    return Worker("carlette-camera")
 
 
 @lru_cache(maxsize=1)
-def casters() -> ThreadPoolExecutor:
+def caster() -> Worker:
     """Casts rays, scan after scan, so that what is left to chance comes in a fixed order."""
-    return ThreadPoolExecutor(1, "carlette-rays")
+    return Worker("carlette-rays")
 
 
 @lru_cache(maxsize=1)
-def _builders() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(1, "carlette-builder")
+def _builder() -> Worker:
+    return Worker("carlette-builder")
 
 
 def _begun(
@@ -51,7 +82,7 @@ def _begun(
     found = known.get(roads)
     if found is None:
         # The result must not be kept: it would keep its key, and so the map, for ever.
-        found = known[roads] = _builders().submit(lambda: (build(), None)[1])
+        found = known[roads] = _builder().submit(lambda: (build(), None)[1])
     return found
 
 

@@ -54,6 +54,14 @@ def test_requests_are_answered_while_a_map_is_built_and_the_first_frame_comes_af
         one.destroy()
 
 
+def test_a_server_ends_at_once_while_a_map_is_built() -> None:
+    with running_server("--map", "demo_town", *_version(), program=("-c", SLOW_BUILDER.replace("7.0", "60.0"))) as port:
+        world = _world(port)
+        sensor, _ = _listening(world, "sensor.camera.rgb")
+        sensor.stop()
+        # The block's end asserts that it goes within 10 s.
+
+
 def test_in_asynchronous_mode_pictures_begin_when_the_map_is_built(slow_port: int) -> None:
     client = carla.Client("127.0.0.1", slow_port)
     client.set_timeout(CLIENT_TIMEOUT_S)
