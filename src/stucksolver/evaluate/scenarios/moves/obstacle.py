@@ -131,14 +131,20 @@ class TwoWays(Obstacle):
 
 
 def oncoming_flow(
-    scenario: Scenario, distance_m: float, gaps_m: tuple[float, float], offset_m: float = 0.0, constant: bool = False
+    scenario: Scenario,
+    distance_m: float,
+    gaps_m: tuple[float, float],
+    offset_m: float = 0.0,
+    constant: bool = False,
+    least_reach_m: float = 0.0,
 ) -> Flow:
     """Cars in the oncoming lane at the hero's speed limit, from far beyond a place to far behind it.
 
-    The place is `distance_m` beyond the trigger, where there must be an oncoming lane.
+    The place is `distance_m` beyond the trigger, where there must be an oncoming lane. How far is the public
+    benchmark's rule, but `least_reach_m` at least.
     """
     limit = scenario.limit_mps
-    reach_m = 1.5 * 3.6 * limit + 30.0
+    reach_m = max(1.5 * 3.6 * limit + 30.0, least_reach_m)
     lane = oncoming_lanes(scenario.ahead(distance_m))[0]
     line = run_of_lane(upstream(lane, reach_m), 2.0 * reach_m)
     return Flow(scenario, line, limit, gaps_m, constant=constant, offset_m=offset_m)

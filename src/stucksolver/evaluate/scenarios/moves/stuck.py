@@ -15,8 +15,10 @@ from stucksolver.evaluate.scenarios.moves.places import beside
 from stucksolver.evaluate.scenarios.parameters import Number
 from stucksolver.evaluate.scenarios.setting import Setting
 
-PASSABLE_M = (120.0, 300.0)
+PASSABLE_M = (180.0, 360.0)
 """Distances between oncoming cars among which there are gaps to pass something in."""
+FAR_M = 160.0
+"""From there they come: farther than anyone has to see to pass."""
 NEAR_M = 25.0
 """The hero is there."""
 PAST_M = 25.0
@@ -44,7 +46,7 @@ class Stuck(Scenario):
 
     def _with_oncoming(self, gaps_m: tuple[float, float]) -> Iterator[None]:
         self.traffic.change_opposite_behavior(active=False)
-        flow = oncoming_flow(self, self.distance_m, gaps_m)
+        flow = oncoming_flow(self, self.distance_m, gaps_m, least_reach_m=FAR_M)
         for _ in self._until_past():
             flow.tick()
             yield
