@@ -21,10 +21,13 @@ class ClosedRoad(Stuck):
     type = "ClosedRoad"
     expected = "reroute"
     suspends = frozenset({"blocked", "route_deviation"})
+    simplified = "nobody else drives into the closed road"
     blueprints = (BARRIER, SIGN)
 
     def script(self) -> Iterator[None]:
-        self.traffic.leave_space_in_front(self.distance_m + 40.0)
+        self.traffic.handle_junction_scenario()
+        self.traffic.switch_route_sources(False)
+        self.traffic.remove_behind()
         # Until the drive is over: whoever plans anew has another route from here on.
         yield from self.until(lambda: False)
 
