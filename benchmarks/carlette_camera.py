@@ -1,8 +1,8 @@
 """Frames per second of carlette's cameras, alone on one core, in a street with twenty cars.
 
 Processor time is measured, not the wall's, so that other programs disturb little. Each rate is also given as a ratio
-to that of a baseline in the same run: averaging two by two pixels of a 1600x900 picture in numpy, which every
-antialiased 800x450 frame contains.
+to that of a baseline in the same run: averaging two by two pixels of a 1600x900 picture in plain numpy, which shows
+how fast the machine is at the time.
 """
 
 from __future__ import annotations

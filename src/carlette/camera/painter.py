@@ -27,9 +27,6 @@ OPAQUE_AIR = 5.0
 CLEAR_PER_M = 0.0015
 """In air clearer than this, a chunk fades as a whole."""
 KEPT_COLORS = 2048
-BAND_ROWS = 16
-_EVEN, _ODD = np.uint64(0x00FF00FF00FF00FF), np.uint64(0xFF00FF00)
-_2, _6, _8, _32 = (np.uint64(one) for one in (2, 6, 8, 32))
 
 
 @dataclass(frozen=True)
@@ -67,13 +64,15 @@ class Painter:
 
     def rgb(self, shot: Shot, view: View) -> Bytes:
         """Colours: (height, width, 4) uint8, bytes B G R A."""
+        from carlette.camera.averaging import halved  # numba takes half a second to load
+
         scale = 2 if view.width * view.height <= SUPERSAMPLED_PIXELS else 1
         with RASTER_LOCK:
             raster = the_raster()
             buffer = raster.begin(view.width * scale, view.height * scale, view.projection())
             fill_sky(buffer, view, shot.light)
             self._draw_colors(raster, shot, view)
-            picture = _averaged(buffer) if scale == 2 else buffer.copy()
+            picture = halved(buffer) if scale == 2 else buffer.copy()
         picture |= np.uint32(0xFF000000)
         return _bytes(picture)
 
@@ -273,36 +272,6 @@ def _turned_only(into: Singles) -> Singles:
     turned: Singles = into.copy()
     turned[:3, 3] = 0.0
     return turned
-
-
-def _averaged(buffer: Pixels) -> Pixels:
-    """Each two by two pixels as one: two pixels of four bytes at once, in bands that stay in the cache."""
-    pairs = buffer.view(np.uint64)
-    height, width = buffer.shape[0] // 2, buffer.shape[1] // 2
-    picture = np.empty((height, width), np.uint32)
-    low, high, rest = (np.empty((BAND_ROWS, width), np.uint64) for _ in range(3))
-    for start in range(0, height, BAND_ROWS):
-        count = min(BAND_ROWS, height - start)
-        one, other = pairs[2 * start : 2 * (start + count) : 2], pairs[2 * start + 1 : 2 * (start + count) : 2]
-        a, b, c = low[:count], high[:count], rest[:count]
-        np.bitwise_and(one, _EVEN, out=a)
-        np.bitwise_and(other, _EVEN, out=c)
-        a += c
-        np.right_shift(one, _8, out=b)
-        b &= _EVEN
-        np.right_shift(other, _8, out=c)
-        c &= _EVEN
-        b += c
-        for sums in (a, b):
-            np.right_shift(sums, _32, out=c)
-            sums += c
-        a >>= _2
-        a &= _EVEN
-        b <<= _6
-        b &= _ODD
-        a |= b
-        picture[start : start + count] = a
-    return picture
 
 
 __all__ = ["LAYERS", "Painter", "Part", "Shot"]

@@ -6,27 +6,14 @@ channel (its elevation); `tangents` are tan(elevation), ascending.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
-import numba
 import numpy as np
 
-Function = TypeVar("Function", bound=Callable[..., Any])
+from carlette.compiling import compiled
+
 Array = Any
 """A numpy array, as numba sees it."""
-# Products must not be fused with sums: an edge has to bound both faces that share it by the same number.
-_OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"nnan", "ninf", "nsz"}}
-
-
-def compiled(function: Function) -> Function:
-    """Compiles a function; where the file system takes no cache, anew in every process."""
-    njit: Any = numba.njit
-    try:
-        built: Function = njit(function, cache=True, **_OPTIONS)
-    except RuntimeError:
-        built = njit(function, **_OPTIONS)
-    return built
 
 
 @compiled

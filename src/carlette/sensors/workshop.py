@@ -13,6 +13,8 @@ from queue import SimpleQueue
 from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
+import numpy as np
+
 from carlette.camera.studio import stage_of
 from carlette.opendrive.roads import RoadNetwork
 from carlette.sensors.faces import static_faces
@@ -25,7 +27,7 @@ _faces: WeakKeyDictionary[RoadNetwork, Future[None]] = WeakKeyDictionary()
 
 def build_stage(roads: RoadNetwork) -> Future[None]:
     """Begins to build what cameras see of a map, unless that was begun already."""
-    return _begun(_stages, roads, lambda: stage_of(roads))
+    return _begun(_stages, roads, lambda: _make_stage(roads))
 
 
 def build_faces(roads: RoadNetwork) -> Future[None]:
@@ -84,6 +86,13 @@ def _begun(
         # The result must not be kept: it would keep its key, and so the map, for ever.
         found = known[roads] = _builder().submit(lambda: (build(), None)[1])
     return found
+
+
+def _make_stage(roads: RoadNetwork) -> None:
+    from carlette.camera.averaging import halved  # numba takes half a second to load
+
+    halved(np.zeros((2, 2), np.uint32))
+    stage_of(roads)
 
 
 def _make_faces(roads: RoadNetwork) -> None:

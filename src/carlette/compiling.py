@@ -1,0 +1,22 @@
+"""Inner loops, compiled by numba on first use; the machine code is kept for later runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numba
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+# Products must not be fused with sums: an edge has to bound both faces that share it by the same number.
+_OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"nnan", "ninf", "nsz"}}
+
+
+def compiled(function: Function) -> Function:
+    """Compiles a function; where the file system takes no cache, anew in every process."""
+    njit: Any = numba.njit
+    try:
+        built: Function = njit(function, cache=True, **_OPTIONS)
+    except RuntimeError:
+        built = njit(function, **_OPTIONS)
+    return built
