@@ -78,6 +78,8 @@ class Stage:
 
     def clear(self) -> None:
         """Take everything off the stage and let the lights run."""
+        # The client takes an actor that no frame has shown yet for dead, and does not destroy it.
+        self.world.tick()
         for actor in self.actors:
             actor.destroy()
         self.actors.clear()
