@@ -56,6 +56,8 @@ class Car:
     stand_gap_m: float = STAND_GAP_M
     start_road: int = 0
     """The road that its line began on."""
+    number: int = 0
+    """How many set off before it; unlike its id the same in every world."""
     hit_hero: bool = False
     s: float = 0.0
     state: State = field(default_factory=lambda: State(0, 0, 0, 0, 0, 0, 0))
@@ -79,6 +81,7 @@ class Cars:
     def __init__(self, cast: Cast, dt_s: float) -> None:
         self._cast, self._dt_s = cast, dt_s
         self._cars: dict[int, Car] = {}
+        self._begun = 0
         self._steering: dict[str, Steering] = {}
         self._ticks = 0
         self.claims = Claims()
@@ -128,6 +131,7 @@ class Cars:
             member.actor.enable_constant_velocity(carla.Vector3D(wish_mps, 0.0, 0.0))
         elif begin and wish_mps > 0.0:
             self._push(car, wish_mps)
+        car.number, self._begun = self._begun, self._begun + 1
         self._cars[member.id] = car
         return car
 
@@ -194,7 +198,7 @@ class Cars:
         for car in cars:
             if car.leader is not None:
                 car.leader = car.leader.after(self._dt_s, car.state.speed_mps)
-        self.find_leaders([car for car in cars if (car.member.id + self._ticks) % LEADERS_EVERY == 0])
+        self.find_leaders([car for car in cars if (car.number + self._ticks) % LEADERS_EVERY == 0])
 
     def find_leaders(self, cars: Sequence[Car]) -> None:
         """Look who is ahead of each of these cars, and set their `leader`."""
