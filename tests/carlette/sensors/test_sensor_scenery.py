@@ -47,8 +47,9 @@ def test_requests_are_answered_while_a_map_is_built_and_the_first_frame_comes_af
         pictures.get(timeout=0.05)
     assert other.get_snapshot().frame == frames[-1]
     assert answered - begun < BUILD_S
-    assert [pictures.get(timeout=LONG_S) for _ in frames] == frames
-    assert [scans.get(timeout=LONG_S) for _ in frames] == frames
+    # The client hands what arrives together to several threads of its own, so their order is not the server's.
+    assert sorted(pictures.get(timeout=LONG_S) for _ in frames) == frames
+    assert sorted(scans.get(timeout=LONG_S) for _ in frames) == frames
     assert pictures.empty() and scans.empty()
     for one in (camera, lidar):
         one.destroy()
