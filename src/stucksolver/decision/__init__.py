@@ -1,6 +1,6 @@
 """What the solver answers."""
 
-from stucksolver.decision.codes import CauseCode, GuidanceIntent, Intent, WaitLimits, WaitReason
+from stucksolver.decision.codes import QUESTIONS, CauseCode, GuidanceIntent, Intent, WaitLimits, WaitReason
 from stucksolver.decision.decision import (
     Analysis,
     AnalysisStep,
@@ -14,6 +14,7 @@ from stucksolver.decision.directive import CONTINUE, Continue, Directive, Execut
 
 __all__ = [
     "CONTINUE",
+    "QUESTIONS",
     "Analysis",
     "AnalysisStep",
     "CauseCode",

@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import Field, ValidationError
 
 from stucksolver.decision import (
+    QUESTIONS,
     Analysis,
     AnalysisStep,
     CauseCode,
@@ -25,7 +26,7 @@ from stucksolver.decision import (
 from stucksolver.decision.behaviors import Behavior
 from stucksolver.decision.behaviors.registry import AnyBehavior
 from stucksolver.reason.llm.offers import available
-from stucksolver.reason.llm.schema import MOST_BEHAVIORS, STEPS, steps_of
+from stucksolver.reason.llm.schema import MOST_BEHAVIORS, steps_of
 from stucksolver.reason.reasoner import PARSERS, ReasonerError
 from stucksolver.scene import ControlKind, LaneRelation, LightState, ObjectKind, Scene, SceneObject, TrafficControl
 from stucksolver.scene.model import Model
@@ -250,7 +251,9 @@ def _distance(seen: _Control, measured: tuple[TrafficControl, ...]) -> float | N
 
 def _analysis(said: _Analysis, scene: Scene) -> Analysis:
     steps = tuple(
-        AnalysisStep(id=name, question=STEPS[name], answer=said.steps[name].answer, evidence=said.steps[name].evidence)
+        AnalysisStep(
+            id=name, question=QUESTIONS[name], answer=said.steps[name].answer, evidence=said.steps[name].evidence
+        )
         for name in steps_of(scene)
     )
     return Analysis(

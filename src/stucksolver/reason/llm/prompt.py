@@ -5,11 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 
+from stucksolver.decision import QUESTIONS
 from stucksolver.decision.behaviors import REGISTRY
 from stucksolver.reason.llm.chat import Message, Tool
 from stucksolver.reason.llm.offers import available
 from stucksolver.reason.llm.scene_text import scene_text
-from stucksolver.reason.llm.schema import STEPS
 from stucksolver.scene import Scene
 
 PROMPT_VERSION = 1
@@ -62,4 +62,4 @@ def prose_appendix(tool: Tool) -> str:
 
 def prompt_digest() -> str:
     """Of the fixed words; changes with every change of them."""
-    return hashlib.sha256((ROLE + PROSE + json.dumps(STEPS)).encode()).hexdigest()[:12]
+    return hashlib.sha256((ROLE + PROSE + json.dumps(QUESTIONS)).encode()).hexdigest()[:12]

@@ -19,15 +19,6 @@ DECIDE = "decide"
 CHECK_PLAN = "check_plan"
 MOST_BEHAVIORS = 6
 
-STEPS = {
-    "S2.1": "Does the passenger ask for something that can be done?",
-    "S2.2": "Is the vehicle at its destination?",
-    "S2.3": "Is it moving along its route?",
-    "S2.4": "Is it held by a light, a sign, a queue, people, or a duty to yield?",
-    "S2.5": "Is it immobilized, and by what?",
-}
-"""The chain of the second step: S2.1 with guidance, the others without."""
-
 Schema = dict[str, Any]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stucksolver.decision import (
+    QUESTIONS,
     Analysis,
     AnalysisStep,
     CauseCode,
@@ -48,12 +49,8 @@ def analyse(scene: Scene, observation: Observation, limits: WaitLimits) -> Analy
 def _with_guidance(scene: Scene, limits: WaitLimits) -> Analysis:
     assert scene.guidance is not None
     wanted = guidance_intent(scene.guidance.text)
-    step = AnalysisStep(
-        id="S2.1",
-        question="Does the passenger ask for something that can be done?",
-        answer=wanted not in (GuidanceIntent.WAIT, GuidanceIntent.UNCLEAR),
-        evidence=f'"{scene.guidance.text}" is read as: {wanted.value}',
-    )
+    can_be_done = wanted not in (GuidanceIntent.WAIT, GuidanceIntent.UNCLEAR)
+    step = _step("S2.1", can_be_done, f'"{scene.guidance.text}" is read as: {wanted.value}')
     stuck = scene.ego.speed_mps < MOVING_MPS and not scene.ego.at_destination
     # No words release the vehicle from a light, a stop line, or people in front of it.
     hold = _held_by_control(scene, limits) or _held_by_people(scene, limits)
@@ -67,44 +64,28 @@ def _with_guidance(scene: Scene, limits: WaitLimits) -> Analysis:
 
 
 def _without_guidance(scene: Scene, observation: Observation, limits: WaitLimits) -> Analysis:
-    steps = [
-        AnalysisStep(
-            id="S2.2",
-            question="Is the vehicle at its destination?",
-            answer=scene.ego.at_destination,
-            evidence=_destination(scene),
-        )
-    ]
+    steps = [_step("S2.2", scene.ego.at_destination, _destination(scene))]
     if scene.ego.at_destination:
         return _waiting(steps, Hold(WaitReason.AT_DESTINATION, "the route is done"))
     moving = scene.ego.speed_mps >= MOVING_MPS
     looping = moving and scene.ego.progress_20s_m is not None and scene.ego.progress_20s_m < 5.0
-    steps.append(
-        AnalysisStep(
-            id="S2.3",
-            question="Is it moving along its route?",
-            answer=moving and not looping,
-            evidence=f"{scene.ego.speed_mps:.1f} m/s, stopped for {scene.ego.stopped_for_s:.1f} s",
-        )
-    )
+    motion = f"{scene.ego.speed_mps:.1f} m/s, stopped for {scene.ego.stopped_for_s:.1f} s"
+    steps.append(_step("S2.3", moving and not looping, motion))
     if moving:
         cause = CauseCode.LOOP if looping else None
         reason = "it moves without getting on" if looping else "it is moving"
         return Analysis(steps=tuple(steps), immobilized=looping, cause=cause, reason=reason)
     hold = find_hold(scene, limits)
-    steps.append(
-        AnalysisStep(
-            id="S2.4",
-            question="Is it held by a light, a sign, a queue, people, or a duty to yield?",
-            answer=hold is not None,
-            evidence=hold.evidence if hold else "nothing of the kind",
-        )
-    )
+    steps.append(_step("S2.4", hold is not None, hold.evidence if hold else "nothing of the kind"))
     if hold is not None:
         return _waiting(steps, hold)
     cause, evidence = find_cause(scene, limits)
-    steps.append(AnalysisStep(id="S2.5", question="Is it immobilized, and by what?", answer=True, evidence=evidence))
+    steps.append(_step("S2.5", True, evidence))
     return Analysis(steps=tuple(steps), immobilized=True, cause=cause, reason=evidence)
+
+
+def _step(name: str, answer: bool, evidence: str) -> AnalysisStep:
+    return AnalysisStep(id=name, question=QUESTIONS[name], answer=answer, evidence=evidence)
 
 
 def _destination(scene: Scene) -> str:
