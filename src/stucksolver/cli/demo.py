@@ -6,14 +6,12 @@ import argparse
 import sys
 
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.words import clock_name, driver_profile
 from stucksolver.evaluate.demo import DemoSpec, demo
 from stucksolver.evaluate.files import OutputError
 from stucksolver.evaluate.jobs import RunError
 from stucksolver.evaluate.report import ReportError
 from stucksolver.evaluate.table import table
-from stucksolver.solver import make_clock
-
-PROFILES = ("cautious", "normal", "aggressive")
 
 
 def run_demo(options: argparse.Namespace) -> int:
@@ -22,10 +20,10 @@ def run_demo(options: argparse.Namespace) -> int:
         map_name=options.map,
         maps=options.maps,
         seed=options.seed,
-        profile=_profile(options.driver),
+        profile=driver_profile(options.driver),
         road=options.road,
         oncoming=options.oncoming,
-        clock=_clock(options.clock),
+        clock=clock_name(options.clock),
         out=options.out,
         host=options.host,
         port=options.port,
@@ -38,20 +36,6 @@ def run_demo(options: argparse.Namespace) -> int:
     print(table(runs))
     print(f"\nreport: {report}")
     return 0
-
-
-def _profile(text: str) -> str:
-    name, _, profile = text.partition(":")
-    if name != "behavior" or (profile or "normal") not in PROFILES:
-        raise UsageError(f"unknown driver {text!r}: use behavior, or behavior: with one of {', '.join(PROFILES)}")
-    return profile or "normal"
-
-
-def _clock(text: str) -> str:
-    try:
-        return make_clock(text).name
-    except ValueError as error:
-        raise UsageError(str(error)) from error
 
 
 _written = 0

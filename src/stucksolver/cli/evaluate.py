@@ -9,9 +9,8 @@ from pathlib import Path
 
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.score import show_scores, show_sweep
-from stucksolver.solver import make_clock
+from stucksolver.cli.words import clock_name, driver_profile
 
-PROFILES = ("cautious", "normal", "aggressive")
 PERCEPTIONS = ("privileged",)
 
 
@@ -73,7 +72,7 @@ def run_evaluate(options: argparse.Namespace) -> int:
             suite=options.suite,
             out=options.out,
             arm=ArmSpec(
-                driver=_driver(options.driver),
+                driver=f"behavior:{driver_profile(options.driver)}",
                 recovery=options.recovery,
                 reasoner=options.reasoner,
                 clock=_clock(options.clock),
@@ -100,18 +99,8 @@ def run_evaluate(options: argparse.Namespace) -> int:
         raise UsageError(str(error)) from error
 
 
-def _driver(text: str) -> str:
-    name, _, profile = text.partition(":")
-    if name != "behavior" or (profile or "normal") not in PROFILES:
-        raise UsageError(f"unknown driver {text!r}: use behavior, or behavior: with one of {', '.join(PROFILES)}")
-    return f"behavior:{profile or 'normal'}"
-
-
 def _clock(text: str) -> str:
-    try:
-        name = make_clock(text).name
-    except ValueError as error:
-        raise UsageError(str(error)) from error
+    name = clock_name(text)
     if name == "wall":
         raise UsageError("clock 'wall' is for live stacks: use lockstep, latency:SECONDS or latency:measured")
     return name
