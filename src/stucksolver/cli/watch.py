@@ -31,20 +31,15 @@ def add_watch(commands: Any) -> argparse.ArgumentParser:
 
 def run_watch(options: argparse.Namespace) -> int:
     """Look on until told to end. Raises `UsageError`."""
-    import carla
-
     from stucksolver.evaluate.files import OutputError, require_writable
-    from stucksolver.evaluate.server import ServerError, check_versions, remote_server
+    from stucksolver.evaluate.server import ServerError, connect, remote_server
     from stucksolver.stacks.observer import NoSuchCar, Watching
 
     ladder = chosen_ladder(options.ladder)
     try:
         if options.out is not None:
             require_writable(options.out)
-        remote_server(options.host, options.port)
-        client = carla.Client(options.host, options.port)
-        client.set_timeout(10.0)
-        check_versions(client)
+        client = connect(remote_server(options.host, options.port), 10.0)
         watching = Watching(client.get_world(), options.role, ladder, options.out, lambda event: None)
     except (ServerError, NoSuchCar, OutputError) as error:
         raise UsageError(str(error)) from error

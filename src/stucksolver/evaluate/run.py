@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import carla
-
 from stucksolver.decision import CONTINUE, Directive
 from stucksolver.evaluate.jobs import CLIENT_TIMEOUT_S, PROGRESS_EVERY_S, Job
 from stucksolver.evaluate.mapview import map_view
 from stucksolver.evaluate.measure import BLOCKED_S, CollisionWatch, Measures
 from stucksolver.evaluate.runlog import RunLog, RunResult
 from stucksolver.evaluate.scribe import Scribe
-from stucksolver.evaluate.server import Server, check_versions
+from stucksolver.evaluate.server import Server, connect, set_synchronous
 from stucksolver.evaluate.sites import Site, choose_site
 from stucksolver.evaluate.situation import Scenario, Situation, build
 from stucksolver.evaluate.traffic import Traffic
@@ -39,9 +37,7 @@ def run_job(job: Job, server: Server, progress: Callable[[float], None]) -> RunL
 
     Raises `SiteError`, `SituationError`, `RouteError`, and `RuntimeError` from the client when the server is gone.
     """
-    client = carla.Client(server.host, server.port)
-    client.set_timeout(CLIENT_TIMEOUT_S)
-    check_versions(client)
+    client = connect(server, CLIENT_TIMEOUT_S)
     world = _fresh_world(client, job)
     carla_map = world.get_map()
     site = choose_site(carla_map, job.road, job.seed, LENGTH_M[job.scenario])
@@ -80,9 +76,7 @@ def _run(
 def _fresh_world(client: Any, job: Job) -> Any:
     """A world without anyone in it, in synchronous mode. A server of our own has just made one."""
     world = client.get_world() if job.host is None else client.load_world(job.map_name)
-    settings = world.get_settings()
-    settings.synchronous_mode, settings.fixed_delta_seconds = True, DT_S
-    world.apply_settings(settings)
+    set_synchronous(world, DT_S)
     return world
 
 

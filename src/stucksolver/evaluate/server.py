@@ -79,7 +79,24 @@ def _client_version() -> str:
     return served
 
 
-def check_versions(client: Any) -> None:
+def connect(server: Server, timeout_s: float) -> Any:
+    """A client of it. Raises `ServerError` where versions differ, `RuntimeError` where nobody answers."""
+    import carla
+
+    client = carla.Client(server.host, server.port)
+    client.set_timeout(timeout_s)
+    _check_versions(client)
+    return client
+
+
+def set_synchronous(world: Any, dt_s: float | None) -> None:
+    """From now on a tick is `dt_s` long and comes when we ask; with None the server goes by its own clock again."""
+    settings = world.get_settings()
+    settings.synchronous_mode, settings.fixed_delta_seconds = dt_s is not None, dt_s
+    world.apply_settings(settings)
+
+
+def _check_versions(client: Any) -> None:
     """Raises `ServerError` where a client and the server it is connected to are of different versions."""
     ours, theirs = str(client.get_client_version()), str(client.get_server_version())
     if ours != theirs:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import socket
 from typing import Any
 
+from stucksolver.evaluate.server import set_synchronous
+
 
 class Traffic:
     """Holds the traffic manager of this process, on a port of its own."""
@@ -29,9 +31,7 @@ class Traffic:
         """
         if self._manager is not None:
             self._manager.set_synchronous_mode(False)
-        settings = world.get_settings()
-        settings.synchronous_mode, settings.fixed_delta_seconds = False, None
-        world.apply_settings(settings)
+        set_synchronous(world, None)
 
 
 def _free_port() -> int:

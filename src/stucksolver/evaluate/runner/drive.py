@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from random import Random
 from typing import Any
 
-import carla
-
 from stucksolver.evaluate.arms import make_arm
 from stucksolver.evaluate.arms.arm import Arm, Now
 from stucksolver.evaluate.arms.solver_arm import SolverArm
@@ -28,7 +26,7 @@ from stucksolver.evaluate.runner.watch import NearMissWatch, SpellWatch, Traffic
 from stucksolver.evaluate.runner.weather import Weather
 from stucksolver.evaluate.scenarios.play import Play
 from stucksolver.evaluate.scenarios.setting import Setting
-from stucksolver.evaluate.server import Server, check_versions
+from stucksolver.evaluate.server import Server, connect, set_synchronous
 from stucksolver.stacks.driver import BehaviorDriver, RoutePoint
 
 DT_S = 0.05
@@ -55,19 +53,14 @@ class Driven:
 
 def drive_route(job: RouteJob, server: Server, progress: Callable[[float], None]) -> Driven:
     """One route in a fresh world. Raises `RouteError`, `ScenarioError`, `DriveError`, and the client's errors."""
-    client = carla.Client(server.host, server.port)
-    client.set_timeout(CLIENT_TIMEOUT_S)
-    check_versions(client)
+    client = connect(server, CLIENT_TIMEOUT_S)
     world = client.get_world() if job.host is None else client.load_world(job.route.town)
-    settings = world.get_settings()
-    settings.synchronous_mode, settings.fixed_delta_seconds = True, DT_S
-    world.apply_settings(settings)
+    set_synchronous(world, DT_S)
     try:
         return _drive(job, client, world, progress)
     finally:
         if job.host is not None:
-            settings.synchronous_mode, settings.fixed_delta_seconds = False, None
-            world.apply_settings(settings)
+            set_synchronous(world, None)
 
 
 def _drive(job: RouteJob, client: Any, world: Any, progress: Callable[[float], None]) -> Driven:
