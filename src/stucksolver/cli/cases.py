@@ -32,10 +32,11 @@ def add_cases(commands: Any) -> argparse.ArgumentParser:
 
 def run_cases_command(options: argparse.Namespace) -> int:
     """0 when each case got a decision, 1 otherwise. Raises `UsageError`."""
-    from stucksolver.evaluate.cases import CASES, CaseError, run_cases
+    from stucksolver.evaluate.cases import CASES, run_cases
     from stucksolver.evaluate.cases.figure import draw_figure
     from stucksolver.evaluate.server import ServerError
     from stucksolver.evaluate.sites import SiteError
+    from stucksolver.evaluate.situation import SituationError
 
     exchanges = options.out / "exchanges" if options.exchanges else None
 
@@ -50,7 +51,7 @@ def run_cases_command(options: argparse.Namespace) -> int:
         for result in results:
             events = [event.model_dump(mode="json", exclude_none=True) for event in result.events]
             (options.out / f"{result.case.name}.json").write_text(json.dumps(events, indent=1), encoding="utf-8")
-    except (ReasonerNameError, ExchangesError, CaseError, SiteError, ServerError, ValueError) as error:
+    except (ReasonerNameError, ExchangesError, SituationError, SiteError, ServerError, ValueError) as error:
         raise UsageError(str(error)) from error
     except OSError as error:
         raise UsageError(f"{options.out} cannot be written: {error.strerror}") from error

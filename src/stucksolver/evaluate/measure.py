@@ -42,6 +42,11 @@ class CollisionWatch:
         self.counts[kind] = self.counts.get(kind, 0) + 1
         self.news.append(f"collision with {other.type_id}")
 
+    @property
+    def touched(self) -> int:
+        """How many different actors."""
+        return len(self._last)
+
     def close(self) -> None:
         self._sensor.stop()
         self._sensor.destroy()

@@ -46,15 +46,15 @@ class Situation:
 
 def build(world: Any, site: Site, scenario: Scenario, oncoming: int, traffic: Traffic, seed: int) -> Situation:
     """Spawn the ego at the site's start and the scenario ahead of it. Raises `SituationError`."""
-    ego = _spawn(world, "vehicle.lincoln.mkz_2020", site.start, "hero")
+    ego = spawn(world, "vehicle.lincoln.mkz_2020", site.start, "hero")
     if scenario is Scenario.PARKED_CAR:
-        others = [_spawn(world, "vehicle.tesla.model3", site.obstacle, "scenario")]
+        others = [spawn(world, "vehicle.tesla.model3", site.obstacle, "scenario")]
         others[0].apply_control(carla.VehicleControl(hand_brake=True))
         cyclists = []
     else:
         blueprints = ("vehicle.diamondback.century", "vehicle.bh.crossbike")
         places = [site.waypoints[k] for k in CYCLISTS_AHEAD_M]
-        cyclists = [_spawn(world, b, w, "scenario") for b, w in zip(blueprints, places, strict=True)]
+        cyclists = [spawn(world, b, w, "scenario") for b, w in zip(blueprints, places, strict=True)]
         others = cyclists
     cars = _oncoming(world, site, oncoming)
     world.tick()
@@ -90,17 +90,18 @@ def _oncoming(world: Any, site: Site, count: int) -> list[Any]:
     return cars
 
 
-def _spawn(world: Any, blueprint: str, waypoint: Any, role: str) -> Any:
-    actor = _try_spawn(world, blueprint, waypoint, role)
+def spawn(world: Any, blueprint: str, waypoint: Any, role: str, aside_m: float = 0.0) -> Any:
+    """A vehicle on a waypoint, or to the right of it by `aside_m`. Raises `SituationError` where something is there."""
+    actor = _try_spawn(world, blueprint, waypoint, role, aside_m)
     if actor is None:
         place = waypoint.transform.location
         raise SituationError(f"{blueprint} could not be put at ({place.x:.1f}, {place.y:.1f}): something is there")
     return actor
 
 
-def _try_spawn(world: Any, blueprint: str, waypoint: Any, role: str) -> Any | None:
+def _try_spawn(world: Any, blueprint: str, waypoint: Any, role: str, aside_m: float = 0.0) -> Any | None:
     definition = world.get_blueprint_library().find(blueprint)
     definition.set_attribute("role_name", role)
     transform = waypoint.transform
-    transform.location.z += LIFT_M
+    transform.location += transform.get_right_vector() * aside_m + carla.Location(z=LIFT_M)
     return world.try_spawn_actor(definition, transform)

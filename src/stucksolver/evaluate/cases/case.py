@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import carla
 
-from stucksolver.evaluate.sites import SiteError, choose_site
+from stucksolver.evaluate.actors.path import straightest
+from stucksolver.evaluate.sites import choose_site
+from stucksolver.evaluate.situation import SituationError, spawn
 
-LIFT_M = 0.3
 APPROACH_M = 30.0
 BEYOND_M = 70.0
 WALK_MPS = 0.9
 
 
-class CaseError(RuntimeError):
+class CaseError(SituationError):
     """A case could not be staged on this map; the message says what is missing."""
 
 
@@ -28,16 +29,14 @@ class Staged:
     ego: Any
     destination: Any
     every_tick: Callable[[float], None] = lambda seconds: None
-    actors: list[Any] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
 class Case:
-    """One case of the figure. `words`: what a passenger says, and when. `expected`: the right answer, in short."""
+    """One case of the figure. `words`: what a passenger says, and when."""
 
     name: str
     title: str
-    expected: str
     stage: Callable[[Any, Any], Staged]
     words: tuple[float, str] | None = None
     drive_s: float = 60.0
@@ -50,7 +49,7 @@ def _pedestrians(world: Any, carla_map: Any) -> Staged:
     light, stop = _light_with_room(world)
     light.set_state(carla.TrafficLightState.Red)
     light.freeze(True)
-    ego = _spawn(world, "vehicle.lincoln.mkz_2020", stop.previous(APPROACH_M)[0], "hero")
+    ego = spawn(world, "vehicle.lincoln.mkz_2020", stop.previous(APPROACH_M)[0], "hero")
     places = ((2.5, -5.5), (4.0, 6.5), (3.2, -8.0))
     walkers = [_walker(world, stop.next(ahead)[0], side) for ahead, side in places]
 
@@ -62,40 +61,39 @@ def _pedestrians(world: Any, carla_map: Any) -> Staged:
         if seconds >= 30.0:
             light.set_state(carla.TrafficLightState.Green)
 
-    return Staged(ego, _onward(stop, BEYOND_M).transform.location, walk, walkers)
+    return Staged(ego, _onward(stop, BEYOND_M).transform.location, walk)
 
 
 def _open_door(world: Any, carla_map: Any) -> Staged:
     """A car that stands half in our lane, its door open towards us; the lane to the left is free."""
     site = choose_site(carla_map, "multi_lane", 1, 170)
-    ego = _spawn(world, "vehicle.lincoln.mkz_2020", site.start, "hero")
-    parked = _spawn(world, "vehicle.dodge.charger_2020", site.obstacle, "parked", aside_m=1.1)
+    ego = spawn(world, "vehicle.lincoln.mkz_2020", site.start, "hero")
+    parked = spawn(world, "vehicle.dodge.charger_2020", site.obstacle, "parked", aside_m=1.1)
     parked.apply_control(carla.VehicleControl(hand_brake=True))
     parked.open_door(carla.VehicleDoor.FL)
-    return Staged(ego, site.destination.transform.location, actors=[parked])
+    return Staged(ego, site.destination.transform.location)
 
 
 def _cyclists(world: Any, carla_map: Any) -> Staged:
     """Two cyclists ahead in our lane, slower than anyone; nobody is stuck, but a passenger would like to get on."""
     site = choose_site(carla_map, "multi_lane", 1, 260)
-    ego = _spawn(world, "vehicle.lincoln.mkz_2020", site.start, "hero")
+    ego = spawn(world, "vehicle.lincoln.mkz_2020", site.start, "hero")
     places = zip(("vehicle.diamondback.century", "vehicle.bh.crossbike"), (20, 25), strict=True)
-    riders = [_spawn(world, blueprint, site.waypoints[k], "rider") for blueprint, k in places]
+    riders = [spawn(world, blueprint, site.waypoints[k], "rider") for blueprint, k in places]
 
     def ride(seconds: float) -> None:
         for rider in riders:
             rider.enable_constant_velocity(carla.Vector3D(x=2.5))
 
-    return Staged(ego, site.destination.transform.location, ride, riders)
+    return Staged(ego, site.destination.transform.location, ride)
 
 
 CASES = (
-    Case("pedestrians", "Pedestrians cross at a red light", "wait", _pedestrians, shown_from_s=11.0),
-    Case("open_door", "A door stands open into our lane", "change the lane to the left", _open_door),
+    Case("pedestrians", "Pedestrians cross at a red light", _pedestrians, shown_from_s=11.0),
+    Case("open_door", "A door stands open into our lane", _open_door),
     Case(
         "cyclists",
         "Two slow cyclists, and a passenger in a hurry",
-        "overtake when it is safe",
         _cyclists,
         words=(9.0, "please overtake them"),
     ),
@@ -118,21 +116,8 @@ def _onward(waypoint: Any, distance_m: float) -> Any:
         options = waypoint.next(2.0)
         if not options:
             return waypoint
-        yaw = waypoint.transform.rotation.yaw
-        waypoint = min(options, key=lambda w: abs((w.transform.rotation.yaw - yaw + 180.0) % 360.0 - 180.0))
+        waypoint = straightest(options)
     return waypoint
-
-
-def _spawn(world: Any, blueprint: str, waypoint: Any, role: str, aside_m: float = 0.0) -> Any:
-    definition = world.get_blueprint_library().find(blueprint)
-    definition.set_attribute("role_name", role)
-    transform = waypoint.transform
-    transform.location += transform.get_right_vector() * aside_m + carla.Location(z=LIFT_M)
-    actor = world.try_spawn_actor(definition, transform)
-    if actor is None:
-        place = transform.location
-        raise CaseError(f"{blueprint} could not be put at ({place.x:.1f}, {place.y:.1f}): something is there")
-    return actor
 
 
 def _walker(world: Any, waypoint: Any, side_m: float) -> Any:
@@ -144,6 +129,3 @@ def _walker(world: Any, waypoint: Any, side_m: float) -> Any:
     if walker is None:
         raise CaseError("a pedestrian could not be put beside the crossing: something is there")
     return walker
-
-
-__all__ = ["CASES", "Case", "CaseError", "SiteError", "Staged"]

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import carla
-
 from stucksolver.evaluate.cases.case import Case, CaseError, Staged
-from stucksolver.evaluate.server import Server, ServerError, carlette_server, check_versions
+from stucksolver.evaluate.measure import CollisionWatch
+from stucksolver.evaluate.server import Server, ServerError, carlette_server, connect, set_synchronous
+from stucksolver.evaluate.situation import SituationError
 from stucksolver.ladder import Ladder, parse_ladder, profile_text
 from stucksolver.reason import Reasoner
 from stucksolver.solver import Event, EventKind, StuckSolver
@@ -20,6 +21,7 @@ from stucksolver.stacks.driver import BehaviorDriver
 DT_S = 0.05
 SETTLE_TICKS = 10
 CLIENT_TIMEOUT_S = 60.0
+PICTURE_LIMIT_S = 180.0
 ENOUGH_S = 25.0
 """After a first answer without a plan, it is watched for this long."""
 LADDER = """
@@ -67,7 +69,7 @@ def run_cases(
     clock: str = "lockstep",
     say: Callable[[str], None] = lambda text: None,
 ) -> list[CaseResult]:
-    """Each case in a simulator of its own. Raises `CaseError`, `SiteError`, `ServerError`."""
+    """Each case in a simulator of its own. Raises `CaseError`, `SituationError`, `SiteError`, `ServerError`."""
     results = []
     for case in cases:
         say(f"{case.title} …")
@@ -81,7 +83,7 @@ def _answered(case: Case, reasoner: Reasoner, server: Server, clock: str) -> Cas
     """The client library tells of a simulator that is gone by a bare `RuntimeError`."""
     try:
         return _run(case, reasoner, server, clock)
-    except CaseError:
+    except SituationError:
         raise
     except RuntimeError as error:
         server.check()
@@ -89,26 +91,30 @@ def _answered(case: Case, reasoner: Reasoner, server: Server, clock: str) -> Cas
 
 
 def _run(case: Case, reasoner: Reasoner, server: Server, clock: str) -> CaseResult:
-    client = carla.Client(server.host, server.port)
-    client.set_timeout(CLIENT_TIMEOUT_S)
-    check_versions(client)
-    world = client.get_world()
-    settings = world.get_settings()
-    settings.synchronous_mode, settings.fixed_delta_seconds = True, DT_S
-    world.apply_settings(settings)
+    world = connect(server, CLIENT_TIMEOUT_S).get_world()
+    set_synchronous(world, DT_S)
     carla_map = world.get_map()
     staged = case.stage(world, carla_map)
     camera = FrontCamera(staged.ego)
-    hits: list[int] = []
-    bumper = _collisions(world, staged.ego, hits)
+    bumper = CollisionWatch(world, staged.ego)
     try:
         for _ in range(SETTLE_TICKS):
             world.tick()
-        return _drive(case, reasoner, world, carla_map, staged, camera, hits, clock)
+        _await_picture(world, camera)
+        return _drive(case, reasoner, world, carla_map, staged, camera, bumper, clock)
     finally:
         camera.close()
-        bumper.stop()
-        bumper.destroy()
+        bumper.close()
+
+
+def _await_picture(world: Any, camera: FrontCamera) -> None:
+    """A simulator may build its scenery before the first picture; a case without one would show nothing."""
+    deadline_s = time.monotonic() + PICTURE_LIMIT_S
+    while camera.image() is None:
+        if time.monotonic() > deadline_s:
+            raise CaseError(f"the front camera gave no picture within {PICTURE_LIMIT_S:.0f} s; run again")
+        time.sleep(DT_S)
+        world.tick()
 
 
 def _drive(
@@ -118,7 +124,7 @@ def _drive(
     carla_map: Any,
     staged: Staged,
     camera: FrontCamera,
-    hits: list[int],
+    bumper: CollisionWatch,
     clock: str,
 ) -> CaseResult:
     driver = BehaviorDriver(staged.ego, "normal", carla_map=carla_map)
@@ -151,7 +157,7 @@ def _drive(
             if over or status.at_destination or now > case.drive_s:
                 break
             world.tick()
-    return CaseResult(case, decided, tuple(events), progress_m - decided_m, len(hits))
+    return CaseResult(case, decided, tuple(events), progress_m - decided_m, bumper.touched)
 
 
 def _ladder() -> Ladder:
@@ -165,17 +171,3 @@ def _telling(events: list[Event], from_s: float) -> Event | None:
     made = [event for event in events if event.kind is EventKind.DECIDED and event.time_s >= from_s]
     accepted = [e for e in made if e.verdict is not None and e.verdict.accepted and e.decision and e.decision.plan]
     return next(iter(accepted or made), None)
-
-
-def _collisions(world: Any, ego: Any, hits: list[int]) -> Any:
-    """Counts who was touched; one actor once."""
-    sensor = world.spawn_actor(
-        world.get_blueprint_library().find("sensor.other.collision"), carla.Transform(), attach_to=ego
-    )
-
-    def note(event: Any) -> None:
-        if event.other_actor.id not in hits:
-            hits.append(event.other_actor.id)
-
-    sensor.listen(note)
-    return sensor
