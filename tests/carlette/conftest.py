@@ -2,22 +2,11 @@
 
 from __future__ import annotations
 
-import faulthandler
 import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-
-LONGEST_TEST_S = 150
-
-
-@pytest.fixture(autouse=True)
-def no_hang() -> Iterator[None]:
-    """The client library waits in C++, where nothing but the end of the process reaches it."""
-    faulthandler.dump_traceback_later(LONGEST_TEST_S, exit=True)
-    yield
-    faulthandler.cancel_dump_traceback_later()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import faulthandler
 import os
 import signal
 import time
@@ -21,14 +20,6 @@ from stucksolver.evaluate.jobs import Job, RunError, make
 from stucksolver.evaluate.situation import Scenario
 
 pytestmark = pytest.mark.integration
-
-
-@pytest.fixture(autouse=True)
-def no_hang() -> Iterator[None]:
-    """What hangs shall not hang us."""
-    faulthandler.dump_traceback_later(90, exit=True)
-    yield
-    faulthandler.cancel_dump_traceback_later()
 
 
 @pytest.fixture(autouse=True)

@@ -5,7 +5,6 @@ Runs with the client's traffic manager are made in a process of their own, as th
 
 from __future__ import annotations
 
-import faulthandler
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
@@ -29,16 +28,7 @@ from stucksolver.stacks.driver import BehaviorDriver  # noqa: E402
 pytestmark = pytest.mark.integration
 
 WORDS = (8.0, "please overtake them")
-LONGEST_TEST_S = 90
 Run = Callable[..., RunLog]
-
-
-@pytest.fixture(autouse=True)
-def no_hang() -> Iterator[None]:
-    """The client library waits in C++, where nothing but the end of the process reaches it."""
-    faulthandler.dump_traceback_later(LONGEST_TEST_S, exit=True)
-    yield
-    faulthandler.cancel_dump_traceback_later()
 
 
 @pytest.fixture(scope="module")

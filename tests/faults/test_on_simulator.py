@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import faulthandler
 import signal
 import subprocess
 import sys
@@ -28,15 +27,6 @@ from stucksolver.stacks.observer import NoSuchCar, Watching  # noqa: E402
 
 pytestmark = pytest.mark.integration
 T = TypeVar("T")
-LONGEST_TEST_S = 100
-
-
-@pytest.fixture(autouse=True)
-def no_hang() -> Iterator[None]:
-    """The client library waits in C++, where nothing but the end of the process reaches it."""
-    faulthandler.dump_traceback_later(LONGEST_TEST_S, exit=True)
-    yield
-    faulthandler.cancel_dump_traceback_later()
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import faulthandler
 from collections.abc import Iterator
 
 import pytest
@@ -12,16 +11,6 @@ pytest.importorskip("carla")
 from townstage import Stage
 
 from stucksolver.evaluate.server import carlette_server
-
-LONGEST_TEST_S = 60
-
-
-@pytest.fixture(autouse=True)
-def no_hang() -> Iterator[None]:
-    """The client library waits in C++, where nothing but the end of the process reaches it."""
-    faulthandler.dump_traceback_later(LONGEST_TEST_S, exit=True)
-    yield
-    faulthandler.cancel_dump_traceback_later()
 
 
 @pytest.fixture(scope="session")

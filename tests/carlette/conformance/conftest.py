@@ -8,7 +8,6 @@ A promise marked `carlette_only` is one that CARLA does not make; it is left out
 
 from __future__ import annotations
 
-import faulthandler
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -19,8 +18,6 @@ from stage import make_synchronous
 
 carla = pytest.importorskip("carla")
 
-LONGEST_TEST_S = 60
-LONGEST_TEST_OF_CARLA_S = 300
 OURS = ("vehicle.", "walker.", "sensor.", "static.", "controller.")
 
 
@@ -40,15 +37,6 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         for item in items:
             if item.get_closest_marker("carlette_only"):
                 item.add_marker(left_out)
-
-
-@pytest.fixture(autouse=True)
-def no_hang(pytestconfig: pytest.Config) -> Iterator[None]:
-    """The client library waits in C++, where nothing but the end of the process reaches it."""
-    named = pytestconfig.getoption("--host", default=None)
-    faulthandler.dump_traceback_later(LONGEST_TEST_OF_CARLA_S if named else LONGEST_TEST_S, exit=True)
-    yield
-    faulthandler.cancel_dump_traceback_later()
 
 
 @pytest.fixture(scope="session")

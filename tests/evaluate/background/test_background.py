@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import faulthandler
 import itertools
 import random
 from collections.abc import Iterator
@@ -21,14 +20,6 @@ from stucksolver.stacks.driver import RoutePoint  # noqa: E402
 
 pytestmark = pytest.mark.integration
 TICK_S = 0.05
-
-
-@pytest.fixture(autouse=True)
-def no_hang() -> Iterator[None]:
-    """The client library waits in C++, where nothing but the end of the process reaches it."""
-    faulthandler.dump_traceback_later(60, exit=True)
-    yield
-    faulthandler.cancel_dump_traceback_later()
 
 
 @pytest.fixture(scope="module")

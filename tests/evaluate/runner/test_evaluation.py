@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import faulthandler
 import json
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
@@ -27,14 +25,6 @@ from stucksolver.evaluate.runner import work  # noqa: E402
 
 pytestmark = pytest.mark.integration
 LENGTH_M = 90
-
-
-@pytest.fixture(autouse=True)
-def no_hang() -> Iterator[None]:
-    """What hangs shall not hang us."""
-    faulthandler.dump_traceback_later(240, exit=True)
-    yield
-    faulthandler.cancel_dump_traceback_later()
 
 
 def straight_ways() -> list[tuple[Position, ...]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import faulthandler
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -14,16 +13,6 @@ carla = pytest.importorskip("carla")
 from playing import Playing, Theatre  # noqa: E402
 
 from stucksolver.evaluate.server import carlette_server  # noqa: E402
-
-LONGEST_TEST_S = 60
-
-
-@pytest.fixture(autouse=True)
-def no_hang() -> Iterator[None]:
-    """The client library waits in C++, where nothing but the end of the process reaches it."""
-    faulthandler.dump_traceback_later(LONGEST_TEST_S, exit=True)
-    yield
-    faulthandler.cancel_dump_traceback_later()
 
 
 @pytest.fixture(scope="session")
