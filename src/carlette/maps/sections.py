@@ -37,10 +37,6 @@ class Profile:
         """From the centre line to the kerb."""
         return self.lanes_each_way * LANE_M + SHOULDER_M
 
-    def lane_count(self) -> int:
-        """Lanes on one side, with shoulder and sidewalk."""
-        return self.lanes_each_way + 2
-
 
 # CARLA's towns forbid "lane changes" across a centre line in the laneChange attribute even where its broken
 # paint permits overtaking: the attribute is what route planners use to switch lanes, and they would switch

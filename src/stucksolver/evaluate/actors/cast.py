@@ -64,7 +64,7 @@ class Cast:
     """The actors of one run, the hero's state, and the commands of this tick."""
 
     def __init__(self, client: Any, world: Any, hero: Any) -> None:
-        self._client, self._world, self._hero_id = client, world, hero.id
+        self._client, self._world = client, world
         self._library = world.get_blueprint_library()
         self._snapshot = world.get_snapshot()
         self._states: dict[int, State] = {}

@@ -7,6 +7,7 @@ gap_m = Range("frequency", (20.0, 100.0))   # <frequency from="30" to="60"/>
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -18,7 +19,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Parameter(Generic[T]):
+class Parameter(ABC, Generic[T]):
     """A descriptor: on a scenario it gives the value, on its class itself. Raises `ScenarioError` for a bad value."""
 
     name: str
@@ -44,9 +45,9 @@ class Parameter(Generic[T]):
         """How the element is written."""
         return f'<{self.name} value="..."/>'
 
+    @abstractmethod
     def read(self, element: Mapping[str, str]) -> T:
         """The value. Raises `KeyError` or `ValueError`."""
-        raise NotImplementedError
 
 
 class Number(Parameter[float]):
