@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import pytest
 from test_rules import behaviors_of, blocked, decide
-from worlds import World, red_light, straight_road, thing
+from worlds import LANE_M, World, drive, red_light, straight_road, thing
 
 from stucksolver.decision import WaitReason
 from stucksolver.reason import RuleReasoner
-from stucksolver.scene import Guidance, LightState, ObjectKind, PastAttempt
+from stucksolver.scene import Guidance, LightState, LineKind, ObjectKind, PastAttempt
+from stucksolver.solver import EventKind
 
 TWO_WAY = straight_road()
 NARROW = straight_road(oncoming=None)
+MULTI = straight_road(left=LineKind.BROKEN)
 K = ObjectKind
 
 
@@ -53,6 +55,36 @@ def test_what_may_not_be_driven_over_is_gone_round(more):
 def test_with_somebody_beside_the_bag_it_is_not_driven_over():
     decision = decide(bag(thing("walker", 60.0, -2.0, kind=K.PEDESTRIAN)))
     assert decision.plan is None or names(decision) != ["drive_over"]
+
+
+def beyond_the_lead(**more):
+    """A disabled car in the right lane, and something a little further on in the left one."""
+    usual = {"kind": K.BAG, "height": 0.1, "seen_for_s": 2.0, "kind_confidence": 0.95}
+    return World(MULTI, [thing("lead", 60.0, hazard=True), thing("it", 73.0, LANE_M, **{**usual, **more})])
+
+
+def test_a_bag_in_the_lane_beside_is_driven_over_on_the_way_past():
+    out, over, back = behaviors_of(decide(beyond_the_lead()))
+    assert (out.name, over.name, back.name) == ("change_lane", "drive_over", "change_lane")
+    assert (out.side, over.object_id, back.side) == ("left", "it", "right")
+
+
+def test_the_way_over_a_bag_in_the_lane_beside_is_proven_and_driven_to_its_end():
+    world = beyond_the_lead()
+    seen = drive(world, 40.0)
+    assert "the plan is done" in seen.texts(EventKind.FINISHED)
+    assert world.x > 90.0 and abs(world.y) < 0.5
+
+
+def test_a_rock_in_the_lane_beside_is_nothing_to_wait_for():
+    decision = decide(beyond_the_lead(kind=K.DEBRIS))
+    assert (decision.plan, decision.analysis.wait) == (None, WaitReason.NO_SAFE_WAY)
+    assert names(decide(beyond_the_lead(kind=K.DEBRIS), stopped_s=121.0)) == ["request_assistance"]
+
+
+def test_a_queue_in_the_lane_beside_is_waited_for():
+    decision = decide(beyond_the_lead(kind=K.CAR, height=1.5))
+    assert (decision.plan, decision.analysis.wait) == (None, WaitReason.YIELD)
 
 
 def test_what_leaves_room_in_the_lane_is_passed_within_it():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stucksolver.scene import Scene, SceneLane, SceneObject
+from stucksolver.scene import MOTOR_VEHICLES, VULNERABLE, Scene, SceneLane, SceneObject
 
 GROUP_GAP_M = 14.0
 """Objects nearer to each other than this are passed together."""
@@ -66,16 +66,30 @@ def way_to_pass_m(scene: Scene, target: Target, speed: float) -> tuple[float, fl
     return way, time
 
 
-def blocked(scene: Scene, lane: SceneLane, target: Target, speed: float) -> str | None:
-    """What stands or crawls in the way in a lane of our direction. Who drives on there is a matter of the moment."""
+def in_lane_beside(scene: Scene, lane: SceneLane, target: Target, speed: float) -> tuple[SceneObject, ...]:
+    """What stands or crawls in the way in a lane of our direction, nearest first.
+
+    Who drives on there is a matter of the moment.
+    """
     way, time = way_to_pass_m(scene, target, speed)
+    found = []
     for o in scene.objects:
         if o.lane_id != lane.id or o.gap_m is None or o.gap_m < -scene.ego.length_m - 1.0:
             continue
         drives = o.speed_along_mps > FLOWING_MPS and not o.hazard_lights
         if not drives and o.gap_m + max(o.speed_along_mps, 0.0) * time < way:
-            return f"{o.kind.value} {o.id} blocks the lane beside, {o.gap_m:.0f} m ahead"
-    return None
+            found.append(o)
+    return tuple(sorted(found, key=lambda o: o.gap_m or 0.0))
+
+
+def said_of(blocking: SceneObject) -> str:
+    """That it blocks the lane beside, in words."""
+    return f"{blocking.kind.value} {blocking.id} blocks the lane beside, {blocking.gap_m or 0.0:.0f} m ahead"
+
+
+def stays(o: SceneObject) -> bool:
+    """Will it still be there, however long one waits: a thing, or a vehicle that has broken down?"""
+    return bool(o.hazard_lights) or o.kind not in MOTOR_VEHICLES | VULNERABLE
 
 
 def oncoming_blocked(scene: Scene, lane: SceneLane, target: Target, speed: float) -> str | None:

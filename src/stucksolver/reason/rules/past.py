@@ -2,17 +2,40 @@
 
 from __future__ import annotations
 
+import math
+from typing import Literal
+
 from stucksolver.decision import RecoveryPlan, WaitReason
-from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane, KeepLane
+from stucksolver.decision.behaviors import AnyBehavior, BorrowOncomingLane, ChangeLane, DriveOver, KeepLane
 from stucksolver.reason.rules.analyse import red_light_within
-from stucksolver.reason.rules.passing import Target, blocked, oncoming_blocked, way_to_pass_m
-from stucksolver.scene import CandidateWaypoint, LaneRelation, LineKind, Scene, SceneLane
+from stucksolver.reason.rules.passing import (
+    Target,
+    end_of,
+    in_lane_beside,
+    oncoming_blocked,
+    said_of,
+    stays,
+    way_to_pass_m,
+)
+from stucksolver.scene import (
+    PASSABLE_KINDS,
+    VULNERABLE,
+    CandidateWaypoint,
+    LaneRelation,
+    LineKind,
+    Scene,
+    SceneLane,
+    SceneObject,
+)
 
 RECOVERY_SPEED_MPS = 5.0
 GUIDED_SPEED_MPS = 11.0
 LEAST_SPEED_MPS = 2.0
 SLOW_MPS = 2.2
 REMEMBERED_S = 30.0
+OVER_HEIGHT_M, OVER_SEEN_S, OVER_CONFIDENCE, LIVING_M = 0.15, 1.0, 0.8, 2.5
+BEFORE_OVER_M, BEYOND_OVER_M = 6.0, 2.0
+"""So far before what it drives over the ego is in its lane, and so far behind it its rear is free again."""
 
 
 Why = tuple[WaitReason | None, str]
@@ -35,6 +58,18 @@ def speed_for(scene: Scene, target: Target) -> float:
     return round(min(max(scene.speed_limit_mps or 8.0, LEAST_SPEED_MPS), GUIDED_SPEED_MPS), 1)
 
 
+def may_be_driven_over(scene: Scene, o: SceneObject) -> bool:
+    """Is it soft, low, long enough seen, and away from everybody, and has that not just failed?"""
+    sure = o.kind in PASSABLE_KINDS and (o.kind_confidence or 0.0) >= OVER_CONFIDENCE
+    low = o.height_m <= OVER_HEIGHT_M and (o.seen_for_s or 0.0) >= OVER_SEEN_S
+    living = any(
+        other.kind in VULNERABLE and math.hypot(other.x_m - o.x_m, other.y_m - o.y_m) < LIVING_M
+        for other in scene.objects
+    )
+    offered = "drive_over" in {b.name for b in scene.behaviors}
+    return sure and low and not living and offered and not has_failed(scene, "drive_over")
+
+
 def way_past(scene: Scene, target: Target, speed: float) -> Way:
     """The first way past that is open."""
     available = {b.name for b in scene.behaviors}
@@ -50,12 +85,14 @@ def way_past(scene: Scene, target: Target, speed: float) -> Way:
             lane = lane_of(scene, where)
             if lane is None or lane.line is LineKind.KERB:
                 continue
-            busy = blocked(scene, lane, target, speed)
-            if busy is None:
-                return _by_lane_change(scene, lane, target, speed)
-            why = (WaitReason.YIELD, busy)
+            ahead = in_lane_beside(scene, lane, target, speed)
+            if all(may_be_driven_over(scene, o) for o in ahead):
+                return _by_lane_change(scene, lane, target, speed, ahead)
+            if why[0] is not WaitReason.YIELD:
+                why = _why_not_beside(ahead)
     oncoming = lane_of(scene, LaneRelation.ONCOMING)
-    if oncoming is not None and "borrow_oncoming_lane" in available and why[0] is WaitReason.NO_SAFE_WAY:
+    is_next = lane_of(scene, LaneRelation.LEFT) is None
+    if oncoming is not None and is_next and "borrow_oncoming_lane" in available and why[0] is WaitReason.NO_SAFE_WAY:
         busy = oncoming_blocked(scene, oncoming, target, speed)
         if busy is None:
             return _by_oncoming_lane(target, speed)
@@ -68,18 +105,41 @@ def lane_of(scene: Scene, where: LaneRelation) -> SceneLane | None:
     return next((lane for lane in scene.lanes if lane.relation is where), None)
 
 
-def _by_lane_change(scene: Scene, lane: SceneLane, target: Target, speed: float) -> Way:
+def _why_not_beside(ahead: tuple[SceneObject, ...]) -> Why:
+    """Waiting helps only against what will go on by itself."""
+    lasting = next((o for o in ahead if stays(o) and o.kind not in PASSABLE_KINDS), None)
+    lasting = lasting or next((o for o in ahead if stays(o)), None)
+    return (WaitReason.YIELD, said_of(ahead[0])) if lasting is None else (WaitReason.NO_SAFE_WAY, said_of(lasting))
+
+
+def _by_lane_change(
+    scene: Scene, lane: SceneLane, target: Target, speed: float, over: tuple[SceneObject, ...] = ()
+) -> Way:
+    """Out, past the target, over what may be driven over there, and back."""
     way, _ = way_to_pass_m(scene, target, speed)
-    side = "left" if lane.relation is LaneRelation.LEFT else "right"
-    distance = round(min(max(way, 20.0), 150.0), 1)
-    out = ChangeLane(side="left" if side == "left" else "right", distance_m=distance, speed_mps=speed)
+    side: Literal["left", "right"] = "left" if lane.relation is LaneRelation.LEFT else "right"
     who = ", ".join(f"{o.kind.value} {o.id}" for o in target.objects)
-    start = _waypoint_in(scene, lane, distance)
+    what = "".join(f", over {o.kind.value} {o.id}" for o in over)
+    behaviors = _out_and_over(scene, side, way, speed, over)
+    start = _waypoint_in(scene, lane, min(max(way, 20.0), 150.0))
     if start is not None and _return_was_refused(scene):
-        plan = RecoveryPlan(behaviors=(out,), replan_route=True, route_start=start.id)
-        return plan, (None, f"pass {who} in the {side} lane and plan the route anew from there")
+        plan = RecoveryPlan(behaviors=behaviors, replan_route=True, route_start=start.id)
+        return plan, (None, f"pass {who} in the {side} lane{what}, and plan the route anew from there")
     back = ChangeLane(side="right" if side == "left" else "left", distance_m=25.0, speed_mps=speed)
-    return RecoveryPlan(behaviors=(out, back)), (None, f"pass {who} in the {side} lane, then return")
+    return RecoveryPlan(behaviors=(*behaviors, back)), (None, f"pass {who} in the {side} lane{what}, then return")
+
+
+def _out_and_over(
+    scene: Scene, side: Literal["left", "right"], way_m: float, speed: float, over: tuple[SceneObject, ...]
+) -> tuple[AnyBehavior, ...]:
+    """Into the lane beside and on in it; at walking pace, and one thing after the other, where it leads over some."""
+    if not over:
+        return (ChangeLane(side=side, distance_m=round(min(max(way_m, 20.0), 150.0), 1), speed_mps=speed),)
+    before = round(min(max((over[0].gap_m or 0.0) - BEFORE_OVER_M, 15.0), 150.0), 1)
+    out = ChangeLane(side=side, distance_m=before, speed_mps=min(speed, SLOW_MPS))
+    onward = way_m - max(end_of(o) for o in over) - scene.ego.length_m - BEYOND_OVER_M
+    on = (KeepLane(distance_m=round(min(max(onward, 5.0), 150.0), 1), speed_mps=speed),) if onward > 0.0 else ()
+    return (out, *(DriveOver(object_id=o.id) for o in over), *on)
 
 
 def _lane_beside_the_route(scene: Scene) -> SceneLane | None:
@@ -96,9 +156,9 @@ def _lane_beside_the_route(scene: Scene) -> SceneLane | None:
 
 def _go_on_beside(scene: Scene, lane: SceneLane, target: Target, speed: float) -> Way:
     """Half-way past already: on in the lane beside until there is room to come back."""
-    busy = blocked(scene, lane, target, speed)
-    if busy is not None:
-        return None, (WaitReason.YIELD, busy)
+    ahead = in_lane_beside(scene, lane, target, speed)
+    if ahead:
+        return None, _why_not_beside(ahead)
     way, _ = way_to_pass_m(scene, target, speed)
     on = KeepLane(distance_m=round(min(max(way, 5.0), 150.0), 1), speed_mps=speed)
     who = ", ".join(f"{o.kind.value} {o.id}" for o in target.objects)

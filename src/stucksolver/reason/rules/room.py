@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import BackUp, DriveOver, Nudge
 from stucksolver.reason.rules.passing import Target
-from stucksolver.reason.rules.past import SLOW_MPS, Way, has_failed, lane_of
-from stucksolver.scene import PASSABLE_KINDS, VULNERABLE, LaneRelation, Scene, SceneObject
+from stucksolver.reason.rules.past import SLOW_MPS, Way, has_failed, lane_of, may_be_driven_over
+from stucksolver.scene import VULNERABLE, LaneRelation, Scene, SceneObject
 
-OVER_HEIGHT_M, OVER_SEEN_S, OVER_CONFIDENCE, LIVING_M = 0.15, 1.0, 0.8, 2.5
 SWING_M, ROOM_M = 4.5, 7.0
 """Nearer than the first to what is ahead, the ego backs up to the second before it swings out."""
 MORE_M, ENOUGH_M = 4.0, 12.0
@@ -24,12 +21,7 @@ FAR_M, MOST_MOVES = 18.0, 4
 
 def over_it(scene: Scene, lead: SceneObject) -> Way | None:
     """Over what is soft, low, long enough seen, and away from everybody."""
-    sure = lead.kind in PASSABLE_KINDS and (lead.kind_confidence or 0.0) >= OVER_CONFIDENCE
-    low = lead.height_m <= OVER_HEIGHT_M and (lead.seen_for_s or 0.0) >= OVER_SEEN_S
-    living = any(
-        o.kind in VULNERABLE and math.hypot(o.x_m - lead.x_m, o.y_m - lead.y_m) < LIVING_M for o in scene.objects
-    )
-    if not (sure and low) or living or not _offers(scene, "drive_over") or has_failed(scene, "drive_over"):
+    if not may_be_driven_over(scene, lead):
         return None
     return RecoveryPlan(behaviors=(DriveOver(object_id=lead.id),)), (None, f"drive over {lead.kind.value} {lead.id}")
 
