@@ -37,6 +37,7 @@ def add_evaluate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--resume", action="store_true", help="go on with what is in DIR")
     parser.add_argument("--replays", choices=("none", "failed", "all"), default="failed", help="default: %(default)s")
     parser.add_argument("--record", action="store_true", help="keep a hash-chained record of each intervention")
+    parser.add_argument("--unguarded", action="store_true", help="experiment: drive what is proposed, unproven")
     parser.add_argument("--maps", help="folders to search for towns, separated by ':'")
     parser.add_argument("--host", help="use the CARLA server at this address instead of starting carlette")
     parser.add_argument("--port", type=int, default=2000, help="of that server (default: %(default)s)")
@@ -78,6 +79,7 @@ def run_evaluate(options: argparse.Namespace) -> int:
                 clock=_clock(options.clock),
                 perception=options.perception,
                 ladder=options.ladder,
+                guarded=not options.unguarded,
             ),
             seeds=_seeds(options),
             only=tuple(filter(None, options.routes.split(","))),
@@ -85,7 +87,7 @@ def run_evaluate(options: argparse.Namespace) -> int:
             maps=options.maps,
             jobs=_jobs(options.jobs),
             replays=options.replays,
-            record=options.record,
+            record=_record(options),
             resume=options.resume,
             host=options.host,
             port=options.port,
@@ -104,6 +106,12 @@ def _clock(text: str) -> str:
     if name == "wall":
         raise UsageError("clock 'wall' is for live stacks: use lockstep, latency:SECONDS or latency:measured")
     return name
+
+
+def _record(options: argparse.Namespace) -> bool:
+    if options.record and options.unguarded:
+        raise UsageError("--record keeps verdicts that can be derived again: leave it out with --unguarded")
+    return bool(options.record)
 
 
 def _seeds(options: argparse.Namespace) -> tuple[int, ...]:

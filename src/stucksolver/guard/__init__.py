@@ -2,6 +2,6 @@
 
 from stucksolver.guard.guard import Guard, Proven
 from stucksolver.guard.policy import NOBODY, RULES, Approvals, GuardPolicy
-from stucksolver.guard.verdict import Reject, RejectCode, Verdict
+from stucksolver.guard.verdict import OK, Reject, RejectCode, Verdict
 
-__all__ = ["NOBODY", "RULES", "Approvals", "Guard", "GuardPolicy", "Proven", "Reject", "RejectCode", "Verdict"]
+__all__ = ["NOBODY", "OK", "RULES", "Approvals", "Guard", "GuardPolicy", "Proven", "Reject", "RejectCode", "Verdict"]

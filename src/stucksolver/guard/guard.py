@@ -101,7 +101,7 @@ class Guard:
         if first:
             return Verdict(rejects=tuple(first)), None
         try:
-            proven = self._plan(behaviors, view, guided, approvals)
+            proven = self.lay_out(behaviors, view, guided, approvals)
         except CannotPlan as error:
             return Verdict(rejects=(Reject(code=RejectCode.NO_PATH, detail=str(error)),)), None
         case = Case(self._facing(view, proven), proven.path, self.policy, guided, approvals=approvals)
@@ -163,7 +163,8 @@ class Guard:
         case = Case(view, path, self.policy)
         return None if checks.collision(case) or checks.drivable_area(case) else path
 
-    def _plan(self, behaviors: Sequence[Behavior], view: View, guided: bool, approvals: Approvals) -> Proven:
+    def lay_out(self, behaviors: Sequence[Behavior], view: View, guided: bool, approvals: Approvals) -> Proven:
+        """Behaviours as one path from here, nothing of it judged yet. Raises `CannotPlan`."""
         if len({b.reverse for b in behaviors}) > 1:
             raise CannotPlan("the vehicle must stop between going ahead and backing up")
         view = view.backwards if behaviors and behaviors[0].reverse else view

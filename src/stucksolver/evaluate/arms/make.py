@@ -9,6 +9,7 @@ from stucksolver.detect import DetectorSettings
 from stucksolver.evaluate.arms.arm import Arm, DriverAlone
 from stucksolver.evaluate.arms.solver_arm import Listener, SolverArm, TimedReasoner
 from stucksolver.evaluate.arms.timers import TimersArm
+from stucksolver.evaluate.arms.unguarded import Unguarded
 from stucksolver.evaluate.routes.line import RouteLine
 from stucksolver.evaluate.runner.job import ArmSpec
 from stucksolver.ladder import find_ladder
@@ -35,6 +36,8 @@ def check_arm(spec: ArmSpec) -> None:
     """Raises `ArmError` for a recovery or a reasoner that does not exist."""
     if spec.recovery not in (NONE, TIMERS):
         _reasoner(spec.recovery, 0)
+    elif not spec.guarded:
+        raise ArmError(f"--unguarded is for a recovery that has a guard, not for {spec.recovery!r}")
     elif spec.reasoner:
         raise ArmError(f"--reasoner {spec.reasoner} goes with a recovery that asks it, not with {spec.recovery!r}")
     if spec.reasoner:
@@ -69,6 +72,7 @@ def make_arm(
             scene,
             ladder=find_ladder(spec.ladder or "evaluation"),
             reasoner=rules,
+            guard=None if spec.guarded else Unguarded(),
             models={} if model is None else {"model": model},
             detector=DetectorSettings(**spec.detector),
             clock=spec.clock,

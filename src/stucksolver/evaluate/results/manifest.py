@@ -27,6 +27,7 @@ class Manifest(Model):
     clock: str
     perception: str
     detector: dict[str, float] = Field(default_factory=dict)
+    guarded: bool = True
     guidance: str = ""
     guidance_digest: str = ""
     ladder: str = ""

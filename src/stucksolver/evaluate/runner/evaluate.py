@@ -118,6 +118,7 @@ def _manifest(spec: EvaluationSpec, routes: tuple[Route, ...]) -> Manifest:
         clock=arm.clock,
         perception=arm.perception,
         detector=dict(arm.detector),
+        guarded=arm.guarded,
         guidance="" if spec.guidance is None else spec.guidance.name,
         guidance_digest=file_digest(spec.guidance),
         ladder="" if arm.ladder is None else arm.ladder.name,

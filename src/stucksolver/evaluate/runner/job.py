@@ -18,7 +18,7 @@ class ArmSpec:
 
     `recovery`: `none`, `timers`, or the reasoner of the ladder's rung `rules`, such as `rules` or `faulty:random`.
     `reasoner`: the one of its rung `model`, if any. `detector`: fields of `DetectorSettings` that differ from
-    its defaults.
+    its defaults. `guarded`: False drives what is proposed without a proof, to see what the guard is worth.
     """
 
     driver: str = "behavior:normal"
@@ -28,12 +28,14 @@ class ArmSpec:
     perception: str = "privileged"
     ladder: Path | None = None
     detector: dict[str, float] = field(default_factory=dict)
+    guarded: bool = True
 
     @property
     def name(self) -> str:
         if self.recovery == "none":
             return "driver alone"
-        return f"{self.recovery} + {self.reasoner}" if self.reasoner else self.recovery
+        helped = f"{self.recovery} + {self.reasoner}" if self.reasoner else self.recovery
+        return helped if self.guarded else f"{helped}, unguarded"
 
 
 @dataclass(frozen=True)

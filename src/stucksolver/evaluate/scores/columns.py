@@ -45,7 +45,7 @@ def run_name(summary: Summary) -> str:
     m = summary.manifest
     helped = {"none": "driver alone", "timers": "driver + timers"}.get(m.recovery, f"driver + {m.recovery}")
     helped += f" + {m.reasoner}" if m.reasoner else ""
-    return helped + (" + guidance" if m.guidance else "")
+    return helped + (" + guidance" if m.guidance else "") + ("" if m.guarded else ", unguarded")
 
 
 def main_row(summary: Summary) -> Row:

@@ -1,0 +1,31 @@
+"""What a reasoner would do if nobody checked it: the other half of an experiment with the guard."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stucksolver.decision.behaviors import REGISTRY, Behavior, CannotPlan, Release
+from stucksolver.guard import NOBODY, OK, Approvals, Guard, GuardPolicy, Proven, Reject, RejectCode, Verdict
+from stucksolver.scene.view import View
+
+
+class Unguarded(Guard):
+    """Drives every plan that can be laid out as a path, and never aborts one. For simulators only."""
+
+    def __init__(self) -> None:
+        super().__init__(GuardPolicy(releases=dict.fromkeys(REGISTRY, Release.AUTONOMOUS)))
+
+    def accept(
+        self, behaviors: Sequence[Behavior], view: View, guided: bool, approvals: Approvals = NOBODY
+    ) -> tuple[Verdict, Proven | None]:
+        """Refuses only what has no path."""
+        try:
+            return OK, self.lay_out(behaviors, view, guided, approvals)
+        except CannotPlan as error:
+            return Verdict(rejects=(Reject(code=RejectCode.NO_PATH, detail=str(error)),)), None
+
+    def allows_standing(self, behavior: Behavior, view: View, approvals: Approvals = NOBODY) -> Verdict:
+        return OK
+
+    def recheck(self, proven: Proven, view: View) -> Verdict:
+        return OK
