@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 from stucksolver.stacks.driver.behavior import (
@@ -57,15 +58,22 @@ class Concerns:
         following = self._planner.following
         return self._options.follow_deceleration if following else self._profile.deceleration
 
-    def cruise(self, path: Path, speed: float, limit_kmh: float, command: str) -> float:
-        """Keep to the path's bounds and, on the route, to the speed limit and the pace of junction turns."""
+    def cruise(self, path: Path, speed: float, limit_kmh: float, command: str, brisk: float = 0.0) -> float:
+        """Keep to the path's bounds and, on the route, to the speed limit and the pace of junction turns.
+
+        `brisk` is how much quicker than usual it may speed up (m/s²).
+        """
         bound = path.speed_at(self._planner.where.s + speed * _SPEED_PREVIEW_S)
         if not self._planner.following:
-            limit = limit_kmh or DEFAULT_LIMIT_KMH
-            bound = min(bound, cruise_speed(self._profile, limit))
+            bound = min(bound, self.top_speed(limit_kmh))
             if command in _TURNS:
-                bound = min(bound, turn_speed(limit))
-        return toward_speed(speed, bound, self._profile)
+                bound = min(bound, turn_speed(limit_kmh or DEFAULT_LIMIT_KMH))
+        profile = replace(self._profile, acceleration=self._profile.acceleration + brisk) if brisk else self._profile
+        return toward_speed(speed, bound, profile)
+
+    def top_speed(self, limit_kmh: float) -> float:
+        """What the profile drives at (m/s) where the speed limit is `limit_kmh`; 0 where that is not known."""
+        return cruise_speed(self._profile, limit_kmh or DEFAULT_LIMIT_KMH)
 
     def end(self, path: Path, speed: float) -> float:
         """Stop where the line ends."""
@@ -75,6 +83,10 @@ class Concerns:
         """Stop before a line `distance` metres ahead of the front bumper, by `gap` metres or as the options say."""
         room = distance - (self._options.stop_line_gap_m if gap is None else gap)
         return toward_gap(speed, room, 0.0, self._profile.deceleration)
+
+    def slow_to(self, target_mps: float, distance: float, speed: float) -> float:
+        """Be no faster than that `distance` metres ahead of the front bumper."""
+        return toward_gap(speed, max(distance, 0.0), target_mps, self._profile.deceleration)
 
     def hazards(self, path: Path, motion: Motion, around: Surroundings) -> list[Hazard]:
         """Bodies in the way, nearest first."""

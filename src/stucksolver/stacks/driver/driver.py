@@ -11,10 +11,13 @@ import carla
 from stucksolver.stacks.driver.behavior import STANDING_MPS, profile_named
 from stucksolver.stacks.driver.concerns import Concerns, Motion
 from stucksolver.stacks.driver.controllers import MAX_STEER, PedalController, SteerController
+from stucksolver.stacks.driver.give_way import BRISK_MPS2, FREE, LOOKING_MPS, GiveWay, Moving, Verdict
 from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.driver.interface import DrivePoint, RoutePoint
+from stucksolver.stacks.driver.lane_graph import lane_graph
 from stucksolver.stacks.driver.lights import LightWatch, stop_lines
 from stucksolver.stacks.driver.local_planner import LocalPlanner
+from stucksolver.stacks.driver.meeting_ways import meetings
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path, Pose
 from stucksolver.stacks.driver.perception import BODILESS, Perception, Surroundings
@@ -55,6 +58,7 @@ class BehaviorDriver:
         self._pedals = PedalController()
         self._lights = LightWatch([])
         self._signs = StopSignWatch([], self._model.half_length)
+        self._give_way = GiveWay([], self._profile, self._model)
         self._route: tuple[RoutePoint, ...] = ()
         self._holding = False
         self._ignored: frozenset[int] = frozenset()
@@ -107,6 +111,8 @@ class BehaviorDriver:
         self._lights = LightWatch([] if line is None else stop_lines(lights, line))
         places = [] if line is None else stop_places(signs, line.s, line.x, line.y, line.z)
         self._signs = StopSignWatch(places, self._model.half_length)
+        met = [] if line is None else meetings(self._route, line, lane_graph(self._map), lights, places)
+        self._give_way = GiveWay(met, self._profile, self._model)
 
     def done(self) -> bool:
         """True once the ego's centre is within two metres of the end of its route."""
@@ -183,15 +189,29 @@ class BehaviorDriver:
     def _acceleration(self, path: Path, way: Motion, around: Surroundings) -> float:
         """The lowest acceleration (m/s²) that anything allows."""
         speed, concerns = way.speed, self._concerns
-        hazards = [h for h in concerns.hazards(path, way, around) if h.actor_id not in self._ignored]
+        crossing = self._others_first(speed, around)
+        brisk = BRISK_MPS2 if self._give_way.going else 0.0
+        unheeded = self._ignored | crossing.passing
+        hazards = [h for h in concerns.hazards(path, way, around) if h.actor_id not in unheeded]
         self._hazard = hazards[0] if hazards else None
         allowed = [
-            concerns.cruise(path, speed, self._vehicle.get_speed_limit(), self._command()),
+            concerns.cruise(path, speed, self._vehicle.get_speed_limit(), self._command(), brisk),
             concerns.end(path, speed),
             self._for_lines(speed),
+            math.inf if crossing.wait_m is None else concerns.stop_line(crossing.wait_m, speed),
+            math.inf if crossing.look_m is None else concerns.slow_to(LOOKING_MPS, crossing.look_m, speed),
             -self._options.follow_deceleration if self._holding else math.inf,
         ]
         return min(allowed + [concerns.hazard(hazard, speed) for hazard in hazards])
+
+    def _others_first(self, speed: float, around: Surroundings) -> Verdict:
+        """Who comes at the next junction of the route; on a given path, whoever gave it has looked."""
+        planner = self._planner
+        line = planner.route_line
+        if line is None or planner.following or self._holding:
+            return FREE
+        top = self._concerns.top_speed(self._vehicle.get_speed_limit())
+        return self._give_way.look(line, planner.route_s, Moving(speed, top), around, self._tick_s())
 
     def _for_lines(self, speed: float) -> float:
         """What lights and stop signs allow."""

@@ -11,6 +11,7 @@ import itertools
 import math
 from collections import OrderedDict
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import carla
@@ -72,6 +73,38 @@ class LaneGraph:
         """Nearest graph node behind (or at) a sample, on the same lane."""
         first, last = self.lane_span(index)
         return index if index == last else first + (index - first) // NODE_STRIDE * NODE_STRIDE
+
+    def lanes_of_junction(self, junction_id: int) -> list[LaneKey]:
+        """The lanes that lead through a junction."""
+        return self._junctions.get(junction_id, [])
+
+    def span_of(self, key: LaneKey) -> tuple[int, int] | None:
+        """First and last sample index of a lane; None where it is not in the graph."""
+        return self._span.get(key)
+
+    def before(self, key: LaneKey) -> set[LaneKey]:
+        """The lanes that lead to a lane."""
+        return self._predecessors.get(key, set())
+
+    def after(self, key: LaneKey) -> set[LaneKey]:
+        """The lanes that a lane leads to."""
+        return {one for one in self._successors.get(key, set()) if one in self._span}
+
+    @cached_property
+    def _predecessors(self) -> dict[LaneKey, set[LaneKey]]:
+        found: dict[LaneKey, set[LaneKey]] = {}
+        for key in self._span:
+            for one in self.after(key):
+                found.setdefault(one, set()).add(key)
+        return found
+
+    @cached_property
+    def _junctions(self) -> dict[int, list[LaneKey]]:
+        found: dict[int, list[LaneKey]] = {}
+        for key, (first, _) in self._span.items():
+            if self.samples[first].is_junction:
+                found.setdefault(self.samples[first].junction_id, []).append(key)
+        return found
 
     def distance_m(self, a: int, b: int) -> float:
         """Straight distance between two samples: the heuristic of the search."""

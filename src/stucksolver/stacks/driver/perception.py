@@ -18,7 +18,7 @@ from stucksolver.stacks.driver.path import Array
 BODILESS = ("sensor.", "traffic.", "controller.", "spectator", "static.trigger")
 MIN_HEIGHT_M = 0.05
 """Anything flatter is a mark on the road."""
-RANGE_M = 90.0
+RANGE_M = 120.0
 _UNKNOWN_HALF_SIZE_M = 0.3
 
 

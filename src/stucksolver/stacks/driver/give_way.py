@@ -1,0 +1,285 @@
+"""Giving way where others cross or join the route: wait before the junction until there is a gap, then go through.
+
+The ego's drive along its route and that of the others along theirs are foretold in steps; where the boxes would come
+too near, the ego waits. It never stops where the ways meet. CARLA's world frame, metres, radians, seconds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import carla
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.stacks.driver.behavior import Profile, toward_speed
+from stucksolver.stacks.driver.meeting_ways import Meeting, OtherWay
+from stucksolver.stacks.driver.path import Array, Path
+from stucksolver.stacks.driver.perception import Surroundings
+from stucksolver.stacks.driver.vehicle_model import VehicleModel
+
+BRISK_MPS2 = 0.8
+"""More than its usual acceleration: how one drives into a gap."""
+STEP_S, HORIZON_S = 0.1, 9.0
+JOINED_S = 4.0
+"""So long after the ego has joined a flow nobody behind has to brake for it."""
+_LOOKS_M, _LOOKS_S = 20.0, 4.0
+_LEAST_MPS = 0.5
+_ON_WAY_M = 1.5
+_ALONG_COS = math.cos(math.radians(45.0))
+LOOKING_MPS = 5.0
+"""Speed before a turn across the way of somebody who may come, to see enough and still be able to wait."""
+_A_TURN_MPS = 9.0
+_STOPPING_MPS2 = 4.0
+"""Who would have to brake harder than this does not stop."""
+_SLOWING_MPS2 = 3.0
+_HARD_MPS2 = 5.0
+_AT_THE_LINE_M = 3.0
+_START_LAG_S = 0.3
+_MARGIN_M = 0.3
+
+Flags = NDArray[np.bool_]
+
+
+class Margin(NamedTuple):
+    """What is kept free before and behind the others, in metres and in seconds of their drive."""
+
+    before_m: float
+    before_s: float
+    behind_m: float
+    behind_s: float
+
+
+TO_GO = Margin(1.0, 0.8, 0.5, 0.2)
+PATIENCE_S = 20.0
+"""Whoever has waited so long takes the smallest gap it can: accepted gaps shrink with the time waited."""
+AFTER_WAITING = Margin(0.5, 0.3, 0.3, 0.1)
+TO_GO_ON = Margin(0.5, 0.1, 0.0, 0.0)
+"""For one that has set off: less, so that it does not hesitate."""
+
+
+class Verdict(NamedTuple):
+    """What `GiveWay` makes of a tick."""
+
+    wait_m: float | None
+    """Distance from the front bumper to where to wait (m); None where the way is free."""
+    passing: frozenset[int]
+    """Ids of those who will be out of the way in time, though they may be in it now."""
+    look_m: float | None = None
+    """Distance from the front bumper to where to be slow enough to look (m)."""
+
+
+FREE = Verdict(None, frozenset())
+
+
+class Moving(NamedTuple):
+    """The ego's speed along its route, and what it would drive at if nothing held it back (m/s)."""
+
+    speed: float
+    top_mps: float
+
+
+class GiveWay:
+    """Remembers, for one route, at which junction the ego has set off."""
+
+    def __init__(self, meetings: Sequence[Meeting], profile: Profile, model: VehicleModel) -> None:
+        self._due = list(meetings)
+        self._profile = replace(profile, acceleration=profile.acceleration + BRISK_MPS2)
+        self._model = model
+        self._going: Meeting | None = None
+        self._waited_s = 0.0
+
+    @property
+    def going(self) -> bool:
+        """Has it set off in a gap?"""
+        return self._going is not None
+
+    def look(self, line: Path, s: float, motion: Moving, around: Surroundings, dt_s: float) -> Verdict:
+        """Must the ego, with its centre at arc length `s` of the route's `line`, wait? `dt_s` after the last look."""
+        speed = motion.speed
+        half = self._model.half_length
+        front = s + half
+        while self._due and s - half > self._due[0].last_s:
+            self._due.pop(0)
+            self._going, self._waited_s = None, 0.0
+        if not self._due or self._due[0].wait_s - front > _LOOKS_M + _LOOKS_S * speed:
+            return FREE
+        meeting = self._due[0]
+        top_mps = min(motion.top_mps, _pace_of_flow(meeting, around))
+        own = _Drive(line, _foretold(line, s, speed, top_mps, self._profile), self._model)
+        room = self._room(meeting, front)
+        if room < 0.0 or speed * speed > 2.0 * _HARD_MPS2 * room:
+            self._going = meeting
+            return Verdict(None, self._met(meeting, own, around, TO_GO_ON)[1])
+        going = self._going is meeting
+        must_wait, passing = self._met(meeting, own, around, TO_GO_ON if going else self._margin())
+        self._waited_s += dt_s if speed < _LEAST_MPS and room < _AT_THE_LINE_M else 0.0
+        decided = room < _AT_THE_LINE_M or speed * speed > 2.0 * self._profile.deceleration * room
+        self._going = None if must_wait or not (going or decided) else meeting
+        if must_wait:
+            return Verdict(room, frozenset())
+        return Verdict(None, passing, room if front <= meeting.wait_s and _asks_to_look(meeting, line) else None)
+
+    def _margin(self) -> Margin:
+        share = min(self._waited_s / PATIENCE_S, 1.0)
+        return Margin(*(a + share * (b - a) for a, b in zip(TO_GO, AFTER_WAITING, strict=True)))
+
+    def _room(self, meeting: Meeting, front: float) -> float:
+        """Metres to the place to wait: before the junction, or, from inside, before the ways meet."""
+        return (meeting.wait_s if front <= meeting.wait_s else meeting.first_s) - front
+
+    def _met(
+        self, meeting: Meeting, own: _Drive, around: Surroundings, margin: Margin
+    ) -> tuple[bool, frozenset[int]]:
+        """Would the ego meet anyone if it went now, and who of the others would be out of its way?"""
+        moving = (np.hypot(around.vx, around.vy) > _LEAST_MPS) & ~around.is_walker
+        others = around.part(moving) if moving.any() else None
+        if others is None:
+            return False, frozenset()
+        met, passing = set[int](), set[int]()
+        for way in meeting.ways:
+            for other in _on(way, others):
+                if not _comes(way, other):
+                    continue
+                hit = own.meets(way, other, margin)
+                (met if hit else passing).add(other.actor_id)
+        return bool(met), frozenset(passing - met)
+
+
+def _asks_to_look(meeting: Meeting, line: Path) -> bool:
+    """Is it a turn, with a way that goes first and is not held by a light?"""
+    inside = (line.s >= meeting.wait_s) & (line.s <= meeting.last_s)
+    if float(line.speed[inside].min()) > _A_TURN_MPS:
+        return False
+    return any(way.goes_first and not any(map(_is_red, way.lights)) for way in meeting.ways)
+
+
+class _Other(NamedTuple):
+    """One who is under way on another way."""
+
+    actor_id: int
+    s: float
+    speed: float
+    half_length: float
+    half_width: float
+
+
+def _on(way: OtherWay, others: Surroundings) -> list[_Other]:
+    dx, dy = others.x[:, None] - way.x, others.y[:, None] - way.y
+    nearest = np.argmin(dx * dx + dy * dy, axis=1)
+    rows = np.arange(len(others))
+    cos, sin = np.cos(way.yaw[nearest]), np.sin(way.yaw[nearest])
+    along = dx[rows, nearest] * cos + dy[rows, nearest] * sin
+    aside = dy[rows, nearest] * cos - dx[rows, nearest] * sin
+    speed = others.vx * cos + others.vy * sin
+    on_it = (np.abs(aside) < _ON_WAY_M) & (speed > _ALONG_COS * np.hypot(others.vx, others.vy))
+    on_it &= np.abs(along) < others.half_length + 1.0
+    return [
+        _Other(
+            others.actor_id[i],
+            float(way.s[nearest[i]] + along[i]),
+            float(speed[i]),
+            float(others.half_length[i]),
+            float(others.half_width[i]),
+        )
+        for i in np.flatnonzero(on_it).tolist()
+    ]
+
+
+def _pace_of_flow(meeting: Meeting, around: Surroundings) -> float:
+    """The speed at which those who go first drive where the route joins them (m/s); no limit where nobody does."""
+    moving = around.part((np.hypot(around.vx, around.vy) > _LEAST_MPS) & ~around.is_walker)
+    joined = [way for way in meeting.ways if way.joins and way.goes_first]
+    return max((other.speed for way in joined for other in _on(way, moving)), default=math.inf)
+
+
+def _comes(way: OtherWay, other: _Other) -> bool:
+    """Has it the right of way, or is it not going to stop for want of it?"""
+    front = other.s + other.half_length
+    to_line = way.inside_s - front
+    if other.speed**2 - way.bend_mps**2 > 2.0 * _SLOWING_MPS2 * max(to_line, 1.0) and to_line > 0.0:
+        return False  # too fast to turn there: it goes another way
+    stops = to_line > 0.0 and other.speed**2 < 2.0 * _STOPPING_MPS2 * to_line
+    if way.goes_first and not (stops and any(_is_red(light) for light in way.lights)):
+        return True
+    return not stops and (way.straight or to_line < -2.0)
+
+
+def _is_red(light: Any) -> bool:
+    return bool(light.state == carla.TrafficLightState.Red)
+
+
+class _Drive:
+    """Where the ego will be if it goes now."""
+
+    def __init__(self, line: Path, s: Array, model: VehicleModel) -> None:
+        self._s = s
+        self._t = STEP_S * np.arange(len(s))
+        self._x, self._y, self._yaw = line.at(s)
+        self._model = model
+
+    def meets(self, way: OtherWay, other: _Other, margin: Margin) -> bool:
+        """Would it come nearer to the other than the margin while their ways meet?"""
+        half = self._model.half_length
+        t_in = float(np.interp(way.route_meets_s - half, self._s, self._t))
+        if other.s - other.half_length + other.speed * t_in > (way.parts_s if not way.joins else way.meets_s + 1.0):
+            return False  # it has gone by, or is ahead
+        until = way.route_parts_s + half
+        when = (self._s > way.route_meets_s - half) & (
+            (self._t < t_in + JOINED_S) if way.joins else (self._s < until)
+        )
+        if not when.any():
+            return False
+        before = margin.before_m + margin.before_s * other.speed
+        behind = margin.behind_m + margin.behind_s * other.speed
+        t = self._t[when]
+        to_bend_s = max(way.inside_s - other.s, 0.0) / max(other.speed, _LEAST_MPS)
+        gone = other.speed * np.minimum(t, to_bend_s) + min(other.speed, way.bend_mps) * np.maximum(t - to_bend_s, 0.0)
+        s = other.s + (before - behind) / 2.0 + gone
+        x, y, yaw = np.interp(s, way.s, way.x), np.interp(s, way.s, way.y), np.interp(s, way.s, way.yaw)
+        over = np.maximum(s - way.s[-1], 0.0)
+        x, y = x + over * np.cos(yaw), y + over * np.sin(yaw)
+        return bool(
+            _overlap(
+                x - self._x[when],
+                y - self._y[when],
+                self._yaw[when],
+                yaw,
+                (half, self._model.half_width + _MARGIN_M),
+                (other.half_length + (before + behind) / 2.0, other.half_width),
+            ).any()
+        )
+
+
+def _overlap(
+    dx: Array, dy: Array, own_yaw: Array, yaw: Array, own: tuple[float, float], other: tuple[float, float]
+) -> Flags:
+    """Do two boxes (half length and width) `dx`, `dy` apart overlap? The separating axis test."""
+    turn = yaw - own_yaw
+    c, s = np.abs(np.cos(turn)), np.abs(np.sin(turn))
+    lon, lat = dx * np.cos(own_yaw) + dy * np.sin(own_yaw), dy * np.cos(own_yaw) - dx * np.sin(own_yaw)
+    other_lon, other_lat = dx * np.cos(yaw) + dy * np.sin(yaw), dy * np.cos(yaw) - dx * np.sin(yaw)
+    apart = (
+        (np.abs(lon) > own[0] + other[0] * c + other[1] * s)
+        | (np.abs(lat) > own[1] + other[0] * s + other[1] * c)
+        | (np.abs(other_lon) > other[0] + own[0] * c + own[1] * s)
+        | (np.abs(other_lat) > other[1] + own[0] * s + own[1] * c)
+    )
+    return np.asarray(~apart)
+
+
+def _foretold(line: Path, s: float, speed: float, top_mps: float, profile: Profile) -> Array:
+    """Arc lengths of the ego's centre over the horizon if nothing but the line's bounds holds it back."""
+    spacing = float(line.s[1]) if len(line.s) > 1 else 1.0
+    bounds, last = line.speed, len(line.speed) - 1
+    found, lag = [], _START_LAG_S if speed < 1.0 else 0.0
+    for k in range(round(HORIZON_S / STEP_S)):
+        found.append(s)
+        bound = float(bounds[min(int((s + 0.4 * speed) / spacing), last)])
+        if k * STEP_S >= lag:
+            speed = max(speed + STEP_S * toward_speed(speed, min(bound, top_mps), profile), 0.0)
+        s += STEP_S * speed
+    return np.array(found)
