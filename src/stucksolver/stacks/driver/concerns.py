@@ -84,6 +84,12 @@ class Concerns:
         room = distance - (self._options.stop_line_gap_m if gap is None else gap)
         return toward_gap(speed, room, 0.0, self._profile.deceleration)
 
+    def behind(self, gap: float, lead_speed: float, speed: float) -> float:
+        """Come behind a leader that is still on another way, `gap` metres ahead; it may yet be abreast."""
+        profile = self._profile
+        room = gap - wanted_gap(profile, profile.braking_distance_m, lead_speed)
+        return toward_gap(speed, room, lead_speed, profile.deceleration, profile.speed_decrease_kmh * KMH)
+
     def slow_to(self, target_mps: float, distance: float, speed: float) -> float:
         """Be no faster than that `distance` metres ahead of the front bumper."""
         return toward_gap(speed, max(distance, 0.0), target_mps, self._profile.deceleration)

@@ -61,6 +61,13 @@ TO_GO_ON = Margin(0.5, 0.1, 0.0, 0.0)
 """For one that has set off: less, so that it does not hesitate."""
 
 
+class Leader(NamedTuple):
+    """One on a way that joins the route, as if it were on the route: bumper gap (m, negative abreast), speed (m/s)."""
+
+    gap_m: float
+    speed: float
+
+
 class Verdict(NamedTuple):
     """What `GiveWay` makes of a tick."""
 
@@ -70,6 +77,8 @@ class Verdict(NamedTuple):
     """Ids of those who will be out of the way in time, though they may be in it now."""
     look_m: float | None = None
     """Distance from the front bumper to where to be slow enough to look (m)."""
+    leader: Leader | None = None
+    """Behind whom to join the flow."""
 
 
 FREE = Verdict(None, frozenset())
@@ -113,15 +122,17 @@ class GiveWay:
         room = self._room(meeting, front)
         if room < 0.0 or speed * speed > 2.0 * _HARD_MPS2 * room:
             self._going = meeting
-            return Verdict(None, self._met(meeting, own, around, TO_GO_ON)[1])
+            found = self._met(meeting, own, around, TO_GO_ON)
+            return Verdict(None, found.passing, None, found.leader)
         going = self._going is meeting
-        must_wait, passing = self._met(meeting, own, around, TO_GO_ON if going else self._margin())
+        found = self._met(meeting, own, around, TO_GO_ON if going else self._margin())
         self._waited_s += dt_s if speed < _LEAST_MPS and room < _AT_THE_LINE_M else 0.0
         decided = room < _AT_THE_LINE_M or speed * speed > 2.0 * self._profile.deceleration * room
-        self._going = None if must_wait or not (going or decided) else meeting
-        if must_wait:
+        self._going = None if found.anyone or not (going or decided) else meeting
+        if found.anyone:
             return Verdict(room, frozenset())
-        return Verdict(None, passing, room if front <= meeting.wait_s and _asks_to_look(meeting, line) else None)
+        look_m = room if front <= meeting.wait_s and _asks_to_look(meeting, line) else None
+        return Verdict(None, found.passing, look_m, found.leader)
 
     def _margin(self) -> Margin:
         share = min(self._waited_s / PATIENCE_S, 1.0)
@@ -131,22 +142,36 @@ class GiveWay:
         """Metres to the place to wait: before the junction, or, from inside, before the ways meet."""
         return (meeting.wait_s if front <= meeting.wait_s else meeting.first_s) - front
 
-    def _met(
-        self, meeting: Meeting, own: _Drive, around: Surroundings, margin: Margin
-    ) -> tuple[bool, frozenset[int]]:
-        """Would the ego meet anyone if it went now, and who of the others would be out of its way?"""
-        moving = (np.hypot(around.vx, around.vy) > _LEAST_MPS) & ~around.is_walker
-        others = around.part(moving) if moving.any() else None
-        if others is None:
-            return False, frozenset()
-        met, passing = set[int](), set[int]()
+    def _met(self, meeting: Meeting, own: _Drive, around: Surroundings, margin: Margin) -> _Met:
+        """Whom would the ego meet if it went now?"""
+        others = _moving(around)
+        met, passing, leaders = set[int](), set[int](), list[Leader]()
         for way in meeting.ways:
             for other in _on(way, others):
                 if not _comes(way, other):
                     continue
-                hit = own.meets(way, other, margin)
-                (met if hit else passing).add(other.actor_id)
-        return bool(met), frozenset(passing - met)
+                if own.comes_behind(way, other):
+                    if way.joins:
+                        leaders.append(own.leader(way, other))
+                    else:
+                        passing.add(other.actor_id)
+                elif own.meets(way, other, margin):
+                    met.add(other.actor_id)
+                elif not way.joins:
+                    passing.add(other.actor_id)
+        return _Met(bool(met), frozenset(passing - met), min(leaders, default=None))
+
+
+class _Met(NamedTuple):
+    """Whom the ego would meet."""
+
+    anyone: bool
+    passing: frozenset[int]
+    leader: Leader | None
+
+
+def _moving(around: Surroundings) -> Surroundings:
+    return around.part((np.hypot(around.vx, around.vy) > _LEAST_MPS) & ~around.is_walker)
 
 
 def _asks_to_look(meeting: Meeting, line: Path) -> bool:
@@ -168,6 +193,8 @@ class _Other(NamedTuple):
 
 
 def _on(way: OtherWay, others: Surroundings) -> list[_Other]:
+    if len(others) == 0:
+        return []
     dx, dy = others.x[:, None] - way.x, others.y[:, None] - way.y
     nearest = np.argmin(dx * dx + dy * dy, axis=1)
     rows = np.arange(len(others))
@@ -191,7 +218,7 @@ def _on(way: OtherWay, others: Surroundings) -> list[_Other]:
 
 def _pace_of_flow(meeting: Meeting, around: Surroundings) -> float:
     """The speed at which those who go first drive where the route joins them (m/s); no limit where nobody does."""
-    moving = around.part((np.hypot(around.vx, around.vy) > _LEAST_MPS) & ~around.is_walker)
+    moving = _moving(around)
     joined = [way for way in meeting.ways if way.joins and way.goes_first]
     return max((other.speed for way in joined for other in _on(way, moving)), default=math.inf)
 
@@ -221,12 +248,24 @@ class _Drive:
         self._x, self._y, self._yaw = line.at(s)
         self._model = model
 
+    def _arrives_s(self, way: OtherWay) -> float:
+        """When its front comes to where the ways meet."""
+        return float(np.interp(way.route_meets_s - self._model.half_length, self._s, self._t))
+
+    def comes_behind(self, way: OtherWay, other: _Other) -> bool:
+        """Will the other have passed, or be ahead on the common way, when the ego comes there?"""
+        rear = other.s - other.half_length + other.speed * self._arrives_s(way)
+        return rear > (way.meets_s + 1.0 if way.joins else way.parts_s)
+
+    def leader(self, way: OtherWay, other: _Other) -> Leader:
+        """The other, as if it were as far along the route as it is along its way."""
+        front = float(self._s[0]) + self._model.half_length
+        return Leader(other.s - other.half_length - way.meets_s - (front - way.route_meets_s), other.speed)
+
     def meets(self, way: OtherWay, other: _Other, margin: Margin) -> bool:
         """Would it come nearer to the other than the margin while their ways meet?"""
         half = self._model.half_length
-        t_in = float(np.interp(way.route_meets_s - half, self._s, self._t))
-        if other.s - other.half_length + other.speed * t_in > (way.parts_s if not way.joins else way.meets_s + 1.0):
-            return False  # it has gone by, or is ahead
+        t_in = self._arrives_s(way)
         until = way.route_parts_s + half
         when = (self._s > way.route_meets_s - half) & (
             (self._t < t_in + JOINED_S) if way.joins else (self._s < until)
