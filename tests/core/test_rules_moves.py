@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from test_rules import behaviors_of, blocked, decide
 from worlds import LANE_M, World, drive, red_light, straight_road, thing
 
 from stucksolver.decision import WaitReason
+from stucksolver.guard import Guard
 from stucksolver.reason import RuleReasoner
 from stucksolver.scene import Guidance, LightState, LineKind, ObjectKind, PastAttempt
 from stucksolver.solver import EventKind
@@ -133,6 +136,49 @@ def test_at_a_dark_light_it_creeps_on_after_a_stop():
     assert decide(world, stopped_s=2.0).plan is None
     (onward,) = behaviors_of(decide(world, stopped_s=4.0))
     assert (onward.name, onward.speed_mps) == ("keep_lane", 2.2)
+
+
+def crossing(gap_m=5.0, *others, **more):
+    """A car from the right stands with its nose in our way."""
+    return World(NARROW, [thing("nose", 50.0 + 2.45 + gap_m + 0.95, -2.3, yaw=math.pi / 2, **more), *others])
+
+
+def test_who_stands_across_goes_first_and_if_it_does_not_we_creep_up_to_it():
+    first = decide(crossing(), stopped_s=5.0)
+    assert (first.plan, first.analysis.wait) == (None, WaitReason.YIELD)
+    (creep,) = behaviors_of(decide(crossing(), stopped_s=7.0))
+    assert (creep.name, creep.distance_m, creep.speed_mps) == ("keep_lane", 4.5, 1.5)
+    assert Guard().accept([creep], crossing().view(), False)[0].accepted
+
+
+def test_with_no_room_left_before_who_stands_across_it_does_not_creep():
+    assert decide(crossing(gap_m=2.0)).plan is None
+
+
+@pytest.mark.parametrize(
+    "world",
+    [
+        crossing(5.0, thing("next", 58.4, 4.0, yaw=math.pi / 2)),
+        World(NARROW, crossing().objects, controls=(red_light(2.0),)),
+        crossing(hazard=True),
+    ],
+    ids=["in a queue", "at a red light", "broken down"],
+)
+def test_it_does_not_creep_up_to_a_queue_or_at_a_red_light_or_to_a_breakdown(world):
+    assert decide(world).plan is None
+
+
+def facing(*others):
+    """An oncoming car in the middle of a road that is too narrow for two."""
+    narrow = [lane.model_copy(update={"width_m": (2.6,) * 401}) for lane in TWO_WAY.lanes]
+    road = TWO_WAY.model_copy(update={"key": "narrow", "lanes": tuple(narrow)})
+    return World(road, [thing("other", 60.0, 1.2, yaw=math.pi), *others])
+
+
+def test_before_who_faces_us_on_a_narrow_road_it_backs_up_and_gives_way():
+    back, wait = behaviors_of(decide(facing()))
+    assert (back.name, back.distance_m, wait.name, wait.until) == ("back_up", 8.0, "wait", "clear")
+    assert decide(facing(thing("behind", 42.0))).plan is None
 
 
 def test_without_any_way_it_waits_two_minutes_and_then_calls_for_help():

@@ -251,3 +251,20 @@ def test_a_closed_road_is_closed_in_all_its_lanes(staged):
     for one in lanes:
         place = one.transform.location
         assert sum(state.distance_m(place.x, place.y) < 1.5 for state in barriers) == 3
+
+
+@pytest.mark.integration
+def test_the_other_car_leaves_the_narrow_road_once_the_hero_has_backed_up_from_it(staged):
+    playing = staged("NarrowRoadStandoff", "AccidentTwoWays_1")
+    playing.jump(5.0)
+    playing.jump(DISTANCE_M - 20.0)
+    playing.run(1.0)
+    assert playing.others()
+    back = playing.route.at(playing.hero_s - 7.0).transform
+    back.location.z += 0.2
+    playing.hero.set_transform(back)
+    high_water_m = playing.hero_s
+    for _ in range(10):
+        playing.world.tick()
+        playing.play.tick(playing.world.get_snapshot().timestamp.elapsed_seconds, high_water_m)
+    assert not playing.others()

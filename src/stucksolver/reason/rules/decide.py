@@ -18,6 +18,7 @@ from stucksolver.reason.rules.elsewhere import asked_for, without_lead
 from stucksolver.reason.rules.passing import group_of
 from stucksolver.reason.rules.past import Way, has_failed, speed_for, way_past
 from stucksolver.reason.rules.room import over_it, to_see_more, to_swing_out, within_the_lane
+from stucksolver.reason.rules.standoff import away_from_who_faces, towards_who_crosses
 from stucksolver.scene import Scene, SceneObject
 
 LEAD_RANGE_M = 45.0
@@ -63,13 +64,17 @@ def _way_on(scene: Scene, analysis: Analysis) -> Way:
     over = over_it(scene, lead)
     if over is not None:
         return over
+    standoff = towards_who_crosses(scene, lead)
+    if standoff is not None:
+        return standoff
     target = group_of(scene, lead)
     aside = within_the_lane(scene, target)
     if aside is not None and not has_failed(scene, "nudge"):
         return aside
     plan, why = way_past(scene, target, speed_for(scene, target))
     if plan is None:
-        return plan, why
+        back = away_from_who_faces(scene, lead) if why[0] is WaitReason.NO_SAFE_WAY else None
+        return back or (plan, why)
     if has_failed(scene, "oncoming_sight") and _just_refused(scene, plan) is not None:
         look = to_see_more(scene, lead, plan)
         if look is not None:

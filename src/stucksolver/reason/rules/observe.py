@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from stucksolver.decision import Intent, Observation, ObservedControl, Participant, WaitLimits
 from stucksolver.scene import (
     MOTOR_VEHICLES,
@@ -21,6 +23,9 @@ KERB_ZONE_M = 2.0
 PARKED_OFFSET_M = 0.4
 """A vehicle this far from the lane's centre stands beside the traffic rather than in it."""
 AHEAD_M = 60.0
+ACROSS_SIN = 0.6
+"""Sine of the angle to our way from which on a vehicle stands across it."""
+SAME_WAY_COS, SAME_LANE_M, QUEUE_GAP_M = 0.9, 1.5, 8.0
 
 
 def observe(scene: Scene, limits: WaitLimits) -> Observation:
@@ -70,6 +75,8 @@ def intent(scene: Scene, o: SceneObject, limits: WaitLimits) -> Intent:
         return Intent.FOLLOWING
     if o.hazard_lights:
         return Intent.STOPPED
+    if crosses(o):
+        return Intent.QUEUEING if _in_queue_across(scene, o) else Intent.STOPPED
     if beside_lane_centre(o):
         return Intent.PARKED
     return Intent.QUEUEING if _in_queue(scene, o, limits) else Intent.STOPPED
@@ -78,6 +85,24 @@ def intent(scene: Scene, o: SceneObject, limits: WaitLimits) -> Intent:
 def beside_lane_centre(o: SceneObject) -> bool:
     """Does it stand off the middle of the lane, as parked vehicles do?"""
     return abs(o.left_edge_m + o.right_edge_m) / 2 > PARKED_OFFSET_M
+
+
+def crosses(o: SceneObject) -> bool:
+    """Does a vehicle stand across our way, as those of a crossing road do?"""
+    return o.kind in MOTOR_VEHICLES and abs(math.sin(o.yaw_rad)) > ACROSS_SIN
+
+
+def _in_queue_across(scene: Scene, o: SceneObject) -> bool:
+    """Does a vehicle of its own direction stand close before its nose?"""
+    cos, sin = math.cos(o.yaw_rad), math.sin(o.yaw_rad)
+    for other in scene.objects:
+        ahead, aside = other.x_m - o.x_m, other.y_m - o.y_m
+        along, beside = ahead * cos + aside * sin, aside * cos - ahead * sin
+        gap = along - (o.length_m + other.length_m) / 2
+        same_way = math.cos(other.yaw_rad - o.yaw_rad) > SAME_WAY_COS
+        if other.kind in MOTOR_VEHICLES and same_way and abs(beside) < SAME_LANE_M and -1.0 < gap < QUEUE_GAP_M:
+            return True
+    return False
 
 
 def _on_foot(o: SceneObject) -> Intent:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stucksolver.scene import MOTOR_VEHICLES, VULNERABLE, Scene, SceneLane, SceneObject
+from stucksolver.scene import MOTOR_VEHICLES, VULNERABLE, LaneRelation, Scene, SceneLane, SceneObject
 
 GROUP_GAP_M = 14.0
 """Objects nearer to each other than this are passed together."""
 MERGE_ROOM_M = 12.0
+BESIDE_M, EDGE_M = 0.5, 0.1
+"""The least that is kept free beside what stands, and at the far edge of the road."""
 ACCELERATION_MPS2 = 1.2
 FLOWING_MPS = 2.0
 """Who is quicker in the lane beside passes by; the guard finds the moment after them."""
@@ -90,6 +92,19 @@ def said_of(blocking: SceneObject) -> str:
 def stays(o: SceneObject) -> bool:
     """Will it still be there, however long one waits: a thing, or a vehicle that has broken down?"""
     return bool(o.hazard_lights) or o.kind not in MOTOR_VEHICLES | VULNERABLE
+
+
+def too_narrow(scene: Scene, lane: SceneLane, target: Target) -> str | None:
+    """Whether the lane beside leaves too little room to get past the target, in words."""
+    own = next((x.width_m for x in scene.lanes if x.relation is LaneRelation.EGO), None)
+    if own is None:
+        return None
+    widest = max(target.objects, key=lambda o: o.left_edge_m)
+    free = own / 2 + lane.width_m - widest.left_edge_m
+    needed = scene.ego.width_m + BESIDE_M + EDGE_M
+    if free >= needed:
+        return None
+    return f"beside {widest.kind.value} {widest.id} the road is {free:.1f} m wide, {needed:.1f} m are needed"
 
 
 def oncoming_blocked(scene: Scene, lane: SceneLane, target: Target, speed: float) -> str | None:

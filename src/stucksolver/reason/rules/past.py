@@ -15,6 +15,7 @@ from stucksolver.reason.rules.passing import (
     oncoming_blocked,
     said_of,
     stays,
+    too_narrow,
     way_to_pass_m,
 )
 from stucksolver.scene import (
@@ -93,6 +94,9 @@ def way_past(scene: Scene, target: Target, speed: float) -> Way:
     oncoming = lane_of(scene, LaneRelation.ONCOMING)
     is_next = lane_of(scene, LaneRelation.LEFT) is None
     if oncoming is not None and is_next and "borrow_oncoming_lane" in available and why[0] is WaitReason.NO_SAFE_WAY:
+        narrow = too_narrow(scene, oncoming, target)
+        if narrow is not None:
+            return None, (WaitReason.NO_SAFE_WAY, narrow)
         busy = oncoming_blocked(scene, oncoming, target, speed)
         if busy is None:
             return _by_oncoming_lane(target, speed)

@@ -63,7 +63,7 @@ def to_swing_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Recover
         not near
         or scene.ego.speed_mps > 0.2
         or lead.speed_along_mps > 0.2
-        or not _may_back_up(scene, way, REAR_MARGIN_M)
+        or not may_back_up(scene, way, REAR_MARGIN_M)
     ):
         return plan
     return plan.model_copy(update={"behaviors": (BackUp(distance_m=way), *plan.behaviors)})
@@ -81,13 +81,13 @@ def to_see_more(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Way | No
     if looked or scene.ego.speed_mps > 0.2 or not all(_offers(scene, name) for name in ("nudge", "back_up")):
         return None
     moves: list[BackUp | Nudge] = []
-    if gap < LOOK_ROOM_M and _may_back_up(scene, BACK_M, LOOK_REAR_MARGIN_M):
+    if gap < LOOK_ROOM_M and may_back_up(scene, BACK_M, LOOK_REAR_MARGIN_M):
         moves, gap = [BackUp(distance_m=BACK_M, speed_mps=2.0)], gap + BACK_M
     if gap < LOOK_M + 1.5:
         return None
     moves.append(Nudge(side="left", offset_m=0.8, distance_m=LOOK_M, speed_mps=1.5))
     gap -= LOOK_M
-    while gap < FAR_M and len(moves) < MOST_MOVES and _may_back_up(scene, gap + BACK_M - start, LOOK_REAR_MARGIN_M):
+    while gap < FAR_M and len(moves) < MOST_MOVES and may_back_up(scene, gap + BACK_M - start, LOOK_REAR_MARGIN_M):
         moves, gap = [*moves, BackUp(distance_m=BACK_M, speed_mps=2.0)], gap + BACK_M
     if gap < SWING_M:
         return None
@@ -95,7 +95,8 @@ def to_see_more(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Way | No
     return whole, (None, f"get back and aside to see past {lead.id}, then pass")
 
 
-def _may_back_up(scene: Scene, way_m: float, margin_m: float) -> bool:
+def may_back_up(scene: Scene, way_m: float, margin_m: float) -> bool:
+    """Is so much of the own lane free behind?"""
     lane = lane_of(scene, LaneRelation.EGO)
     free = None if lane is None else lane.free_behind_m
     return _offers(scene, "back_up") and free is not None and free >= way_m + margin_m

@@ -49,8 +49,9 @@ class NarrowRoadStandoff(Stuck):
         member = self.cast.must_spawn("vehicle.lincoln.mkz_2020", lane.transform)
         # In the middle of the road, where neither gets past the other.
         car = self.cars.drive(member, run_of_lane(lane, 200.0), SPEED_MPS, offset_m=-lane.lane_width / 2.0)
-        farthest_s = self.setting.hero_s_m
-        while farthest_s - self.setting.hero_s_m < BACKED_M and not self.at_route_end():
-            farthest_s = max(farthest_s, self.setting.hero_s_m)
+        # The place along the route is a high-water mark, which backing up does not lower.
+        foremost = self.hero
+        while (backed_m := self.hero.ahead_m(foremost.x, foremost.y)) < BACKED_M and not self.at_route_end():
+            foremost = self.hero if backed_m < 0.0 else foremost
             yield
         self.cars.remove([car])

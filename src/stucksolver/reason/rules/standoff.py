@@ -1,0 +1,56 @@
+"""Neither they nor we get on: show those who cross that one means to go, make room for who faces us."""
+
+from __future__ import annotations
+
+import math
+
+from stucksolver.decision import RecoveryPlan, WaitReason
+from stucksolver.decision.behaviors import BackUp, KeepLane, Wait
+from stucksolver.reason.rules.analyse import red_light_within
+from stucksolver.reason.rules.observe import crosses
+from stucksolver.reason.rules.past import Way, has_failed
+from stucksolver.reason.rules.room import may_back_up
+from stucksolver.scene import MOTOR_VEHICLES, Scene, SceneObject
+
+FIRST_TURN_S = 6.0
+"""For so long it is left to those who cross to go first."""
+SHORT_OF_M, LEAST_M, MOST_M, STEP_M = 0.4, 2.0, 5.0, 0.5
+"""Left free before them; the shortest and longest way up to there, in whole steps of a path."""
+CREEP_MPS, LIGHT_AHEAD_M = 1.5, 20.0
+FACES_COS = -0.7
+BACK_M, LEAST_BACK_M, REAR_MARGIN_M, GIVES_WAY_S = 8.0, 3.0, 5.5, 10.0
+
+
+def towards_who_crosses(scene: Scene, lead: SceneObject) -> Way | None:
+    """Creep up to a vehicle that stands across our way and goes no further: somebody has to begin.
+
+    None where nobody crosses, or where there is no room left to show it.
+    """
+    if not crosses(lead) or lead.hazard_lights or "keep_lane" not in {b.name for b in scene.behaviors}:
+        return None
+    light = red_light_within(scene, LIGHT_AHEAD_M)
+    if light is not None:
+        return None, (WaitReason.LIGHT, light)
+    who = f"{lead.kind.value} {lead.id}"
+    if scene.ego.stopped_for_s < FIRST_TURN_S:
+        return None, (WaitReason.YIELD, f"{who} comes from a crossing road and may go first")
+    way = STEP_M * math.floor(((lead.gap_m or 0.0) - SHORT_OF_M) / STEP_M)
+    if way < LEAST_M or has_failed(scene, "keep_lane"):
+        return None
+    creep = KeepLane(distance_m=min(way, MOST_M), speed_mps=CREEP_MPS)
+    return RecoveryPlan(behaviors=(creep,)), (None, f"{who} crosses and does not go: creep, to show who begins")
+
+
+def away_from_who_faces(scene: Scene, lead: SceneObject) -> Way | None:
+    """Back up from an oncoming vehicle that there is no room to pass, and let it come by or turn off.
+
+    None where nobody faces us, or the way behind is not free.
+    """
+    faces = lead.kind in MOTOR_VEHICLES and math.cos(lead.yaw_rad) < FACES_COS and not lead.hazard_lights
+    if not faces or scene.ego.speed_mps > 0.2 or has_failed(scene, "back_up"):
+        return None
+    way = next((m for m in (BACK_M, LEAST_BACK_M) if may_back_up(scene, m, REAR_MARGIN_M)), None)
+    if way is None:
+        return None
+    moves = (BackUp(distance_m=way, speed_mps=2.0), Wait(duration_s=GIVES_WAY_S, until="clear"))
+    return RecoveryPlan(behaviors=moves), (None, f"{lead.kind.value} {lead.id} faces us: back up and let it go first")
