@@ -144,9 +144,9 @@ def crossing(gap_m=5.0, *others, **more):
 
 
 def test_who_stands_across_goes_first_and_if_it_does_not_we_creep_up_to_it():
-    first = decide(crossing(), stopped_s=5.0)
+    first = decide(crossing(), stopped_s=7.0)
     assert (first.plan, first.analysis.wait) == (None, WaitReason.YIELD)
-    (creep,) = behaviors_of(decide(crossing(), stopped_s=7.0))
+    (creep,) = behaviors_of(decide(crossing(), stopped_s=9.0))
     assert (creep.name, creep.distance_m, creep.speed_mps) == ("keep_lane", 4.5, 1.5)
     assert Guard().accept([creep], crossing().view(), False)[0].accepted
 

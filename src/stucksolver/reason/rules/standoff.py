@@ -12,7 +12,7 @@ from stucksolver.reason.rules.past import Way, has_failed
 from stucksolver.reason.rules.room import may_back_up
 from stucksolver.scene import MOTOR_VEHICLES, Scene, SceneObject
 
-FIRST_TURN_S = 6.0
+FIRST_TURN_S = 8.0
 """For so long it is left to those who cross to go first."""
 SHORT_OF_M, LEAST_M, MOST_M, STEP_M = 0.4, 2.0, 5.0, 0.5
 """Left free before them; the shortest and longest way up to there, in whole steps of a path."""
