@@ -84,6 +84,11 @@ class Concerns:
         room = distance - (self._options.stop_line_gap_m if gap is None else gap)
         return toward_gap(speed, room, 0.0, self._profile.deceleration)
 
+    def wait(self, distance: float, speed: float) -> float:
+        """Stop before the way of others `distance` metres ahead of the front bumper, hard if it must be."""
+        hard = emergency(speed, distance, 0.0)
+        return self.stop_line(distance, speed) if hard is None else hard
+
     def behind(self, gap: float, lead_speed: float, speed: float) -> float:
         """Come behind a leader that is still on another way, `gap` metres ahead; it may yet be abreast."""
         profile = self._profile

@@ -198,7 +198,7 @@ class BehaviorDriver:
             concerns.cruise(path, speed, self._vehicle.get_speed_limit(), self._command(), brisk),
             concerns.end(path, speed),
             self._for_lines(speed),
-            math.inf if crossing.wait_m is None else concerns.stop_line(crossing.wait_m, speed),
+            math.inf if crossing.wait_m is None else concerns.wait(crossing.wait_m, speed),
             math.inf if crossing.leader is None else concerns.behind(*crossing.leader, speed),
             math.inf if crossing.look_m is None else concerns.slow_to(LOOKING_MPS, crossing.look_m, speed),
             -self._options.follow_deceleration if self._holding else math.inf,

@@ -36,7 +36,7 @@ _A_TURN_MPS = 9.0
 _STOPPING_MPS2 = 4.0
 """Who would have to brake harder than this does not stop."""
 _SLOWING_MPS2 = 3.0
-_HARD_MPS2 = 5.0
+_HARD_MPS2, _FULL_MPS2 = 5.0, 7.0
 _AT_THE_LINE_M = 3.0
 _START_LAG_S = 0.3
 _MARGIN_M = 0.3
@@ -116,56 +116,46 @@ class GiveWay:
             self._going, self._waited_s = None, 0.0
         if not self._due or self._due[0].wait_s - front > _LOOKS_M + _LOOKS_S * speed:
             return FREE
-        meeting = self._due[0]
-        top_mps = min(motion.top_mps, _pace_of_flow(meeting, around))
+        meeting, others = self._due[0], _moving(around)
+        coming = [(way, one) for way in meeting.ways for one in _on(way, others) if _comes(way, one)]
+        top_mps = min(motion.top_mps, _pace_of_flow(coming))
         own = _Drive(line, _foretold(line, s, speed, top_mps, self._profile), self._model)
-        room = self._room(meeting, front)
-        if room < 0.0 or speed * speed > 2.0 * _HARD_MPS2 * room:
+        place_s = meeting.wait_s if front <= meeting.wait_s else meeting.first_s
+        room = place_s - front
+        if not _can_stop(speed, room, _HARD_MPS2):
             self._going = meeting
-            found = self._met(meeting, own, around, TO_GO_ON)
-            return Verdict(None, found.passing, None, found.leader)
+            return self._gone(own.judge(coming, TO_GO_ON), front, speed)
         going = self._going is meeting
-        found = self._met(meeting, own, around, TO_GO_ON if going else self._margin())
+        found = own.judge(coming, TO_GO_ON if going else self._margin())
         self._waited_s += dt_s if speed < _LEAST_MPS and room < _AT_THE_LINE_M else 0.0
-        decided = room < _AT_THE_LINE_M or speed * speed > 2.0 * self._profile.deceleration * room
-        self._going = None if found.anyone or not (going or decided) else meeting
-        if found.anyone:
+        decided = room < _AT_THE_LINE_M or not _can_stop(speed, room, self._profile.deceleration)
+        self._going = None if found.met or not (going or decided) else meeting
+        if found.met:
             return Verdict(room, frozenset())
         look_m = room if front <= meeting.wait_s and _asks_to_look(meeting, line) else None
         return Verdict(None, found.passing, look_m, found.leader)
+
+    def _gone(self, found: _Met, front: float, speed: float) -> Verdict:
+        """Past the place to wait, one still brakes for whoever crosses in spite of all."""
+        rooms = [way.route_meets_s - front for way in found.met if not way.joins and way.route_meets_s > front]
+        room = min(rooms, default=-1.0)
+        stops = _can_stop(speed, room, _FULL_MPS2)
+        return Verdict(room, frozenset()) if stops else Verdict(None, found.passing, None, found.leader)
 
     def _margin(self) -> Margin:
         share = min(self._waited_s / PATIENCE_S, 1.0)
         return Margin(*(a + share * (b - a) for a, b in zip(TO_GO, AFTER_WAITING, strict=True)))
 
-    def _room(self, meeting: Meeting, front: float) -> float:
-        """Metres to the place to wait: before the junction, or, from inside, before the ways meet."""
-        return (meeting.wait_s if front <= meeting.wait_s else meeting.first_s) - front
 
-    def _met(self, meeting: Meeting, own: _Drive, around: Surroundings, margin: Margin) -> _Met:
-        """Whom would the ego meet if it went now?"""
-        others = _moving(around)
-        met, passing, leaders = set[int](), set[int](), list[Leader]()
-        for way in meeting.ways:
-            for other in _on(way, others):
-                if not _comes(way, other):
-                    continue
-                if own.comes_behind(way, other):
-                    if way.joins:
-                        leaders.append(own.leader(way, other))
-                    else:
-                        passing.add(other.actor_id)
-                elif own.meets(way, other, margin):
-                    met.add(other.actor_id)
-                elif not way.joins:
-                    passing.add(other.actor_id)
-        return _Met(bool(met), frozenset(passing - met), min(leaders, default=None))
+def _can_stop(speed: float, room: float, deceleration: float) -> bool:
+    return room >= 0.0 and speed * speed <= 2.0 * deceleration * room
 
 
 class _Met(NamedTuple):
     """Whom the ego would meet."""
 
-    anyone: bool
+    met: tuple[OtherWay, ...]
+    """The ways on which it would."""
     passing: frozenset[int]
     leader: Leader | None
 
@@ -216,11 +206,9 @@ def _on(way: OtherWay, others: Surroundings) -> list[_Other]:
     ]
 
 
-def _pace_of_flow(meeting: Meeting, around: Surroundings) -> float:
+def _pace_of_flow(coming: Sequence[tuple[OtherWay, _Other]]) -> float:
     """The speed at which those who go first drive where the route joins them (m/s); no limit where nobody does."""
-    moving = _moving(around)
-    joined = [way for way in meeting.ways if way.joins and way.goes_first]
-    return max((other.speed for way in joined for other in _on(way, moving)), default=math.inf)
+    return max((one.speed for way, one in coming if way.joins and way.goes_first), default=math.inf)
 
 
 def _comes(way: OtherWay, other: _Other) -> bool:
@@ -248,21 +236,34 @@ class _Drive:
         self._x, self._y, self._yaw = line.at(s)
         self._model = model
 
+    def judge(self, coming: Sequence[tuple[OtherWay, _Other]], margin: Margin) -> _Met:
+        """Whom of those who come would it meet, or come too near to?"""
+        met, passing, leaders = list[tuple[OtherWay, int]](), set[int](), list[Leader]()
+        for way, other in coming:
+            if way.joins and self._comes_behind(way, other):
+                leaders.append(self._leader(way, other))
+            elif not self._comes_behind(way, other) and self._meets(way, other, margin):
+                met.append((way, other.actor_id))
+            elif not way.joins:
+                passing.add(other.actor_id)
+        clear = passing.difference(actor_id for _, actor_id in met)
+        return _Met(tuple(way for way, _ in met), frozenset(clear), min(leaders, default=None))
+
     def _arrives_s(self, way: OtherWay) -> float:
         """When its front comes to where the ways meet."""
         return float(np.interp(way.route_meets_s - self._model.half_length, self._s, self._t))
 
-    def comes_behind(self, way: OtherWay, other: _Other) -> bool:
+    def _comes_behind(self, way: OtherWay, other: _Other) -> bool:
         """Will the other have passed, or be ahead on the common way, when the ego comes there?"""
         rear = other.s - other.half_length + other.speed * self._arrives_s(way)
         return rear > (way.meets_s + 1.0 if way.joins else way.parts_s)
 
-    def leader(self, way: OtherWay, other: _Other) -> Leader:
+    def _leader(self, way: OtherWay, other: _Other) -> Leader:
         """The other, as if it were as far along the route as it is along its way."""
         front = float(self._s[0]) + self._model.half_length
         return Leader(other.s - other.half_length - way.meets_s - (front - way.route_meets_s), other.speed)
 
-    def meets(self, way: OtherWay, other: _Other, margin: Margin) -> bool:
+    def _meets(self, way: OtherWay, other: _Other, margin: Margin) -> bool:
         """Would it come nearer to the other than the margin while their ways meet?"""
         half = self._model.half_length
         t_in = self._arrives_s(way)

@@ -157,12 +157,13 @@ class _Junction:
             return None  # the same lane, driven the other way
         own_s = self._line.s[self._stretch]
         through = yaw[begins : begins + len(inside)]
+        kept = (s > s[begins] - UPSTREAM_M) & (s < s[parts] + DOWNSTREAM_M)
         joins = bool(near[:, -1].any()) and bool(self._graph.after(key) & self._own)
         return OtherWay(
-            x=xy[:, 0],
-            y=xy[:, 1],
-            yaw=yaw,
-            s=s,
+            x=xy[kept, 0],
+            y=xy[kept, 1],
+            yaw=yaw[kept],
+            s=s[kept],
             inside_s=float(s[begins]),
             meets_s=float(s[meets]),
             parts_s=float(s[parts]),
