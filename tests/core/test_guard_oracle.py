@@ -7,6 +7,7 @@ The ego is simulated step by step on the accepted path, as quick or as sluggish 
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,7 +41,8 @@ A_MPS2, B_MPS2 = 1.5, 3.0
 OTHERS_BRAKE_MPS2 = 3.5
 HORIZON_S = 30.0
 ZONES = st.sampled_from([(), *(((kind, s),) for kind in ZoneKind for s in (60.0, 75.0, 100.0))])
-some = settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+EXAMPLES = int(os.environ.get("GUARD_EXAMPLES", "40"))
+some = settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck))
 
 speeds = st.floats(1.0, 5.5)
 sides = st.sampled_from(["left", "right"])
