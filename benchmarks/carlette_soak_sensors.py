@@ -102,7 +102,9 @@ def _drive(port: int, town: str, ticks: int, seed: int, result: Any) -> None:
     found = _tick(world, ticks, {one.type_id: queue for one, queue in sensors})
     for sensor, _ in sensors:
         sensor.destroy()
-    client.apply_batch_sync([carla.command.DestroyActor(car) for car in cars], True)
+    client.apply_batch_sync([carla.command.DestroyActor(car) for car in cars])
+    # Not in the batch: that would wait with Python's lock, which the sensors' threads may still need to end.
+    world.tick()
     manager.set_synchronous_mode(False)
     settings.synchronous_mode = False
     world.apply_settings(settings)

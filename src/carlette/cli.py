@@ -10,9 +10,13 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from carlette.errors import UsageError
 from carlette.versions import DEFAULT_VERSION, VERSIONS
+
+if TYPE_CHECKING:
+    from carlette.simulator import Simulator
 
 DEFAULT_PORT = 2000
 DEFAULT_MAP = "demo_town"
@@ -85,23 +89,31 @@ def _write_root(options: argparse.Namespace) -> int:
 
 def _serve(options: argparse.Namespace) -> int:
     # Imported here, so that a missing package is told in one line and `--help` is quick.
-    from carlette.opendrive.document import find_map, map_folders
-    from carlette.opendrive.roads import RoadNetwork
+    from carlette.memory import share_one_store
     from carlette.server import Server
-    from carlette.simulator import Simulator
 
-    folders = map_folders([one for many in options.maps for one in many.split(os.pathsep)])
-    roads = RoadNetwork(find_map(options.map, folders))
-    simulator = Simulator(roads, VERSIONS[options.client_version], folders, options.seed, options.recordings)
+    share_one_store()
+    simulator = _simulator(options)
     server = Server(simulator, options.host, options.port)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: server.stop())
     if options.host not in LOOPBACK:
         warning = "anybody who reaches it controls this server: the protocol has no authentication"
         print(f"carlette: warning: listening on {options.host}; {warning}", file=sys.stderr)
-    print(f"carlette: listening on {options.host}:{server.port} map={roads.file.name}", flush=True)
+    print(f"carlette: listening on {options.host}:{server.port} map={simulator.world.roads.file.name}", flush=True)
     server.serve(_watchdog(options))
     return 0
+
+
+def _simulator(options: argparse.Namespace) -> Simulator:
+    from carlette.opendrive.document import find_map, map_folders
+    from carlette.opendrive.roads import RoadNetwork
+    from carlette.simulator import Simulator
+
+    folders = map_folders([one for many in options.maps for one in many.split(os.pathsep)])
+    # Nobody else holds the first map: it goes with its episode.
+    roads = RoadNetwork(find_map(options.map, folders))
+    return Simulator(roads, VERSIONS[options.client_version], folders, options.seed, options.recordings)
 
 
 def _watchdog(options: argparse.Namespace) -> Callable[[], bool]:

@@ -1,6 +1,6 @@
 """When a snapshot may be sent: not before its readers are ready for it.
 
-Three races of the client library make this necessary; both are wide open with a server as fast as this one:
+Four races of the client library make this necessary; all are wide open with a server as fast as this one:
 
 * `sensor.listen()` returns before the client's connection to the stream exists, so the next frame would be
   lost. A snapshot therefore waits for every stream whose token was asked for.
@@ -8,6 +8,10 @@ Three races of the client library make this necessary; both are wide open with a
   network thread uses while it takes a snapshot; nothing guards it, and if both meet, the process ends ("close: Bad
   file descriptor", "bad_weak_ptr", or without a word). So the answer comes some time after the last snapshot, and the
   next snapshot not before the client has subscribed again.
+* `sensor.destroy()` closes the sensor's connection in another thread, which needs Python's lock to forget the callback.
+  `apply_batch_sync(…, True)` keeps that lock while it waits for a snapshot. With two such threads (a machine with two
+  cores) and two sensors on their way out nobody is left to read it, and the call times out. So the answer to the
+  destruction, for which the client waits without the lock, comes when the connection is closed, and a little later.
 * The traffic manager's worker thread ends a step by asking for the episode's settings and then waits on a
   condition variable, which `world.tick()` notifies without holding its mutex. If the snapshot wakes the main
   thread in just that moment, the notification is lost and the client hangs for ever. So while a traffic
@@ -21,6 +25,10 @@ from __future__ import annotations
 from collections import deque
 
 HANDSHAKE_LIMIT_S = 1.0
+PARTING_LIMIT_S = 0.25
+"""For the clients that listened to a sensor to close their connections; another one may go on listening."""
+PARTING_REST_S = 0.02
+"""From a closed connection to the answer: the way of the client's thread to Python's lock, on a busy machine, too."""
 REST_S = 0.03
 """From the last snapshot of an episode to the answer that ends it."""
 RETURN_LIMIT_S = 0.5

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import Any
 
 from carlette.errors import UsageError
-from carlette.pacing import ASK_LIMIT_S, Pacing
+from carlette.pacing import ASK_LIMIT_S, PARTING_LIMIT_S, PARTING_REST_S, Pacing
 from carlette.rescue import Rescue
 from carlette.rpc.connection import RpcConnection
 from carlette.rpc.handlers import ALL
@@ -274,7 +274,10 @@ class Server:
 
     def _answer(self, connection: RpcConnection, number: int, result: Any) -> None:
         scenery, self.simulator.scenery = self.simulator.scenery, None
-        if scenery is None or scenery.done():
+        parting, self.simulator.parting = self.simulator.parting, None
+        if parting is not None:
+            self._held.hold(connection, number, result, parting, PARTING_LIMIT_S, PARTING_REST_S)
+        elif scenery is None or scenery.done():
             connection.reply(number, result)
         else:
             # The client's first measurement shall not be late.
@@ -318,7 +321,7 @@ class Server:
         return handle
 
     def _drop_subscriber(self, subscriber: Subscriber) -> None:
-        self.simulator.hub.subscribers.discard(subscriber)
+        self.simulator.hub.left(subscriber)
         self._selector.unregister(subscriber.socket)
         subscriber.socket.close()
 

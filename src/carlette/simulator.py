@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from carlette.blueprints import load_catalogue
+from carlette.memory import hand_back
 from carlette.opendrive.document import MapFile, available_towns, find_map
 from carlette.opendrive.roads import RoadNetwork
 from carlette.recorder import Recorder, Replay, ReplayOptions, default_folder
@@ -51,6 +52,8 @@ class Simulator:
         self.sensors = Suite(self.hub, self.stream_of, self.actor_wire)
         self.scenery: Future[None] | None = None
         """What the sensor that was just spawned needs of the map; until it is built, the spawn may go unanswered."""
+        self.parting: Future[None] | None = None
+        """Until those who listened to the sensor that was just destroyed have left, that may go unanswered."""
         self.recordings = recordings or default_folder()
         """The folder out of which no recording leads."""
         self.recorder: Recorder | None = None
@@ -73,6 +76,8 @@ class Simulator:
         if self.episode_id:
             # A client keeps what it knows of an actor under its id through all episodes, so no id may come back.
             self.world = World(roads, self.seed, self.world.next_id)
+            self.sensors.close()
+            hand_back()
         self.world.frame = frame
         self.world.settings = settings or EpisodeSettings()
         self.episode_id += 1

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+import ctypes
+import weakref
+
+import numpy as np
 import psutil
 import pytest
 from raw_client import SYNCHRONOUS, Raw
 from serving import running_server
+
+from carlette.cli import _parser, _simulator
+from carlette.geometry import Pose
+from carlette.memory import hand_back
+from carlette.world.spawn import spawn
 
 pytestmark = pytest.mark.integration
 
@@ -36,3 +45,24 @@ def test_thirty_worlds_need_no_more_memory_than_ten(town01) -> None:
 def port_of(process: psutil.Process) -> int:
     """The lowest port that a process listens on; 0 = none."""
     return min((one.laddr.port for one in process.net_connections() if one.status == psutil.CONN_LISTEN), default=0)
+
+
+def test_a_map_goes_with_its_episode_the_first_one_too() -> None:
+    pytest.importorskip("carla")
+    simulator = _simulator(_parser().parse_args([]))
+    spawn(simulator.world, "sensor.other.imu", {}, Pose())
+    simulator.tick()
+    maps = [weakref.ref(simulator.world.roads)]
+    for town in ("interurban", "demo_town"):
+        simulator.load_map(town, False)
+        assert [one() for one in maps] == [None] * len(maps)
+        maps.append(weakref.ref(simulator.world.roads))
+
+
+@pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "malloc_trim"), reason="a C library without malloc_trim")
+def test_free_pages_between_used_ones_are_handed_back() -> None:
+    blocks = [np.ones(4096) for _ in range(3000)]
+    del blocks[:-1]
+    before = psutil.Process().memory_info().rss
+    hand_back()
+    assert before - psutil.Process().memory_info().rss > 50e6

@@ -6,7 +6,8 @@ import contextlib
 import socket
 import time
 from concurrent.futures import Future
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 from carlette.rpc.connection import RpcConnection
 
@@ -14,14 +15,19 @@ LONGEST_HOLD_S = 3.0
 """The client's own patience is 5 s, unless it says otherwise; after this the answer comes before the first picture."""
 
 
-class Held(NamedTuple):
+@dataclass
+class Held:
     """An answer, and what it waits for."""
 
     connection: RpcConnection
     number: int
     result: Any
     until: Future[None]
-    deadline: float
+    due: float
+    """Given at this time, whatever happens."""
+    rest_s: float
+    """Between what it waits for and the answer."""
+    is_resting: bool = False
 
 
 class HeldAnswers:
@@ -33,15 +39,26 @@ class HeldAnswers:
         self._waker.setblocking(False)
         self._held: list[Held] = []
 
-    def hold(self, connection: RpcConnection, number: int, result: Any, until: Future[None]) -> None:
-        """Keeps an answer until the future is done, but not for long."""
-        self._held.append(Held(connection, number, result, until, time.monotonic() + LONGEST_HOLD_S))
+    def hold(
+        self,
+        connection: RpcConnection,
+        number: int,
+        result: Any,
+        until: Future[None],
+        longest_s: float = LONGEST_HOLD_S,
+        rest_s: float = 0.0,
+    ) -> None:
+        """Keeps an answer until the future is done and a rest is over, but not for long."""
+        self._held.append(Held(connection, number, result, until, time.monotonic() + longest_s, rest_s))
         until.add_done_callback(self._wake)
 
     def release(self, now: float) -> None:
         """Gives the answers that are due."""
-        due = [one for one in self._held if one.until.done() or now >= one.deadline]
-        self._held = [one for one in self._held if one not in due]
+        for one in self._held:
+            if one.until.done() and not one.is_resting:
+                one.is_resting, one.due = True, now + one.rest_s
+        due = [one for one in self._held if now >= one.due]
+        self._held = [one for one in self._held if now < one.due]
         for one in due:
             one.connection.reply(one.number, one.result)
 
@@ -51,7 +68,7 @@ class HeldAnswers:
 
     def wait_s(self, now: float, most_s: float) -> float:
         """How long nothing becomes due by time alone."""
-        return max(0.0, min([most_s, *(one.deadline - now for one in self._held)]))
+        return max(0.0, min([most_s, *(one.due - now for one in self._held)]))
 
     def drain(self) -> None:
         """Takes note of having been woken."""

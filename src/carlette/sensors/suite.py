@@ -108,12 +108,13 @@ class Suite:
             self._hub.publish(asked.mount.stream_id, asked.header, *body)
 
     def close(self) -> None:
-        """Ends all sensors."""
+        """Ends all sensors and forgets their world."""
         for mount in self._mounts.values():
             mount.sensor.close()
         self._mounts.clear()
         self._asked.clear()
         self._roster = (-1, -1)
+        self._world = None
 
     def _update_mounts(self, world: World) -> None:
         if world is not self._world:

@@ -16,6 +16,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from carlette.camera.studio import stage_of
+from carlette.memory import hand_back
 from carlette.opendrive.roads import RoadNetwork
 from carlette.sensors.faces import static_faces
 
@@ -83,9 +84,14 @@ def _begun(
 ) -> Future[None]:
     found = known.get(roads)
     if found is None:
-        # The result must not be kept: it would keep its key, and so the map, for ever.
-        found = known[roads] = _builder().submit(lambda: (build(), None)[1])
+        found = known[roads] = _builder().submit(lambda: _finish(build))
     return found
+
+
+def _finish(build: Callable[[], object]) -> None:
+    # The result must not be kept: it would keep its key, and so the map, for ever.
+    build()
+    hand_back()
 
 
 def _make_stage(roads: RoadNetwork) -> None:

@@ -6,7 +6,8 @@ import select
 import socket
 import struct
 import time
-from collections import deque
+from collections import defaultdict, deque
+from concurrent.futures import Future
 
 MAX_BACKLOG_BYTES = 64 * 1024 * 1024
 """A subscriber that lags this far behind is dropped (it reconnects by itself)."""
@@ -113,6 +114,7 @@ class Hub:
         """Streams whose token was asked for and whose subscriber has not come yet."""
         self.waits_for_readers = False
         """A reader of large messages that is far behind holds the world up for a moment, so that it misses none."""
+        self._partings: defaultdict[int, list[Future[None]]] = defaultdict(list)
 
     def expect(self, stream_id: int) -> None:
         """A client asked for the token of a stream: it is about to subscribe."""
@@ -121,6 +123,22 @@ class Hub:
     def arrived(self, subscriber: Subscriber) -> None:
         """A subscriber has announced its stream."""
         self.awaited.discard(subscriber.stream_id)
+
+    def left(self, subscriber: Subscriber) -> None:
+        """A subscriber's connection is over."""
+        self.subscribers.discard(subscriber)
+        if not self.listens(subscriber.stream_id):
+            for one in self._partings.pop(subscriber.stream_id, []):
+                one.set_result(None)
+
+    def parting(self, stream_id: int) -> Future[None]:
+        """Done when nobody subscribes to a stream any more."""
+        future: Future[None] = Future()
+        if self.listens(stream_id):
+            self._partings[stream_id].append(future)
+        else:
+            future.set_result(None)
+        return future
 
     def publish(self, stream_id: int, *parts: Part) -> None:
         """Sends one message to all subscribers of a stream."""

@@ -64,6 +64,8 @@ def destroy_actor(session: Session, actor_id: int) -> bool:
     actor = session.world.actors.get(actor_id)
     if actor is not None and (actor is session.world.spectator or actor.type_id.startswith("traffic.")):
         raise RequestError(f"destroy_actor: actor {actor_id} ({actor.type_id}) belongs to the map and cannot go")
+    if actor is not None and actor.stream_id:
+        session.simulator.parting = session.simulator.hub.parting(session.simulator.stream_of(actor))
     return session.world.remove(actor_id)
 
 
