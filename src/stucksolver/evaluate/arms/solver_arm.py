@@ -8,7 +8,7 @@ from typing import Any
 
 from stucksolver.decision import Decision, Directive, SafeStop
 from stucksolver.evaluate.arms.arm import ArmLog, Now
-from stucksolver.evaluate.results.outcome import Intervention, Query
+from stucksolver.evaluate.results.outcome import REFUSED, Intervention, Query
 from stucksolver.reason import Reasoner
 from stucksolver.reason.reasoner import AsksGuard, Cancellable, PlanCheck, Trace, Traced
 from stucksolver.record import Recorder
@@ -125,7 +125,7 @@ class SolverArm:
     def _answered(self, event: Event) -> None:
         verdict = "nothing to do"
         if event.verdict is not None:
-            verdict = "accepted" if event.verdict.accepted else f"refused: {event.verdict}"
+            verdict = "accepted" if event.verdict.accepted else f"{REFUSED}: {event.verdict}"
         if self.log.queries:
             answer = {"answered_s": self._now.time_s, "verdict": verdict}
             asked = self._reasoners.get(event.reasoner or "", next(iter(self._reasoners.values())))

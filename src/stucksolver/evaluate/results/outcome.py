@@ -48,6 +48,10 @@ class Intervention(Model):
     text: str = ""
 
 
+REFUSED = "refused"
+"""How the verdict of a query begins whose plan was not accepted."""
+
+
 class Query(Model):
     """A question to the reasoner."""
 

@@ -98,10 +98,12 @@ RECOVERY_HEAD = (
     "By rung",
     "False",
     "Missed",
-    "Harm",
-    "Alone",
+    "Harm (alone)",
+    "Infractions (alone)",
     "Right",
     "Queries/route",
+    "Dropped",
+    "Refused",
     "Queries/km",
     "Tokens",
     "Latency s",
@@ -124,15 +126,21 @@ def recovery_row(summary: Summary) -> Row:
         rungs,
         str(f.false),
         str(f.missed),
-        str(f.harm),
-        "–" if f.harm_alone is None else str(f.harm_alone),
+        _beside(f.harm, f.harm_alone),
+        _beside(f.infractions, f.infractions_alone),
         f"{f.right}/{f.judged}" if f.judged else "–",
         number(f.queries / f.routes if f.routes else None),
+        str(f.dropped),
+        str(f.refused),
         number(f.queries_per_km),
         str(f.tokens),
         number(latency, 3),
         number(f.lost_s, 1),
     )
+
+
+def _beside(count: int, alone: int | None) -> str:
+    return str(count) if alone is None else f"{count} ({alone})"
 
 
 def aligned(head: Row, rows: Sequence[Row]) -> str:

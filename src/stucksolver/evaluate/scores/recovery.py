@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stucksolver.evaluate.results.outcome import Intervention, Outcome, Spell
+from stucksolver.evaluate.results.outcome import REFUSED, Intervention, Outcome, Spell
 
 MET_S = 10.0
 WITHIN_S = 60.0
@@ -49,6 +49,10 @@ class RecoveryFigures:
     infractions: int = 0
     infractions_alone: int | None = None
     queries: int = 0
+    dropped: int = 0
+    """Questions whose answer was not waited for any more: the situation cleared, or it came too late."""
+    refused: int = 0
+    """Answers with a plan against which the guard, or a rule of the ladder, decided."""
     tokens: int = 0
     latencies_s: list[float] = field(default_factory=list)
     """Wall time of answers."""
@@ -133,6 +137,8 @@ def _add_spell(f: RecoveryFigures, spell: Spell, o: Outcome) -> None:
 
 def _add_queries(f: RecoveryFigures, o: Outcome) -> None:
     f.queries += len(o.queries)
+    f.dropped += sum(q.answered_s is None for q in o.queries)
+    f.refused += sum(q.verdict.startswith(REFUSED) for q in o.queries)
     f.tokens += sum(q.tokens for q in o.queries)
     f.latencies_s += [q.took_s for q in o.queries if q.took_s is not None]
     f.lost_s += sum(q.answered_s - q.asked_s for q in o.queries if q.answered_s is not None)

@@ -1,0 +1,71 @@
+#!/bin/sh
+# Drives what results/*.md report. Goes on where it was after a kill.
+#
+#   results/run.sh bench220|dev|immobilized|wrong|wrong220|latency OUT
+#
+# Wants `stucksolver` on the path; OUT takes one folder for each arm. `latency` wants Python to be that of the
+# project's environment, since it starts the tests' model server.
+set -eu
+part=$1 out=$2
+mkdir -p "$out"
+
+arm() {
+    name=$1
+    shift
+    echo "== $part: $name"
+    # A route that fails to run is told in the table; the other arms go on.
+    stucksolver evaluate --out "$out/$name" --resume --replays none "$@" >"$out/$name.txt" 2>"$out/$name.log" ||
+        tail -n 3 "$out/$name.log"
+}
+
+four_arms() {
+    arm alone --recovery none "$@"
+    arm timers --recovery timers "$@"
+    arm rules --recovery rules "$@"
+    arm guided --recovery rules --guidance shipped "$@"
+}
+
+late_arms() {
+    arm rules-late --recovery rules --clock latency:2.8 "$@"
+    arm guided-late --recovery rules --guidance shipped --clock latency:2.8 "$@"
+}
+
+wrong() {
+    arm "$1-$2" --suite "$1" --recovery "faulty:$2"
+    [ "$2" = silent ] || arm "$1-$2-unguarded" --suite "$1" --recovery "faulty:$2" --unguarded
+}
+
+case $part in
+bench220) four_arms --suite bench220 --replays failed ;;
+dev | immobilized)
+    four_arms --suite "$part" --seeds 1,2,3
+    late_arms --suite "$part" --seeds 1,2,3
+    ;;
+wrong)
+    for suite in dev immobilized; do
+        arm "$suite-alone" --suite "$suite" --recovery none
+        for who in random always_left always_drive_over silent late; do wrong "$suite" "$who"; done
+    done
+    ;;
+wrong220)
+    arm bench220-alone --suite bench220 --recovery none
+    wrong bench220 "${3:?name the worst reasoner}"
+    ;;
+latency)
+    patient=$out/patient.toml
+    python -c 'from stucksolver.ladder import profile_text; print(profile_text("evaluation"), end="")' |
+        sed 's/^deadline_s = 5.0/deadline_s = 10.0/' >"$patient"
+    python "$(dirname "$0")/../tests/reason/chat_server.py" --port 8077 &
+    trap 'kill %1' EXIT
+    model="openai:reader@http://127.0.0.1:8077/v1"
+    arm alone --suite dev --recovery none
+    for seconds in 0 1 2.8 6; do
+        arm "latency-$seconds" --suite dev --recovery "$model" --clock "latency:$seconds"
+    done
+    arm latency-6-patient --suite dev --recovery "$model" --clock latency:6 --ladder "$patient"
+    ;;
+*)
+    echo "unknown part $part" >&2
+    exit 2
+    ;;
+esac
