@@ -7,7 +7,7 @@ import pytest
 
 from stucksolver.stacks.driver.path import Pose, make_path
 from stucksolver.stacks.driver.perception import Surroundings
-from stucksolver.stacks.driver.pull_out import GAP_S, clear_way_out, somebody_comes
+from stucksolver.stacks.driver.pull_out import GAP_S, LEAST_GAP_S, accepted_gap_s, clear_way_out, somebody_comes
 from stucksolver.stacks.driver.route_line import rejoining_length, rejoining_path
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
@@ -77,3 +77,11 @@ def test_at_speed_only_who_is_quicker_is_waited_for():
     same = cars((AT_M - 12.0, 0.0, 8.0))
     assert somebody_comes(LANE, AT_M, 2.0, same, CAR)
     assert not somebody_comes(LANE, AT_M, 8.0, same, CAR)
+
+
+def test_whoever_has_waited_long_takes_a_smaller_gap():
+    gaps = [accepted_gap_s(waited) for waited in (0.0, 5.0, 15.0, 60.0)]
+    assert gaps[0] == GAP_S and gaps[-1] == LEAST_GAP_S and gaps == sorted(gaps, reverse=True)
+    close = cars((AT_M - 2.45 - 2.3 - 15.0, 0.0, 9.0))
+    assert somebody_comes(LANE, AT_M, 0.0, close, CAR, gaps[0])
+    assert not somebody_comes(LANE, AT_M, 0.0, close, CAR, gaps[-1])

@@ -99,14 +99,17 @@ class Concerns:
         """Be no faster than that `distance` metres ahead of the front bumper."""
         return toward_gap(speed, max(distance, 0.0), target_mps, self._profile.deceleration)
 
-    def hazards(self, path: Path, motion: Motion, around: Surroundings) -> list[Hazard]:
-        """Bodies in the way, nearest first."""
+    def hazards(
+        self, path: Path, motion: Motion, around: Surroundings, side_margin_m: float | None = None
+    ) -> list[Hazard]:
+        """Bodies in the way, nearest first, with a margin beside the ego other than the options' if given."""
         following, speed = self._planner.following, max(motion.speed, 0.0)
         reach = max(SteerController.MIN_REACH_M, SteerController.REACH_S * speed)
         ahead = look_ahead(self._profile, speed)
         side = -1 if self._planner.reversing else 1
         swept = sweep(path, self._planner.where, motion.pose, self._model, reach, ahead, side)
         margin = self._options.follow_side_margin_m if following else self._options.side_margin_m
+        margin = margin if side_margin_m is None else side_margin_m
         return nearest_hazards(swept, around, self._model, margin, margin if following else WALKER_MARGIN_M)
 
     def hazard(self, hazard: Hazard, speed: float) -> float:

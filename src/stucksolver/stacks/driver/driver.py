@@ -21,7 +21,7 @@ from stucksolver.stacks.driver.meeting_ways import meetings
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path, Pose
 from stucksolver.stacks.driver.perception import BODILESS, Perception, Surroundings
-from stucksolver.stacks.driver.pull_out import BESIDE_M, clear_way_out, somebody_comes
+from stucksolver.stacks.driver.pull_out import BESIDE_M, SIDE_MARGIN_M, accepted_gap_s, clear_way_out, somebody_comes
 from stucksolver.stacks.driver.route_line import rejoining_length
 from stucksolver.stacks.driver.routing import trace_route
 from stucksolver.stacks.driver.stop_signs import StopSignWatch, stop_places
@@ -64,6 +64,8 @@ class BehaviorDriver:
         self._ignored: frozenset[int] = frozenset()
         self._leaving = False
         """Has it decided to go back to its lane from beside it?"""
+        self._beside_s = 0.0
+        """For how long it has been standing beside its lane."""
         self._hazard: Hazard | None = None
 
     @property
@@ -144,6 +146,7 @@ class BehaviorDriver:
         around = self._perception.read(motion.pose.x, motion.pose.y)
         beside = self._at_the_roadside
         self._leaving = self._leaving and beside
+        self._beside_s = self._beside_s + self._tick_s() if beside and motion.speed < STANDING_MPS else 0.0
         stays = beside and not self._pulls_out(motion, around)
         path = self._planner.path
         if path is None:
@@ -171,7 +174,8 @@ class BehaviorDriver:
                 planner.take(way, motion.pose)
         # Once it has set off in a gap it goes: to stop half-way out would be worse.
         if motion.speed < _HALTED_MPS or not self._leaving:
-            self._leaving = not somebody_comes(line, planner.route_s, motion.speed, around, self._model)
+            gap_s = accepted_gap_s(self._beside_s)
+            self._leaving = not somebody_comes(line, planner.route_s, motion.speed, around, self._model, gap_s)
         return self._leaving
 
     def _steer(self, path: Path, way: Motion) -> float:
@@ -192,7 +196,8 @@ class BehaviorDriver:
         crossing = self._others_first(speed, around)
         brisk = BRISK_MPS2 if self._give_way.going else 0.0
         unheeded = self._ignored | crossing.passing
-        hazards = [h for h in concerns.hazards(path, way, around) if h.actor_id not in unheeded]
+        margin = SIDE_MARGIN_M if self._at_the_roadside else None
+        hazards = [h for h in concerns.hazards(path, way, around, margin) if h.actor_id not in unheeded]
         self._hazard = hazards[0] if hazards else None
         allowed = [
             concerns.cruise(path, speed, self._vehicle.get_speed_limit(), self._command(), brisk),

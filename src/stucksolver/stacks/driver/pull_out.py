@@ -13,12 +13,17 @@ from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 BESIDE_M = 1.5
 """Further than this from the route's line the ego stands beside its lane."""
+SIDE_MARGIN_M = 0.15
+"""Clearance beside the body on the way out from between parked cars."""
 GAP_S = 3.0
 """Time gap that is accepted to whoever comes: they meet a vehicle at some 4 m/s, and brake for it by less than
 3.5 m/s² from 50 km/h."""
+LEAST_GAP_S = 1.3
+"""What is accepted after `PATIENCE_S` at the roadside: accepted gaps shrink with the time waited. Whoever comes at
+10 m/s still brakes by less than 2 m/s²."""
+PATIENCE_S = 20.0
 TIGHTER = (1.0, 0.85, 0.75, 0.65)
 _STANDS_MPS = 0.3
-_SIDE_MARGIN_M = 0.15
 _REACH_M = 1.8
 _SEEN_M = 80.0
 _ROOM_M, _LANE_M = 1.0, 1.75
@@ -32,13 +37,20 @@ def clear_way_out(
     for share in TIGHTER:
         way = ways(share * gentle_m)
         swept = sweep(way, way.project(pose), pose, model, _REACH_M, share * gentle_m)
-        if not nearest_hazards(swept, standing, model, _SIDE_MARGIN_M, _SIDE_MARGIN_M):
+        if not nearest_hazards(swept, standing, model, SIDE_MARGIN_M, SIDE_MARGIN_M):
             return way
     return None
 
 
-def somebody_comes(line: Path, route_s: float, own_mps: float, around: Surroundings, model: VehicleModel) -> bool:
-    """Is anybody abreast of the ego in the route's lane, or about to be within `GAP_S`?"""
+def accepted_gap_s(waited_s: float) -> float:
+    """The time gap that is accepted after so long a wait (s)."""
+    return GAP_S + min(waited_s / PATIENCE_S, 1.0) * (LEAST_GAP_S - GAP_S)
+
+
+def somebody_comes(
+    line: Path, route_s: float, own_mps: float, around: Surroundings, model: VehicleModel, gap_s: float = GAP_S
+) -> bool:
+    """Is anybody abreast of the ego in the route's lane, or about to be within `gap_s`?"""
     for x, y, yaw, length, vx, vy in zip(
         around.x, around.y, around.yaw, around.half_length, around.vx, around.vy, strict=True
     ):
@@ -46,6 +58,6 @@ def somebody_comes(line: Path, route_s: float, own_mps: float, around: Surroundi
         gap = route_s - place.s - float(length) - model.half_length
         abreast = -2.0 * (float(length) + model.half_length) - _ROOM_M
         closing = max(float(np.hypot(vx, vy)) - own_mps, 0.0)
-        if abs(place.lateral) < _LANE_M and abreast < gap < GAP_S * closing + _ROOM_M:
+        if abs(place.lateral) < _LANE_M and abreast < gap < gap_s * closing + _ROOM_M:
             return True
     return False
