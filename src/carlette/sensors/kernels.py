@@ -46,7 +46,9 @@ def scan(
     ahead, aside = np.cos(azimuths), np.sin(azimuths)
     lowest, finest = tangents[0, 0], 4 * tangents.shape[1]
     scale = finest / max(tangents[0, -1] - lowest, 1e-9)
-    starts_at = np.searchsorted(tangents[0], lowest + np.arange(finest + 1) / scale)
+    starts_at = np.empty(finest + 1, np.int64)
+    for cell in range(finest + 1):
+        starts_at[cell] = _below(tangents[0], lowest + cell / scale)
     p, e, tilt = np.empty((4, 3)), np.empty((4, 3)), np.empty(4)
     for body in range(spans.shape[0]):
         for quad in range(spans[body, 0], spans[body, 1]):
@@ -64,7 +66,7 @@ def scan(
                 start, end = low + 2.0 * np.pi * part, high + 2.0 * np.pi * part
                 if end < -np.pi or start > np.pi or (part and high - low >= 2.0 * np.pi):
                     continue
-                first, last = np.searchsorted(azimuths, start - 1e-9), np.searchsorted(azimuths, end + 1e-9)
+                first, last = _below(azimuths, start - 1e-9), _below(azimuths, end + 1e-9)
                 for column in range(first, last):
                     least, most = _interval(e, tilt, ahead[column], aside[column])
                     if least > most:
@@ -80,6 +82,19 @@ def scan(
                         tangents[row], cosines[row], channel, least, most, flat, wz,
                         base + quad, nearness[column], hit[column],
                     )  # fmt: skip
+
+
+@compiled
+def _below(values: Array, bound: float) -> int:
+    """How many of the ascending `values` are less than `bound`; numpy's own takes a second to compile."""
+    low, high = 0, len(values)
+    while low < high:
+        middle = (low + high) >> 1
+        if values[middle] < bound:
+            low = middle + 1
+        else:
+            high = middle
+    return low
 
 
 @compiled
