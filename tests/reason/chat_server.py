@@ -171,8 +171,15 @@ def _think(request: Request) -> dict[str, Any]:
     return {"role": "assistant", "content": f"Let me think. Here it is:\n```json\n{text}\n```" if prose else text}
 
 
+def _tokens(message: dict[str, Any]) -> int:
+    """A token for four characters; for a picture what GPT-4o takes for one of two tiles."""
+    content = message["content"]
+    parts = [{"type": "text", "text": content}] if isinstance(content, str) else content or []
+    return sum(len(part["text"]) // 4 if part["type"] == "text" else 85 + 2 * 170 for part in parts)
+
+
 def _completion(request: Request, message: dict[str, Any]) -> dict[str, Any]:
-    size = sum(len(str(m["content"])) for m in request["messages"])
+    read = sum(map(_tokens, request["messages"]))
     return {
         "id": "chatcmpl-1",
         "object": "chat.completion",
@@ -180,9 +187,9 @@ def _completion(request: Request, message: dict[str, Any]) -> dict[str, Any]:
         "model": request["model"],
         "choices": [{"index": 0, "message": message, "finish_reason": "stop"}],
         "usage": {
-            "prompt_tokens": size // 4,
+            "prompt_tokens": read,
             "completion_tokens": 200,
-            "total_tokens": size // 4 + 200,
+            "total_tokens": read + 200,
             "prompt_tokens_details": {"cached_tokens": 0},
         },
     }

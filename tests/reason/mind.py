@@ -16,10 +16,12 @@ OBJECT = re.compile(
     rf"(?P<speed>{NUMBER}) (?P<stood>{NUMBER}|\?) \S+\*\S+\*\S+(?P<marks>.*)$",
     re.MULTILINE,
 )
-LANE = re.compile(r"^(?P<id>\S+) (?P<relation>left|right|oncoming|ego) (?P<direction>same|opposite) .*$", re.MULTILINE)
+LANE = re.compile(r"^(?P<id>\S+) (?P<relation>left|right|oncoming|ego) .*$", re.MULTILINE)
 CONTROL = re.compile(
-    r"^(?P<kind>traffic_light|stop_sign|yield_sign|work_zone)(?: (?P<state>\w+))? \S+ m (?P<applies>.*)$", re.M
+    r"^(?P<kind>traffic_light|stop_sign|yield_sign|work_zone)(?: (?P<state>\w+))? (?P<distance>\S+) m (?P<applies>.*)$",
+    re.M,
 )
+LIGHT_M = 25.0
 SPOKEN = re.compile(r"^passenger says \S+ s ago: (?P<words>\".*\")$", re.MULTILINE)
 
 
@@ -115,10 +117,8 @@ def _nearest(seen: Read) -> str:
 
 
 def _wait(seen: Read) -> str | None:
-    if any(
-        c["kind"] == "traffic_light" and c["state"] in ("red", "yellow") and c["applies"] == "applies"
-        for c in seen.controls
-    ):
+    lights = (c for c in seen.controls if c["kind"] == "traffic_light" and c["applies"] == "applies")
+    if any(c["state"] in ("red", "yellow") and float(c["distance"]) < LIGHT_M for c in lights):
         return "light"
     near = [o for o in seen.objects if o["gap"] != "?" and -2 < float(o["gap"]) < 15]
     if any(o["kind"] == "pedestrian" and (o["lane"] == "crossing" or "in-path" in o["marks"]) for o in near):
@@ -133,10 +133,11 @@ def _plan(seen: Read, behaviors: list[str]) -> list[dict[str, Any]] | None:
     first = min(ahead, key=lambda o: float(o["gap"]))
     if first["kind"] in ("bag", "litter") and "drive_over" in behaviors:
         return [{"name": "drive_over", "object_id": first["id"], "speed_mps": 1.5}]
-    left = [lane for lane in seen.lanes if lane["relation"] == "left" and lane["direction"] == "same"]
+    left = [lane for lane in seen.lanes if lane["relation"] == "left"]
     if left and "change_lane" in behaviors and "no-entry" not in left[0]["line"]:
-        far = min(float(first["gap"]) + 25.0, 120.0)
-        return [{"name": "change_lane", "side": "left", "distance_m": round(far, 1), "speed_mps": 5.0}]
+        end = max(float(o["gap"]) for o in ahead if float(o["speed"]) < 0.5 or o is first)
+        out = {"name": "change_lane", "side": "left", "distance_m": round(min(end + 20.0, 120.0), 1), "speed_mps": 5.0}
+        return [out, {"name": "change_lane", "side": "right", "distance_m": 20.0, "speed_mps": 5.0}]
     if "borrow_oncoming_lane" in behaviors:
         return [{"name": "borrow_oncoming_lane", "past_object_id": first["id"], "speed_mps": 5.0}]
     return None

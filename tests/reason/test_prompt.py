@@ -13,7 +13,7 @@ from stucksolver.decision.behaviors import REGISTRY
 from stucksolver.reason.llm.prompt import PROMPT_VERSION, messages, prompt_digest, system_text
 from stucksolver.reason.llm.scene_text import MOST_CHARACTERS, scene_text
 from stucksolver.reason.llm.schema import decide_tool
-from stucksolver.scene import CandidateWaypoint, Guidance, LineKind, ObjectKind, PastAttempt
+from stucksolver.scene import CandidateWaypoint, Guidance, LaneKind, LineKind, ObjectKind, PastAttempt
 
 ROAD = straight_road(left=LineKind.BROKEN)
 
@@ -25,7 +25,7 @@ def scene(count=3, **update):
 
 def test_the_words_belong_to_their_version():
     # Whoever changes the prompt raises PROMPT_VERSION and writes the new digest here.
-    assert (PROMPT_VERSION, prompt_digest()) == (1, "5524f7dbb5cc")
+    assert (PROMPT_VERSION, prompt_digest()) == (2, "5524f7dbb5cc")
 
 
 def test_the_fixed_words_come_first_and_the_scene_last():
@@ -51,6 +51,20 @@ def test_a_scene_is_never_longer_than_its_room(count, words, failures):
     made = scene(count, guidance=Guidance(text=words, time_s=0.0), attempts=attempts)
     mandatory = 5 * 90 + len(json.dumps(words)) + 60
     assert len(scene_text(made)) <= max(MOST_CHARACTERS, 700 + mandatory) + 30
+
+
+def test_route_starts_are_told_lane_by_lane():
+    def start(name, lane, ahead):
+        return CandidateWaypoint(id=name, lane_id=lane, x_m=ahead, y_m=0, distance_m=ahead)
+
+    starts = (start("own+20", "own", 20), start("own+40", "own", 40), start("w7", "left", 30))
+    assert scene_text(scene(waypoints=starts)).endswith("own +20 +40; left w7 at 30")
+
+
+def test_nobody_is_told_of_sidewalks():
+    lanes = scene().lanes
+    walk = lanes[-1].model_copy(update={"id": "walk", "kind": LaneKind.SIDEWALK})
+    assert "walk " not in scene_text(scene(lanes=(*lanes, walk)))
 
 
 def test_words_of_a_passenger_stay_between_their_quotes():

@@ -12,8 +12,8 @@ from stucksolver.reason.llm.offers import available
 from stucksolver.reason.llm.scene_text import scene_text
 from stucksolver.scene import Scene
 
-PROMPT_VERSION = 1
-"""Raised with every change of the words below; a test holds the two together."""
+PROMPT_VERSION = 2
+"""Raised with every change of the words below, which a test holds together, and of a scene's text."""
 
 ROLE = """\
 You help an automated vehicle out of immobilization, or follow its passenger's guidance where that is legal and safe. \

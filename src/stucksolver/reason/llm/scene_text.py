@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from stucksolver.scene import CandidateWaypoint, Scene, SceneLane, SceneObject, TrafficControl
+from stucksolver.scene import CandidateWaypoint, LaneDirection, LaneKind, Scene, SceneLane, SceneObject, TrafficControl
 
 MOST_CHARACTERS = 1300
 """With the system's words it keeps the prompt below 1,500 tokens (dense numbers take one for two characters)."""
@@ -16,8 +16,8 @@ def scene_text(scene: Scene) -> str:
 
     What is too much is left out, the farthest objects first; how many is said.
     """
-    head = [_ego(scene), "lanes (id relation direction type width line free_ahead/behind seen):"]
-    head += [_lane(lane) for lane in scene.lanes]
+    head = [_ego(scene), "lanes (id relation type width line free_ahead/behind seen):"]
+    head += [_lane(lane) for lane in scene.lanes if _matters(lane)]
     tail = _controls(scene) + _starts(scene) + _failed(scene) + _said(scene)
     room = MOST_CHARACTERS - sum(len(line) + 1 for line in head + tail)
     return "\n".join(head + _objects(scene, room) + tail)
@@ -28,7 +28,12 @@ def _controls(scene: Scene) -> list[str]:
 
 
 def _starts(scene: Scene) -> list[str]:
-    return ["route starts: " + "; ".join(_waypoint(w) for w in scene.waypoints)] if scene.waypoints else []
+    """One group for each lane; ids that begin with their lane's are told without it."""
+    if not scene.waypoints:
+        return []
+    lanes = dict.fromkeys(w.lane_id for w in scene.waypoints)
+    groups = [f"{lane} " + " ".join(_waypoint(w) for w in scene.waypoints if w.lane_id == lane) for lane in lanes]
+    return ["route starts (lane, then ids; +20 is lane+20, 20 m ahead): " + "; ".join(groups)]
 
 
 def _failed(scene: Scene) -> list[str]:
@@ -63,6 +68,12 @@ def _importance(o: SceneObject) -> float:
     return abs(o.gap_m or 0.0) * (0.5 if o.in_path else 1.0)
 
 
+def _matters(lane: SceneLane) -> bool:
+    """Nobody is to drive on a sidewalk, nor to stop at the other side of the road."""
+    other_side = lane.direction is LaneDirection.OPPOSITE and lane.kind is not LaneKind.DRIVING
+    return lane.kind is not LaneKind.SIDEWALK and not other_side
+
+
 def _ego(scene: Scene) -> str:
     ego = scene.ego
     parts = [
@@ -81,7 +92,7 @@ def _ego(scene: Scene) -> str:
 def _lane(lane: SceneLane) -> str:
     enter = "" if lane.may_enter or lane.relation.value == "ego" else " no-entry-by-markings"
     return (
-        f"{lane.id} {lane.relation.value} {lane.direction.value} {lane.kind.value} {_n(lane.width_m)} "
+        f"{lane.id} {lane.relation.value} {lane.kind.value} {_n(lane.width_m)} "
         f"{lane.line.value} {_n(lane.free_ahead_m)}/{_n(lane.free_behind_m)} {_n(lane.sight_ahead_m)}{enter}"
     )
 
@@ -113,7 +124,9 @@ def _control(control: TrafficControl) -> str:
 def _waypoint(w: CandidateWaypoint) -> str:
     reach = {True: "reaches destination", False: "dead end", None: ""}[w.reaches_destination]
     length = "" if w.route_length_m is None else f"{_n(w.route_length_m)} m"
-    return " ".join(x for x in (w.id, f"lane {w.lane_id} at {_n(w.distance_m)}", reach, length) if x)
+    name = w.id.removeprefix(w.lane_id)
+    place = "" if name == f"+{_n(w.distance_m)}" else f"at {_n(w.distance_m)}"
+    return " ".join(x for x in (name, place, reach, length) if x)
 
 
 def _n(value: float | None) -> str:
