@@ -8,7 +8,7 @@ from typing import Any
 
 from stucksolver.decision import Decision, Directive, SafeStop
 from stucksolver.evaluate.arms.arm import ArmLog, Now
-from stucksolver.evaluate.results.outcome import REFUSED, Intervention, Query
+from stucksolver.evaluate.results.outcome import FAILED, REFUSED, Intervention, Query
 from stucksolver.reason import Reasoner
 from stucksolver.reason.reasoner import AsksGuard, Cancellable, PlanCheck, Trace, Traced
 from stucksolver.record import Recorder
@@ -113,6 +113,8 @@ class SolverArm:
             self.log.queries.append(Query(asked_s=now.time_s))
         elif event.kind is EventKind.DECIDED:
             self._answered(event)
+        elif event.kind is EventKind.FAILED:
+            self._failed(event)
         elif event.kind is EventKind.STARTED:
             self._began(event)
         elif event.kind in (EventKind.FINISHED, EventKind.ABORTED) and self._running is not None:
@@ -132,6 +134,11 @@ class SolverArm:
             cost = {"took_s": asked.took_s, "tokens": asked.tokens}
             self.log.queries[-1] = self.log.queries[-1].model_copy(update=answer | cost)
         self._decided = event
+
+    def _failed(self, event: Event) -> None:
+        if self.log.queries and self.log.queries[-1].answered_s is None:
+            told = {"verdict": f"{FAILED}: {event.text}"}
+            self.log.queries[-1] = self.log.queries[-1].model_copy(update=told)
 
     def _began(self, event: Event) -> None:
         decided = self._decided

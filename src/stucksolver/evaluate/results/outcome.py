@@ -48,8 +48,8 @@ class Intervention(Model):
     text: str = ""
 
 
-REFUSED = "refused"
-"""How the verdict of a query begins whose plan was not accepted."""
+REFUSED, FAILED = "refused", "failed"
+"""How the verdict of a query begins whose plan was not accepted, or that got no answer."""
 
 
 class Query(Model):

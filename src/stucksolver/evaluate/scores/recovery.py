@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stucksolver.evaluate.results.outcome import REFUSED, Intervention, Outcome, Spell
+from stucksolver.evaluate.results.outcome import FAILED, REFUSED, Intervention, Outcome, Spell
 
 MET_S = 10.0
 WITHIN_S = 60.0
@@ -50,7 +50,9 @@ class RecoveryFigures:
     infractions_alone: int | None = None
     queries: int = 0
     dropped: int = 0
-    """Questions whose answer was not waited for any more: the situation cleared, or it came too late."""
+    """Questions whose answer was not waited for any more: the situation cleared."""
+    failed: int = 0
+    """Questions without an answer: too late, budget spent, or whatever else went wrong."""
     refused: int = 0
     """Answers with a plan against which the guard, or a rule of the ladder, decided."""
     tokens: int = 0
@@ -137,7 +139,8 @@ def _add_spell(f: RecoveryFigures, spell: Spell, o: Outcome) -> None:
 
 def _add_queries(f: RecoveryFigures, o: Outcome) -> None:
     f.queries += len(o.queries)
-    f.dropped += sum(q.answered_s is None for q in o.queries)
+    f.dropped += sum(q.answered_s is None and not q.verdict for q in o.queries)
+    f.failed += sum(q.verdict.startswith(FAILED) for q in o.queries)
     f.refused += sum(q.verdict.startswith(REFUSED) for q in o.queries)
     f.tokens += sum(q.tokens for q in o.queries)
     f.latencies_s += [q.took_s for q in o.queries if q.took_s is not None]
