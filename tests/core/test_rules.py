@@ -115,7 +115,7 @@ def test_people_who_walk_away_hold_nobody_up():
 def test_a_stopped_vehicle_is_given_its_time_first(lead, needed_s):
     early, late = blocked(**lead, stationary_s=needed_s - 0.5), blocked(**lead, stationary_s=needed_s + 0.5)
     assert wait_of(decide(early)) is WaitReason.UNKNOWN_STOPPED
-    assert behaviors_of(decide(late)) == (BorrowOncomingLane(past_object_id="lead", speed_mps=5.0),)
+    assert behaviors_of(decide(late)) == (BorrowOncomingLane(past_object_id="lead", speed_mps=5.5),)
 
 
 def test_the_limits_are_a_matter_of_policy():

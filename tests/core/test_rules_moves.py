@@ -8,7 +8,7 @@ import pytest
 from test_rules import behaviors_of, blocked, decide
 from worlds import LANE_M, World, drive, red_light, straight_road, thing
 
-from stucksolver.decision import WaitReason
+from stucksolver.decision import CauseCode, WaitReason
 from stucksolver.guard import Guard
 from stucksolver.reason import RuleReasoner
 from stucksolver.scene import Guidance, LightState, LineKind, ObjectKind, PastAttempt
@@ -111,6 +111,13 @@ def test_with_too_little_sight_it_gets_back_and_aside_and_passes_from_there():
     assert names(after(far, refused, "borrow_oncoming_lane", ago_s=2.0)) == ["borrow_oncoming_lane"]
 
 
+def test_from_beside_what_stands_far_right_it_looks_without_going_further_back_than_to_swing_out():
+    van = World(TWO_WAY, [thing("lead", 60.0, -0.6)])
+    back, nudge, room, borrow = behaviors_of(after(van, "oncoming_sight: sees 60 m", "borrow_oncoming_lane"))
+    assert [b.name for b in (back, nudge, room, borrow)] == ["back_up", "nudge", "back_up", "borrow_oncoming_lane"]
+    assert back.distance_m == 8.0 and room.distance_m < 4.0
+
+
 def test_a_look_that_did_not_help_is_not_repeated():
     far = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 12.0 + 2.3)])
     looked = PastAttempt(time_s=0.0, behaviors=("nudge", *LOOK), outcome="refused: oncoming_sight: sees 90 m")
@@ -166,6 +173,25 @@ def test_with_no_room_left_before_who_stands_across_it_does_not_creep():
 )
 def test_it_does_not_creep_up_to_a_queue_or_at_a_red_light_or_to_a_breakdown(world):
     assert decide(world).plan is None
+
+
+def crawling(y=2.6, yaw=-0.2, speed=1.5, **ego):
+    """A stream that crawls into our lane from the left, bumper to bumper."""
+    stream = [thing(f"car{k}", 50.0 + 8.0 * k, y if k < 1 else 0.4, yaw=yaw, speed=speed) for k in range(3)]
+    return decide(World(NARROW, stream), **ego)
+
+
+def test_into_a_crawling_stream_that_leaves_no_gap_it_noses_in():
+    decision = crawling()
+    (nose,) = behaviors_of(decision)
+    assert decision.analysis.cause is CauseCode.BLOCKED_ROAD
+    assert (nose.name, nose.distance_m, nose.speed_mps) == ("keep_lane", 4.0, 1.5)
+
+
+@pytest.mark.parametrize("how", [{"stopped_s": 15.0}, {"speed": 6.0}, {"yaw": 0.0}], ids=str)
+def test_who_has_not_stood_long_or_has_a_quick_or_a_parallel_stream_beside_it_does_not_nose_in(how):
+    decision = crawling(**how)
+    assert (decision.plan, decision.analysis.wait) == (None, WaitReason.QUEUE)
 
 
 def facing(*others):

@@ -215,7 +215,10 @@ def test_in_the_merge_cars_pass_bumper_to_bumper_until_the_hero_noses_in(staged)
     assert all(car.constant for car in playing.setting.cars._cars.values())
     playing.jump(8.0)
     playing.run(0.5)
-    assert not any(car.constant for car in playing.setting.cars._cars.values())
+    hero = playing.cast.hero
+    ahead = {car.constant for car in flow if hero.ahead_m(car.state.x, car.state.y) > 2.0}
+    behind = {car.constant for car in flow if hero.ahead_m(car.state.x, car.state.y) < -2.0}
+    assert (ahead, behind) == ({True}, {False})
 
 
 def placed(name):

@@ -18,7 +18,10 @@ from stucksolver.evaluate.suites.through import sites as sites_through
 from stucksolver.evaluate.suites.walk import Path, Town, approach, follow, turn_deg
 
 _RUN_UP_M, _TRIGGER_M, _NEAR_M = 75, 38, 3
-_RAILS = "201"
+_SEEN_AFTER_M = 180
+"""So long is a lane on which one has to pass through the oncoming one: from 30 m after the trigger some 150 m of that
+must be seen, where it may be driven at 50 km/h."""
+_RAILS, _FROM_RAILS_M = "201", 30.0
 _RAILS_AFTER_SIGN_M, _BEFORE_RAILS_M, _BEYOND_RAILS_M = 6, 60, 110
 _CLOSED_AFTER_M, _BEYOND_CLOSED_M, _LONGEST_BLOCK_M = 12, 60, 420
 _SAME_HEADING_DEG = 10.0
@@ -27,6 +30,17 @@ _RING_MARK_M, _LAPS = 20, 10
 
 def _along(fits: Fits, after_m: int = 140) -> Finder:
     return lambda town, ways: sites_along(Along(fits, after_m), town)
+
+
+def _to_pass(fits: Fits) -> Finder:
+    """Where one may pass through the oncoming lane, and sees enough of it: nowhere at a level crossing."""
+
+    def finds(town: Town, stretch: Path) -> bool:
+        rails = [sign.transform.location for sign in town.map.get_all_landmarks_of_type(_RAILS)]
+        ways = [w.transform.location for w in stretch[::10]]
+        return fits(town, stretch) and all(a.distance(b) > _FROM_RAILS_M for a in rails for b in ways)
+
+    return _along(finds, _SEEN_AFTER_M)
 
 
 def _through(turns: frozenset[Turn], controls: frozenset[Control], arms: int = 0) -> Finder:
@@ -128,22 +142,22 @@ SITUATIONS: Mapping[str, Finder] = {
     "DisabledCarAndPaperBag": _along(right_of_two),
     "DisabledCarAndRock": _along(right_of_two),
     "DebrisInLane": _along(one_lane),
-    "ClosedBoxInLane": _along(two_ways),
+    "ClosedBoxInLane": _to_pass(two_ways),
     "ToyInLane": _along(one_lane),
     "NarrowRoadStandoff": _along(narrow),
     "RoundaboutLoop": _round,
     "DarkTrafficLight": _dark_lights,
     "StuckRedLight": _through(_ALL, _LIT),
-    "DoubleParkedVan": _along(two_ways),
+    "DoubleParkedVan": _to_pass(two_ways),
     "AllWayStopDeadlock": _all_way_stops,
     "MergeNeverOpens": merges,
     "BlockedJunctionBox": _through(_STRAIGHT, _LIT, arms=4),
     "RoadBlockedForAMinute": _along(two_ways),
     "ClosedRoad": _closed_streets,
-    "PictureOfTrafficLight": _along(two_ways_by_sidewalk),
+    "PictureOfTrafficLight": _to_pass(two_ways_by_sidewalk),
     "AnimalsOnRoad": _along(one_lane),
     "Flagger": _along(two_ways),
-    "AmbulanceBehind": _along(two_ways),
+    "AmbulanceBehind": _to_pass(two_ways),
     "RedLight": _through(_ALL, _LIT),
     "QueueAtLight": _through(_STRAIGHT, _LIT),
     "PedestriansCrossing": _crosswalks,

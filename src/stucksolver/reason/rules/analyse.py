@@ -16,7 +16,7 @@ from stucksolver.decision import (
     WaitReason,
 )
 from stucksolver.reason.rules.guidance import guidance_intent
-from stucksolver.reason.rules.observe import beside_lane_centre, intent
+from stucksolver.reason.rules.observe import beside_lane_centre, intent, no_gap_to_join
 from stucksolver.scene import (
     MOTOR_VEHICLES,
     ControlKind,
@@ -146,6 +146,8 @@ def _held_by_vehicle(scene: Scene, limits: WaitLimits) -> Hold | None:
     lead = blocker(scene)
     if lead is None or lead.kind not in MOTOR_VEHICLES | {ObjectKind.BICYCLE}:
         return None
+    if no_gap_to_join(scene, lead) is not None:
+        return None
     if lead.speed_along_mps > 0.5:
         return Hold(WaitReason.QUEUE, f"{lead.kind.value} {lead.id} ahead is moving")
     what = intent(scene, lead, limits)
@@ -170,6 +172,10 @@ def find_cause(scene: Scene, limits: WaitLimits) -> tuple[CauseCode, str]:
     lead = blocker(scene)
     if lead is None:
         return CauseCode.UNKNOWN, f"stopped for {scene.ego.stopped_for_s:.0f} s with nothing in the path"
+    joining = no_gap_to_join(scene, lead)
+    if joining is not None:
+        since = f"for {scene.ego.stopped_for_s:.0f} s"
+        return CauseCode.BLOCKED_ROAD, f"{joining.kind.value} {joining.id} and others leave no gap to join them {since}"
     seen = f"{lead.kind.value} {lead.id}, {lead.gap_m:.1f} m ahead"
     if lead.kind in MOTOR_VEHICLES | {ObjectKind.BICYCLE}:
         since = f"has stood for {lead.stationary_s or 0.0:.0f} s"

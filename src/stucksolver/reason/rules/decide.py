@@ -18,7 +18,7 @@ from stucksolver.reason.rules.elsewhere import asked_for, without_lead
 from stucksolver.reason.rules.passing import group_of
 from stucksolver.reason.rules.past import Way, has_failed, speed_for, way_past
 from stucksolver.reason.rules.room import over_it, to_see_more, to_swing_out, within_the_lane
-from stucksolver.reason.rules.standoff import away_from_who_faces, towards_who_crosses
+from stucksolver.reason.rules.standoff import away_from_who_faces, into_who_joins, towards_who_crosses
 from stucksolver.scene import Scene, SceneObject
 
 LEAD_RANGE_M = 45.0
@@ -64,7 +64,7 @@ def _way_on(scene: Scene, analysis: Analysis) -> Way:
     over = over_it(scene, lead)
     if over is not None:
         return over
-    standoff = towards_who_crosses(scene, lead)
+    standoff = towards_who_crosses(scene, lead) or into_who_joins(scene, lead)
     if standoff is not None:
         return standoff
     target = group_of(scene, lead)

@@ -25,6 +25,10 @@ PARKED_OFFSET_M = 0.4
 AHEAD_M = 60.0
 ACROSS_SIN = 0.6
 """Sine of the angle to our way from which on a vehicle stands across it."""
+JOINS_M, JOINS_RAD, JOINS_AHEAD_M, CRAWLS_MPS = 1.0, 0.08, 8.0, 3.0
+"""A vehicle so far aside, so much turned towards our way, no further ahead and no quicker crawls into our lane."""
+LET_IN_S = 20.0
+"""Who is not let in for so long has to show that it wants to go."""
 SAME_WAY_COS, SAME_LANE_M, QUEUE_GAP_M = 0.9, 1.5, 8.0
 
 
@@ -90,6 +94,23 @@ def beside_lane_centre(o: SceneObject) -> bool:
 def crosses(o: SceneObject) -> bool:
     """Does a vehicle stand across our way, as those of a crossing road do?"""
     return o.kind in MOTOR_VEHICLES and abs(math.sin(o.yaw_rad)) > ACROSS_SIN
+
+
+def joins(scene: Scene, o: SceneObject) -> bool:
+    """Does a vehicle beside us, or just ahead, crawl into our lane from the side?"""
+    gap = o.gap_m if o.gap_m is not None else math.inf
+    beside = (o.left_edge_m + o.right_edge_m) / 2
+    converges = abs(beside) > JOINS_M and math.sin(o.yaw_rad) * beside < 0.0 and abs(o.yaw_rad) > JOINS_RAD
+    near = -scene.ego.length_m - o.length_m < gap < JOINS_AHEAD_M
+    return o.kind in MOTOR_VEHICLES and near and converges and MOVING_MPS < o.speed_along_mps < CRAWLS_MPS
+
+
+def no_gap_to_join(scene: Scene, lead: SceneObject) -> SceneObject | None:
+    """Who keeps joining the lane that we want to merge into, when we have stood too long to be in their queue."""
+    crawls = MOVING_MPS < lead.speed_along_mps < CRAWLS_MPS
+    if not crawls or scene.ego.stopped_for_s < LET_IN_S:
+        return None
+    return next((o for o in scene.objects if joins(scene, o)), None)
 
 
 def _in_queue_across(scene: Scene, o: SceneObject) -> bool:

@@ -29,7 +29,8 @@ from stucksolver.scene import (
     SceneObject,
 )
 
-RECOVERY_SPEED_MPS = 5.0
+RECOVERY_SPEED_MPS = 5.5
+"""Just under the 20 km/h of all recoveries: who is sooner back needs to see less of the oncoming lane."""
 GUIDED_SPEED_MPS = 11.0
 LEAST_SPEED_MPS = 2.0
 SLOW_MPS = 2.2

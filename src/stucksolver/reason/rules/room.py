@@ -17,6 +17,7 @@ REAR_MARGIN_M, LOOK_REAR_MARGIN_M = 2.5, 8.0
 BESIDE_M = 0.55
 LOOK_M, LOOK_ROOM_M, BACK_M = 6.0, 9.0, 8.0
 FAR_M, MOST_MOVES = 18.0, 4
+ASIDE_M, CLEAR_OF_M, SWING_OUT_M = 0.8, 0.2, 10.0
 
 
 def over_it(scene: Scene, lead: SceneObject) -> Way | None:
@@ -85,14 +86,25 @@ def to_see_more(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Way | No
         moves, gap = [BackUp(distance_m=BACK_M, speed_mps=2.0)], gap + BACK_M
     if gap < LOOK_M + 1.5:
         return None
-    moves.append(Nudge(side="left", offset_m=0.8, distance_m=LOOK_M, speed_mps=1.5))
+    moves.append(Nudge(side="left", offset_m=ASIDE_M, distance_m=LOOK_M, speed_mps=1.5))
     gap -= LOOK_M
-    while gap < FAR_M and len(moves) < MOST_MOVES and may_back_up(scene, gap + BACK_M - start, LOOK_REAR_MARGIN_M):
-        moves, gap = [*moves, BackUp(distance_m=BACK_M, speed_mps=2.0)], gap + BACK_M
+    hides = _hides_from_aside(scene, lead)
+    further, step = (FAR_M, BACK_M) if hides else (SWING_OUT_M, max(SWING_OUT_M - gap, 1.0))
+    while gap < further and len(moves) < MOST_MOVES and may_back_up(scene, gap + step - start, LOOK_REAR_MARGIN_M):
+        moves, gap = [*moves, BackUp(distance_m=round(step, 1), speed_mps=2.0)], gap + step
     if gap < SWING_M:
         return None
     whole = plan.model_copy(update={"behaviors": (*moves, *plan.behaviors)})
     return whole, (None, f"get back and aside to see past {lead.id}, then pass")
+
+
+def _hides_from_aside(scene: Scene, lead: SceneObject) -> bool:
+    """Does it hide the oncoming lane even from the left border of the own one? Then only distance shows more."""
+    lane = lane_of(scene, LaneRelation.EGO)
+    if lane is None:
+        return True
+    eye = min(scene.ego.lateral_offset_m + ASIDE_M, (lane.width_m - scene.ego.width_m) / 2)
+    return lead.left_edge_m > eye - CLEAR_OF_M
 
 
 def may_back_up(scene: Scene, way_m: float, margin_m: float) -> bool:

@@ -7,7 +7,7 @@ import math
 from stucksolver.decision import RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import BackUp, KeepLane, Wait
 from stucksolver.reason.rules.analyse import red_light_within
-from stucksolver.reason.rules.observe import crosses
+from stucksolver.reason.rules.observe import crosses, no_gap_to_join
 from stucksolver.reason.rules.past import Way, has_failed
 from stucksolver.reason.rules.room import may_back_up
 from stucksolver.scene import MOTOR_VEHICLES, Scene, SceneObject
@@ -17,6 +17,7 @@ FIRST_TURN_S = 8.0
 SHORT_OF_M, LEAST_M, MOST_M, STEP_M = 0.4, 2.0, 5.0, 0.5
 """Left free before them; the shortest and longest way up to there, in whole steps of a path."""
 CREEP_MPS, LIGHT_AHEAD_M = 1.5, 20.0
+NOSE_M = 4.0
 FACES_COS = -0.7
 BACK_M, LEAST_BACK_M, REAR_MARGIN_M, GIVES_WAY_S = 8.0, 3.0, 5.5, 10.0
 
@@ -39,6 +40,19 @@ def towards_who_crosses(scene: Scene, lead: SceneObject) -> Way | None:
         return None
     creep = KeepLane(distance_m=min(way, MOST_M), speed_mps=CREEP_MPS)
     return RecoveryPlan(behaviors=(creep,)), (None, f"{who} crosses and does not go: creep, to show who begins")
+
+
+def into_who_joins(scene: Scene, lead: SceneObject) -> Way | None:
+    """Nose into a crawling stream that leaves no gap. None where there is no such stream."""
+    joining = no_gap_to_join(scene, lead)
+    if joining is None or "keep_lane" not in {b.name for b in scene.behaviors}:
+        return None
+    light = red_light_within(scene, LIGHT_AHEAD_M)
+    if light is not None:
+        return None, (WaitReason.LIGHT, light)
+    who = f"{joining.kind.value} {joining.id}"
+    nose = KeepLane(distance_m=NOSE_M, speed_mps=CREEP_MPS)
+    return RecoveryPlan(behaviors=(nose,)), (None, f"{who} and others crawl by without a gap: nose in, to be let in")
 
 
 def away_from_who_faces(scene: Scene, lead: SceneObject) -> Way | None:

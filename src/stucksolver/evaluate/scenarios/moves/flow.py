@@ -71,6 +71,16 @@ class Flow:
             for car in self.cars:
                 self._scenario.cars.relax(car)
 
+    def let_in(self) -> None:
+        """From now on those who are not ahead of the hero brake for it; the others drive on and leave it a gap."""
+        if self._constant:
+            self._constant = False
+            cast = self._scenario.cast
+            states = [(car, cast.state(car.member)) for car in self.cars]
+            for car, state in states:
+                if cast.hero.ahead_m(state.x, state.y) < 0.0:
+                    self._scenario.cars.relax(car)
+
     def clear(self) -> None:
         """Take all off."""
         self._scenario.cars.remove(self.cars)

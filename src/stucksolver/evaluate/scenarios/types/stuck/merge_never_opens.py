@@ -33,6 +33,6 @@ class MergeNeverOpens(ActorFlow):
         creeps = hero_creeps(self, self.setting.route.length_m)
         for _ in run_flows([flow], self.over()):
             if next(creeps, self) is self:
-                flow.relax()
+                flow.let_in()
             yield
         self.restore_way()
