@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -26,6 +27,7 @@ from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 DEFAULT_LIMIT_KMH = 30.0
 _SPEED_PREVIEW_S = 0.4
+_SPEED_GAIN = 1.2
 _TURNS = ("left", "right")
 
 
@@ -43,6 +45,16 @@ class Motion(NamedTuple):
         return Motion(flipped(self.pose), self.z, -self.speed, self.yaw_rate)
 
 
+class Pace(NamedTuple):
+    """How brisk a drive is: more than the usual acceleration (m/s²), and so many times the speed in bends."""
+
+    more_mps2: float
+    bends: float
+
+
+USUAL = Pace(0.0, 1.0)
+
+
 class Concerns:
     """What the profile makes of the line being driven and of what is around."""
 
@@ -58,18 +70,18 @@ class Concerns:
         following = self._planner.following
         return self._options.follow_deceleration if following else self._profile.deceleration
 
-    def cruise(self, path: Path, speed: float, limit_kmh: float, command: str, brisk: float = 0.0) -> float:
+    def cruise(self, path: Path, speed: float, limit_kmh: float, command: str, pace: Pace) -> float:
         """Keep to the path's bounds and, on the route, to the speed limit and the pace of junction turns.
 
-        `brisk` is how much quicker than usual it may speed up (m/s²).
+        `pace`: how much brisker than usual.
         """
-        bound = path.speed_at(self._planner.where.s + speed * _SPEED_PREVIEW_S)
+        bound = pace.bends * path.speed_at(self._planner.where.s + speed * _SPEED_PREVIEW_S)
         if not self._planner.following:
             bound = min(bound, self.top_speed(limit_kmh))
             if command in _TURNS:
                 bound = min(bound, turn_speed(limit_kmh or DEFAULT_LIMIT_KMH))
-        profile = replace(self._profile, acceleration=self._profile.acceleration + brisk) if brisk else self._profile
-        return toward_speed(speed, bound, profile)
+        brisk = replace(self._profile, acceleration=self._profile.acceleration + pace.more_mps2)
+        return toward_speed(speed, bound, brisk)
 
     def top_speed(self, limit_kmh: float) -> float:
         """What the profile drives at (m/s) where the speed limit is `limit_kmh`; 0 where that is not known."""
@@ -97,7 +109,9 @@ class Concerns:
 
     def slow_to(self, target_mps: float, distance: float, speed: float) -> float:
         """Be no faster than that `distance` metres ahead of the front bumper."""
-        return toward_gap(speed, max(distance, 0.0), target_mps, self._profile.deceleration)
+        deceleration = self._profile.deceleration
+        target = math.sqrt(target_mps * target_mps + 2.0 * deceleration * max(distance, 0.0))
+        return _SPEED_GAIN * (target - speed) - deceleration * speed / target
 
     def hazards(
         self, path: Path, motion: Motion, around: Surroundings, side_margin_m: float | None = None

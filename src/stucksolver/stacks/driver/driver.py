@@ -9,9 +9,9 @@ from typing import Any
 import carla
 
 from stucksolver.stacks.driver.behavior import STANDING_MPS, profile_named
-from stucksolver.stacks.driver.concerns import Concerns, Motion
+from stucksolver.stacks.driver.concerns import USUAL, Concerns, Motion
 from stucksolver.stacks.driver.controllers import MAX_STEER, PedalController, SteerController
-from stucksolver.stacks.driver.give_way import BRISK_MPS2, FREE, LOOKING_MPS, GiveWay, Moving, Verdict
+from stucksolver.stacks.driver.give_way import BRISK, FREE, LOOKING_MPS, GiveWay, Moving, Verdict
 from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.driver.interface import DrivePoint, RoutePoint
 from stucksolver.stacks.driver.lane_graph import lane_graph
@@ -194,7 +194,7 @@ class BehaviorDriver:
         """The lowest acceleration (m/s²) that anything allows."""
         speed, concerns = way.speed, self._concerns
         crossing = self._others_first(speed, around)
-        brisk = BRISK_MPS2 if self._give_way.going else 0.0
+        brisk = BRISK if self._give_way.going else USUAL
         unheeded = self._ignored | crossing.passing
         margin = SIDE_MARGIN_M if self._at_the_roadside else None
         hazards = [h for h in concerns.hazards(path, way, around, margin) if h.actor_id not in unheeded]

@@ -16,13 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver.stacks.driver.behavior import Profile, toward_speed
+from stucksolver.stacks.driver.concerns import Pace
+from stucksolver.stacks.driver.lane_graph import LaneKey
 from stucksolver.stacks.driver.meeting_ways import Meeting, OtherWay
 from stucksolver.stacks.driver.path import Array, Path
 from stucksolver.stacks.driver.perception import Surroundings
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
-BRISK_MPS2 = 0.8
-"""More than its usual acceleration: how one drives into a gap."""
+BRISK = Pace(1.3, 1.2)
+"""How one drives into a gap."""
 STEP_S, HORIZON_S = 0.1, 9.0
 JOINED_S = 4.0
 """So long after the ego has joined a flow nobody behind has to brake for it."""
@@ -38,6 +40,9 @@ _STOPPING_MPS2 = 4.0
 _SLOWING_MPS2 = 3.0
 _HARD_MPS2, _FULL_MPS2 = 5.0, 7.0
 _AT_THE_LINE_M = 3.0
+_SHOWN_M, _ENOUGH = 15.0, 2
+"""If so many from a lane have been seen to take other ways and nobody this one, those farther away than this from the
+junction are not expected to take it."""
 _START_LAG_S = 0.3
 _MARGIN_M = 0.3
 
@@ -96,10 +101,11 @@ class GiveWay:
 
     def __init__(self, meetings: Sequence[Meeting], profile: Profile, model: VehicleModel) -> None:
         self._due = list(meetings)
-        self._profile = replace(profile, acceleration=profile.acceleration + BRISK_MPS2)
+        self._profile = replace(profile, acceleration=profile.acceleration + BRISK.more_mps2)
         self._model = model
         self._going: Meeting | None = None
         self._waited_s = 0.0
+        self._habits = _Habits()
 
     @property
     def going(self) -> bool:
@@ -113,11 +119,13 @@ class GiveWay:
         front = s + half
         while self._due and s - half > self._due[0].last_s:
             self._due.pop(0)
-            self._going, self._waited_s = None, 0.0
+            self._going, self._waited_s, self._habits = None, 0.0, _Habits()
         if not self._due or self._due[0].wait_s - front > _LOOKS_M + _LOOKS_S * speed:
             return FREE
         meeting, others = self._due[0], _moving(around)
-        coming = [(way, one) for way in meeting.ways for one in _on(way, others) if _comes(way, one)]
+        on_way = [(way, one) for way in meeting.ways for one in _on(way, others)]
+        self._habits.see(on_way)
+        coming = [(way, one) for way, one in on_way if _comes(way, one) and self._habits.expect(way, one)]
         top_mps = min(motion.top_mps, _pace_of_flow(coming))
         own = _Drive(line, _foretold(line, s, speed, top_mps, self._profile), self._model)
         place_s = meeting.wait_s if front <= meeting.wait_s else meeting.first_s
@@ -149,6 +157,25 @@ class GiveWay:
 
 def _can_stop(speed: float, room: float, deceleration: float) -> bool:
     return room >= 0.0 and speed * speed <= 2.0 * deceleration * room
+
+
+class _Habits:
+    """Which ways those from each lane have been seen to take at one junction."""
+
+    def __init__(self) -> None:
+        self._took: dict[LaneKey, dict[int, OtherWay]] = {}
+
+    def see(self, on_way: Sequence[tuple[OtherWay, _Other]]) -> None:
+        """Note who is where the ways meet."""
+        for way, other in on_way:
+            if way.meets_s < other.s < way.parts_s:
+                self._took.setdefault(way.approach, {})[other.actor_id] = way
+
+    def expect(self, way: OtherWay, other: _Other) -> bool:
+        """May it take this way, as far as one can tell?"""
+        took = self._took.get(way.approach, {}).values()
+        near = way.inside_s - other.s - other.half_length < _SHOWN_M
+        return near or len(took) < _ENOUGH or any(one is way for one in took)
 
 
 class _Met(NamedTuple):
@@ -268,9 +295,7 @@ class _Drive:
         half = self._model.half_length
         t_in = self._arrives_s(way)
         until = way.route_parts_s + half
-        when = (self._s > way.route_meets_s - half) & (
-            (self._t < t_in + JOINED_S) if way.joins else (self._s < until)
-        )
+        when = (self._s > way.route_meets_s - half) & ((self._t < t_in + JOINED_S) if way.joins else (self._s < until))
         if not when.any():
             return False
         before = margin.before_m + margin.before_s * other.speed
@@ -318,7 +343,7 @@ def _foretold(line: Path, s: float, speed: float, top_mps: float, profile: Profi
     found, lag = [], _START_LAG_S if speed < 1.0 else 0.0
     for k in range(round(HORIZON_S / STEP_S)):
         found.append(s)
-        bound = float(bounds[min(int((s + 0.4 * speed) / spacing), last)])
+        bound = BRISK.bends * float(bounds[min(int((s + 0.4 * speed) / spacing), last)])
         if k * STEP_S >= lag:
             speed = max(speed + STEP_S * toward_speed(speed, min(bound, top_mps), profile), 0.0)
         s += STEP_S * speed

@@ -53,6 +53,8 @@ class OtherWay:
     """The fastest that anyone drives through its bend (m/s)."""
     joins: bool
     """Does it go on along the route, instead of crossing it?"""
+    approach: LaneKey
+    """The lane that leads to the junction."""
     goes_first: bool
     """Has it the right of way over the route, lights aside?"""
     lights: tuple[Any, ...]
@@ -172,6 +174,7 @@ class _Junction:
             straight=_turn(through) == "straight",
             bend_mps=_bend_mps(through),
             joins=joins,
+            approach=lanes[max(lanes.index(key) - 1, 0)],
             goes_first=stop_sign or self._goes_first(through, joins),
             lights=tuple(light for one in lanes for light in self._governing.get((one[0], one[2]), [])),
         )
