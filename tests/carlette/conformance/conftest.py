@@ -104,7 +104,8 @@ def clear(client: Any) -> None:
     make_synchronous(found)
     found.tick()
     ours = [one for one in found.get_actors() if one.type_id.startswith(OURS)]
-    client.apply_batch_sync([carla.command.DestroyActor(one) for one in ours], True)
+    # The tick comes below: one in the batch waits with Python's lock, which a sensor that ends may need.
+    client.apply_batch_sync([carla.command.DestroyActor(one) for one in ours])
     found.freeze_all_traffic_lights(False)
     found.reset_all_traffic_lights()
     found.tick()
