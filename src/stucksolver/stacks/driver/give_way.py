@@ -40,6 +40,8 @@ _STOPPING_MPS2 = 4.0
 _SLOWING_MPS2 = 3.0
 _HARD_MPS2, _FULL_MPS2 = 5.0, 7.0
 _AT_THE_LINE_M = 3.0
+_EARLY = 0.8
+"""The ego may need only this share of the time foretold."""
 _SHOWN_M, _ENOUGH = 15.0, 2
 """If so many from a lane have been seen to take other ways and nobody this one, those farther away than this from the
 junction are not expected to take it."""
@@ -267,12 +269,13 @@ class _Drive:
         """Whom of those who come would it meet, or come too near to?"""
         met, passing, leaders = list[tuple[OtherWay, int]](), set[int](), list[Leader]()
         for way, other in coming:
-            if way.joins and self._comes_behind(way, other):
-                leaders.append(self._leader(way, other))
-            elif not self._comes_behind(way, other) and self._meets(way, other, margin):
+            surely, likely = self._comes_behind(way, other)
+            if not surely and self._meets(way, other, margin):
                 met.append((way, other.actor_id))
             elif not way.joins:
                 passing.add(other.actor_id)
+            elif likely:
+                leaders.append(self._leader(way, other))
         clear = passing.difference(actor_id for _, actor_id in met)
         return _Met(tuple(way for way, _ in met), frozenset(clear), min(leaders, default=None))
 
@@ -280,10 +283,11 @@ class _Drive:
         """When its front comes to where the ways meet."""
         return float(np.interp(way.route_meets_s - self._model.half_length, self._s, self._t))
 
-    def _comes_behind(self, way: OtherWay, other: _Other) -> bool:
-        """Will the other have passed, or be ahead on the common way, when the ego comes there?"""
-        rear = other.s - other.half_length + other.speed * self._arrives_s(way)
-        return rear > (way.meets_s + 1.0 if way.joins else way.parts_s)
+    def _comes_behind(self, way: OtherWay, other: _Other) -> tuple[bool, bool]:
+        """Will the other have passed, or be ahead on the common way, when the ego comes there: surely, likely?"""
+        left = (way.meets_s + 1.0 if way.joins else way.parts_s) - (other.s - other.half_length)
+        arrives_s = self._arrives_s(way)
+        return other.speed * _EARLY * arrives_s > left, other.speed * arrives_s > left
 
     def _leader(self, way: OtherWay, other: _Other) -> Leader:
         """The other, as if it were as far along the route as it is along its way."""
