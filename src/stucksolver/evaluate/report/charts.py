@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 
-ROW_PX, LABEL_PX, BAR_PX = 20, 260, 420
+ROW_PX, LABEL_PX, BAR_PX = 20, 310, 420
 
 
 def bars(values: Sequence[tuple[str, float | None]], unit: str) -> str:

@@ -25,7 +25,7 @@ from stucksolver.evaluate.scores.columns import (
     ability_row,
     corrected_row,
     main_row,
-    published_ability_row,
+    published_ability_rows,
     published_row,
     recovery_row,
     run_name,
@@ -33,6 +33,7 @@ from stucksolver.evaluate.scores.columns import (
 from stucksolver.evaluate.scores.recovery import RecoveryFigures
 from stucksolver.evaluate.scores.summary import RouteRow, Summary
 
+COLUMNS_AT_MOST = 10
 Links = dict[tuple[str, int], str]
 STYLE = """
 body{font:15px/1.45 system-ui,sans-serif;margin:2rem auto;max-width:76rem;padding:0 1rem;color:#1d2430;background:#fff}
@@ -68,10 +69,10 @@ def evaluation_page(summary: Summary, links: Links, records: Links | None = None
         f'<p class="note">Rows in grey: {NOT_COMPARABLE} ({SOURCE}). “Corrected”: efficiency that counts the stretch '
         "on which a route got stuck, comfort in the units its bounds are meant for.</p>",
         "<h2>Abilities</h2>",
-        _table(ABILITY_HEAD, [ability_row(summary)], [published_ability_row(row) for row in PUBLISHED]),
+        _table(ABILITY_HEAD, [ability_row(summary)], published_ability_rows()),
         bars(abilities, "success rate %"),
         "<h2>Recovery</h2>",
-        _table(RECOVERY_HEAD, [recovery_row(summary)], []),
+        *_folded(RECOVERY_HEAD, recovery_row(summary)),
         f'<p class="note">{html.escape(_recovery_note(summary.recovery))}</p>',
         f"<p>Guidance: {html.escape(guidance_text(summary) or 'nothing was said')}.</p>",
         "<h2>Scenarios</h2>",
@@ -115,6 +116,12 @@ def _table(head: Row, rows: list[Row], others: list[Row]) -> str:
         '<tr class="other">' + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in others
     ]
     return "<table>" + "".join(lines) + "</table>"
+
+
+def _folded(head: Row, row: Row) -> list[str]:
+    """One row under the other: too many columns for a page's width."""
+    parts = (head[1:COLUMNS_AT_MOST], row[1:COLUMNS_AT_MOST]), (head[COLUMNS_AT_MOST:], row[COLUMNS_AT_MOST:])
+    return [_table(names, [cells], []) for names, cells in parts]
 
 
 def _route_table(rows: tuple[RouteRow, ...], links: Links, records: Links) -> str:

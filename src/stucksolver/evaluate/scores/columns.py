@@ -10,18 +10,21 @@ from stucksolver.evaluate.scores.summary import Summary
 
 HEAD = ("Run", "Scheme", "Modality", "Clock", "RC", "IS", "DS", "SR %", "Efficiency", "Comfort")
 NOT_COMPARABLE = "reported on CARLA, not comparable"
-SOURCE = "README of Bench2Drive 0.0.4, github.com/Thinklab-SJTU/Bench2Drive"
+SOURCE = "the StuckSolver paper; README of Bench2Drive 0.0.4, github.com/Thinklab-SJTU/Bench2Drive"
 
 
 class Published(NamedTuple):
     """Figures of `SOURCE`: driving score, success rate, efficiency, comfort; and the abilities with their mean."""
 
     name: str
-    scores: tuple[float, float, float, float]
-    abilities: tuple[float, float, float, float, float, float]
+    scores: tuple[float, float, float | None, float | None]
+    abilities: tuple[float, float, float, float, float, float] | None
 
 
 PUBLISHED = (
+    Published("Behavior Agent (StuckSolver paper)", (48.70, 18.21, None, None), None),
+    Published("  with StuckSolver", (65.23, 36.32, None, None), None),
+    Published("  with StuckSolver and guidance", (70.89, 50.01, None, None), None),
     Published("LEAD", (95.59, 87.28, 201.55, 20.56), (89.86, 73.44, 98.25, 50.00, 97.67, 81.84)),
     Published("SimLingo", (86.55, 70.45, 251.72, 35.47), (63.77, 60.94, 91.23, 50.00, 90.70, 71.34)),
     Published("Drive-π0", (69.71, 45.91, 178.07, 10.80), (24.64, 39.06, 73.68, 33.33, 66.86, 47.52)),
@@ -83,8 +86,9 @@ def ability_row(summary: Summary) -> Row:
     return (run_name(summary), *(number(summary.abilities[name], 1) for name in (*ABILITIES, "mean")))
 
 
-def published_ability_row(row: Published) -> Row:
-    return (row.name, *(number(value, 1) for value in row.abilities))
+def published_ability_rows() -> list[Row]:
+    """Of those that published them."""
+    return [(row.name, *(number(value, 1) for value in row.abilities)) for row in PUBLISHED if row.abilities]
 
 
 RECOVERY_HEAD = (
