@@ -107,7 +107,7 @@ class GiveWay:
         self._model = model
         self._going: Meeting | None = None
         self._waited_s = 0.0
-        self._habits = _Habits()
+        self._habits = Habits()
 
     @property
     def going(self) -> bool:
@@ -121,20 +121,20 @@ class GiveWay:
         front = s + half
         while self._due and s - half > self._due[0].last_s:
             self._due.pop(0)
-            self._going, self._waited_s, self._habits = None, 0.0, _Habits()
+            self._going, self._waited_s, self._habits = None, 0.0, Habits()
         if not self._due or self._due[0].wait_s - front > _LOOKS_M + _LOOKS_S * speed:
             return FREE
         meeting, others = self._due[0], _moving(around)
-        on_way = [(way, one) for way in meeting.ways for one in _on(way, others)]
-        self._habits.see(on_way)
-        coming = [(way, one) for way, one in on_way if _comes(way, one) and self._habits.expect(way, one)]
+        under_way = [(way, one) for way in meeting.ways for one in on_way(way, others)]
+        self._habits.see(under_way)
+        coming = [(way, one) for way, one in under_way if _comes(way, one) and self._habits.expect(way, one)]
         top_mps = min(motion.top_mps, _pace_of_flow(coming))
         own = _Drive(line, _foretold(line, s, speed, top_mps, self._profile), self._model)
         place_s = meeting.wait_s if front <= meeting.wait_s else meeting.first_s
         room = place_s - front
         if not _can_stop(speed, room, _HARD_MPS2):
             self._going = meeting
-            return self._gone(own.judge(coming, TO_GO_ON), front, speed)
+            return self._gone(meeting, own.judge(coming, TO_GO_ON), front, speed)
         going = self._going is meeting
         found = own.judge(coming, TO_GO_ON if going else self._margin())
         self._waited_s += dt_s if speed < _LEAST_MPS and room < _AT_THE_LINE_M else 0.0
@@ -145,12 +145,21 @@ class GiveWay:
         look_m = room if front <= meeting.wait_s and _asks_to_look(meeting, line) else None
         return Verdict(None, found.passing, look_m, found.leader)
 
-    def _gone(self, found: _Met, front: float, speed: float) -> Verdict:
-        """Past the place to wait, one still brakes for whoever crosses in spite of all."""
-        rooms = [way.route_meets_s - front for way in found.met if not way.joins and way.route_meets_s > front]
+    def _gone(self, meeting: Meeting, found: _Met, front: float, speed: float) -> Verdict:
+        """Past the place to wait, one still brakes for whoever comes in spite of all, but not in another's way."""
+        rooms = [way.route_meets_s - front for way in found.met if self._may_stop_before(way, meeting, front)]
         room = min(rooms, default=-1.0)
         stops = _can_stop(speed, room, _FULL_MPS2)
         return Verdict(room, frozenset()) if stops else Verdict(None, found.passing, None, found.leader)
+
+    def _may_stop_before(self, way: OtherWay, meeting: Meeting, front: float) -> bool:
+        if way.route_meets_s <= front:
+            return False
+        rear = way.route_meets_s - 2.0 * self._model.half_length - 1.0
+        first = [one for one in meeting.ways if one.goes_first and one is not way]
+        return not way.joins or not any(
+            one.route_meets_s < way.route_meets_s and one.route_parts_s > rear for one in first
+        )
 
     def _margin(self) -> Margin:
         share = min(self._waited_s / PATIENCE_S, 1.0)
@@ -161,15 +170,15 @@ def _can_stop(speed: float, room: float, deceleration: float) -> bool:
     return room >= 0.0 and speed * speed <= 2.0 * deceleration * room
 
 
-class _Habits:
+class Habits:
     """Which ways those from each lane have been seen to take at one junction."""
 
     def __init__(self) -> None:
         self._took: dict[LaneKey, dict[int, OtherWay]] = {}
 
-    def see(self, on_way: Sequence[tuple[OtherWay, _Other]]) -> None:
+    def see(self, seen: Sequence[tuple[OtherWay, _Other]]) -> None:
         """Note who is where the ways meet."""
-        for way, other in on_way:
+        for way, other in seen:
             if way.meets_s < other.s < way.parts_s:
                 self._took.setdefault(way.approach, {})[other.actor_id] = way
 
@@ -211,7 +220,8 @@ class _Other(NamedTuple):
     half_width: float
 
 
-def _on(way: OtherWay, others: Surroundings) -> list[_Other]:
+def on_way(way: OtherWay, others: Surroundings) -> list[_Other]:
+    """Those of the others who are on a way, driving along it."""
     if len(others) == 0:
         return []
     dx, dy = others.x[:, None] - way.x, others.y[:, None] - way.y

@@ -1,0 +1,151 @@
+"""When the ego waits for others at a junction, and when it goes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stucksolver.stacks.driver.behavior import PROFILES
+from stucksolver.stacks.driver.give_way import PATIENCE_S, GiveWay, Habits, Leader, Moving, on_way
+from stucksolver.stacks.driver.meeting_ways import Meeting, OtherWay
+from stucksolver.stacks.driver.path import make_path
+from stucksolver.stacks.driver.perception import Surroundings
+from stucksolver.stacks.driver.vehicle_model import VehicleModel
+
+CAR = VehicleModel(half_length=2.45, half_width=0.95, wheelbase=2.9, wheel_lock=1.2)
+S = np.arange(0.0, 200.0)
+LINE = make_path(S, np.zeros(200), np.full(200, 8.0))
+WAIT_S, MEET_S = 90.0, 100.0
+AT_THE_LINE = WAIT_S - CAR.half_length - 1.0
+TOP_MPS, DT_S = 13.0, 0.05
+
+
+class Light:
+    def __init__(self, state):
+        self.state = state
+
+
+def way(joins=False, goes_first=True, lights=()):
+    """Comes from y = -90 to the route at x = 100; crosses it, or turns into it."""
+    along = np.arange(0.0, 180.0)
+    inside = np.minimum(along, 90.0)
+    x = MEET_S + (along - inside if joins else np.zeros(180))
+    y = -90.0 + (inside if joins else along)
+    return OtherWay(
+        x=x,
+        y=y,
+        yaw=np.where(along < 90.0, np.pi / 2.0, 0.0 if joins else np.pi / 2.0),
+        s=along,
+        bend_mps=100.0,
+        inside_s=82.0,
+        meets_s=88.0,
+        parts_s=92.0,
+        route_meets_s=MEET_S - 2.0,
+        route_parts_s=MEET_S + (8.0 if joins else 2.0),
+        straight=True,
+        joins=joins,
+        approach=(1, 0, -1),
+        goes_first=goes_first,
+        lights=tuple(lights),
+    )
+
+
+def comers(*places):
+    """(metres before the meeting, m/s) of cars on the other way."""
+    away, speed = np.array(places, dtype=float).reshape(-1, 2).T
+    zeros = np.zeros(len(away))
+    return Surroundings(
+        actor_id=tuple(range(len(away))),
+        is_walker=np.zeros(len(away), dtype=bool),
+        x=zeros + MEET_S,
+        y=-2.0 - away,
+        yaw=zeros + np.pi / 2.0,
+        half_length=zeros + 2.4,
+        half_width=zeros + 0.95,
+        bottom=zeros,
+        top=zeros + 1.5,
+        vx=zeros,
+        vy=speed,
+    )
+
+
+def look(around, s=AT_THE_LINE, speed=0.0, one=None, watch=None):
+    watch = watch or GiveWay([Meeting(WAIT_S, (one or way(),))], PROFILES["normal"], CAR)
+    return watch.look(LINE, s, Moving(speed, TOP_MPS), around, DT_S)
+
+
+def test_with_nobody_about_it_goes():
+    assert look(comers()).wait_m is None
+
+
+def test_it_waits_at_the_line_for_one_who_would_meet_it():
+    assert look(comers((25.0, 8.0))).wait_m == pytest.approx(WAIT_S - AT_THE_LINE - CAR.half_length)
+
+
+@pytest.mark.parametrize("around", [comers((85.0, 8.0)), comers((4.0, 12.0)), comers((25.0, 0.0))])
+def test_it_goes_before_one_far_off_behind_one_about_to_pass_and_past_one_who_stands(around):
+    assert look(around).wait_m is None
+
+
+def test_one_whom_it_passes_behind_is_no_reason_to_brake():
+    assert look(comers((4.0, 12.0))).passing == {0}
+
+
+def test_one_who_must_give_way_is_not_waited_for_unless_it_cannot_stop():
+    minor = way(goes_first=False)
+    assert look(comers((16.0, 5.0)), one=minor).wait_m is None
+    assert look(comers((28.0, 14.0)), s=WAIT_S - 10.0, speed=8.0, one=minor).wait_m is not None
+
+
+def test_a_red_light_holds_those_who_can_still_stop():
+    carla = pytest.importorskip("carla")
+    red = [Light(carla.TrafficLightState.Red)]
+    assert look(comers((16.0, 5.0)), one=way(lights=red)).wait_m is None
+    assert look(comers((16.0, 5.0)), one=way(lights=[Light(carla.TrafficLightState.Green)])).wait_m is not None
+
+
+def test_whoever_has_waited_takes_a_gap_that_was_too_small_at_first():
+    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR)
+    gaps = [away for away in np.arange(20.0, 80.0, 0.5) if look(comers((away, 8.0)), watch=watch).wait_m is None]
+    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR)
+    for _ in range(round(PATIENCE_S / DT_S)):
+        look(comers((25.0, 8.0)), watch=watch)
+    smaller = [away for away in np.arange(20.0, 80.0, 0.5) if look(comers((away, 8.0)), watch=watch).wait_m is None]
+    assert min(smaller) < min(gaps) - 1.0
+
+
+def test_it_is_never_told_to_stop_where_the_ways_meet():
+    for s in np.arange(AT_THE_LINE, MEET_S + 6.0, 0.5):
+        wait_m = look(comers((20.0, 8.0)), s=float(s), speed=5.0).wait_m
+        assert wait_m is None or s + CAR.half_length + wait_m <= MEET_S - 2.0
+
+
+def test_past_the_line_it_still_brakes_before_a_way_that_it_would_join_into_somebody():
+    late = look(comers((16.0, 14.0)), s=93.0, speed=4.0, one=way(joins=True))
+    assert late.wait_m == pytest.approx(MEET_S - 2.0 - 93.0 - CAR.half_length)
+
+
+def test_it_joins_a_flow_behind_the_one_that_is_ahead_by_then_and_not_before_a_faster_one():
+    joining = way(joins=True)
+    verdict = look(comers((5.0, 10.0)), one=joining)
+    assert verdict.wait_m is None and isinstance(verdict.leader, Leader) and verdict.leader.speed == 10.0
+    assert look(comers((45.0, 14.0)), one=joining).wait_m is not None
+
+
+def test_a_way_that_nobody_has_been_seen_to_take_is_not_expected_of_those_far_off():
+    one, other, habits = way(), way(joins=True), Habits()
+    far, near = (on_way(one, comers((away, 8.0)))[0] for away in (40.0, 12.0))
+    assert habits.expect(one, far)
+    for actor in on_way(other, comers((-1.0, 8.0), (-1.0, 8.0))):
+        habits.see([(other, actor)])
+    assert not habits.expect(one, far) and habits.expect(one, near) and habits.expect(other, far)
+
+
+def test_before_a_turn_where_others_go_first_it_slows_down_to_look():
+    bend = make_path(S, np.zeros(200), np.where(np.abs(S - MEET_S) < 10.0, 5.5, 13.0))
+    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR)
+    verdict = watch.look(bend, 50.0, Moving(10.0, TOP_MPS), comers(), DT_S)
+    assert verdict.look_m == pytest.approx(WAIT_S - 50.0 - CAR.half_length)
+    fast = make_path(S, np.zeros(200), np.full(200, 13.0))
+    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR)
+    assert watch.look(fast, 50.0, Moving(10.0, TOP_MPS), comers(), DT_S).look_m is None
