@@ -116,6 +116,8 @@ def test_from_beside_what_stands_far_right_it_looks_without_going_further_back_t
     back, nudge, room, borrow = behaviors_of(after(van, "oncoming_sight: sees 60 m", "borrow_oncoming_lane"))
     assert [b.name for b in (back, nudge, room, borrow)] == ["back_up", "nudge", "back_up", "borrow_oncoming_lane"]
     assert back.distance_m == 8.0 and room.distance_m < 4.0
+    wider = World(TWO_WAY, [*van.objects, thing("beyond", 66.0)])
+    assert names(after(wider, "oncoming_sight: sees 60 m", "borrow_oncoming_lane")) == ["back_up", "nudge", *LOOK]
 
 
 def test_a_look_that_did_not_help_is_not_repeated():

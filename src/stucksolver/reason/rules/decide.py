@@ -76,7 +76,7 @@ def _way_on(scene: Scene, analysis: Analysis) -> Way:
         back = away_from_who_faces(scene, lead) if why[0] is WaitReason.NO_SAFE_WAY else None
         return back or (plan, why)
     if has_failed(scene, "oncoming_sight") and _just_refused(scene, plan) is not None:
-        look = to_see_more(scene, lead, plan)
+        look = to_see_more(scene, target, plan)
         if look is not None:
             return look
     return to_swing_out(scene, lead, plan), why

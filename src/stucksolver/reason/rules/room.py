@@ -70,12 +70,13 @@ def to_swing_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Recover
     return plan.model_copy(update={"behaviors": (BackUp(distance_m=way), *plan.behaviors)})
 
 
-def to_see_more(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Way | None:
+def to_see_more(scene: Scene, target: Target, plan: RecoveryPlan) -> Way | None:
     """The same plan after moves that show more of the road: back, aside to the middle of it, and further back.
 
     Behind a van at 5 m some 24 m of the oncoming lane are seen from the lane's centre; at 15 m, 0.75 m aside, 188 m.
     The passing must follow at once: left to itself the stack drives up to the van again.
     """
+    lead = target.objects[0]
     gap = start = lead.gap_m or 0.0
     # What has not shown enough once will not show more the next time.
     looked = any({"back_up", "nudge"} & set(a.behaviors) for a in scene.attempts)
@@ -88,7 +89,7 @@ def to_see_more(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Way | No
         return None
     moves.append(Nudge(side="left", offset_m=ASIDE_M, distance_m=LOOK_M, speed_mps=1.5))
     gap -= LOOK_M
-    hides = _hides_from_aside(scene, lead)
+    hides = _hides_from_aside(scene, target)
     further, step = (FAR_M, BACK_M) if hides else (SWING_OUT_M, max(SWING_OUT_M - gap, 1.0))
     while gap < further and len(moves) < MOST_MOVES and may_back_up(scene, gap + step - start, LOOK_REAR_MARGIN_M):
         moves, gap = [*moves, BackUp(distance_m=round(step, 1), speed_mps=2.0)], gap + step
@@ -98,13 +99,13 @@ def to_see_more(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Way | No
     return whole, (None, f"get back and aside to see past {lead.id}, then pass")
 
 
-def _hides_from_aside(scene: Scene, lead: SceneObject) -> bool:
-    """Does it hide the oncoming lane even from the left border of the own one? Then only distance shows more."""
+def _hides_from_aside(scene: Scene, target: Target) -> bool:
+    """Does anything of it hide the oncoming lane even from the left border of the own one? Then only distance shows more."""
     lane = lane_of(scene, LaneRelation.EGO)
     if lane is None:
         return True
     eye = min(scene.ego.lateral_offset_m + ASIDE_M, (lane.width_m - scene.ego.width_m) / 2)
-    return lead.left_edge_m > eye - CLEAR_OF_M
+    return any(o.left_edge_m > eye - CLEAR_OF_M for o in target.objects)
 
 
 def may_back_up(scene: Scene, way_m: float, margin_m: float) -> bool:
