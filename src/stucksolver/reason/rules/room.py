@@ -100,7 +100,7 @@ def to_see_more(scene: Scene, target: Target, plan: RecoveryPlan) -> Way | None:
 
 
 def _hides_from_aside(scene: Scene, target: Target) -> bool:
-    """Does anything of it hide the oncoming lane even from the left border of the own one? Then only distance shows more."""
+    """Does any of it hide the oncoming lane even from the left border of the own one? Only distance shows more then."""
     lane = lane_of(scene, LaneRelation.EGO)
     if lane is None:
         return True
