@@ -193,7 +193,8 @@ class BehaviorDriver:
     def _acceleration(self, path: Path, way: Motion, around: Surroundings) -> float:
         """The lowest acceleration (m/s²) that anything allows."""
         speed, concerns = way.speed, self._concerns
-        crossing = self._others_first(speed, around)
+        lines = self._for_lines(speed)
+        crossing = self._others_first(speed, around, held=lines < math.inf)
         brisk = BRISK if self._give_way.going else USUAL
         unheeded = self._ignored | crossing.passing
         margin = SIDE_MARGIN_M if self._at_the_roadside else None
@@ -202,7 +203,7 @@ class BehaviorDriver:
         allowed = [
             concerns.cruise(path, speed, self._vehicle.get_speed_limit(), self._command(), brisk),
             concerns.end(path, speed),
-            self._for_lines(speed),
+            lines,
             math.inf if crossing.wait_m is None else concerns.wait(crossing.wait_m, speed),
             math.inf if crossing.leader is None else concerns.behind(*crossing.leader, speed),
             math.inf if crossing.look_m is None else concerns.slow_to(LOOKING_MPS, crossing.look_m, speed),
@@ -210,9 +211,15 @@ class BehaviorDriver:
         ]
         return min(allowed + [concerns.hazard(hazard, speed) for hazard in hazards])
 
-    def _others_first(self, speed: float, around: Surroundings) -> Verdict:
-        """Who comes at the next junction of the route; on a given path, whoever gave it has looked."""
+    def _others_first(self, speed: float, around: Surroundings, held: bool) -> Verdict:
+        """Who comes at the next junction of the route; on a given path, whoever gave it has looked.
+
+        `held`: a light or a stop sign keeps the ego anyway.
+        """
         planner = self._planner
+        if held:
+            self._give_way.stay()
+            return FREE
         line = planner.route_line
         if line is None or planner.following or self._holding:
             return FREE

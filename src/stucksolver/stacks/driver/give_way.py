@@ -114,6 +114,10 @@ class GiveWay:
         """Has it set off in a gap?"""
         return self._going is not None
 
+    def stay(self) -> None:
+        """Something else holds the ego: it has not set off."""
+        self._going = None
+
     def look(self, line: Path, s: float, motion: Moving, around: Surroundings, dt_s: float) -> Verdict:
         """Must the ego, with its centre at arc length `s` of the route's `line`, wait? `dt_s` after the last look."""
         speed = motion.speed
