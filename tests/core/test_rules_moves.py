@@ -187,7 +187,7 @@ def test_into_a_crawling_stream_that_leaves_no_gap_it_noses_in():
     decision = crawling()
     (nose,) = behaviors_of(decision)
     assert decision.analysis.cause is CauseCode.BLOCKED_ROAD
-    assert (nose.name, nose.distance_m, nose.speed_mps) == ("keep_lane", 4.0, 1.5)
+    assert (nose.name, nose.distance_m, nose.speed_mps) == ("keep_lane", 3.0, 1.5)
 
 
 @pytest.mark.parametrize("how", [{"stopped_s": 15.0}, {"speed": 6.0}, {"yaw": 0.0}], ids=str)

@@ -17,7 +17,7 @@ FIRST_TURN_S = 8.0
 SHORT_OF_M, LEAST_M, MOST_M, STEP_M = 0.4, 2.0, 5.0, 0.5
 """Left free before them; the shortest and longest way up to there, in whole steps of a path."""
 CREEP_MPS, LIGHT_AHEAD_M = 1.5, 20.0
-NOSE_M = 4.0
+NOSE_M = 3.0
 FACES_COS = -0.7
 BACK_M, LEAST_BACK_M, REAR_MARGIN_M, GIVES_WAY_S = 8.0, 3.0, 5.5, 10.0
 
