@@ -269,6 +269,19 @@ def test_standing_is_refused_on_a_level_crossing_and_in_an_oncoming_lane():
         assert guard.allows_standing(behavior, World(TWO_WAY).view()).accepted
 
 
+def test_where_a_standing_car_fills_the_lane_behind_less_needs_to_be_seen():
+    def behind(y, kind=K.CAR, speed=0.0):
+        # The car's front is 4.9 m behind our bumper.
+        return World(TWO_WAY, [thing("behind", 50.0 - 2.45 - 4.9 - 2.3, y, kind=kind, speed=speed)], behind_m=7.35)
+
+    back = BackUp(distance_m=2.0)
+    assert codes(back, behind(0.0)) == set()
+    assert C.UNSEEN in codes(back, behind(1.8))
+    assert C.UNSEEN in codes(back, behind(0.0, kind=K.PEDESTRIAN))
+    assert codes(BackUp(distance_m=4.0), behind(0.0)) != set()
+    assert codes(back, behind(0.0, speed=1.0)) != set()
+
+
 def test_backing_up_is_refused_with_somebody_behind():
     near = World(TWO_WAY, [thing("behind", 41.0)])
     coming = World(TWO_WAY, [thing("behind", 20.0, speed=4.0)])

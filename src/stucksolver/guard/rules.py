@@ -6,15 +6,20 @@ import numpy as np
 
 from stucksolver.guard.case import Case
 from stucksolver.guard.verdict import Reject, RejectCode
-from stucksolver.scene.frenet import Array
-from stucksolver.scene.objects import ObjectKind, TrackedObject
+from stucksolver.scene.frenet import Array, Lane
+from stucksolver.scene.objects import MOTOR_VEHICLES, ObjectKind, TrackedObject
 from stucksolver.scene.road import LaneDirection, LaneKind, ZoneKind
 
 STANDS_MPS = 0.5
 IN_A_SCENE = (ObjectKind.FLAGGER, ObjectKind.CROSSING_GATE, ObjectKind.SCHOOL_BUS, ObjectKind.EMERGENCY)
 BESIDE_M = 8.0
 """What stands this near to the way belongs to its scene."""
-REAR_MARGIN_M = 5.0
+REAR_MARGIN_M, CLOSED_MARGIN_M = 5.0, 2.0
+"""Left free beyond what is driven in reverse: where somebody may come out of what is not seen, and where a standing
+vehicle fills the lane, so that only it can come; it would have to set off, and the ego stops within half a metre."""
+END_OF_SIGHT_M = 1.5
+FILLS = 0.2
+"""So much of a lane's width on either side of its centre is taken by what fills it."""
 LANE_TOLERANCE_M = 0.1
 
 
@@ -144,8 +149,9 @@ def stopping_place(case: Case) -> list[Reject]:
 def seen_free(case: Case) -> list[Reject]:
     """The lane is seen for the whole way and a margin; asked of what is done where a driver does not look by habit."""
     lane = case.start_lane
-    needed = case.path.end_s - case.view.ego_s + case.view.ego.length_m / 2 + REAR_MARGIN_M
     seen = 0.0 if lane is None else case.view.sight_ahead_m(lane)
+    margin = CLOSED_MARGIN_M if lane is not None and _closed(case, lane, seen) else REAR_MARGIN_M
+    needed = case.path.end_s - case.view.ego_s + case.view.ego.length_m / 2 + margin
     if seen >= needed:
         return []
     return [
@@ -153,3 +159,17 @@ def seen_free(case: Case) -> list[Reject]:
             code=RejectCode.UNSEEN, detail=f"sees {seen:.0f} m of the way, needs {needed:.0f} m", gap_m=seen - needed
         )
     ]
+
+
+def _closed(case: Case, lane: Lane, seen_m: float) -> bool:
+    """Does the sight of a lane end at a vehicle that stands in its middle?"""
+    view = case.view
+    standing = (view.moving == 0.0) & (view.s > view.ego_s)
+    nearer = view.s - view.along - view.ego_s
+    for i in np.flatnonzero(standing & (np.abs(nearer - seen_m) < END_OF_SIGHT_M)):
+        right, middle, left = lane.at(float(view.s[i]))
+        half = FILLS * (left - right)
+        fills = view.d[i] - view.across[i] < middle - half and view.d[i] + view.across[i] > middle + half
+        if fills and view.objects[int(i)].kind in MOTOR_VEHICLES:
+            return True
+    return False
