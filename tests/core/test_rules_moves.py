@@ -99,8 +99,15 @@ def test_what_leaves_room_in_the_lane_is_passed_within_it():
 def test_too_near_to_swing_out_it_backs_up_first():
     near = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 3.0 + 2.3)])
     assert names(decide(near)) == ["back_up", "borrow_oncoming_lane"]
-    somebody = World(TWO_WAY, [thing("lead", 57.75), thing("behind", 40.0)])
+    somebody = World(TWO_WAY, [thing("lead", 57.75), thing("behind", 42.3)])
     assert names(decide(somebody)) == ["borrow_oncoming_lane"]
+
+
+def test_it_backs_up_less_where_there_is_less_room_behind():
+    free = decide(World(TWO_WAY, [thing("lead", 57.75)]))
+    tight = decide(World(TWO_WAY, [thing("lead", 57.75), thing("behind", 40.0)]))
+    assert behaviors_of(free)[0].distance_m == 4.0
+    assert behaviors_of(tight)[0].distance_m == 2.0
 
 
 def test_with_too_little_sight_it_gets_back_and_aside_and_passes_from_there():

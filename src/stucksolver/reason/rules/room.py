@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import BackUp, DriveOver, Nudge
 from stucksolver.reason.rules.passing import Target
@@ -59,15 +61,16 @@ def to_swing_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Recover
     failed = has_failed(scene, "no room to swing out")
     near = gap < SWING_M or (failed and gap < ENOUGH_M)
     room = max(ROOM_M, min(gap + MORE_M, ENOUGH_M)) if failed else ROOM_M
-    way = round(min(max(room - gap, 1.0), 8.0), 1)
-    if (
-        not near
-        or scene.ego.speed_mps > 0.2
-        or lead.speed_along_mps > 0.2
-        or not may_back_up(scene, way, REAR_MARGIN_M)
-    ):
+    way = _back_m(scene, min(max(room - gap, 1.0), 8.0))
+    if not near or scene.ego.speed_mps > 0.2 or lead.speed_along_mps > 0.2 or way is None:
         return plan
     return plan.model_copy(update={"behaviors": (BackUp(distance_m=way), *plan.behaviors)})
+
+
+def _back_m(scene: Scene, wanted_m: float) -> float | None:
+    """As far back as is wanted, or as there is room for; None where that is too little to be of use."""
+    ways = (math.floor(10.0 * wanted_m * share) / 10.0 for share in (1.0, 0.75, 0.5, 0.35))
+    return next((way for way in ways if way >= 1.0 and may_back_up(scene, way, REAR_MARGIN_M)), None)
 
 
 def to_see_more(scene: Scene, target: Target, plan: RecoveryPlan) -> Way | None:
