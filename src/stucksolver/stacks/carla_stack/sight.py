@@ -15,6 +15,8 @@ SENSOR_HEIGHT_M = 2.0
 VERGE_M = 4.0
 """Open ground assumed beside the outermost lane; what lies beyond may be a building or a hedge."""
 STEP_M = 4.0
+BEHIND_M = np.concatenate([np.arange(0.0, 16.0), np.arange(16.0, 1000.0, STEP_M)])
+"""Where one looks behind: near by, every metre counts for backing up."""
 
 
 class Sight:
@@ -35,7 +37,7 @@ class Sight:
             if lane.strip.kind is not LaneKind.DRIVING or not lane.start_m - 2.0 <= ego_s <= lane.end_m + 2.0:
                 continue
             ahead = np.arange(ego_s, min(lane.end_m, ego_s + self._range_m), STEP_M)
-            behind = np.arange(ego_s, max(lane.start_m, ego_s - self._range_m), -STEP_M)
+            behind = ego_s - BEHIND_M[BEHIND_M < ego_s - max(lane.start_m, ego_s - self._range_m)]
             seen = []
             for stations in (ahead, behind):
                 centre = np.interp(stations, lane.s, lane.centre)
