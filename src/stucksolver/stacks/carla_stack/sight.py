@@ -37,7 +37,7 @@ class Sight:
             if lane.strip.kind is not LaneKind.DRIVING or not lane.start_m - 2.0 <= ego_s <= lane.end_m + 2.0:
                 continue
             ahead = np.arange(ego_s, min(lane.end_m, ego_s + self._range_m), STEP_M)
-            behind = ego_s - BEHIND_M[BEHIND_M < ego_s - max(lane.start_m, ego_s - self._range_m)]
+            behind = ego_s - BEHIND_M[ego_s - max(lane.start_m, ego_s - self._range_m) > BEHIND_M]
             seen = []
             for stations in (ahead, behind):
                 centre = np.interp(stations, lane.s, lane.centre)
