@@ -10,6 +10,7 @@ from stucksolver.scene.boxes import separation
 from stucksolver.scene.view import View
 
 NEARER_M = 0.05
+LATER_M = 5.0
 SHIFT_TIME_S = 3.0
 """A lane change at speed takes about this long."""
 CORNER_CLEARANCES_M = (0.8, 0.65, 0.5, 0.4)
@@ -31,6 +32,9 @@ def swing_out(view: View, start: Start, d_to: float, speed_mps: float) -> Manoeu
             path = lateral(start.s_m, start.d_m, d_to, float(length), speed_mps, view)
             if not touches_standing(view, path, clearance, vulnerable):
                 return path
+    way_there = start.s_m - view.ego_s
+    if way_there > LATER_M:
+        raise CannotPlan(f"no room to come back by {abs(side):.1f} m, {way_there:.0f} m ahead: something stands there")
     raise CannotPlan(f"no room to swing out by {abs(side):.1f} m: the obstacle ahead is too near")
 
 

@@ -6,7 +6,8 @@ from stucksolver.decision import Analysis, CauseCode, GuidanceIntent, RecoveryPl
 from stucksolver.decision.behaviors import BackUp, KeepLane, PullOver, ReplanRoute
 from stucksolver.decision.behaviors.base import Behavior
 from stucksolver.reason.rules.analyse import red_light_within
-from stucksolver.reason.rules.past import Way, has_failed
+from stucksolver.reason.rules.attempts import has_failed
+from stucksolver.reason.rules.past import Way
 from stucksolver.scene import ControlKind, LightState, Scene
 
 AT_THE_LINE_M = 5.5

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stucksolver.reason.rules.attempts import has_failed
 from stucksolver.scene import MOTOR_VEHICLES, VULNERABLE, LaneRelation, Scene, SceneLane, SceneObject
 
 GROUP_GAP_M = 14.0
 """Objects nearer to each other than this are passed together."""
-MERGE_ROOM_M = 12.0
+MERGE_ROOM_M, TIGHT_MERGE_ROOM_M = 12.0, 4.0
+"""Left free before what was passed when coming back; less where the return met a queue or the end of the lane."""
 BESIDE_M, EDGE_M = 0.5, 0.1
 """The least that is kept free beside what stands, and at the far edge of the road."""
 ACCELERATION_MPS2 = 1.2
@@ -60,12 +62,16 @@ def group_of(scene: Scene, lead: SceneObject) -> Target:
 
 def way_to_pass_m(scene: Scene, target: Target, speed: float) -> tuple[float, float]:
     """(way of the ego, time) until its rear is past the target with room to come back."""
-    relative = target.end_m + scene.ego.length_m + MERGE_ROOM_M
+    relative = target.end_m + scene.ego.length_m + _merge_room_m(scene)
     own, time, way = max(scene.ego.speed_mps, 0.5), 0.0, 0.0
     while way - target.speed_mps * time < relative and time < 60.0:
         own = min(own + ACCELERATION_MPS2 * 0.25, max(speed, scene.ego.speed_mps))
         way, time = way + own * 0.25, time + 0.25
     return way, time
+
+
+def _merge_room_m(scene: Scene) -> float:
+    return TIGHT_MERGE_ROOM_M if has_failed(scene, "no room to come back", "off the driving lanes") else MERGE_ROOM_M
 
 
 def in_lane_beside(scene: Scene, lane: SceneLane, target: Target, speed: float) -> tuple[SceneObject, ...]:

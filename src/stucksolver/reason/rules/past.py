@@ -8,6 +8,7 @@ from typing import Literal
 from stucksolver.decision import RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import AnyBehavior, BorrowOncomingLane, ChangeLane, DriveOver, KeepLane
 from stucksolver.reason.rules.analyse import red_light_within
+from stucksolver.reason.rules.attempts import has_failed
 from stucksolver.reason.rules.passing import (
     Target,
     end_of,
@@ -34,7 +35,6 @@ RECOVERY_SPEED_MPS = 5.5
 GUIDED_SPEED_MPS = 11.0
 LEAST_SPEED_MPS = 2.0
 SLOW_MPS = 2.2
-REMEMBERED_S = 30.0
 OVER_HEIGHT_M, OVER_SEEN_S, OVER_CONFIDENCE, LIVING_M = 0.15, 1.0, 0.8, 2.5
 BEFORE_OVER_M, BEYOND_OVER_M = 6.0, 2.0
 """So far before what it drives over the ego is in its lane, and so far behind it its rear is free again."""
@@ -43,12 +43,6 @@ BEFORE_OVER_M, BEYOND_OVER_M = 6.0, 2.0
 Why = tuple[WaitReason | None, str]
 Way = tuple[RecoveryPlan | None, Why]
 """A plan with its reason, or None with the reason for waiting."""
-
-
-def has_failed(scene: Scene, *words: str) -> bool:
-    """Was a plan of the last half minute refused or given up for one of these reasons, or of one of these names?"""
-    recent = [a for a in scene.attempts if scene.time_s - a.time_s < REMEMBERED_S]
-    return any(word in a.outcome or word in a.behaviors for a in recent for word in words)
 
 
 def speed_for(scene: Scene, target: Target) -> float:

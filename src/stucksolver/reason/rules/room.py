@@ -6,8 +6,9 @@ import math
 
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import BackUp, DriveOver, Nudge
+from stucksolver.reason.rules.attempts import has_failed
 from stucksolver.reason.rules.passing import Target
-from stucksolver.reason.rules.past import SLOW_MPS, Way, has_failed, lane_of, may_be_driven_over
+from stucksolver.reason.rules.past import SLOW_MPS, Way, lane_of, may_be_driven_over
 from stucksolver.scene import VULNERABLE, LaneRelation, Scene, SceneObject
 
 SWING_M, ROOM_M = 4.5, 7.0

@@ -7,8 +7,9 @@ import math
 from stucksolver.decision import RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import BackUp, KeepLane, Wait
 from stucksolver.reason.rules.analyse import red_light_within
+from stucksolver.reason.rules.attempts import has_failed
 from stucksolver.reason.rules.observe import crosses, no_gap_to_join
-from stucksolver.reason.rules.past import Way, has_failed
+from stucksolver.reason.rules.past import Way
 from stucksolver.reason.rules.room import may_back_up
 from stucksolver.scene import MOTOR_VEHICLES, Scene, SceneObject
 
