@@ -12,6 +12,8 @@ from stucksolver.scene.road import LaneDirection
 
 DECIDES_S, DECIDES_M = 1.0, 3.0
 START_S = 0.3
+RESERVE_M = 1.0
+"""More distance behind who has just gone by, so that a plan begun is not given up in the next instant."""
 """From the order to the first motion."""
 
 
@@ -166,7 +168,8 @@ def _too_close(case: Case, k: int, i: int, tail: Array) -> Reject | None:
         room = [behind[j] - rss_distance(speed, float(run.v[k + j]), policy) for j in range(len(tail))]
         worst = int(np.argmin(room))
         if ahead > float(behind.min()):
-            gap, where, needed = ahead, "ahead", rss_distance(float(run.v[k]), speed, policy)
+            needed = rss_distance(float(run.v[k]), speed, policy) + (0.0 if case.running else RESERVE_M)
+            gap, where = ahead, "ahead"
         else:
             gap, where, needed = float(behind[worst]), "behind", float(behind[worst] - room[worst])
         sides.add(where)
