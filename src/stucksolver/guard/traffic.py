@@ -12,9 +12,9 @@ from stucksolver.scene.road import LaneDirection
 
 DECIDES_S, DECIDES_M = 1.0, 3.0
 START_S = 0.3
+"""From the order to the first motion."""
 RESERVE_M = 1.0
 """More distance behind who has just gone by, so that a plan begun is not given up in the next instant."""
-"""From the order to the first motion."""
 
 
 def oncoming(case: Case) -> list[Reject]:
