@@ -56,7 +56,8 @@ latency)
     python -c 'from stucksolver.ladder import profile_text; print(profile_text("evaluation"), end="")' |
         sed 's/^deadline_s = 5.0/deadline_s = 10.0/' >"$patient"
     python "$(dirname "$0")/../tests/reason/chat_server.py" --port 8077 &
-    trap 'kill %1' EXIT
+    server=$!
+    trap 'kill $server' EXIT
     model="openai:reader@http://127.0.0.1:8077/v1"
     arm alone --suite dev --recovery none
     for seconds in 0 1 2.8 6; do

@@ -135,8 +135,10 @@ def _plan(seen: Read, behaviors: list[str]) -> list[dict[str, Any]] | None:
         return [{"name": "drive_over", "object_id": first["id"], "speed_mps": 1.5}]
     left = [lane for lane in seen.lanes if lane["relation"] == "left"]
     if left and "change_lane" in behaviors and "no-entry" not in left[0]["line"]:
-        end = max(float(o["gap"]) for o in ahead if float(o["speed"]) < 0.5 or o is first)
-        out = {"name": "change_lane", "side": "left", "distance_m": round(min(end + 20.0, 120.0), 1), "speed_mps": 5.0}
+        slow = [o for o in ahead if float(o["speed"]) < 3.0 or o is first]
+        end, gone = max(float(o["gap"]) for o in slow), max(float(o["speed"]) for o in slow)
+        way = (end + 20.0) * 5.0 / max(5.0 - max(gone, 0.0), 1.0)
+        out = {"name": "change_lane", "side": "left", "distance_m": round(min(way, 120.0), 1), "speed_mps": 5.0}
         return [out, {"name": "change_lane", "side": "right", "distance_m": 20.0, "speed_mps": 5.0}]
     if "borrow_oncoming_lane" in behaviors:
         return [{"name": "borrow_oncoming_lane", "past_object_id": first["id"], "speed_mps": 5.0}]
