@@ -55,7 +55,7 @@ def test_steering_right_turns_right() -> None:
 
 
 @given(st.floats(0, 1), st.floats(-1, 1), st.floats(0, 1), st.floats(0, 40))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_no_control_gives_impossible_accelerations(throttle: float, steer: float, brake: float, mps: float) -> None:
     world = straight_world()
     car = add(world, x=900.0)

@@ -179,7 +179,7 @@ BODY = st.tuples(
 
 
 @given(st.lists(BODY, min_size=2, max_size=5))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_no_contact_creates_energy_or_nan(crowd: list[tuple[str, float, float, float, float, float, float]]) -> None:
     world = straight_world()
     for place, (type_id, x, y, yaw, vx, vy, spin) in enumerate(crowd):
@@ -198,7 +198,7 @@ def test_no_contact_creates_energy_or_nan(crowd: list[tuple[str, float, float, f
 
 
 @given(st.floats(0.5, 20.0), st.floats(0.5, 20.0), st.floats(-1.0, 1.0), st.sampled_from([CAR, TRUCK, BIKE]))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_two_vehicles_never_pass_through_each_other(v1: float, v2: float, aside_m: float, other_id: str) -> None:
     world = straight_world()
     car, other = add(world, CAR, 50.0), add(world, other_id, 75.0, y=LANE_Y_M + aside_m)
@@ -215,7 +215,7 @@ def test_two_vehicles_never_pass_through_each_other(v1: float, v2: float, aside_
     st.floats(-40, 40),
     st.floats(0.01, 0.2),
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_no_control_whatever_puts_nan_into_the_world(control: list[float], mps: float, slope: float) -> None:
     world = straight_world(slope)
     car = add(world, MKZ, 900.0, z=900.0 * slope)

@@ -59,7 +59,7 @@ def state(world: World) -> bytes:
     return shown + hidden + repr((world.frame, world.elapsed_s, world.collisions, list(world.actors))).encode()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(commands, max_size=12), st.lists(commands, max_size=12))
 def test_a_fork_and_a_pickle_go_the_way_of_the_original(before, after) -> None:
     world = straight_world(slope=0.01)

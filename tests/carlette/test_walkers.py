@@ -94,7 +94,7 @@ def test_a_soft_touch_kills_nobody() -> None:
 
 
 @given(st.floats(1.0, 40.0), st.floats(-0.9, 0.9))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_no_car_passes_through_a_walker(mps: float, aside_m: float) -> None:
     world = straight_world()
     car, walker = add(world, CAR, 50.0), add(world, WALKER, 65.0, z=STAND_M, y=1.75 + aside_m)

@@ -42,7 +42,7 @@ OTHERS_BRAKE_MPS2 = 3.5
 HORIZON_S = 30.0
 ZONES = st.sampled_from([(), *(((kind, s),) for kind in ZoneKind for s in (60.0, 75.0, 100.0))])
 EXAMPLES = int(os.environ.get("GUARD_EXAMPLES", "40"))
-some = settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck))
+some = settings(max_examples=EXAMPLES, suppress_health_check=list(HealthCheck))
 
 speeds = st.floats(1.0, 5.5)
 sides = st.sampled_from(["left", "right"])
@@ -257,7 +257,7 @@ def test_each_bound_of_an_accepted_plan_holds(world, behavior):
     assert not any(body.intersects(box(z.start_m, -20, z.end_m, 20)) for z in crossings for body in bodies)
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=150, suppress_health_check=list(HealthCheck))
 @given(bag=bags, walker=st.none() | st.tuples(st.floats(-4, 4), st.floats(-4, 4)))
 def test_whatever_is_driven_over_is_all_that_the_rule_asks(bag, walker):
     objects = [bag]

@@ -20,7 +20,7 @@ from stucksolver.scene.view import View
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN)
 GUARD = Guard()
-many = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+many = settings(max_examples=150, suppress_health_check=list(HealthCheck))
 
 speeds = st.floats(2.0, 11.0)
 behaviors = st.one_of(
@@ -120,7 +120,7 @@ def test_no_accepted_path_leads_into_what_stands(world, behavior):
             assert not own.intersects(other) or start.distance(other) < 0.3
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=100, suppress_health_check=list(HealthCheck))
 @given(sight=st.floats(0.0, 400.0), x=st.floats(60.0, 80.0), speed=st.floats(2.0, 11.0), limit=st.floats(5.0, 25.0))
 def test_no_borrow_is_accepted_with_less_sight_than_the_rule_asks_for(sight, x, speed, limit):
     lanes = tuple(lane.model_copy(update={"speed_limit_mps": limit}) for lane in TWO_WAY.lanes)
@@ -171,7 +171,7 @@ def test_the_guard_answers_every_plan_in_every_world(world, behavior, guided):
         assert GUARD.recheck(proven, world.view()).accepted
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=60, suppress_health_check=list(HealthCheck))
 @given(world=worlds, behavior=behaviors, age=st.floats(0.51, 100.0))
 def test_nothing_is_accepted_on_old_news(world, behavior, age):
     world.age_s = age

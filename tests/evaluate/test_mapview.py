@@ -30,7 +30,7 @@ def area(lane):
     return shapely.Polygon([*lane.left, *reversed(lane.right)])
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, len(DRIVING) - 1))
 def test_every_point_of_a_driving_lane_lies_in_a_driving_area(number):
     point = xy(DRIVING[number])

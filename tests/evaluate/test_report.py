@@ -247,7 +247,7 @@ metres = st.floats(-2000, 2000)
 pose = st.tuples(metres, metres, st.floats(-720, 720))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(st.dictionaries(st.integers(0, 3), pose), min_size=1, max_size=12))
 def test_poses_read_back_to_the_centimetre(poses):
     frames = [

@@ -145,14 +145,14 @@ def held_to_its_promises(text: str) -> None:
         execution.tick(VIEW, 0.0)
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=300, suppress_health_check=list(HealthCheck))
 @given(st.one_of(spoilt_answers(), st.text(max_size=200)))
 def test_no_answer_crashes_leaves_the_schema_or_passes_the_guard(text):
     held_to_its_promises(text)
 
 
 @pytest.mark.integration
-@settings(max_examples=10_000, deadline=None, database=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=10_000, database=None, suppress_health_check=list(HealthCheck))
 @given(spoilt_answers())
 def test_ten_thousand_adversarial_answers(text):
     held_to_its_promises(text)

@@ -44,7 +44,7 @@ def test_what_is_unknown_is_a_question_mark():
     assert "? m to destination" in scene_text(scene())
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 60), st.text(max_size=60), st.lists(st.text(min_size=1, max_size=400), max_size=5))
 def test_a_scene_is_never_longer_than_its_room(count, words, failures):
     attempts = tuple(PastAttempt(time_s=0, behaviors=("nudge",), outcome=outcome) for outcome in failures)

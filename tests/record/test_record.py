@@ -165,7 +165,7 @@ def test_a_verdict_that_comes_out_otherwise_is_named_with_its_line(one, tmp_path
     assert "forged" in report.findings[0].recorded
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(data=st.data())
 def test_any_changed_byte_is_found_in_its_line(one, data, tmp_path_factory):
     content = bytearray(one.read_bytes())

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from conftest import Camera
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from straight import add
@@ -16,6 +15,7 @@ from carlette.camera.painter import Painter
 from carlette.camera.view import View, axes_of
 from carlette.geometry import Pose, Rotation, Vector, rotate
 from carlette.world.rays import cast as cast_ray
+from conftest import Camera
 
 
 def assert_in_its_box(camera: Camera, actor, least: float = 0.7, span_px: float = 1.5) -> None:
@@ -29,7 +29,7 @@ def assert_in_its_box(camera: Camera, actor, least: float = 0.7, span_px: float 
     assert width > least * (high[0] - low[0]) - 1 and height > least * (high[1] - low[1]) - 1
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     ahead=st.floats(9.0, 40.0), yaw=st.floats(-180.0, 180.0), turn=st.floats(-20.0, 20.0),
     pitch=st.floats(-10.0, 8.0), roll=st.floats(-15.0, 15.0),

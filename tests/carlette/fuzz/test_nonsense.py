@@ -27,7 +27,7 @@ from serving import running_server
 pytestmark = pytest.mark.integration
 pytest.importorskip("carla")
 
-FUZZ = settings(max_examples=100, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+FUZZ = settings(max_examples=100, derandomize=True, suppress_health_check=list(HealthCheck))
 
 
 @pytest.fixture(scope="module")

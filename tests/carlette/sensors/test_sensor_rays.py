@@ -71,7 +71,7 @@ def exact(scene: Scene, pose: Pose, ways: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.integration
-@settings(max_examples=10, deadline=None, phases=(Phase.explicit, Phase.reuse, Phase.generate))
+@settings(max_examples=10, phases=(Phase.explicit, Phase.reuse, Phase.generate))
 @given(
     x=st.floats(-15.0, 15.0),
     y=st.floats(-6.0, 6.0),
