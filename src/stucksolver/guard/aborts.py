@@ -14,6 +14,8 @@ from stucksolver.scene.view import MOVING_MPS
 EVERY_M = 3.0
 MOST_STOPS = 16
 STEP_S = 0.2
+GIVES_WAY_S, STANDS_S = 2.5, 3.0
+"""Way is given to those who would be met within so long after a stop; the stop is looked at for so long."""
 
 
 def committed(case: Case) -> Array:
@@ -86,3 +88,18 @@ def stops_are_safe(case: Case, no_stop: Array) -> list[Reject]:
             detail = f"{thing.kind.value} {thing.id} would be met by stopping after {t[when]:.1f} s"
             return [Reject(code=RejectCode.NO_ABORT, detail=detail, object_id=thing.id, time_s=float(t[when]))]
     return []
+
+
+def lets_by(case: Case, rejects: list[Reject]) -> bool:
+    """Does braking now keep clear of everybody, of those too whom going on would meet before long?"""
+    met_s = [reject.time_s for reject in rejects if reject.time_s is not None]
+    braking, speed = case.view.ego.limits.comfort_braking_mps2, case.view.ego.speed_mps
+    lasts = speed / braking
+    if not met_s or min(met_s) > lasts + GIVES_WAY_S:
+        return False
+    which = relevant(case)
+    t = np.arange(0.0, lasts + STANDS_S + STEP_S, STEP_S)
+    since = np.minimum(t, lasts)
+    stations = case.path.s[0] + speed * since - braking * since**2 / 2
+    gap = moving_gaps(case, stations[None, :], which, t)[0]
+    return not ((gap < 0.0) & (gap < gap[:1] - 0.05)).any()

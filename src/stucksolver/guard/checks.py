@@ -113,6 +113,7 @@ def _will_be_followed(case: Case, station: Array, which: Array) -> Array:
     """
     view = case.view
     leads = (view.vs[which] > 0.5) & (view.s[which] > view.ego_s) & (np.abs(view.vd[which]) < 0.5)
+    leads &= view.elsewhere[which] == 0
     leads &= np.array([view.objects[int(i)].id not in case.path.passes for i in which])
     oncoming = np.zeros(len(case.path.s))
     for lane in case.path.enters:

@@ -11,7 +11,7 @@ import numpy as np
 from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
 from stucksolver.guard import checks, marking, obstacles, rules, traffic
-from stucksolver.guard.aborts import committed, stops_are_safe
+from stucksolver.guard.aborts import committed, lets_by, stops_are_safe
 from stucksolver.guard.case import Case
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.guard.verdict import OK, Reject, RejectCode, Verdict
@@ -137,6 +137,8 @@ class Guard:
         way = Abort.FINISH
         if Abort.RETURN_TO_LANE in wanted and self.way_back(view) is not None:
             way = Abort.RETURN_TO_LANE
+        elif not off and not case.in_oncoming_lane and lets_by(case, rejects):
+            way = Abort.GIVE_WAY
         return Verdict(rejects=tuple(rejects), abort=way)
 
     def _before_commit(self, view: View) -> Abort:

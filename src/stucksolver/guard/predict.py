@@ -17,6 +17,8 @@ FAR_M = 2.0
 """More than any gap that the policy asks for: beyond it nobody need know how far exactly."""
 CROSSING_MPS = 0.3
 """A lateral speed above this is taken for real and carried on."""
+SURE_S, SURE_RUNNING_S = 1.0, 0.3
+"""So much earlier or later than foretold may somebody on another road be where the ways meet."""
 OVERTAKING_MPS = 1.0
 """Who is quicker than us by this, and not past us yet, is overtaking."""
 
@@ -42,7 +44,11 @@ def relevant(case: Case) -> Array:
     margin = view.across + np.abs(view.vd) * span + 2.0
     low, high = case.path.d.min() - case.reach.max(), case.path.d.max() + case.reach.max()
     near_d = (view.d + margin > low) & (view.d - margin < high)
-    found: Array = np.flatnonzero(near_s & near_d & ~from_behind)
+    elsewhere = view.elsewhere > 0
+    here, there, speed = _in_the_plane(view)
+    reach = speed * span + case.path.end_s - case.path.s[0] + view.half_length + 10.0
+    near = np.hypot(*(there - here).T) < reach
+    found: Array = np.flatnonzero(np.where(elsewhere, near, near_s & near_d & ~from_behind))
     if case.path.over:
         found = np.array([i for i in found if view.objects[int(i)].id not in case.path.over], dtype=int)
     return found
@@ -82,7 +88,10 @@ def moving_gaps(case: Case, stations: Array, which: Array, t: Array) -> Array:
     heading = np.interp(stations, case.path.s, case.heading)
     far = np.hypot(half_length, half_width) + np.hypot(view.half_length[which], view.half_width[which]) + FAR_M
     least = np.full((*stations.shape, len(which)), np.inf)
-    for member, s, d in predictions(view, which, t):
+    crossing = np.flatnonzero(view.elsewhere[which] > 0)
+    if len(crossing):
+        least[..., crossing] = _gaps_straight_on(case, stations, offset, heading, which[crossing], t)
+    for member, s, d in predictions(view, which, t, np.flatnonzero(view.elsewhere[which] == 0)):
         reach = far[member]
         near = np.nonzero((np.abs(s - stations[..., None]) < reach) & (np.abs(d - offset[..., None]) < reach))
         ego, (_, when, who) = near[:2], near
@@ -98,7 +107,34 @@ def moving_gaps(case: Case, stations: Array, which: Array, t: Array) -> Array:
     return least
 
 
-def predictions(view: View, which: Array, t: Array) -> Iterator[tuple[Array, Array, Array]]:
+def _in_the_plane(view: View) -> tuple[Array, Array, Array]:
+    """The ego's place, those of the objects (n, 2), and their speeds, in the local frame."""
+    there = np.array([(o.x_m, o.y_m) for o in view.objects]).reshape(-1, 2)
+    return np.array([view.ego.x_m, view.ego.y_m]), there, np.hypot(view.vs, view.vd)
+
+
+def _gaps_straight_on(case: Case, stations: Array, offset: Array, heading: Array, which: Array, t: Array) -> Array:
+    """(profiles, times, objects): gaps to those on other roads, who go straight on in the plane.
+
+    Where they will be along the route says nothing about their way. When they will be where is not quite sure, so they
+    are taken to be longer by what they drive in a time; before the start by more, that a plan be not begun in vain.
+    """
+    view = case.view
+    x, y, along = (a.reshape(stations.shape) for a in view.frame.to_local(stations.ravel(), offset.ravel()))
+    things = [view.objects[int(i)] for i in which]
+    at = np.array([(o.x_m, o.y_m, o.vx_mps, o.vy_mps, o.yaw_rad) for o in things])
+    early = np.hypot(at[:, 2], at[:, 3]) * (SURE_RUNNING_S if case.running else SURE_S)
+    return separation(
+        (x[..., None], y[..., None], (along + heading)[..., None]),
+        (view.ego.length_m / 2, view.ego.width_m / 2),
+        (at[:, 0] + at[:, 2] * t[:, None], at[:, 1] + at[:, 3] * t[:, None], at[:, 4]),
+        (view.half_length[which] + early, view.half_width[which]),
+    )
+
+
+def predictions(
+    view: View, which: Array, t: Array, members: Array | None = None
+) -> Iterator[tuple[Array, Array, Array]]:
     """Hypotheses: steadily along the lane, braking, and straight on where one crosses.
 
     Each as (members, s, d): places in `which`, and their arc lengths (times, members) and offsets (as that, or one for
@@ -106,18 +142,18 @@ def predictions(view: View, which: Array, t: Array) -> Iterator[tuple[Array, Arr
     would fall behind, which is seen before the ego is committed, and ends the plan.
     """
     vs, vd = view.vs[which], view.vd[which]
-    everyone = np.arange(len(which))
+    everyone = np.arange(len(which)) if members is None else members
     still, steady = view.d[which][None, :], view.s[which] + vs * t[:, None]
-    yield everyone, steady, still
+    yield everyone, steady[:, everyone], still[:, everyone]
     overtaking = (
         (vs > view.ego.speed_mps + OVERTAKING_MPS) & (view.s[which] <= view.ego_s) & (np.abs(vd) < CROSSING_MPS)
     )
-    along = everyone[(np.abs(vs) > CROSSING_MPS) & ~overtaking]
+    along = everyone[((np.abs(vs) > CROSSING_MPS) & ~overtaking)[everyone]]
     if len(along):
         speed = np.abs(vs[along])
         until = np.minimum(t[:, None], speed / BRAKING_MPS2)
         way = np.sign(vs[along]) * (speed * until - 0.5 * BRAKING_MPS2 * until**2)
         yield along, view.s[which][along] + way, still[:, along]
-    across = everyone[np.abs(vd) > CROSSING_MPS]
+    across = everyone[(np.abs(vd) > CROSSING_MPS)[everyone]]
     if len(across):
         yield across, steady[:, across], still[:, across] + vd[across] * t[:, None]

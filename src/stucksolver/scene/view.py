@@ -13,6 +13,7 @@ from stucksolver.scene.objects import ON_FOOT, STATIC_KINDS, VULNERABLE, Tracked
 from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
 from stucksolver.scene.surroundings import Surroundings
 
+ACROSS_SIN = math.sin(math.radians(20.0))
 MOVING_MPS = 0.1
 """Above this speed an object counts as moving."""
 
@@ -96,6 +97,22 @@ class View:
     def lane_of(self) -> tuple[Lane | None, ...]:
         """The lane that holds each object's centre."""
         return tuple(self.frame.lane_at(float(s), float(d)) for s, d in zip(self.s, self.d, strict=True))
+
+    @cached_property
+    def elsewhere(self) -> Array:
+        """1.0 for vehicles under way on no lane of the route's road, or across them: on roads that join or cross it."""
+        on_lane = np.zeros(len(self.objects), dtype=bool)
+        for lane in self.frame.lanes:
+            # Before and beyond what is known of the road, its lanes are taken to go on.
+            start = -np.inf if lane.start_m <= self.frame.s[0] else lane.start_m
+            end = np.inf if lane.end_m >= self.frame.end_m else lane.end_m
+            beside = (self.s >= start) & (self.s <= end)
+            if beside.any():
+                right, left = np.interp(self.s, lane.s, lane.right), np.interp(self.s, lane.s, lane.left)
+                on_lane |= beside & (self.d >= right) & (self.d <= left)
+        across = np.abs(np.sin(self.yaw)) > ACROSS_SIN
+        vehicles = np.array([o.kind not in ON_FOOT for o in self.objects], dtype=bool)
+        return np.where(vehicles & (~on_lane | across), self.moving, 0.0)
 
     def sight_ahead_m(self, lane: Lane) -> float:
         """How far a lane is seen ahead of the ego; 0 where the surroundings do not say."""

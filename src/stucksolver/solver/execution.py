@@ -39,6 +39,8 @@ class Outcome:
 
 
 Step = Execute | Replan | SafeStop
+GIVE_WAY = Execute(behavior=Wait(duration_s=1.0))
+"""Brake and stand, until whoever crosses is by."""
 
 
 class Execution:
@@ -59,6 +61,7 @@ class Execution:
         self._withdrawn = False
         self._ending: Outcome | None = None
         self._way_back: Manoeuvre | None = None
+        self._gives_way = False
         self.last_verdict = Verdict()
 
     def start(self, view: View, now_s: float) -> Verdict:
@@ -104,6 +107,11 @@ class Execution:
 
     def _move(self, proven: Proven, view: View, now_s: float) -> Step | Outcome:
         self.last_verdict = verdict = self._guard.recheck(proven, view)
+        if verdict.abort is Abort.GIVE_WAY:
+            self._gives_way = True
+            return GIVE_WAY
+        if self._gives_way:
+            self._gives_way, self._directive = False, self._direct(view)
         if not verdict.accepted and verdict.abort is not Abort.FINISH:
             return self._abort(verdict.abort or Abort.STOP, str(verdict), view)
         seen = _facing(view, proven)

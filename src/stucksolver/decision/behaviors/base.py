@@ -40,6 +40,8 @@ class Abort(str, Enum):
     STOP = "stop"
     RETURN_TO_LANE = "return_to_lane"
     FINISH = "finish"
+    GIVE_WAY = "give_way"
+    """No end of it: brake for somebody whom going on would meet, then finish. Where no stop may be made to stay."""
 
 
 class Release(str, Enum):
