@@ -1,0 +1,101 @@
+"""Those on roads that cross or join ours: foretold in the plane, and let by where one may not stay."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from worlds import World, bent_road, straight_road, thing
+
+from stucksolver.decision import Execute, RecoveryPlan
+from stucksolver.decision.behaviors import Abort, KeepLane, Wait
+from stucksolver.guard import Guard, RejectCode
+from stucksolver.scene import ObjectKind, Zone, ZoneKind
+from stucksolver.scene.view import View
+from stucksolver.solver.execution import Execution
+
+GUARD = Guard()
+JUNCTION = straight_road(zones=(Zone(kind=ZoneKind.JUNCTION, start_m=60.0, end_m=85.0),))
+ON = KeepLane(distance_m=60.0, speed_mps=5.0)
+
+
+def crossing(y: float, speed: float = 9.0, name: str = "crosser"):
+    """On a road that crosses ours at x = 72, from the right; it drives along y."""
+    return thing(name, 72.0, y, sideways=speed, yaw=math.pi / 2)
+
+
+def codes(world, behavior=ON):
+    return {r.code for r in GUARD.accept([behavior], world.view(), False)[0].rejects}
+
+
+def under_way(x: float, speed: float):
+    """A plan through the junction, and the world at a place of it."""
+    world = World(JUNCTION)
+    proven = GUARD.accept([ON], world.view(), False)[1]
+    assert proven is not None and proven.committed(x)
+    world.x, world.speed = x, speed
+    return world, proven
+
+
+def test_who_crosses_when_we_are_there_is_a_reason_not_to_begin():
+    assert codes(World(JUNCTION)) == set()
+    assert RejectCode.COLLISION in codes(World(JUNCTION, [crossing(-50.0)]))
+
+
+def test_who_has_crossed_before_is_none():
+    assert codes(World(JUNCTION, [crossing(-8.0, speed=12.0)])) == set()
+
+
+def test_a_flow_whose_gaps_are_shorter_than_we_need_is_not_entered():
+    flow = [crossing(-9.0 * 2.7 * k, name=f"c{k}") for k in range(6)]
+    assert codes(World(JUNCTION, flow))
+
+
+def test_one_beside_a_bend_goes_straight_on_and_not_round_with_our_lane():
+    # In road coordinates it seems to cross the arc's lane; in the plane it leaves us alone.
+    away = thing("away", -20.0, 15.0, speed=-8.0, yaw=math.pi)
+    road = bent_road(30.0)
+    assert codes(World(road, [away], x=0.0), KeepLane(distance_m=20.0, speed_mps=4.0)) == set()
+
+
+@pytest.mark.parametrize(("kind", "there"), [(ObjectKind.CAR, 1.0), (ObjectKind.PEDESTRIAN, 0.0)])
+def test_only_vehicles_have_roads_of_their_own(kind, there):
+    world = World(JUNCTION, [thing("who", 72.0, -30.0, kind=kind, sideways=1.5, yaw=math.pi / 2)])
+    assert world.view().elsewhere.tolist() == [there]
+
+
+def test_who_comes_up_from_before_the_known_road_is_in_our_lane():
+    assert World(JUNCTION, [thing("behind", -20.0, speed=8.0)]).view().elsewhere.tolist() == [0.0]
+
+
+def test_in_a_junction_way_is_given_to_who_crosses_ahead():
+    world, proven = under_way(61.0, 3.0)
+    world.objects.append(crossing(-22.0))
+    verdict = GUARD.recheck(proven, world.view())
+    assert verdict.abort is Abort.GIVE_WAY
+    assert RejectCode.COLLISION in {r.code for r in verdict.rejects}
+
+
+def test_where_a_stop_would_be_met_as_well_the_way_is_finished():
+    world, proven = under_way(71.0, 1.0)
+    world.objects.append(crossing(-9.0))
+    assert GUARD.recheck(proven, world.view()).abort is Abort.FINISH
+
+
+def test_who_is_met_only_much_later_is_not_waited_for():
+    world, proven = under_way(61.0, 4.0)
+    world.objects.append(thing("far", 110.0, -75.0, sideways=9.0, yaw=math.pi / 2))
+    assert GUARD.recheck(proven, world.view()).abort in (None, Abort.FINISH)
+
+
+def test_after_giving_way_the_plan_goes_on():
+    world = World(JUNCTION)
+    execution = Execution(RecoveryPlan(behaviors=(ON,)), GUARD, False)
+    assert execution.start(world.view(), 0.0).accepted
+    world.x, world.speed = 61.0, 3.0
+    world.objects.append(crossing(-22.0))
+    given = execution.tick(View(world.surroundings()), 1.0)
+    assert isinstance(given, Execute) and isinstance(given.behavior, Wait)
+    world.objects.clear()
+    on = execution.tick(View(world.surroundings()), 1.05)
+    assert isinstance(on, Execute) and on.behavior == ON and on.path[0].x_m >= 60.0
