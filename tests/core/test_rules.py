@@ -63,6 +63,14 @@ def test_nothing_leads_past_a_red_light_however_long_it_lasts_but_help_is_called
     assert plan is None or [b.name for b in plan.behaviors] == ["request_assistance"]
 
 
+@pytest.mark.parametrize(("stopped_s", "waits"), [(40.0, True), (179.0, True), (200.0, False)])
+def test_a_shut_gate_is_waited_for_as_a_red_light_is(stopped_s, waits):
+    gate = thing("gate", 60.0, kind=ObjectKind.CROSSING_GATE, length=0.3, width=3.0)
+    decision = decide(World(TWO_WAY, [gate]), stopped_s=stopped_s)
+    assert (decision.analysis.wait is WaitReason.LIGHT) == waits
+    assert decision.plan is None or [b.name for b in decision.plan.behaviors] == ["request_assistance"]
+
+
 def test_a_parked_car_before_a_light_is_passed_once_it_is_green():
     world = World(TWO_WAY, [thing("lead", 60.0, hazard=True)], controls=(red_light(18.0, LightState.GREEN),))
     assert behaviors_of(decide(world))[0].name == "borrow_oncoming_lane"

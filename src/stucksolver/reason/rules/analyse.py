@@ -113,6 +113,9 @@ def _held_by_control(scene: Scene, limits: WaitLimits) -> Hold | None:
             return Hold(WaitReason.LIGHT, f"{state} light {control.distance_m:.0f} m ahead")
         if control.kind is ControlKind.STOP_SIGN and scene.ego.stopped_for_s < 3.0:
             return Hold(WaitReason.STOP_SIGN, f"stop sign {control.distance_m:.0f} m ahead")
+    gate = blocker(scene)
+    if gate is not None and gate.kind is ObjectKind.CROSSING_GATE and scene.ego.stopped_for_s <= limits.light_s:
+        return Hold(WaitReason.LIGHT, f"the gate of a level crossing is shut {gate.gap_m or 0.0:.0f} m ahead")
     return None
 
 

@@ -20,7 +20,7 @@ from stucksolver.reason.rules.passing import group_of
 from stucksolver.reason.rules.past import Way, speed_for, way_past
 from stucksolver.reason.rules.room import over_it, to_see_more, to_swing_out, within_the_lane
 from stucksolver.reason.rules.standoff import away_from_who_faces, into_who_joins, towards_who_crosses
-from stucksolver.scene import Scene, SceneObject
+from stucksolver.scene import ObjectKind, Scene, SceneObject
 
 LEAD_RANGE_M = 45.0
 SAME_MOMENT_S = 0.5
@@ -62,6 +62,8 @@ def _way_on(scene: Scene, analysis: Analysis) -> Way:
     lead = _lead(scene, analysis)
     if lead is None:
         return without_lead(scene, analysis)
+    if lead.kind is ObjectKind.CROSSING_GATE:
+        return None, (WaitReason.LIGHT, f"nobody drives round the gate {lead.id}")
     over = over_it(scene, lead)
     if over is not None:
         return over
