@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import carla
 import numpy as np
-from numpy.typing import NDArray
 
+from stucksolver.scene.boxes import separation
 from stucksolver.stacks.driver.behavior import Profile, toward_speed
 from stucksolver.stacks.driver.concerns import Pace
 from stucksolver.stacks.driver.lane_graph import LaneKey
@@ -47,8 +47,6 @@ _SHOWN_M, _ENOUGH = 15.0, 2
 junction are not expected to take it."""
 _START_LAG_S = 0.3
 _MARGIN_M = 0.3
-
-Flags = NDArray[np.bool_]
 
 
 class Margin(NamedTuple):
@@ -325,33 +323,13 @@ class _Drive:
         x, y, yaw = np.interp(s, way.s, way.x), np.interp(s, way.s, way.y), np.interp(s, way.s, way.yaw)
         over = np.maximum(s - way.s[-1], 0.0)
         x, y = x + over * np.cos(yaw), y + over * np.sin(yaw)
-        return bool(
-            _overlap(
-                x - self._x[when],
-                y - self._y[when],
-                self._yaw[when],
-                yaw,
-                (half, self._model.half_width + _MARGIN_M),
-                (other.half_length + (before + behind) / 2.0, other.half_width),
-            ).any()
+        gap = separation(
+            (self._x[when], self._y[when], self._yaw[when]),
+            (half, self._model.half_width + _MARGIN_M),
+            (x, y, yaw),
+            (other.half_length + (before + behind) / 2.0, other.half_width),
         )
-
-
-def _overlap(
-    dx: Array, dy: Array, own_yaw: Array, yaw: Array, own: tuple[float, float], other: tuple[float, float]
-) -> Flags:
-    """Do two boxes (half length and width) `dx`, `dy` apart overlap? The separating axis test."""
-    turn = yaw - own_yaw
-    c, s = np.abs(np.cos(turn)), np.abs(np.sin(turn))
-    lon, lat = dx * np.cos(own_yaw) + dy * np.sin(own_yaw), dy * np.cos(own_yaw) - dx * np.sin(own_yaw)
-    other_lon, other_lat = dx * np.cos(yaw) + dy * np.sin(yaw), dy * np.cos(yaw) - dx * np.sin(yaw)
-    apart = (
-        (np.abs(lon) > own[0] + other[0] * c + other[1] * s)
-        | (np.abs(lat) > own[1] + other[0] * s + other[1] * c)
-        | (np.abs(other_lon) > other[0] + own[0] * c + own[1] * s)
-        | (np.abs(other_lat) > other[1] + own[0] * s + own[1] * c)
-    )
-    return np.asarray(~apart)
+        return bool((gap <= 0.0).any())
 
 
 def _foretold(line: Path, s: float, speed: float, top_mps: float, profile: Profile) -> Array:
