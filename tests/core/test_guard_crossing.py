@@ -12,7 +12,7 @@ from stucksolver.decision.behaviors import Abort, KeepLane, Wait
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.scene import ObjectKind, Zone, ZoneKind
 from stucksolver.scene.view import View
-from stucksolver.solver.execution import Execution
+from stucksolver.solver.execution import Execution, Outcome
 
 GUARD = Guard()
 JUNCTION = straight_road(zones=(Zone(kind=ZoneKind.JUNCTION, start_m=60.0, end_m=85.0),))
@@ -88,13 +88,23 @@ def test_who_is_met_only_much_later_is_not_waited_for():
     assert GUARD.recheck(proven, world.view()).abort in (None, Abort.FINISH)
 
 
-def test_after_giving_way_the_plan_goes_on():
+def giving_way(now_s: float):
+    """A plan in the junction, somebody who crosses, and what is to be done at a time."""
     world = World(JUNCTION)
     execution = Execution(RecoveryPlan(behaviors=(ON,)), GUARD, False)
     assert execution.start(world.view(), 0.0).accepted
     world.x, world.speed = 61.0, 3.0
     world.objects.append(crossing(-22.0))
-    given = execution.tick(View(world.surroundings()), 1.0)
+    return world, execution, execution.tick(View(world.surroundings()), now_s)
+
+
+def test_way_is_not_given_for_ever():
+    _, _, ended = giving_way(now_s=500.0)
+    assert isinstance(ended, Outcome) and not ended.finished
+
+
+def test_after_giving_way_the_plan_goes_on():
+    world, execution, given = giving_way(now_s=1.0)
     assert isinstance(given, Execute) and isinstance(given.behavior, Wait)
     world.objects.clear()
     on = execution.tick(View(world.surroundings()), 1.05)

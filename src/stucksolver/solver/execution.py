@@ -108,6 +108,9 @@ class Execution:
     def _move(self, proven: Proven, view: View, now_s: float) -> Step | Outcome:
         self.last_verdict = verdict = self._guard.recheck(proven, view)
         if verdict.abort is Abort.GIVE_WAY:
+            if now_s > self._until_s:
+                # The stack knows how to get through a junction, too; it is not left standing there by a plan.
+                return Outcome(False, f"it gave way for longer than its time allowance: {verdict}")
             self._gives_way = True
             return GIVE_WAY
         if self._gives_way:
