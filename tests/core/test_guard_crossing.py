@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from worlds import World, bent_road, straight_road, thing
 
 from stucksolver.decision import Execute, RecoveryPlan
-from stucksolver.decision.behaviors import Abort, KeepLane, Wait
+from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, KeepLane, Wait
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.scene import ObjectKind, Zone, ZoneKind
 from stucksolver.scene.view import View
@@ -109,3 +110,54 @@ def test_after_giving_way_the_plan_goes_on():
     world.objects.clear()
     on = execution.tick(View(world.surroundings()), 1.05)
     assert isinstance(on, Execute) and on.behavior == ON and on.path[0].x_m >= 60.0
+
+
+TWO_WAY = straight_road()
+
+
+def borrowing(x: float, speed: float, *others):
+    """Past a car at x = 75 through the oncoming lane, some way on."""
+    world = World(TWO_WAY, [thing("lead", 75.0)])
+    proven = GUARD.accept([BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)], world.view(), False)[1]
+    assert proven is not None
+    world.x, world.y, world.speed = x, float(np.interp(x, proven.path.s, proven.path.d)), speed
+    world.objects += others
+    return GUARD.recheck(proven, world.view())
+
+
+@pytest.mark.parametrize("turned_deg", [0.0, 15.0, 21.0, 30.0, 45.0])
+def test_who_turns_into_the_lane_that_we_borrow_is_seen_to_come(turned_deg):
+    yaw = math.pi + math.radians(turned_deg)
+    coming = thing("coming", 100.0, 3.5, speed=8.0 * math.cos(yaw), sideways=8.0 * math.sin(yaw), yaw=yaw)
+    assert borrowing(59.0, 4.0, coming).abort in (Abort.RETURN_TO_LANE, Abort.FINISH)
+
+
+def test_in_an_oncoming_lane_nobody_stands_to_give_way():
+    crosser = thing("crosser", 66.0, -14.0, sideways=8.0, yaw=math.pi / 2)
+    for x in np.arange(52.0, 66.0, 1.0):
+        assert borrowing(float(x), 2.5, crosser).abort is not Abort.GIVE_WAY
+
+
+@pytest.mark.parametrize("speed", [1.0, 2.0, 3.0])
+def test_who_is_across_our_lane_may_stop_there(speed):
+    across = thing("across", 78.0, -1.0, sideways=speed, yaw=math.pi / 2)
+    assert codes(World(JUNCTION, [across], x=40.0), KeepLane(distance_m=60.0, speed_mps=5.0))
+
+
+def test_nobody_stands_to_let_by_what_does_not_move():
+    world, proven = under_way(61.0, 3.0)
+    world.objects.append(thing("person", 70.0, -1.6, kind=ObjectKind.PEDESTRIAN))
+    assert GUARD.recheck(proven, world.view()).abort is not Abort.GIVE_WAY
+
+
+def test_a_stop_that_would_end_a_hands_breadth_beside_who_crosses_is_not_made():
+    world, proven = under_way(66.5, 4.0)
+    world.objects.append(crossing(-14.0))
+    assert GUARD.recheck(proven, world.view()).abort is not Abort.GIVE_WAY
+
+
+def test_whoever_gives_way_goes_on_only_into_a_longer_gap():
+    world, proven = under_way(61.0, 0.0)
+    world.objects.append(crossing(-40.0))
+    assert GUARD.recheck(proven, world.view(), giving_way=False).abort in (None, Abort.FINISH)
+    assert GUARD.recheck(proven, world.view(), giving_way=True).abort is Abort.GIVE_WAY

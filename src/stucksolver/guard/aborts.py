@@ -8,14 +8,17 @@ from stucksolver.guard.case import Case
 from stucksolver.guard.predict import moving_gaps, relevant
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Array
-from stucksolver.scene.road import LaneDirection
+from stucksolver.scene.road import LaneDirection, LaneKind, ZoneKind
 from stucksolver.scene.view import MOVING_MPS
 
 EVERY_M = 3.0
 MOST_STOPS = 16
 STEP_S = 0.2
-GIVES_WAY_S, STANDS_S = 2.5, 3.0
-"""Way is given to those who would be met within so long after a stop; the stop is looked at for so long."""
+GIVES_WAY_S, GOES_ON_S, STANDS_S = 2.5, 6.0, 3.0
+"""Way is given to those who would be met within so long after a stop, and given on until nobody would within longer;
+the stop is looked at for so long."""
+LAG_S = 0.3
+"""From the order to brake until the brakes bite."""
 
 
 def committed(case: Case) -> Array:
@@ -90,16 +93,41 @@ def stops_are_safe(case: Case, no_stop: Array) -> list[Reject]:
     return []
 
 
-def lets_by(case: Case, rejects: list[Reject]) -> bool:
-    """Does braking now keep clear of everybody, of those too whom going on would meet before long?"""
-    met_s = [reject.time_s for reject in rejects if reject.time_s is not None]
-    braking, speed = case.view.ego.limits.comfort_braking_mps2, case.view.ego.speed_mps
-    lasts = speed / braking
-    if not met_s or min(met_s) > lasts + GIVES_WAY_S:
+def lets_by(case: Case, rejects: list[Reject], giving_way: bool) -> bool:
+    """Does braking now, in a junction, keep clear of everybody, of those too who cross and whom going on would meet?
+
+    Not where the stop would end in an oncoming lane or on a level crossing. `giving_way`: it is doing so already.
+    """
+    view, policy = case.view, case.policy
+    braking, speed = view.ego.limits.comfort_braking_mps2, view.ego.speed_mps
+    lasts = LAG_S + speed / braking
+    crossing = {thing.id for thing, there in zip(view.objects, view.elsewhere, strict=True) if there}
+    met_s = [r.time_s for r in rejects if r.object_id in crossing and r.time_s is not None]
+    if not met_s or min(met_s) > lasts + (GOES_ON_S if giving_way else GIVES_WAY_S):
         return False
-    which = relevant(case)
     t = np.arange(0.0, lasts + STANDS_S + STEP_S, STEP_S)
-    since = np.minimum(t, lasts)
-    stations = case.path.s[0] + speed * since - braking * since**2 / 2
+    since = np.clip(t - LAG_S, 0.0, speed / braking)
+    stations = case.path.s[0] + speed * np.minimum(t, LAG_S) + speed * since - braking * since**2 / 2
+    if not _may_wait(case, float(stations[-1])):
+        return False
+    which = relevant(case, float(t[-1]))
+    which = which[view.moving[which] > 0]
     gap = moving_gaps(case, stations[None, :], which, t)[0]
-    return not ((gap < 0.0) & (gap < gap[:1] - 0.05)).any()
+    return not ((gap < policy.moving_gap_m) & (gap < gap[:1] - 0.05)).any()
+
+
+def _may_wait(case: Case, end_s: float) -> bool:
+    """From here to the end of the stop: in a junction or on its crosswalk, and in lanes of our own direction?"""
+    view = case.view
+    here = float(case.path.s[0])
+    if view.zone_at(here, ZoneKind.JUNCTION, ZoneKind.CROSSWALK) is None:
+        return False
+    if any(view.zone_at(s, ZoneKind.LEVEL_CROSSING) is not None for s in (here, end_s)):
+        return False
+    driven = case.path.s <= end_s + 0.5
+    opposite = (lane for lane in view.frame.lanes if lane.strip.direction is LaneDirection.OPPOSITE)
+    return not any(
+        bool((case.inside(lane)[driven] > 0).any())
+        for lane in opposite
+        if lane.strip.kind is LaneKind.DRIVING and lane.covers(here, end_s)
+    )

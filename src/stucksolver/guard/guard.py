@@ -116,8 +116,11 @@ class Guard:
             return Verdict(rejects=(old,))
         return Verdict(rejects=(Reject(code=RejectCode.PRECONDITION, detail=why),)) if why else OK
 
-    def recheck(self, proven: Proven, view: View) -> Verdict:
-        """Judge a running plan on this tick; a verdict with reasons names the abort."""
+    def recheck(self, proven: Proven, view: View, giving_way: bool = False) -> Verdict:
+        """Judge a running plan on this tick; a verdict with reasons names the abort.
+
+        `giving_way`: that was its last abort. It then goes on only when the way is free for a while.
+        """
         view = self._facing(view, proven)
         off = self._off_path(proven, view) or self._too_fast(proven, view)
         rest = proven.path.from_station(view.ego_s)
@@ -137,7 +140,7 @@ class Guard:
         way = Abort.FINISH
         if Abort.RETURN_TO_LANE in wanted and self.way_back(view) is not None:
             way = Abort.RETURN_TO_LANE
-        elif not off and not case.in_oncoming_lane and lets_by(case, rejects):
+        elif not off and lets_by(case, rejects, giving_way):
             way = Abort.GIVE_WAY
         return Verdict(rejects=tuple(rejects), abort=way)
 
@@ -162,7 +165,7 @@ class Guard:
         speed = max(view.ego.speed_mps, 3.0)
         length = max(2.0 * speed, shortest_shift(view.ego_d, view.ego.limits.min_turn_radius_m), 4.0)
         path = lateral(view.ego_s, view.ego_d, 0.0, length, speed, view)
-        case = Case(view, path, self.policy)
+        case = Case(view, path, self.policy, running=True)
         return None if checks.collision(case) or checks.drivable_area(case) else path
 
     def lay_out(self, behaviors: Sequence[Behavior], view: View, guided: bool, approvals: Approvals) -> Proven:

@@ -30,13 +30,13 @@ def times(case: Case) -> Array:
     return result
 
 
-def relevant(case: Case) -> Array:
-    """Indices of the objects that the plan can meet at all.
+def relevant(case: Case, span_s: float | None = None) -> Array:
+    """Indices of the objects that the plan can meet at all, within `span_s` if that is told.
 
     Left out: same-direction traffic that comes from behind the ego (it answers for its own distance; the lane entry
     check covers lanes the ego moves into).
     """
-    view, span = case.view, case.slow.duration_s
+    view, span = case.view, case.slow.duration_s if span_s is None else span_s
     rear = view.ego_s - view.ego.length_m / 2
     from_behind = (view.s + view.along < rear) & (view.vs > -0.5) & (np.abs(view.vd) < CROSSING_MPS * 2)
     move = np.abs(view.vs) * span + view.along + 5.0
@@ -46,9 +46,9 @@ def relevant(case: Case) -> Array:
     near_d = (view.d + margin > low) & (view.d - margin < high)
     elsewhere = view.elsewhere > 0
     here, there, speed = _in_the_plane(view)
-    reach = speed * span + case.path.end_s - case.path.s[0] + view.half_length + 10.0
+    reach = speed * (span + SURE_S) + case.path.end_s - case.path.s[0] + view.half_length + view.ego.length_m + 10.0
     near = np.hypot(*(there - here).T) < reach
-    found: Array = np.flatnonzero(np.where(elsewhere, near, near_s & near_d & ~from_behind))
+    found: Array = np.flatnonzero((near_s & near_d & ~from_behind) | (elsewhere & near))
     if case.path.over:
         found = np.array([i for i in found if view.objects[int(i)].id not in case.path.over], dtype=int)
     return found
@@ -88,10 +88,12 @@ def moving_gaps(case: Case, stations: Array, which: Array, t: Array) -> Array:
     heading = np.interp(stations, case.path.s, case.heading)
     far = np.hypot(half_length, half_width) + np.hypot(view.half_length[which], view.half_width[which]) + FAR_M
     least = np.full((*stations.shape, len(which)), np.inf)
-    crossing = np.flatnonzero(view.elsewhere[which] > 0)
+    elsewhere = view.elsewhere[which] > 0
+    crossing = np.flatnonzero(elsewhere)
     if len(crossing):
         least[..., crossing] = _gaps_straight_on(case, stations, offset, heading, which[crossing], t)
-    for member, s, d in predictions(view, which, t, np.flatnonzero(view.elsewhere[which] == 0)):
+    # Who is on a lane of ours, whichever way it heads, may also go along it.
+    for member, s, d in predictions(view, which, t, np.flatnonzero(~elsewhere | (view.on_lane[which] > 0))):
         reach = far[member]
         near = np.nonzero((np.abs(s - stations[..., None]) < reach) & (np.abs(d - offset[..., None]) < reach))
         ego, (_, when, who) = near[:2], near
@@ -114,7 +116,7 @@ def _in_the_plane(view: View) -> tuple[Array, Array, Array]:
 
 
 def _gaps_straight_on(case: Case, stations: Array, offset: Array, heading: Array, which: Array, t: Array) -> Array:
-    """(profiles, times, objects): gaps to those on other roads, who go straight on in the plane.
+    """(profiles, times, objects): gaps to those on other roads, who go straight on in the plane, or brake.
 
     Where they will be along the route says nothing about their way. When they will be where is not quite sure, so they
     are taken to be longer by what they drive in a time; before the start by more, that a plan be not begun in vain.
@@ -123,13 +125,18 @@ def _gaps_straight_on(case: Case, stations: Array, offset: Array, heading: Array
     x, y, along = (a.reshape(stations.shape) for a in view.frame.to_local(stations.ravel(), offset.ravel()))
     things = [view.objects[int(i)] for i in which]
     at = np.array([(o.x_m, o.y_m, o.vx_mps, o.vy_mps, o.yaw_rad) for o in things])
-    early = np.hypot(at[:, 2], at[:, 3]) * (SURE_RUNNING_S if case.running else SURE_S)
-    return separation(
-        (x[..., None], y[..., None], (along + heading)[..., None]),
-        (view.ego.length_m / 2, view.ego.width_m / 2),
-        (at[:, 0] + at[:, 2] * t[:, None], at[:, 1] + at[:, 3] * t[:, None], at[:, 4]),
-        (view.half_length[which] + early, view.half_width[which]),
-    )
+    speed = np.maximum(np.hypot(at[:, 2], at[:, 3]), 1e-6)
+    braking = np.minimum(t[:, None], speed / BRAKING_MPS2)
+    steadily, stopping = t[:, None] + 0.0 * speed, braking - BRAKING_MPS2 * braking**2 / (2 * speed)
+    own = (x[..., None], y[..., None], (along + heading)[..., None]), (view.ego.length_m / 2, view.ego.width_m / 2)
+
+    def gaps(driven_s: Array, longer_m: Array | float) -> Array:
+        """To where they are after so many seconds at their present speed."""
+        place = at[:, 0] + at[:, 2] * driven_s, at[:, 1] + at[:, 3] * driven_s, at[:, 4]
+        return separation(*own, place, (view.half_length[which] + longer_m, view.half_width[which]))
+
+    early = speed * (SURE_RUNNING_S if case.running else SURE_S)
+    return np.minimum(gaps(steadily, early), gaps(stopping, 0.0))
 
 
 def predictions(

@@ -17,9 +17,9 @@ BESIDE_M = 8.0
 REAR_MARGIN_M, CLOSED_MARGIN_M = 5.0, 2.0
 """Left free beyond what is driven in reverse: where somebody may come out of what is not seen, and where a standing
 vehicle fills the lane, so that only it can come; it would have to set off, and the ego stops within half a metre."""
-END_OF_SIGHT_M = 1.5
-FILLS = 0.2
-"""So much of a lane's width on either side of its centre is taken by what fills it."""
+END_OF_SIGHT_M, BESIDE_IT_M, PEOPLE_M, GENTLE_MPS = 1.1, 0.8, 3.0, 1.2
+"""It ends the sight, leaves less than so much of the lane free on either side, has nobody on foot or a bicycle so near,
+and the ego backs up no quicker."""
 LANE_TOLERANCE_M = 0.1
 
 
@@ -166,10 +166,12 @@ def _closed(case: Case, lane: Lane, seen_m: float) -> bool:
     view = case.view
     standing = (view.moving == 0.0) & (view.s > view.ego_s)
     nearer = view.s - view.along - view.ego_s
+    if float(case.path.speed.max()) > GENTLE_MPS:
+        return False
     for i in np.flatnonzero(standing & (np.abs(nearer - seen_m) < END_OF_SIGHT_M)):
-        right, middle, left = lane.at(float(view.s[i]))
-        half = FILLS * (left - right)
-        fills = view.d[i] - view.across[i] < middle - half and view.d[i] + view.across[i] > middle + half
-        if fills and view.objects[int(i)].kind in MOTOR_VEHICLES:
+        right, _, left = lane.at(float(view.s[i]))
+        beside = max(view.d[i] - view.across[i] - right, left - view.d[i] - view.across[i])
+        people = (view.vulnerable > 0) & (np.hypot(view.s - view.s[i], view.d - view.d[i]) < PEOPLE_M + view.along[i])
+        if beside < BESIDE_IT_M and not people.any() and view.objects[int(i)].kind in MOTOR_VEHICLES:
             return True
     return False

@@ -14,6 +14,8 @@ from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
 from stucksolver.scene.surroundings import Surroundings
 
 ACROSS_SIN = math.sin(math.radians(20.0))
+HEADS_MPS = 1.0
+"""Above this speed the way that something goes tells more than the way that it points."""
 MOVING_MPS = 0.1
 """Above this speed an object counts as moving."""
 
@@ -99,9 +101,9 @@ class View:
         return tuple(self.frame.lane_at(float(s), float(d)) for s, d in zip(self.s, self.d, strict=True))
 
     @cached_property
-    def elsewhere(self) -> Array:
-        """1.0 for vehicles under way on no lane of the route's road, or across them: on roads that join or cross it."""
-        on_lane = np.zeros(len(self.objects), dtype=bool)
+    def on_lane(self) -> Array:
+        """1.0 for what has its centre on a lane of the route's road, else 0.0."""
+        found = np.zeros(len(self.objects))
         for lane in self.frame.lanes:
             # Before and beyond what is known of the road, its lanes are taken to go on.
             start = -np.inf if lane.start_m <= self.frame.s[0] else lane.start_m
@@ -109,10 +111,16 @@ class View:
             beside = (self.s >= start) & (self.s <= end)
             if beside.any():
                 right, left = np.interp(self.s, lane.s, lane.right), np.interp(self.s, lane.s, lane.left)
-                on_lane |= beside & (self.d >= right) & (self.d <= left)
-        across = np.abs(np.sin(self.yaw)) > ACROSS_SIN
+                found[beside & (self.d >= right) & (self.d <= left)] = 1.0
+        return found
+
+    @cached_property
+    def elsewhere(self) -> Array:
+        """1.0 for vehicles under way on no lane of the route's road, or across them: on roads that join or cross it."""
+        speed = np.hypot(self.vs, self.vd)
+        heads = np.where(speed > HEADS_MPS, np.abs(self.vd) / np.maximum(speed, HEADS_MPS), np.abs(np.sin(self.yaw)))
         vehicles = np.array([o.kind not in ON_FOOT for o in self.objects], dtype=bool)
-        return np.where(vehicles & (~on_lane | across), self.moving, 0.0)
+        return np.where(vehicles & ((self.on_lane == 0) | (heads > ACROSS_SIN)), self.moving, 0.0)
 
     def sight_ahead_m(self, lane: Lane) -> float:
         """How far a lane is seen ahead of the ego; 0 where the surroundings do not say."""

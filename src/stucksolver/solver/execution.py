@@ -106,7 +106,7 @@ class Execution:
         return self._directive
 
     def _move(self, proven: Proven, view: View, now_s: float) -> Step | Outcome:
-        self.last_verdict = verdict = self._guard.recheck(proven, view)
+        self.last_verdict = verdict = self._guard.recheck(proven, view, self._gives_way)
         if verdict.abort is Abort.GIVE_WAY:
             if now_s > self._until_s:
                 # The stack knows how to get through a junction, too; it is not left standing there by a plan.

@@ -27,5 +27,5 @@ class Unguarded(Guard):
     def allows_standing(self, behavior: Behavior, view: View, approvals: Approvals = NOBODY) -> Verdict:
         return OK
 
-    def recheck(self, proven: Proven, view: View) -> Verdict:
+    def recheck(self, proven: Proven, view: View, giving_way: bool = False) -> Verdict:
         return OK
