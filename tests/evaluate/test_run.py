@@ -167,7 +167,7 @@ def test_oncoming_cars_are_let_by_before_their_lane_is_borrowed(apart: Run) -> N
     assert (log.result.status, log.result.infractions, log.result.plans_accepted) == ("completed", {}, 1)
     assert sum(a.role == "traffic" for a in log.actors) == 2
     waits = [d.decision["analysis"]["wait"] for d in log.decisions]
-    assert waits[0] == "yield" and log.decisions[-1].verdict == "accepted"
+    assert "yield" in waits and log.decisions[-1].verdict == "accepted"
 
 
 # ---- a red light
