@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import Camera
 from straight import add
 
 from carlette.camera.lamps import Lit
@@ -20,6 +19,7 @@ from carlette.opendrive.signals import LIGHT_TYPE, read_signals
 from carlette.world.actor import Kind
 from carlette.world.lights import Color
 from carlette.world.world import World
+from conftest import Camera
 
 SEEN_AS = {Color.RED: 0, Color.GREEN: 1}
 """The strongest channel (red, green, blue) of a lit lamp."""

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Camera  # noqa: F401  (skips where the renderer is missing)
 from serving import running_server
+
+from conftest import Camera  # noqa: F401  (skips where the renderer is missing)
 
 carla = pytest.importorskip("carla")
 pytestmark = pytest.mark.integration

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import Camera
 from straight import add, on_lane
 
 from carlette.blueprints import AttributeType
@@ -18,6 +17,7 @@ from carlette.world.lights import Color
 from carlette.world.settings import CLEAR_NOON
 from carlette.world.spawn import spawn
 from carlette.world.world import World
+from conftest import Camera
 
 CAR = "vehicle.lincoln.mkz_2020"
 

@@ -8,7 +8,6 @@ import numpy as np
 import psutil
 import pytest
 import shapely
-from conftest import Camera
 from straight import add
 
 from carlette.camera.lines import read_roads
@@ -22,6 +21,7 @@ from carlette.geometry import Pose, Rotation, Vector
 from carlette.opendrive.document import check_opendrive
 from carlette.world.settings import CLEAR_NOON
 from carlette.world.world import World
+from conftest import Camera
 
 FRAMES, WARM, GROWTH_MB = 1000, 200, 5.0
 
