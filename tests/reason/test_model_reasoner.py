@@ -324,6 +324,7 @@ def test_money_is_counted_by_the_price(server):
     asking = reasoner(server, purse=Purse(Price(1e6, 0.0, 0.0)))
     asking.decide(scene())
     assert asking.purse.spent["trip"].usd == pytest.approx(asking.last_trace.input_tokens)
+    assert asking.last_trace.usd == asking.purse.spent["trip"].usd
 
 
 def test_a_budget_in_money_needs_a_price():

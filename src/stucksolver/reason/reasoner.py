@@ -40,6 +40,8 @@ class Trace(Model):
     model: str | None = None
     input_tokens: int | None = None
     output_tokens: int | None = None
+    usd: float | None = None
+    """What the answers cost, where the model's price is known."""
     seconds: float | None = None
 
 

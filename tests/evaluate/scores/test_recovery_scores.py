@@ -88,7 +88,7 @@ def test_min_speed_entries_and_being_blocked_are_no_harm() -> None:
 
 
 def test_questions_are_counted_with_their_cost() -> None:
-    queries = (Query(asked_s=10, answered_s=12.8, took_s=2.5, tokens=900), Query(asked_s=20))
+    queries = (Query(asked_s=10, answered_s=12.8, took_s=2.5, tokens=900, usd=0.004), Query(asked_s=20))
     queries += (
         Query(asked_s=30, answered_s=30, verdict="refused: collision"),
         Query(asked_s=40, verdict="failed: late"),
@@ -97,6 +97,7 @@ def test_questions_are_counted_with_their_cost() -> None:
     assert (found.queries, found.tokens, found.latencies_s) == (4, 900, [2.5])
     assert (found.dropped, found.failed, found.refused) == (1, 1, 1)
     assert found.lost_s == pytest.approx(2.8)
+    assert found.usd == pytest.approx(0.004)
     assert found.queries_per_km == pytest.approx(4 / 0.2)
 
 

@@ -51,6 +51,11 @@ class TimedReasoner:
         trace = self.last_trace
         return 0 if trace is None else (trace.input_tokens or 0) + (trace.output_tokens or 0)
 
+    @property
+    def usd(self) -> float | None:
+        """What the last answer cost; None where that is not known, or nothing was paid for."""
+        return None if self.last_trace is None else self.last_trace.usd
+
     def cancel(self) -> None:
         if isinstance(self._inner, Cancellable):
             self._inner.cancel()
@@ -131,7 +136,7 @@ class SolverArm:
         if self.log.queries:
             answer = {"answered_s": self._now.time_s, "verdict": verdict}
             asked = self._reasoners.get(event.reasoner or "", next(iter(self._reasoners.values())))
-            cost = {"took_s": asked.took_s, "tokens": asked.tokens}
+            cost = {"took_s": asked.took_s, "tokens": asked.tokens, "usd": asked.usd}
             self.log.queries[-1] = self.log.queries[-1].model_copy(update=answer | cost)
         self._decided = event
 

@@ -60,6 +60,7 @@ class Query(Model):
     took_s: float | None = None
     """Wall time."""
     tokens: int = 0
+    usd: float | None = None
     verdict: str = ""
 
 

@@ -111,6 +111,8 @@ RECOVERY_HEAD = (
     "Refused",
     "Queries/km",
     "Tokens",
+    "Tokens/query",
+    "USD/query",
     "Latency s",
     "Lost s",
 )
@@ -140,6 +142,8 @@ def recovery_row(summary: Summary) -> Row:
         str(f.refused),
         number(f.queries_per_km),
         str(f.tokens),
+        number(f.tokens / f.queries if f.queries else None, 0),
+        number(f.usd / f.queries if f.queries and f.usd else None, 5),
         number(latency, 3),
         number(f.lost_s, 1),
     )

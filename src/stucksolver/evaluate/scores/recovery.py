@@ -56,6 +56,8 @@ class RecoveryFigures:
     refused: int = 0
     """Answers with a plan against which the guard, or a rule of the ladder, decided."""
     tokens: int = 0
+    usd: float = 0.0
+    """Of the answers whose model's price is known."""
     latencies_s: list[float] = field(default_factory=list)
     """Wall time of answers."""
     lost_s: float = 0.0
@@ -143,6 +145,7 @@ def _add_queries(f: RecoveryFigures, o: Outcome) -> None:
     f.failed += sum(q.verdict.startswith(FAILED) for q in o.queries)
     f.refused += sum(q.verdict.startswith(REFUSED) for q in o.queries)
     f.tokens += sum(q.tokens for q in o.queries)
+    f.usd += sum(q.usd or 0.0 for q in o.queries)
     f.latencies_s += [q.took_s for q in o.queries if q.took_s is not None]
     f.lost_s += sum(q.answered_s - q.asked_s for q in o.queries if q.answered_s is not None)
 

@@ -93,6 +93,7 @@ class LanguageModelReasoner:
                 model=talk.model or self.model.name,
                 input_tokens=talk.usage.input_tokens if talk.usage else None,
                 output_tokens=talk.usage.output_tokens if talk.usage else None,
+                usd=self.purse.price.of(talk.usage) if talk.usage and self.purse.price else None,
                 seconds=round(time.monotonic() - began, 4),
             )
 
