@@ -33,7 +33,7 @@ from stucksolver.evaluate.scores.columns import (
 from stucksolver.evaluate.scores.recovery import RecoveryFigures
 from stucksolver.evaluate.scores.summary import RouteRow, Summary
 
-COLUMNS_AT_MOST = 10
+COLUMNS_AT_MOST = 9
 Links = dict[tuple[str, int], str]
 STYLE = """
 body{font:15px/1.45 system-ui,sans-serif;margin:2rem auto;max-width:76rem;padding:0 1rem;color:#1d2430;background:#fff}
@@ -120,8 +120,8 @@ def _table(head: Row, rows: list[Row], others: list[Row]) -> str:
 
 def _folded(head: Row, row: Row) -> list[str]:
     """One row under the other: too many columns for a page's width."""
-    parts = (head[1:COLUMNS_AT_MOST], row[1:COLUMNS_AT_MOST]), (head[COLUMNS_AT_MOST:], row[COLUMNS_AT_MOST:])
-    return [_table(names, [cells], []) for names, cells in parts]
+    starts = range(1, len(head), COLUMNS_AT_MOST)
+    return [_table(head[k : k + COLUMNS_AT_MOST], [row[k : k + COLUMNS_AT_MOST]], []) for k in starts]
 
 
 def _route_table(rows: tuple[RouteRow, ...], links: Links, records: Links) -> str:
