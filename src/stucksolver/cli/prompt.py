@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from stucksolver.cli.errors import UsageError
-from stucksolver.reason.llm.prompt import PROMPT_VERSION, messages, prompt_digest
+from stucksolver.reason.llm.prompt import messages, prompt_name
 from stucksolver.reason.llm.schema import decide_tool
 from stucksolver.scene import Scene
 
@@ -31,7 +31,7 @@ def run_prompt(options: argparse.Namespace) -> int:
         told = [{"role": turn.role, "text": turn.text} for turn in turns]
         print(json.dumps({"messages": told, "tool": {"name": tool.name, "parameters": tool.parameters}}, indent=1))
         return 0
-    print(f"prompt version {PROMPT_VERSION} ({prompt_digest()})")
+    print(f"prompt version {prompt_name()}")
     for turn in turns:
         print(f"\n--- {turn.role}\n{turn.text}")
     if scene.image is not None:

@@ -92,9 +92,10 @@ def _about(summary: Summary) -> str:
     m = summary.manifest
     seeds = ", ".join(map(str, m.seeds))
     guided = f", guidance {m.guidance}" if m.guidance else ""
+    asked = f", prompt {m.prompt}" if m.prompt else ""
     return (
         f"Suite {m.suite} (digest {m.suite_digest[:12]}), {m.routes} routes, seeds {seeds}; driver {m.driver}, "
-        f"recovery {m.recovery}{guided}, clock {m.clock}, perception {m.perception}, "
+        f"recovery {m.recovery}{guided}{asked}, clock {m.clock}, perception {m.perception}, "
         f"simulator {m.simulator}. {m.command}"
     )
 

@@ -24,6 +24,8 @@ class Manifest(Model):
     driver: str
     recovery: str
     reasoner: str = ""
+    prompt: str = ""
+    """Version and digest of the prompt, where a model is asked."""
     clock: str
     perception: str
     detector: dict[str, float] = Field(default_factory=dict)

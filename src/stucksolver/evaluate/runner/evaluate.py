@@ -20,6 +20,8 @@ from stucksolver.evaluate.runner.suite import load_routes, route_ids
 from stucksolver.evaluate.runner.work import Task
 from stucksolver.evaluate.scenarios.registry import scenario_type
 from stucksolver.ladder import find_ladder
+from stucksolver.reason.llm.prompt import prompt_name
+from stucksolver.reason.make import sees
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ def evaluate(spec: EvaluationSpec) -> Store:
         find_ladder(spec.arm.ladder)
     script = Script(routes={}) if spec.guidance is None else read_script(spec.guidance, route_ids(spec.suite))
     store = Store(spec.out)
-    store.begin(_manifest(spec, routes), routes, spec.resume)
+    store.begin(manifest_of(spec, routes), routes, spec.resume)
     require_writable(spec.out)
     tasks = [
         Task(_job(spec, store, route, seed, script), spec.out)
@@ -105,7 +107,8 @@ def _job(spec: EvaluationSpec, store: Store, route: Route, seed: int, script: Sc
     )
 
 
-def _manifest(spec: EvaluationSpec, routes: tuple[Route, ...]) -> Manifest:
+def manifest_of(spec: EvaluationSpec, routes: tuple[Route, ...]) -> Manifest:
+    """What is asked for, as it is kept with the results."""
     arm = spec.arm
     return Manifest(
         suite=spec.suite,
@@ -115,6 +118,7 @@ def _manifest(spec: EvaluationSpec, routes: tuple[Route, ...]) -> Manifest:
         driver=arm.driver,
         recovery=arm.recovery,
         reasoner=arm.reasoner,
+        prompt=prompt_name() if sees(arm.recovery) or sees(arm.reasoner) else "",
         clock=arm.clock,
         perception=arm.perception,
         detector=dict(arm.detector),

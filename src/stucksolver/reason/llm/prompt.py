@@ -60,6 +60,11 @@ def prose_appendix(tool: Tool) -> str:
     return PROSE + json.dumps(tool.parameters, separators=(",", ":"))
 
 
+def prompt_name() -> str:
+    """Version and digest, as results tell them."""
+    return f"{PROMPT_VERSION} ({prompt_digest()})"
+
+
 def prompt_digest() -> str:
     """Of the fixed words; changes with every change of them."""
     return hashlib.sha256((ROLE + PROSE + json.dumps(QUESTIONS)).encode()).hexdigest()[:12]
