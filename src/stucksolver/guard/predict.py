@@ -127,7 +127,7 @@ def _gaps_straight_on(case: Case, stations: Array, offset: Array, heading: Array
     at = np.array([(o.x_m, o.y_m, o.vx_mps, o.vy_mps, o.yaw_rad) for o in things])
     speed = np.maximum(np.hypot(at[:, 2], at[:, 3]), 1e-6)
     braking = np.minimum(t[:, None], speed / BRAKING_MPS2)
-    steadily, stopping = t[:, None] + 0.0 * speed, braking - BRAKING_MPS2 * braking**2 / (2 * speed)
+    stopping = braking - BRAKING_MPS2 * braking**2 / (2 * speed)
     own = (x[..., None], y[..., None], (along + heading)[..., None]), (view.ego.length_m / 2, view.ego.width_m / 2)
 
     def gaps(driven_s: Array, longer_m: Array | float) -> Array:
@@ -136,20 +136,17 @@ def _gaps_straight_on(case: Case, stations: Array, offset: Array, heading: Array
         return separation(*own, place, (view.half_length[which] + longer_m, view.half_width[which]))
 
     early = speed * (SURE_RUNNING_S if case.running else SURE_S)
-    return np.minimum(gaps(steadily, early), gaps(stopping, 0.0))
+    return np.minimum(gaps(t[:, None], early), gaps(stopping, 0.0))
 
 
-def predictions(
-    view: View, which: Array, t: Array, members: Array | None = None
-) -> Iterator[tuple[Array, Array, Array]]:
-    """Hypotheses: steadily along the lane, braking, and straight on where one crosses.
+def predictions(view: View, which: Array, t: Array, everyone: Array) -> Iterator[tuple[Array, Array, Array]]:
+    """Hypotheses for `everyone` (places in `which`): steadily along the lane, braking, straight on where one crosses.
 
     Each as (members, s, d): places in `which`, and their arc lengths (times, members) and offsets (as that, or one for
     all times). Who does not move along the road needs no hypothesis of braking, nor does who is just overtaking us: it
     would fall behind, which is seen before the ego is committed, and ends the plan.
     """
     vs, vd = view.vs[which], view.vd[which]
-    everyone = np.arange(len(which)) if members is None else members
     still, steady = view.d[which][None, :], view.s[which] + vs * t[:, None]
     yield everyone, steady[:, everyone], still[:, everyone]
     overtaking = (
