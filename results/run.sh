@@ -22,12 +22,12 @@ four_arms() {
     arm alone --recovery none "$@"
     arm timers --recovery timers "$@"
     arm rules --recovery rules "$@"
-    arm guided --recovery rules --guidance shipped "$@"
+    arm guided --recovery rules --guidance shipped --reuse "$out/rules" "$@"
 }
 
 late_arms() {
     arm rules-late --recovery rules --clock latency:2.8 "$@"
-    arm guided-late --recovery rules --guidance shipped --clock latency:2.8 "$@"
+    arm guided-late --recovery rules --guidance shipped --clock latency:2.8 --reuse "$out/rules-late" "$@"
 }
 
 wrong() {

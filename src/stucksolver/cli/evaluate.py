@@ -35,6 +35,12 @@ def add_evaluate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--seeds", metavar="N,N", help="several of them, in place of --seed")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for results")
     parser.add_argument("--resume", action="store_true", help="go on with what is in DIR")
+    parser.add_argument(
+        "--reuse",
+        type=Path,
+        metavar="DIR",
+        help="take routes without guidance from DIR, the same arm without --guidance",
+    )
     parser.add_argument("--replays", choices=("none", "failed", "all"), default="failed", help="default: %(default)s")
     parser.add_argument("--record", action="store_true", help="keep a hash-chained record of each intervention")
     parser.add_argument("--unguarded", action="store_true", help="experiment: drive what is proposed, unproven")
@@ -89,6 +95,7 @@ def run_evaluate(options: argparse.Namespace) -> int:
             replays=options.replays,
             record=_record(options),
             resume=options.resume,
+            reuse=options.reuse,
             host=options.host,
             port=options.port,
             cluster=options.cluster,

@@ -86,6 +86,26 @@ def test_the_same_seed_gives_the_same_results_and_resume_repeats_nothing(
     assert records(tmp_path / "a") == records(tmp_path / "b")
 
 
+def test_routes_without_guidance_are_taken_from_the_same_arm_without_it(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    file, script = suite(tmp_path, 2), tmp_path / "script.json"
+    line = {"when": {"time_s": 1.0}, "say": ["go on"], "kind": "helpful"}
+    script.write_text(json.dumps({"version": 1, "routes": {"2": [line]}}))
+    assert evaluate(file, tmp_path / "silent") == 0
+    capfd.readouterr()
+    guided = ("--guidance", str(script), "--reuse", str(tmp_path / "silent"))
+    assert evaluate(file, tmp_path / "guided", *guided) == 0
+    told = capfd.readouterr().err
+    assert "[2/2]" in told and "[1/2]" not in told, told
+    assert len(records(tmp_path / "guided")) == 2
+    assert len(list((tmp_path / "guided").glob("seed-1/metrics/*/metric_info.json"))) == 2
+
+    assert evaluate(file, tmp_path / "other", *guided, "--recovery", "timers") == 2
+    assert "its recovery is 'none', not 'timers'" in capfd.readouterr().err
+    assert not (tmp_path / "other").exists()
+
+
 def test_one_crashed_route_is_told_and_the_rest_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(work, "_work", route_crashers.crash_on_one)
     assert evaluate(suite(tmp_path, 2), tmp_path / "out") == 1

@@ -12,12 +12,13 @@ seed-1/outcomes/NAME.json            written last: a route that has it is done
 from __future__ import annotations
 
 import gzip
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from stucksolver.evaluate.files import write_bytes, write_text
+from stucksolver.evaluate.files import cannot_write, write_bytes, write_text
 from stucksolver.evaluate.results.manifest import Manifest
 from stucksolver.evaluate.results.outcome import Outcome
 from stucksolver.evaluate.results.record import CheckpointFile, RouteRecord, checkpoint_text, save_name
@@ -29,6 +30,14 @@ if TYPE_CHECKING:
 MANIFEST, ROUTES = "evaluation.json", "routes.xml"
 DONE = ("driven", "unsupported")
 """A route that crashed, or could not be driven as its file says, is tried again on resume."""
+
+_FILES = {
+    "metrics": "{}",
+    "replays": "{}.json.gz",
+    "interventions": "{}",
+    "records": "{}.json",
+    "outcomes": "{}.json",
+}
 
 
 class StoreError(RuntimeError):
@@ -96,6 +105,18 @@ class Store:
 
     def write_outcome(self, route: Route, outcome: Outcome) -> None:
         write_text(self._seed(outcome.seed) / "outcomes" / f"{_name(route)}.json", outcome.model_dump_json() + "\n")
+
+    def take(self, other: Store, route: Route, seed: int) -> None:
+        """Copy all files of a route that is done there; the outcome last."""
+        for part, name in _FILES.items():
+            theirs, ours = (store._seed(seed) / part / name.format(_name(route)) for store in (other, self))
+            try:
+                if theirs.is_dir():
+                    shutil.copytree(theirs, ours, dirs_exist_ok=True)
+                elif theirs.exists():
+                    write_bytes(ours, theirs.read_bytes())
+            except OSError as error:
+                raise cannot_write(ours, error) from error
 
     def outcome(self, route: Route, seed: int) -> Outcome | None:
         path = self._seed(seed) / "outcomes" / f"{_name(route)}.json"

@@ -11,7 +11,7 @@ from stucksolver.evaluate.arms.make import check_arm
 from stucksolver.evaluate.files import require_writable
 from stucksolver.evaluate.guidance import Script, read_script
 from stucksolver.evaluate.results.manifest import Manifest, file_digest, suite_digest
-from stucksolver.evaluate.results.store import Store
+from stucksolver.evaluate.results.store import Store, StoreError
 from stucksolver.evaluate.routes import Route
 from stucksolver.evaluate.runner.board import Board
 from stucksolver.evaluate.runner.job import ArmSpec, Replays, RouteJob
@@ -39,6 +39,8 @@ class EvaluationSpec:
     replays: Replays = "failed"
     record: bool = False
     resume: bool = False
+    reuse: Path | None = None
+    """An evaluation that differs in guidance alone: routes on which nobody says anything are taken from there."""
     host: str | None = None
     port: int = 2000
     cluster: str | None = None
@@ -58,9 +60,12 @@ def evaluate(spec: EvaluationSpec) -> Store:
     if spec.arm.ladder is not None:
         find_ladder(spec.arm.ladder)
     script = Script(routes={}) if spec.guidance is None else read_script(spec.guidance, route_ids(spec.suite))
-    store = Store(spec.out)
-    store.begin(manifest_of(spec, routes), routes, spec.resume)
+    store, manifest = Store(spec.out), manifest_of(spec, routes)
+    alike = None if spec.reuse is None else _alike(spec.reuse, manifest)
+    store.begin(manifest, routes, spec.resume)
     require_writable(spec.out)
+    if alike is not None:
+        _take(store, alike, routes, script)
     tasks = [
         Task(_job(spec, store, route, seed, script), spec.out)
         for seed in spec.seeds
@@ -70,6 +75,23 @@ def evaluate(spec: EvaluationSpec) -> Store:
     total = len(routes) * len(spec.seeds)
     _watch(store, _run(spec, tasks), Board(total, total - len(tasks), sys.stderr))
     return store
+
+
+def _alike(folder: Path, manifest: Manifest) -> Store:
+    """The evaluation to take routes from. Raises `StoreError` where it is another arm, or has guidance itself."""
+    store = Store(folder)
+    differs = manifest.model_copy(update={"guidance_digest": ""}).differs_from(store.manifest())
+    if differs:
+        raise StoreError(f"nothing of {folder} can be used here: {differs}; leave --reuse out")
+    return store
+
+
+def _take(store: Store, alike: Store, routes: tuple[Route, ...], script: Script) -> None:
+    """A run is the same whenever it is repeated, so where the passenger is silent it need not be."""
+    for route in routes:
+        for seed in store.seeds():
+            if not script.lines(route.id) and not store.is_done(route, seed) and alike.is_done(route, seed):
+                store.take(alike, route, seed)
 
 
 def _run(spec: EvaluationSpec, tasks: list[Task]) -> Iterator[News]:
