@@ -39,7 +39,7 @@ def add_evaluate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--reuse",
         type=Path,
         metavar="DIR",
-        help="take routes without guidance from DIR, the same arm without --guidance",
+        help="take the routes without guidance from DIR, the same arm unguided",
     )
     parser.add_argument("--replays", choices=("none", "failed", "all"), default="failed", help="default: %(default)s")
     parser.add_argument("--record", action="store_true", help="keep a hash-chained record of each intervention")
