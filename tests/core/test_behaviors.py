@@ -84,6 +84,13 @@ def fresh(name):
     return behavior, World(world.road, list(world.objects), y=world.y, dt=0.1)
 
 
+@pytest.mark.parametrize("behavior", [KeepLane(distance_m=1.0, speed_mps=1.5), Creep(distance_m=1.5)], ids=str)
+def test_a_short_way_is_driven_and_not_over_at_once(behavior):
+    world = World(TWO_WAY, dt=0.1)
+    outcome, _ = run([behavior], world)
+    assert outcome.finished and 0.5 * behavior.distance_m < world.x - 50.0 < behavior.distance_m + 0.2
+
+
 def test_every_behaviour_of_the_closed_list_is_driven_here():
     assert list(CASES) == list(REGISTRY)
 

@@ -52,6 +52,17 @@ def test_a_flow_whose_gaps_are_shorter_than_we_need_is_not_entered():
     assert codes(World(JUNCTION, flow))
 
 
+@pytest.mark.parametrize(
+    ("ours", "theirs", "found"), [(0.0, 1.5, set()), (3.0, 1.5, {RejectCode.GAP}), (0.0, 3.0, {RejectCode.GAP})]
+)
+def test_beside_who_crawls_a_creeping_ego_needs_the_gap_to_what_stands(ours, theirs, found):
+    # They slant past our front corner, 0.4 m away where our short way ends.
+    yaw = -math.radians(25.0)
+    speed = {"speed": theirs * math.cos(yaw), "sideways": theirs * math.sin(yaw), "yaw": yaw}
+    beside = thing("beside", 54.0, 3.05, **speed)
+    assert codes(World(JUNCTION, [beside], x=52.0, speed=ours), KeepLane(distance_m=0.8, speed_mps=5.0)) == found
+
+
 def test_one_beside_a_bend_goes_straight_on_and_not_round_with_our_lane():
     # In road coordinates it seems to cross the arc's lane; in the plane it leaves us alone.
     away = thing("away", -20.0, 15.0, speed=-8.0, yaw=math.pi)

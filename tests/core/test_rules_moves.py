@@ -191,10 +191,16 @@ def crawling(y=2.6, yaw=-0.2, speed=1.5, **ego):
 
 
 def test_into_a_crawling_stream_that_leaves_no_gap_it_noses_in():
-    decision = crawling()
+    decision = crawling(y=3.0)
     (nose,) = behaviors_of(decision)
     assert decision.analysis.cause is CauseCode.BLOCKED_ROAD
-    assert (nose.name, nose.distance_m, nose.speed_mps) == ("keep_lane", 3.0, 1.5)
+    assert (nose.name, nose.distance_m, nose.speed_mps) == ("keep_lane", 1.3, 1.5)
+
+
+def test_how_far_it_noses_in_depends_on_the_room_beside_the_stream():
+    way = [behaviors_of(crawling(y=y))[0].distance_m for y in (2.9, 3.0, 3.1, 4.5)]
+    assert way == sorted(way) and way[0] < way[1] < way[2] and way[3] == 3.0
+    assert crawling(y=2.7).plan is None
 
 
 @pytest.mark.parametrize("how", [{"stopped_s": 15.0}, {"speed": 6.0}, {"yaw": 0.0}], ids=str)

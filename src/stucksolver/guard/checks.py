@@ -49,15 +49,20 @@ def collision(case: Case) -> list[Reject]:
 
 
 def _margins(case: Case, which: Array, speed: Array) -> Array:
-    """(instants, objects): the gaps to keep at a speed of ours."""
+    """(instants, objects): the gaps to keep at speeds of ours."""
     view, policy = case.view, case.policy
     drift = np.abs(view.vd[which])
-    drift = np.where(drift > CROSSING_MPS, 0.0, drift)  # quicker ones are predicted to go on
-    margin = np.where(view.moving[which] > 0, rss_lateral(drift, policy), policy.standing_gap_m)
+    # Quicker ones, and those of other roads, are predicted to go on aside.
+    drift = np.where((drift > CROSSING_MPS) | (view.elsewhere[which] > 0), 0.0, drift)
+    # Between two that creep walking pace is all there is: the gap to what stands, which we pass more quickly, will do.
+    crawls = np.hypot(view.vs[which], view.vd[which]) <= policy.creep_speed_mps
+    creeping = (speed[:, None] <= policy.creep_speed_mps + 1e-6) & crawls
+    mu = np.where(creeping, policy.standing_gap_m, policy.moving_gap_m)
+    margin = np.where(view.moving[which] > 0, rss_lateral(drift, mu, policy), policy.standing_gap_m)
     margin = np.where(view.vulnerable[which] > 0, np.maximum(margin, policy.vulnerable_gap_m), margin)
     stepping = view.on_foot[which]
     if not stepping.any():
-        return margin[None, :]
+        return margin
     step = step_off(speed, view.ego.limits.max_braking_mps2, policy)
     result: Array = np.maximum(margin, step[:, None] * stepping)
     return result

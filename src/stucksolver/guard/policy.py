@@ -111,14 +111,12 @@ def rss_distance(rear_mps: float, front_mps: float, policy: GuardPolicy) -> floa
     return max(rear - front_mps**2 / (2 * policy.max_braking_mps2), 0.0)
 
 
-def rss_lateral(drift_mps: Array, policy: GuardPolicy) -> Array:
+def rss_lateral(drift_mps: Array, mu_m: Array | float, policy: GuardPolicy) -> Array:
     """Lateral gap to keep from what drifts aside at a speed, metres.
 
     Lemma 4 of the same paper with a steady ego, whose own path is known: mu + v rho + v^2 / (2 b_lat).
     """
-    result: Array = (
-        policy.moving_gap_m + drift_mps * policy.reaction_s + drift_mps**2 / (2 * policy.lateral_braking_mps2)
-    )
+    result: Array = mu_m + drift_mps * policy.reaction_s + drift_mps**2 / (2 * policy.lateral_braking_mps2)
     return result
 
 

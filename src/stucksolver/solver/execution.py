@@ -24,6 +24,8 @@ from stucksolver.scene.view import View
 
 ARRIVED_M = 1.5
 """A behaviour counts as driven this far before its end, a whole path as far as `landing_m` says."""
+SHORT_M = 5.0
+"""A path up to this long is crept along for its own sake: it counts as driven when a quarter is left."""
 STOPPED_MPS = 0.15
 BACK_IN_LANE_M = 0.4
 ALONE = frozenset({Check.CREEP_SPEED, Check.WITHIN_LANE, Check.ROADSIDE, Check.STOPPING_PLACE})
@@ -202,10 +204,10 @@ def _facing(view: View, proven: Proven) -> View:
 
 
 def _arrived(proven: Proven, seen: View) -> bool:
-    left = proven.path.end_s - seen.ego_s
+    left, way = proven.path.end_s - seen.ego_s, proven.path.end_s - float(proven.path.s[0])
     if proven.path.stops:
-        return left < ARRIVED_M and abs(seen.ego.speed_mps) < STOPPED_MPS
-    return left <= landing_m(seen.ego.speed_mps)
+        return left < min(ARRIVED_M, way / 2) and abs(seen.ego.speed_mps) < STOPPED_MPS
+    return left <= (landing_m(seen.ego.speed_mps) if way > SHORT_M else way / 4)
 
 
 def _segments(behaviors: tuple[Behavior, ...]) -> list[list[Behavior]]:

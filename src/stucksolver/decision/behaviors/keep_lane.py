@@ -18,7 +18,7 @@ class KeepLane(Behavior):
     checks: ClassVar[tuple[Check, ...]] = MOVING_CHECKS
 
     name: Literal["keep_lane"] = "keep_lane"
-    distance_m: float = Field(ge=2.0, le=150.0)
+    distance_m: float = Field(ge=0.5, le=150.0)
     speed_mps: float = Field(gt=0.5, le=11.0)
 
     def manoeuvre(self, view: View, start: Start) -> Manoeuvre:

@@ -8,7 +8,7 @@ from stucksolver.decision import RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import BackUp, KeepLane, Wait
 from stucksolver.reason.rules.analyse import red_light_within
 from stucksolver.reason.rules.attempts import has_failed
-from stucksolver.reason.rules.observe import crosses, no_gap_to_join
+from stucksolver.reason.rules.observe import crosses, joins, no_gap_to_join
 from stucksolver.reason.rules.past import Way
 from stucksolver.reason.rules.room import may_back_up
 from stucksolver.scene import MOTOR_VEHICLES, Scene, SceneObject
@@ -18,7 +18,8 @@ FIRST_TURN_S = 8.0
 SHORT_OF_M, LEAST_M, MOST_M, STEP_M = 0.4, 2.0, 5.0, 0.5
 """Left free before them; the shortest and longest way up to there, in whole steps of a path."""
 CREEP_MPS, LIGHT_AHEAD_M = 1.5, 20.0
-NOSE_M = 3.0
+NOSE_M, LEAST_NOSE_M, NOSE_CLEAR_M = 3.0, 0.6, 0.32
+"""How far to nose in at most and at least, and what is left free beside those who crawl by."""
 FACES_COS = -0.7
 BACK_M, LEAST_BACK_M, REAR_MARGIN_M, GIVES_WAY_S = 8.0, 3.0, 5.5, 10.0
 
@@ -44,7 +45,7 @@ def towards_who_crosses(scene: Scene, lead: SceneObject) -> Way | None:
 
 
 def into_who_joins(scene: Scene, lead: SceneObject) -> Way | None:
-    """Nose into a crawling stream that leaves no gap. None where there is no such stream."""
+    """Nose up to a crawling stream that leaves no gap. None where there is no such stream, or no room to show it."""
     joining = no_gap_to_join(scene, lead)
     if joining is None or "keep_lane" not in {b.name for b in scene.behaviors}:
         return None
@@ -52,8 +53,20 @@ def into_who_joins(scene: Scene, lead: SceneObject) -> Way | None:
     if light is not None:
         return None, (WaitReason.LIGHT, light)
     who = f"{joining.kind.value} {joining.id}"
-    nose = KeepLane(distance_m=NOSE_M, speed_mps=CREEP_MPS)
+    way = min(_free_before(scene, o) for o in scene.objects if joins(scene, o))
+    if way < LEAST_NOSE_M:
+        return None
+    nose = KeepLane(distance_m=min(way, NOSE_M), speed_mps=CREEP_MPS)
     return RecoveryPlan(behaviors=(nose,)), (None, f"{who} and others crawl by without a gap: nose in, to be let in")
+
+
+def _free_before(scene: Scene, o: SceneObject) -> float:
+    """How far straight on until our front corner is as near to a vehicle's way as it may be, in tenths of a metre."""
+    side = math.copysign(1.0, o.y_m)
+    cos, sin = math.cos(o.yaw_rad), math.sin(o.yaw_rad)
+    ahead, aside = scene.ego.length_m / 2 - o.x_m, side * scene.ego.width_m / 2 - o.y_m
+    clear = abs(aside * cos - ahead * sin) - o.width_m / 2
+    return math.floor(10.0 * (clear - NOSE_CLEAR_M) / abs(sin)) / 10.0
 
 
 def away_from_who_faces(scene: Scene, lead: SceneObject) -> Way | None:
