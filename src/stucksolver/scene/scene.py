@@ -82,9 +82,11 @@ class CandidateWaypoint(Model):
     x_m: float
     y_m: float
     distance_m: float
-    """Along the route from the ego."""
+    """Along the route from the ego; to a place beside the route, in a lane that the scene does not list, straight."""
     reaches_destination: bool | None = None
+    """Does a route lead on from there: of a place beside the route, one that does not come back to the road ahead?"""
     route_length_m: float | None = None
+    """Of that route."""
 
 
 class AvailableBehavior(Model):

@@ -111,6 +111,8 @@ def test_questions_are_counted_with_their_cost() -> None:
         ("recover", {}, 1),
         ("recover", {"track": ((0.0, 0.0), (1.0, 5.0))}, 0),
         ("reroute", {}, 1),
+        ("reroute", {"track": ((0.0, 0.0), (90.0, 177.0))}, 1),
+        ("reroute", {"track": ((0.0, 0.0), (90.0, 170.0))}, 0),
     ],
 )
 def test_a_stated_outcome_is_judged(expected: str, changes: dict[str, Any], right: int) -> None:

@@ -27,7 +27,7 @@ FLOWS = {
     "MergerIntoSlowTraffic",
     "MergerIntoSlowTrafficV2",
 }
-LONGER_M = {"ClosedRoad": 460, "RoundaboutLoop": 1750}
+LONGER_M = {"ClosedRoad": 500, "RoundaboutLoop": 1750}
 ON_MAP = ("start_actor_flow", "end_actor_flow", "other_actor_location")
 BENCH = suite("bench220")
 

@@ -10,7 +10,7 @@ from typing import Any
 from stucksolver.evaluate.suites.along import Along
 from stucksolver.evaluate.suites.along import sites as sites_along
 from stucksolver.evaluate.suites.fits import Fits, narrow, one_lane, right_of_two, two_ways, two_ways_by_sidewalk
-from stucksolver.evaluate.suites.movements import Control, Movement, Turn, roundabouts
+from stucksolver.evaluate.suites.movements import Control, Movement, Turn, roundabouts, straight
 from stucksolver.evaluate.suites.ramps import Finder, merges
 from stucksolver.evaluate.suites.site import Site
 from stucksolver.evaluate.suites.through import Through, site_at
@@ -23,7 +23,7 @@ _SEEN_AFTER_M = 180
 must be seen, where it may be driven at 50 km/h."""
 _RAILS, _FROM_RAILS_M = "201", 30.0
 _RAILS_AFTER_SIGN_M, _BEFORE_RAILS_M, _BEYOND_RAILS_M = 6, 60, 110
-_CLOSED_AFTER_M, _BEYOND_CLOSED_M, _LONGEST_BLOCK_M = 12, 60, 420
+_CLOSED_TRIGGER_M, _CLOSED_BEFORE_M, _BEYOND_CLOSED_M, _LONGEST_BLOCK_M = 70, 10, 60, 420
 _SAME_HEADING_DEG = 10.0
 _RING_MARK_M, _LAPS = 20, 10
 
@@ -110,12 +110,13 @@ def _level_crossings(town: Town, ways: list[Movement]) -> Iterator[Site]:
 
 
 def _closed_streets(town: Town, ways: list[Movement]) -> Iterator[Site]:
-    """Straight over two junctions where the street between them is closed at its start; one can drive round the
-    block. `distance` leads from the trigger to where it is closed."""
+    """Right into a street that is closed at its mouth, and on over its far end; who stands before it could still go
+    straight on, and round the block. `distance` leads from the trigger to where it is closed."""
     for mine in ways:
-        if mine.turn != "straight" or mine.arms != 4:
+        if mine.turn != "right" or mine.arms != 4 or not _goes_straight_too(mine, ways):
             continue
-        site = site_at(mine)
+        # From further back than usual: it comes to a red light and drives on with the green, not in the last yellow.
+        site = site_at(mine, _CLOSED_TRIGGER_M)
         beyond = follow(mine.exit, _LONGEST_BLOCK_M)
         crossed = [index for index, one in enumerate(beyond) if one.is_junction]
         is_straight = abs(turn_deg(mine.exit, beyond[-1])) < _SAME_HEADING_DEG
@@ -124,8 +125,14 @@ def _closed_streets(town: Town, ways: list[Movement]) -> Iterator[Site]:
         start = site.path[: site.path.index(mine.exit)]
         after = beyond[: crossed[-1] + _BEYOND_CLOSED_M]
         marks = (*site.marks[:3], after[crossed[0] - _NEAR_M], after[crossed[-1] + _NEAR_M], after[-1])
-        gap_m = len(start) - start.index(site.trigger) + _CLOSED_AFTER_M
+        gap_m = len(start) - start.index(site.trigger) - _CLOSED_BEFORE_M
         yield replace(site, path=(*start, *after), marks=marks, fixed={"distance": {"value": str(gap_m)}})
+
+
+def _goes_straight_too(mine: Movement, ways: list[Movement]) -> bool:
+    """May one go straight on from the same lane?"""
+    lane = (mine.entry.road_id, mine.entry.lane_id)
+    return any((one.entry.road_id, one.entry.lane_id) == lane for one in straight(ways))
 
 
 def _until(path: Path, road_id: int) -> Path:

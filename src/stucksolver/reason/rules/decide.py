@@ -15,6 +15,7 @@ from stucksolver.decision import (
 from stucksolver.decision.behaviors import RequestAssistance
 from stucksolver.reason.rules.analyse import blocker
 from stucksolver.reason.rules.attempts import has_failed
+from stucksolver.reason.rules.closed import by_another_road
 from stucksolver.reason.rules.elsewhere import asked_for, without_lead
 from stucksolver.reason.rules.passing import group_of
 from stucksolver.reason.rules.past import Way, speed_for, way_past
@@ -70,6 +71,9 @@ def _way_on(scene: Scene, analysis: Analysis) -> Way:
     standoff = towards_who_crosses(scene, lead) or into_who_joins(scene, lead)
     if standoff is not None:
         return standoff
+    other = by_another_road(scene, lead)
+    if other is not None:
+        return other
     target = group_of(scene, lead)
     aside = within_the_lane(scene, target)
     if aside is not None and not has_failed(scene, "nudge"):

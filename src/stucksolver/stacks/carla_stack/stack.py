@@ -28,6 +28,7 @@ from stucksolver.scene.frenet import road_frame
 from stucksolver.scene.view import View
 from stucksolver.stacks.carla_stack.controls import RouteControls
 from stucksolver.stacks.carla_stack.frames import to_local, to_world, yaw_to_local
+from stucksolver.stacks.carla_stack.other_ways import other_ways
 from stucksolver.stacks.carla_stack.route_road import SPACING_M, RouteRoad
 from stucksolver.stacks.carla_stack.sight import Sight
 from stucksolver.stacks.carla_stack.tracker import RANGE_M, Tracker
@@ -259,7 +260,21 @@ class CarlaStack:
                     name = f"{lane.strip.id}+{ahead:.0f}"
                     self._candidates[name] = where
                     found.append(_candidate(name, lane.strip.id, x, y, ahead, view))
-        return tuple(found)
+        return (*found, *self._waypoints_elsewhere(view))
+
+    def _waypoints_elsewhere(self, view: View) -> list[CandidateWaypoint]:
+        """Places on the other ways through the junction here; how long the route from there is, is known of these."""
+        end = self._driver.route[-1].waypoint.transform.location
+        found = []
+        for k, way in enumerate(other_ways(self._map, self._road, self._arc, view.ego, view.objects, end)):
+            name = f"{way.turn}-elsewhere{k}"
+            self._candidates[name] = way.waypoint
+            x, y = to_local(way.waypoint.transform.location)
+            candidate = _candidate(name, name, x, y, round(way.distance_m, 1), view)
+            length_m = way.route_length_m
+            told = {"reaches_destination": length_m is not None, "route_length_m": length_m and round(length_m, 1)}
+            found.append(candidate.model_copy(update=told))
+        return found
 
     def _route_command(self) -> str | None:
         route = self._driver.route

@@ -1,0 +1,75 @@
+"""A road that is closed from kerb to kerb is left for another one."""
+
+from __future__ import annotations
+
+import math
+
+from stucksolver.decision import RecoveryPlan
+from stucksolver.decision.behaviors import ReplanRoute
+from stucksolver.reason.rules.attempts import has_failed
+from stucksolver.reason.rules.past import Way
+from stucksolver.scene import CandidateWaypoint, LaneKind, LaneRelation, ObjectKind, Scene, SceneObject
+
+CLOSING = frozenset({ObjectKind.BARRIER, ObjectKind.CONE})
+"""What roads are closed with."""
+GAP_M = 1.5
+"""Too little between two of a row for any car."""
+SIDE_M = 0.9
+"""So little may be left free at either edge of the road."""
+
+
+def by_another_road(scene: Scene, lead: SceneObject) -> Way | None:
+    """The shortest of the other ways to the destination that can be turned onto from here; None where there is none.
+
+    A passenger's words are about the way past; they are not answered with another route.
+    """
+    offered = "replan" in {b.name for b in scene.behaviors}
+    if not offered or scene.guidance is not None or has_failed(scene, "replan") or not is_closed(scene, lead):
+        return None
+    start = min(_elsewhere(scene), key=lambda w: w.route_length_m or math.inf, default=None)
+    if start is None:
+        return None
+    plan = RecoveryPlan(behaviors=(ReplanRoute(route_start=start.id),))
+    return plan, (None, f"the road is closed from kerb to kerb by {lead.kind.value} {lead.id}: go on by another road")
+
+
+def is_closed(scene: Scene, lead: SceneObject) -> bool:
+    """Do the lead and others of its kind stand in a row without a gap over all lanes that are known?"""
+    row = _row(scene, lead)
+    if not row:
+        return False
+    left, right = _edges_m(scene)
+    reaches_left = max(o.left_edge_m for o in row) > left - SIDE_M
+    return reaches_left and min(o.right_edge_m for o in row) < right + SIDE_M
+
+
+def _row(scene: Scene, lead: SceneObject) -> list[SceneObject]:
+    """What closes the road together with the lead: each of them too near to the next for a car in between."""
+    others = [o for o in scene.objects if o.kind in CLOSING and o.id != lead.id]
+    row = [lead] if lead.kind in CLOSING else []
+    for member in row:
+        row += [o for o in others if _gap_m(member, o) < GAP_M]
+        others = [o for o in others if o not in row]
+    return row
+
+
+def _gap_m(one: SceneObject, other: SceneObject) -> float:
+    """At least what is free between two things, whichever way they are turned."""
+    apart = math.hypot(one.x_m - other.x_m, one.y_m - other.y_m)
+    return apart - max(one.length_m, one.width_m) / 2 - max(other.length_m, other.width_m) / 2
+
+
+def _edges_m(scene: Scene) -> tuple[float, float]:
+    """Left and right edge of the lanes known here, from the centre of the own one, left positive."""
+    widths = dict.fromkeys(LaneRelation, 0.0)
+    for lane in scene.lanes:
+        if lane.kind is LaneKind.DRIVING:
+            widths[lane.relation] += lane.width_m
+    half = widths[LaneRelation.EGO] / 2
+    return half + widths[LaneRelation.LEFT] + widths[LaneRelation.ONCOMING], -half - widths[LaneRelation.RIGHT]
+
+
+def _elsewhere(scene: Scene) -> list[CandidateWaypoint]:
+    """Candidates beside the route from which the destination is reached."""
+    known = {lane.id for lane in scene.lanes}
+    return [w for w in scene.waypoints if w.reaches_destination and w.route_length_m and w.lane_id not in known]

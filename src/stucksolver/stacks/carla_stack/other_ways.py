@@ -1,0 +1,211 @@
+"""Other ways on through the junction that the ego stands in: where a route planned anew may begin."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import carla
+import numpy as np
+import shapely
+
+from stucksolver.scene import EgoState, TrackedObject
+from stucksolver.stacks.carla_stack.frames import to_local, yaw_to_local
+from stucksolver.stacks.carla_stack.route_road import SPACING_M, RouteRoad
+from stucksolver.stacks.driver.routing import RouteError, trace_route
+
+JOINS_M = (8.0, 11.0, 14.0, 18.0, 23.0, 28.0)
+"""The ego may come onto another way so far ahead of where it stands."""
+KEPT_M = 0.3
+"""Kept from what stands on the way over."""
+STANDS_MPS = 0.3
+SAME_ROAD_M, ROAD_FROM_M, ROAD_TO_M = 8.0, 10.0, 60.0
+"""A route that comes so near to the road ahead, so far beyond the junction, leads back to where the ego cannot go."""
+BEHIND_M, BEYOND_M = 6.0, 25.0
+BETWEEN_M, OVER_EDGE_M = 2.5, 0.15
+"""Half the width of what lies between lanes that part and is paved as they are; so little may stick out at the edge."""
+SAMPLES = 25
+Line = list[Any]
+
+
+@dataclass(frozen=True)
+class OtherWay:
+    """`waypoint` is where the new route begins, `distance_m` ahead of the ego as the crow flies.
+
+    `route_length_m`: from there to the destination, None where no route leads there without the road ahead.
+    """
+
+    waypoint: Any
+    turn: str
+    distance_m: float
+    route_length_m: float | None
+
+
+def other_ways(
+    carla_map: Any,
+    road: RouteRoad,
+    arc_m: float,
+    ego: EgoState,
+    things: Sequence[TrackedObject],
+    destination: Any,
+) -> tuple[OtherWay, ...]:
+    """Those that the ego can turn onto from where it stands, having passed the junction's stop line.
+
+    That is within its turning circle, on the road's surface, and clear of all that stands. `ego` and `things` in the
+    local frame, `destination` a `carla.Location`. None before the junction: a route that begins behind a stop line
+    knows nothing of it.
+    """
+    here = road.stations[min(int(arc_m / SPACING_M), len(road.stations) - 1)]
+    if not here.junction:
+        return ()
+    first, last = _junction(road, arc_m)
+    lines = list(_lines(road.stations[max(first - 1, 0)].waypoint))
+    surface = _surface(here.waypoint.get_junction(), lines)
+    standing = [_body(t.x_m, t.y_m, t.yaw_rad, t.length_m, t.width_m) for t in things if _stands(t)]
+    found = []
+    for line in lines:
+        start = _start(carla_map, line, ego)
+        mine = (line[0].road_id, line[0].lane_id) == (here.waypoint.road_id, here.waypoint.lane_id)
+        if mine or start is None or not _reaches(line, ego, standing, surface):
+            continue
+        x, y = to_local(start.transform.location)
+        length_m = _route_length(carla_map, start, destination, _road_ahead(road, last))
+        found.append(OtherWay(start, _turn(line), math.hypot(x - ego.x_m, y - ego.y_m), length_m))
+    return tuple(found)
+
+
+def _junction(road: RouteRoad, arc_m: float) -> tuple[int, int]:
+    """The first station of the junction that the ego is in, and the first one after it."""
+    first = last = min(int(arc_m / SPACING_M), len(road.stations) - 1)
+    while first > 0 and road.stations[first - 1].junction:
+        first -= 1
+    while last < len(road.stations) and road.stations[last].junction:
+        last += 1
+    return first, last
+
+
+def _lines(entry: Any) -> Iterator[Line]:
+    """Each way through the junction from a waypoint just before it, a waypoint a metre, and a little beyond it."""
+    heads = [entry]
+    for _ in range(int(2 * SPACING_M) + 1):
+        heads = [after for one in heads for after in ([one] if one.is_junction else one.next(1.0))]
+    for head in heads:
+        line, beyond = [head], 0.0
+        while beyond < BEYOND_M:
+            after = line[-1].next(1.0)
+            if not after:
+                break
+            line.append(after[0])
+            beyond += 0.0 if after[0].is_junction else 1.0
+        if head.is_junction:
+            yield line
+
+
+def _start(carla_map: Any, line: Line, ego: EgoState) -> Any | None:
+    """The first waypoint ahead of the ego that is the nearest one of all lanes at its own place."""
+    for one in line[_abreast(line, ego) + 1 :]:
+        seen = carla_map.get_waypoint(one.transform.location)
+        if seen is not None and (seen.road_id, seen.lane_id) == (one.road_id, one.lane_id):
+            return one
+    return None
+
+
+def _abreast(line: Line, ego: EgoState) -> int:
+    places = np.array([to_local(one.transform.location) for one in line])
+    return int(np.hypot(places[:, 0] - ego.x_m, places[:, 1] - ego.y_m).argmin())
+
+
+def _reaches(line: Line, ego: EgoState, standing: Sequence[Any], surface: Any) -> bool:
+    """Can the ego come onto a way by one bend or two?"""
+    here = _abreast(line, ego)
+    for ahead in (here + int(one) for one in JOINS_M):
+        if ahead >= len(line):
+            return False
+        at = line[ahead].transform
+        x, y, yaw = way_over((ego.x_m, ego.y_m, ego.yaw_rad), (*to_local(at.location), yaw_to_local(at.rotation.yaw)))
+        if sharpest(x, y) > 1.0 / ego.limits.min_turn_radius_m:
+            continue
+        bodies = [_body(a, b, c, ego.length_m, ego.width_m) for a, b, c in zip(x, y, yaw, strict=True)]
+        swept = shapely.union_all(bodies)
+        if surface.covers(swept) and not any(swept.distance(one) < KEPT_M for one in standing):
+            return True
+    return False
+
+
+def _surface(junction: Any, lines: Sequence[Line]) -> Any:
+    """All lanes of a junction, what lies between them, and the lanes that lead into and out of it."""
+    paths = [*lines, *(_inside(begin) for begin, _ in junction.get_waypoints(carla.LaneType.Driving))]
+    strips = [
+        shapely.LineString([to_local(one.transform.location) for one in path]).buffer(
+            max(one.lane_width for one in path) / 2, cap_style="flat"
+        )
+        for path in paths
+        if len(path) > 1
+    ]
+    return shapely.union_all(strips).buffer(BETWEEN_M).buffer(OVER_EDGE_M - BETWEEN_M)
+
+
+def _inside(begin: Any) -> Line:
+    """A lane through a junction, from a little before it to just after it."""
+    path = [*begin.previous(BEHIND_M)[:1], begin]
+    while path[-1].is_junction:
+        after = path[-1].next(1.0)
+        if not after:
+            break
+        path.append(after[0])
+    return path
+
+
+def way_over(start: tuple[float, float, float], end: tuple[float, float, float]) -> tuple[Any, Any, Any]:
+    """x, y and heading along the cubic Hermite curve from one (x, y, heading) to another; metres and radians."""
+    u = np.linspace(0.0, 1.0, SAMPLES)
+    reach = math.hypot(end[0] - start[0], end[1] - start[1])
+    blend = (2 * u**3 - 3 * u**2 + 1, u**3 - 2 * u**2 + u, 3 * u**2 - 2 * u**3, u**3 - u**2)
+    tangents = [(reach * math.cos(one[2]), reach * math.sin(one[2])) for one in (start, end)]
+    x, y = (
+        blend[0] * start[k] + blend[1] * tangents[0][k] + blend[2] * end[k] + blend[3] * tangents[1][k] for k in (0, 1)
+    )
+    return x, y, np.arctan2(np.gradient(y), np.gradient(x))
+
+
+def sharpest(x: Any, y: Any) -> float:
+    """The greatest curvature (1/m) along a line."""
+    dx, dy = np.gradient(x), np.gradient(y)
+    bend = np.abs(dx * np.gradient(dy) - dy * np.gradient(dx)) / np.maximum(np.hypot(dx, dy), 1e-6) ** 3
+    return float(bend.max())
+
+
+def _body(x: float, y: float, yaw: float, length: float, width: float) -> Any:
+    box = shapely.box(-length / 2, -width / 2, length / 2, width / 2)
+    corners = shapely.get_coordinates(box)[:4]
+    c, n = math.cos(yaw), math.sin(yaw)
+    return shapely.Polygon(corners @ np.array([[c, n], [-n, c]]) + (x, y))
+
+
+def _stands(thing: TrackedObject) -> bool:
+    return math.hypot(thing.vx_mps, thing.vy_mps) < STANDS_MPS
+
+
+def _road_ahead(road: RouteRoad, after: int) -> Any:
+    """(x, y) of the present route a little beyond the junction."""
+    part = road.stations[after + int(ROAD_FROM_M / SPACING_M) : after + int(ROAD_TO_M / SPACING_M)]
+    return shapely.MultiPoint([(one.x, one.y) for one in part])
+
+
+def _route_length(carla_map: Any, start: Any, destination: Any, shut: Any) -> float | None:
+    try:
+        route = trace_route(carla_map, start.transform.location, destination)
+    except RouteError:
+        return None
+    line = shapely.LineString([to_local(one.waypoint.transform.location) for one in route])
+    comes_back = not shut.is_empty and line.distance(shut) < SAME_ROAD_M
+    return None if comes_back else float(line.length)
+
+
+def _turn(line: Line) -> str:
+    yaws = [one.transform.rotation.yaw for one in line]
+    # CARLA's yaw grows clockwise.
+    angle = math.remainder(yaws[-1] - yaws[0], 360.0)
+    return "straight" if abs(angle) < 33.0 else ("right" if angle > 0.0 else "left")

@@ -1,0 +1,90 @@
+"""A road that is closed from kerb to kerb is left for another one, where there is one."""
+
+from __future__ import annotations
+
+import pytest
+from test_rules_moves import MULTI, NARROW, TWO_WAY, K
+from worlds import LANE_M, NAMES, World, thing
+
+from stucksolver.reason import RuleReasoner
+from stucksolver.scene import CandidateWaypoint, Guidance, PastAttempt
+
+
+def row(first_m, last_m, kind=K.BARRIER, **more):
+    """Barriers 1.2 m wide side by side, 10 m ahead, from the right to the left."""
+    count = round((last_m - first_m) / 1.2) + 1
+    usual = {"kind": kind, "length": 0.4, "width": 1.2, **more}
+    return [thing(f"b{k}", 62.5, first_m + 1.2 * k, **usual) for k in range(count)]
+
+
+def elsewhere(name, length_m, reaches=True, lane="other"):
+    return CandidateWaypoint(
+        id=name, lane_id=lane, x_m=4.0, y_m=2.0, distance_m=4.5, reaches_destination=reaches, route_length_m=length_m
+    )
+
+
+def decide(road, things, *waypoints, **more):
+    scene = World(road, things, offers=more.pop("offers", NAMES)).scene()
+    ego = scene.ego.model_copy(update={"stopped_for_s": 5.0})
+    return RuleReasoner().decide(scene.model_copy(update={"ego": ego, "waypoints": waypoints, **more}))
+
+
+def replanned(decision):
+    """From where the route is planned anew; None where it is not."""
+    behaviors = decision.plan.behaviors if decision.plan else ()
+    return behaviors[0].route_start if behaviors and behaviors[0].name == "replan" else None
+
+
+WHOLE = row(-1.2, LANE_M + 1.5)
+
+
+@pytest.mark.parametrize("kind", [K.BARRIER, K.CONE])
+def test_a_closed_road_is_left_by_the_shortest_other_way(kind):
+    things = row(-1.2, LANE_M + 1.5, kind)
+    decision = decide(TWO_WAY, things, elsewhere("far", 900.0), elsewhere("near", 500.0))
+    assert replanned(decision) == "near"
+    assert "closed from kerb to kerb" in decision.rationale
+
+
+@pytest.mark.parametrize("road", [NARROW, MULTI, TWO_WAY], ids=["one lane", "two of ours", "one each way"])
+def test_all_lanes_must_be_closed(road):
+    things = row(-1.2, 1.2)
+    assert replanned(decide(road, things, elsewhere("a", 500.0))) == ("a" if road is NARROW else None)
+
+
+def test_a_row_with_a_gap_for_a_car_is_no_closure():
+    things = [one for one in row(-1.2, LANE_M + 3.0) if not 1.5 < one.y_m < 4.0]
+    assert replanned(decide(TWO_WAY, things, elsewhere("a", 500.0))) is None
+
+
+def test_vehicles_close_no_road():
+    things = [thing("truck", 62.5, stationary_s=40.0), thing("car", 62.5, LANE_M, stationary_s=40.0)]
+    assert replanned(decide(TWO_WAY, things, elsewhere("a", 500.0))) is None
+
+
+@pytest.mark.parametrize(
+    "waypoint",
+    [
+        elsewhere("lost", None, reaches=False),
+        elsewhere("unknown", None, reaches=None),
+        elsewhere("here", 500.0, lane="own"),
+    ],
+    ids=["leads nowhere", "not known where it leads", "in the closed road"],
+)
+def test_only_a_way_beside_the_route_that_reaches_the_destination_will_do(waypoint):
+    assert replanned(decide(TWO_WAY, WHOLE, waypoint)) is None
+
+
+def test_a_stack_that_cannot_plan_anew_is_not_asked_to():
+    offers = tuple(name for name in NAMES if name != "replan")
+    assert replanned(decide(TWO_WAY, WHOLE, elsewhere("a", 500.0), offers=offers)) is None
+
+
+def test_another_route_is_planned_once():
+    tried = PastAttempt(time_s=0.0, behaviors=("replan",), outcome="it was done, and the vehicle did not get on")
+    assert replanned(decide(TWO_WAY, WHOLE, elsewhere("a", 500.0), attempts=(tried,))) is None
+
+
+def test_a_passenger_who_asks_to_pass_is_not_taken_another_way():
+    words = Guidance(text="overtake on the left", time_s=0.0)
+    assert replanned(decide(TWO_WAY, WHOLE, elsewhere("a", 500.0), guidance=words)) is None
