@@ -32,6 +32,8 @@ STAND_GAP_M = 4.0
 STOP_LINE_GAP_M = 1.5
 _YELLOW_MPS2 = 3.0
 _CLAIM_M = 10.0
+_LIGHT_WITHIN_M = 3.0
+"""A stop line may lie so far beyond where its junction begins."""
 _TOUCH_M = 0.05
 _SPEED_GAIN = 1.2
 _LOW_M = 0.4
@@ -265,7 +267,8 @@ class Cars:
         found: list[float] = []
         if car.obeys_lights:
             found += [line.s - front for line in car.path.lights if self._stops(line, line.s - front, speed)]
-        if car.yields and (claim_m := self._waits(car, front, speed)) is not None:
+        held_m = min(found, default=math.inf)
+        if car.yields and (claim_m := self._waits(car, front, speed, held_m)) is not None:
             found.append(claim_m)
         return min(found, default=None)
 
@@ -277,13 +280,16 @@ class Cars:
             return True
         return bool(state == carla.TrafficLightState.Yellow and speed * speed < 2.0 * _YELLOW_MPS2 * max(ahead_m, 0.1))
 
-    def _waits(self, car: Car, front: float, speed: float) -> float | None:
-        """Distance to a junction that others have claimed."""
+    def _waits(self, car: Car, front: float, speed: float, held_m: float) -> float | None:
+        """Distance to a junction that others have claimed. Whom a light holds so far ahead claims nothing beyond."""
         near_m = _CLAIM_M + 0.5 * speed * speed / SOFT_MPS2
         for crossing in car.path.crossings:
             if crossing.leave_s < car.s - car.member.half_length_m - 1.0:
                 self.claims.release(car, crossing)
             elif crossing.enter_s - front > near_m:
+                break
+            elif held_m < crossing.enter_s - front + _LIGHT_WITHIN_M:
+                self.claims.release(car, crossing)
                 break
             elif not self.claims.claim(car, crossing) and crossing.enter_s - front > -1.5:
                 return crossing.enter_s - front

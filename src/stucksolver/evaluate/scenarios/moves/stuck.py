@@ -19,8 +19,8 @@ PASSABLE_M = (180.0, 360.0)
 """Distances between oncoming cars among which there are gaps to pass something in."""
 FAR_M = 160.0
 """From there they come: farther than anyone has to see to pass."""
-NEAR_M = 25.0
-"""The hero is there."""
+NEAR_M, QUEUE_M, STANDING_MPS = 25.0, 60.0, 0.1
+"""The hero is there; or so far from a light, and standing in the queue before it."""
 PAST_M = 25.0
 
 
@@ -104,5 +104,9 @@ class StuckAtLight(JunctionScenario):
         yield
 
     def hero_near(self) -> Iterator[None]:
-        """Wait until the hero has come to the junction."""
-        yield from self.until(lambda: self.gap_m(self.entry_s) < NEAR_M)
+        """Wait until the hero has come to the junction, or to a stand in the queue before it."""
+
+        def near() -> bool:
+            return self.gap_m(self.entry_s) < (QUEUE_M if self.hero.speed_mps < STANDING_MPS else NEAR_M)
+
+        yield from self.until(near)

@@ -14,7 +14,7 @@ class RedLight(StuckAtLight):
 
     type = "RedLight"
     expected = "wait"
-    starts = "the light is red from the trigger on, and green 30 s after the hero came within 25 m"
+    starts = "the light is red from the trigger on, and green 30 s after the hero came near"
 
     def happen(self) -> Iterator[None]:
         self.hold_lights(green=[])
