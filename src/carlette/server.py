@@ -141,10 +141,12 @@ class Server:
         self._is_cued = False
         self.simulator.tick()
         self._is_pending = True
-        self._answer_cue()
+        if self.simulator.traffic_managers:
+            # Their workers ask for the settings of this step before its snapshot may go out.
+            self._answer_cue()
 
     def _answer_cue(self) -> None:
-        """Tells the client the frame to wait for, which it does by spinning."""
+        """Tells the client the frame to wait for, which it does by spinning: so not before it is there, if possible."""
         number, self._owed = self._owed, None
         if number is not None and self._cued_by is not None:
             frame = self.simulator.world.frame + self._is_cued
@@ -181,6 +183,7 @@ class Server:
         self.simulator.hub.awaited.clear()
         self._pacing.published(time.monotonic(), len(self.simulator.traffic_managers))
         self.simulator.publish()
+        self._answer_cue()
         if self._cued_by is not None:
             self._rescue.published(time.monotonic(), self._cued_by.host, self._cued_by.traffic_managers)
         self._tend_subscribers()
@@ -248,9 +251,6 @@ class Server:
             self._cue(time.monotonic())
             self._cued_by = connection
             self._owed = number
-            if not self.simulator.traffic_managers:
-                # It wakes up while the frame is computed. A traffic manager's worker would suffer from its spinning.
-                self._answer_cue()
             return
         if self._is_cued and method != "get_episode_settings":
             # What is asked for after a tick belongs to the time after it.
