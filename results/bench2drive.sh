@@ -1,0 +1,54 @@
+#!/bin/sh
+# Drives Bench2Drive's own evaluator, unmodified, with the entry of stucksolver_bridge. Goes on where it was after a kill.
+#
+#   results/bench2drive.sh alone|timers|rules|guided|blind SEED OUT
+#
+# Each route is a run of its own, so that one that hangs costs itself only. Wants in the environment:
+#
+#   BENCH2DRIVE   a checkout of Bench2Drive 0.0.4
+#   CARLA_AGENTS  the folder that holds CARLA's `agents`
+#   CARLA_ROOT    a CARLA installation, or what `carlette --as-carla-root` wrote
+#   EVALUATOR     Python 3.8 with carla 0.9.15 and what the leaderboard requires
+#   SOLVER        Python 3.10 to 3.12 with stucksolver
+#   ROUTES        route ids; those of Town01, Town02, Town04 and Town10HD unless told
+#   PORT          of the simulator (2000); the TrafficManager's is 6000 above
+set -eu
+arm=$1 seed=$2
+here=$(cd "$(dirname "$0")" && pwd)
+mkdir -p "$3/$arm-$seed"
+out=$(cd "$3/$arm-$seed" && pwd)
+port=${PORT:-2000}
+: "${ROUTES:=24211 24224 24240 24294 24330 24340 24781 24784 24785 24795 24841 25300 25951 26406 26944 27494 27529 28035
+28048 28087 28093 28099 28111 28154}"
+entry=$("$SOLVER" -c 'import stucksolver_bridge.leaderboard as b; print(b.__path__[0])')/stucksolver_entry.py
+
+case $arm in
+alone) config='"recovery": "none"' ;;
+blind) config='"recovery": "none", "obstacles": false' ;;
+timers) config='"recovery": "timers"' ;;
+rules) config='"recovery": "rules"' ;;
+guided) config="\"recovery\": \"rules\", \"guidance\": \"$here/bench2drive-guidance.json\"" ;;
+*)
+    echo "unknown arm $arm" >&2
+    exit 2
+    ;;
+esac
+# Nobody looks at the camera and the LiDAR here, and they cost most of the time.
+echo "{$config, \"sensors\": false, \"python\": \"$SOLVER\", \"events\": \"$out/events\"}" >"$out/config"
+
+code=$BENCH2DRIVE/leaderboard:$BENCH2DRIVE/scenario_runner
+export CARLA_ROOT IS_BENCH2DRIVE=True SAVE_PATH="$out/metrics" PYTHONPATH="$CARLA_AGENTS:$code"
+export LEADERBOARD_ROOT="$BENCH2DRIVE/leaderboard" SCENARIO_RUNNER_ROOT="$BENCH2DRIVE/scenario_runner"
+mkdir -p "$out/records" "$out/logs"
+cd "$BENCH2DRIVE"
+for route in $ROUTES; do
+    file=$out/records/$route.json
+    grep -qs '"status": "\(Completed\|Failed\|Perfect\)' "$file" && continue
+    rm -f "$file"
+    timeout 1200 "$EVALUATOR" leaderboard/leaderboard/leaderboard_evaluator.py \
+        --routes leaderboard/data/bench2drive220.xml --routes-subset "$route" --repetitions 1 --track SENSORS \
+        --checkpoint "$file" --agent "$entry" --agent-config "$out/config" \
+        --port "$port" --traffic-manager-port $((port + 6000)) --traffic-manager-seed "$seed" \
+        >"$out/logs/$route.log" 2>&1 || echo "route $route: $(tail -n 1 "$out/logs/$route.log")"
+    echo "$(date +%T) $arm $seed $route $(grep -o '"status": "[^"]*"' "$file" | tail -n 1)"
+done
