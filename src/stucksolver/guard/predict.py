@@ -128,15 +128,27 @@ def _gaps_straight_on(case: Case, stations: Array, offset: Array, heading: Array
     speed = np.maximum(np.hypot(at[:, 2], at[:, 3]), 1e-6)
     braking = np.minimum(t[:, None], speed / BRAKING_MPS2)
     stopping = braking - BRAKING_MPS2 * braking**2 / (2 * speed)
-    own = (x[..., None], y[..., None], (along + heading)[..., None]), (view.ego.length_m / 2, view.ego.width_m / 2)
+    yaw = along + heading
+    half_length, half_width = view.ego.length_m / 2, view.ego.width_m / 2
+    body = np.hypot(half_length, half_width) + np.hypot(view.half_length[which], view.half_width[which]) + FAR_M
 
-    def gaps(driven_s: Array, longer_m: Array | float) -> Array:
-        """To where they are after so many seconds at their present speed."""
-        place = at[:, 0] + at[:, 2] * driven_s, at[:, 1] + at[:, 3] * driven_s, at[:, 4]
-        return separation(*own, place, (view.half_length[which] + longer_m, view.half_width[which]))
+    def gaps(driven_s: Array, longer_m: Array) -> Array:
+        """To where they are after so many seconds at their present speed; infinite where that is far away."""
+        there_x, there_y = at[:, 0] + at[:, 2] * driven_s, at[:, 1] + at[:, 3] * driven_s
+        apart = (x[..., None] - there_x) ** 2 + (y[..., None] - there_y) ** 2
+        near = np.nonzero(apart < (body + longer_m) ** 2)
+        ego, (_, when, who) = near[:2], near
+        result: Array = np.full(apart.shape, np.inf)
+        result[near] = separation(
+            (x[ego], y[ego], yaw[ego]),
+            (half_length, half_width),
+            (there_x[when, who], there_y[when, who], at[who, 4]),
+            (view.half_length[which][who] + longer_m[who], view.half_width[which][who]),
+        )
+        return result
 
     early = speed * (SURE_RUNNING_S if case.running else SURE_S)
-    return np.minimum(gaps(t[:, None], early), gaps(stopping, 0.0))
+    return np.minimum(gaps(t[:, None], early), gaps(stopping, np.zeros(len(which))))
 
 
 def predictions(view: View, which: Array, t: Array, everyone: Array) -> Iterator[tuple[Array, Array, Array]]:
