@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from worlds import World, bent_road, straight_road, thing
+from worlds import LANE_M, World, bent_road, straight_road, strip, thing
 
 from stucksolver.decision import Execute, RecoveryPlan
 from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, KeepLane, Wait
 from stucksolver.guard import Guard, RejectCode
-from stucksolver.scene import ObjectKind, Zone, ZoneKind
+from stucksolver.scene import LaneDirection, LineKind, ObjectKind, Zone, ZoneKind
 from stucksolver.scene.view import View
 from stucksolver.solver.execution import Execution, Outcome
 
@@ -61,6 +61,39 @@ def test_beside_who_crawls_a_creeping_ego_needs_the_gap_to_what_stands(ours, the
     speed = {"speed": theirs * math.cos(yaw), "sideways": theirs * math.sin(yaw), "yaw": yaw}
     beside = thing("beside", 54.0, 3.05, **speed)
     assert codes(World(JUNCTION, [beside], x=52.0, speed=ours), KeepLane(distance_m=0.8, speed_mps=5.0)) == found
+
+
+TURN_M = 12.0
+
+
+def left_turn():
+    """60 m along x, to the left in a junction with a radius of 12 m, and 60 m along y; an oncoming lane all along."""
+    bend = math.pi / 2 * TURN_M
+    s = np.arange(0.0, 120.0 + bend)
+    turned = np.clip((s - 60.0) / TURN_M, 0.0, math.pi / 2)
+    x = np.minimum(s, 60.0) + TURN_M * np.sin(turned)
+    y = TURN_M * (1 - np.cos(turned)) + np.maximum(s - 60.0 - bend, 0.0)
+    lanes = (
+        strip("own", 0.0, LaneDirection.SAME, LineKind.NONE, len(s)),
+        strip("oncoming", LANE_M, LaneDirection.OPPOSITE, LineKind.BROKEN, len(s)),
+    )
+    zone = Zone(kind=ZoneKind.JUNCTION, start_m=60.0, end_m=60.0 + bend)
+    return straight_road().model_copy(
+        update={
+            "key": "left turn",
+            "reference": tuple(zip(x.tolist(), y.tolist(), strict=True)),
+            "lanes": lanes,
+            "zones": (zone,),
+        }
+    )
+
+
+def test_where_the_route_turns_who_comes_the_other_way_goes_straight_on():
+    # Down the street that we turn into: on its way along our lanes it would turn, too, and leave us alone.
+    down = {"x": 72.0 - LANE_M, "sideways": -8.0, "yaw": -math.pi / 2}
+    assert codes(World(left_turn())) == set()
+    assert RejectCode.COLLISION in codes(World(left_turn(), [thing("straight", y=50.0, **down)]))
+    assert codes(World(left_turn(), [thing("gone", y=-14.0, **down)])) == set()
 
 
 def test_one_beside_a_bend_goes_straight_on_and_not_round_with_our_lane():

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from worlds import LANE_M, World, red_light, straight_road, thing
 
+from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, ChangeLane, KeepLane
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.scene import LightState, LineKind, ObjectKind
+from stucksolver.solver.execution import Execution, Outcome
 
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
@@ -161,3 +163,55 @@ def test_a_walker_who_steps_out_stops_a_way_in_the_own_lane():
     verdict = GUARD.recheck(proven, put(world, proven, 60.0).view())
     assert verdict.abort is Abort.STOP
     assert verdict.rejects[0].object_id == "walker"
+
+
+def nosing_in(gap_m, speed, reaches_m=0.2, giving_way=False):
+    """A slow change of lanes whose nose is in the next lane, and somebody in it so far behind the nose."""
+    world = World(MULTI)
+    proven = begin([ChangeLane(side="left", distance_m=60.0, speed_mps=1.5)], world)
+    s = float(proven.path.s[int(np.argmax(proven.path.d > reaches_m))])
+    put(world, proven, s, 0.0 if giving_way else 1.5)
+    world.objects.append(thing("behind", s + 2.45 - gap_m - 2.3, LANE_M, speed=speed))
+    assert proven.committed(s)
+    return GUARD.recheck(proven, world.view(), giving_way)
+
+
+def test_who_does_not_let_us_in_is_let_by_as_long_as_there_is_room_beside_our_nose():
+    assert nosing_in(12.0, 10.0).abort is Abort.GIVE_WAY
+    assert nosing_in(12.0, 10.0, reaches_m=1.2).abort is not Abort.GIVE_WAY, "no room is left: the way is finished"
+
+
+def test_who_can_still_stop_behind_us_is_not_waited_for():
+    assert nosing_in(40.0, 10.0).accepted
+    assert nosing_in(12.0, 3.0).accepted
+
+
+def test_going_on_takes_a_longer_gap_than_giving_way():
+    gaps = np.arange(10.0, 60.0, 0.5)
+    ends = []
+    for giving_way in (False, True):
+        waits = [nosing_in(gap, 10.0, giving_way=giving_way).abort is Abort.GIVE_WAY for gap in gaps]
+        ends.append(gaps[int(np.argmin(waits))])
+        assert not any(waits[int(np.argmin(waits)) :])
+    assert 20.0 < ends[0] < ends[1] < 55.0
+
+
+@pytest.mark.parametrize("appears_at", [50.0, 51.0, 51.5, 52.0])
+@pytest.mark.parametrize("gap_m", [15.0, 20.0, 25.0, 30.0])
+def test_who_comes_from_behind_and_never_yields_passes_our_nose_without_touching_it(appears_at, gap_m):
+    world = World(MULTI)
+    execution = Execution(
+        RecoveryPlan(behaviors=(ChangeLane(side="left", distance_m=30.0, speed_mps=1.5),)), GUARD, False
+    )
+    assert execution.start(world.view(), 0.0).accepted
+    told, nearest = None, []
+    while not isinstance(told, Outcome) and world.time_s < 40.0:
+        told = execution.tick(world.view(), world.time_s)
+        if not world.objects and world.x >= appears_at:
+            world.objects.append(thing("behind", world.x + 2.45 - gap_m - 2.3, LANE_M, speed=10.0))
+        if not isinstance(told, Outcome):
+            world.drive(told)
+        nearest.append(world.clearance())
+    # Before the commit point it stops and is done with it.
+    assert isinstance(told, Outcome) and (told.finished or appears_at < 51.5), told
+    assert min(nearest) > 0.2

@@ -6,6 +6,7 @@ import numpy as np
 
 from stucksolver.guard.case import Case
 from stucksolver.guard.predict import moving_gaps, relevant
+from stucksolver.guard.straight import goes_straight
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.road import LaneDirection, LaneKind, ZoneKind
@@ -101,19 +102,47 @@ def lets_by(case: Case, rejects: list[Reject], giving_way: bool) -> bool:
     view, policy = case.view, case.policy
     braking, speed = view.ego.limits.comfort_braking_mps2, view.ego.speed_mps
     lasts = LAG_S + speed / braking
-    crossing = {thing.id for thing, there in zip(view.objects, view.elsewhere, strict=True) if there}
+    crossing = {thing.id for i, thing in enumerate(view.objects) if goes_straight(case, i)}
     met_s = [r.time_s for r in rejects if r.object_id in crossing and r.time_s is not None]
     if not met_s or min(met_s) > lasts + (GOES_ON_S if giving_way else GIVES_WAY_S):
         return False
-    t = np.arange(0.0, lasts + STANDS_S + STEP_S, STEP_S)
-    since = np.clip(t - LAG_S, 0.0, speed / braking)
-    stations = case.path.s[0] + speed * np.minimum(t, LAG_S) + speed * since - braking * since**2 / 2
+    stations, t = _braking_now(case)
     if not _may_wait(case, float(stations[-1])):
         return False
     which = relevant(case, float(t[-1]))
     which = which[view.moving[which] > 0]
     gap = moving_gaps(case, stations[None, :], which, t)[0]
-    return not ((gap < policy.moving_gap_m) & (gap < gap[:1] - 0.05)).any()
+    kept = _kept(case, giving_way, policy.moving_gap_m)
+    return not ((gap < kept) & (gap < gap[:1] - 0.05)).any()
+
+
+def stops_beside(case: Case, rejects: list[Reject], giving_way: bool) -> bool:
+    """Does braking now, with the nose in a lane, keep clear of those in it who do not let us in?
+
+    They are taken to drive on as they do. Not on a level crossing, nor where the body reaches into an oncoming lane.
+    """
+    view, policy = case.view, case.policy
+    stations, t = _braking_now(case)
+    ends_on_rails = any(view.zone_at(s, ZoneKind.LEVEL_CROSSING) for s in (stations[0], stations[-1]))
+    named = {reject.object_id for reject in rejects}
+    which = np.array([i for i, thing in enumerate(view.objects) if thing.id in named and view.moving[i] > 0], dtype=int)
+    if ends_on_rails or case.in_oncoming_lane or not len(which):
+        return False
+    gap = moving_gaps(case, stations[None, :], which, t)[0]
+    return not (gap < _kept(case, giving_way, policy.standing_gap_m)).any()
+
+
+def _kept(case: Case, giving_way: bool, gap_m: float) -> float:
+    """The gap that a stop must leave. Whoever stands already does best to stand on, as long as nobody hits it."""
+    return 0.0 if giving_way and abs(case.view.ego.speed_mps) < MOVING_MPS else gap_m
+
+
+def _braking_now(case: Case) -> tuple[Array, Array]:
+    """Arc lengths of the ego when it brakes now, and the instants, until it has stood for a while."""
+    braking, speed = case.view.ego.limits.comfort_braking_mps2, case.view.ego.speed_mps
+    t = np.arange(0.0, LAG_S + speed / braking + STANDS_S + STEP_S, STEP_S)
+    since = np.clip(t - LAG_S, 0.0, speed / braking)
+    return case.path.s[0] + speed * np.minimum(t, LAG_S) + speed * since - braking * since**2 / 2, t
 
 
 def _may_wait(case: Case, end_s: float) -> bool:

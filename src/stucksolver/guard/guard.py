@@ -11,7 +11,7 @@ import numpy as np
 from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
 from stucksolver.guard import checks, marking, obstacles, rules, traffic
-from stucksolver.guard.aborts import committed, lets_by, stops_are_safe
+from stucksolver.guard.aborts import committed, lets_by, stops_are_safe, stops_beside
 from stucksolver.guard.case import Case
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.guard.verdict import OK, Reject, RejectCode, Verdict
@@ -134,15 +134,23 @@ class Guard:
             if red:
                 return Verdict(rejects=tuple(red), abort=Abort.STOP)
         rejects = ([off] if off else []) + checks.collision(case)
-        if not rejects:
-            return OK
+        pressing = [] if proven.reverse else traffic.unyielding(case, giving_way)
+        way = self._after_commit(case, proven, rejects, pressing, giving_way)
+        return OK if way is None else Verdict(rejects=tuple(rejects + pressing), abort=way)
+
+    def _after_commit(
+        self, case: Case, proven: Proven, rejects: list[Reject], pressing: list[Reject], giving_way: bool
+    ) -> Abort | None:
+        """What is best where going on is doubtful: back into the lane, a stop that lets others by, or to go on."""
+        off = any(r.code in (RejectCode.DEVIATION, RejectCode.OVERSPEED) for r in rejects)
         wanted = {b.abort_after_commit for b in proven.behaviors}
-        way = Abort.FINISH
-        if Abort.RETURN_TO_LANE in wanted and self.way_back(view) is not None:
-            way = Abort.RETURN_TO_LANE
-        elif not off and lets_by(case, rejects, giving_way):
-            way = Abort.GIVE_WAY
-        return Verdict(rejects=tuple(rejects), abort=way)
+        if rejects and Abort.RETURN_TO_LANE in wanted and self.way_back(case.view) is not None:
+            return Abort.RETURN_TO_LANE
+        if not off and lets_by(case, rejects, giving_way):
+            return Abort.GIVE_WAY
+        if not off and (pressing or giving_way) and stops_beside(case, rejects + pressing, giving_way):
+            return Abort.GIVE_WAY
+        return Abort.FINISH if rejects else None
 
     def _before_commit(self, view: View) -> Abort:
         """A stop, unless the stack has strayed into an oncoming lane, where a stop is never the way out."""

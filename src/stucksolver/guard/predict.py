@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from stucksolver.guard.case import Case
+from stucksolver.guard.straight import StraightOn, straight_on
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import View
@@ -89,9 +90,9 @@ def moving_gaps(case: Case, stations: Array, which: Array, t: Array) -> Array:
     far = np.hypot(half_length, half_width) + np.hypot(view.half_length[which], view.half_width[which]) + FAR_M
     least = np.full((*stations.shape, len(which)), np.inf)
     elsewhere = view.elsewhere[which] > 0
-    crossing = np.flatnonzero(elsewhere)
-    if len(crossing):
-        least[..., crossing] = _gaps_straight_on(case, stations, offset, heading, which[crossing], t)
+    straight = straight_on(case, which)
+    if len(straight):
+        least[..., straight.member] = _gaps_straight_on(case, stations, offset, heading, which, straight, t)
     # Who is on a lane of ours, whichever way it heads, may also go along it.
     for member, s, d in predictions(view, which, t, np.flatnonzero(~elsewhere | (view.on_lane[which] > 0))):
         reach = far[member]
@@ -115,40 +116,42 @@ def _in_the_plane(view: View) -> tuple[Array, Array, Array]:
     return np.array([view.ego.x_m, view.ego.y_m]), there, np.hypot(view.vs, view.vd)
 
 
-def _gaps_straight_on(case: Case, stations: Array, offset: Array, heading: Array, which: Array, t: Array) -> Array:
-    """(profiles, times, objects): gaps to those on other roads, who go straight on in the plane, or brake.
+def _gaps_straight_on(
+    case: Case, stations: Array, offset: Array, heading: Array, which: Array, straight: StraightOn, t: Array
+) -> Array:
+    """(profiles, times, objects): gaps to those who go straight on in the plane, or brake; infinite where far away.
 
     Where they will be along the route says nothing about their way. When they will be where is not quite sure, so they
     are taken to be longer by what they drive in a time; before the start by more, that a plan be not begun in vain.
     """
-    view = case.view
+    view, speed = case.view, straight.speed_mps
+    body_length, body_width = (half[which[straight.member]] for half in (view.half_length, view.half_width))
     x, y, along = (a.reshape(stations.shape) for a in view.frame.to_local(stations.ravel(), offset.ravel()))
-    things = [view.objects[int(i)] for i in which]
-    at = np.array([(o.x_m, o.y_m, o.vx_mps, o.vy_mps, o.yaw_rad) for o in things])
-    speed = np.maximum(np.hypot(at[:, 2], at[:, 3]), 1e-6)
-    braking = np.minimum(t[:, None], speed / BRAKING_MPS2)
-    stopping = braking - BRAKING_MPS2 * braking**2 / (2 * speed)
     yaw = along + heading
     half_length, half_width = view.ego.length_m / 2, view.ego.width_m / 2
-    body = np.hypot(half_length, half_width) + np.hypot(view.half_length[which], view.half_width[which]) + FAR_M
+    reach = np.hypot(half_length, half_width) + np.hypot(body_length, body_width) + FAR_M
 
-    def gaps(driven_s: Array, longer_m: Array) -> Array:
-        """To where they are after so many seconds at their present speed; infinite where that is far away."""
-        there_x, there_y = at[:, 0] + at[:, 2] * driven_s, at[:, 1] + at[:, 3] * driven_s
+    def gaps(driven_m: Array, longer_m: Array) -> Array:
+        """To where they are when each has driven so far."""
+        beyond = driven_m - straight.before_m
+        there_x = straight.x_m + np.cos(straight.yaw_rad) * beyond
+        there_y = straight.y_m + np.sin(straight.yaw_rad) * beyond
         apart = (x[..., None] - there_x) ** 2 + (y[..., None] - there_y) ** 2
-        near = np.nonzero(apart < (body + longer_m) ** 2)
+        near = np.nonzero((apart < (reach + longer_m) ** 2) & (beyond >= 0.0))
         ego, (_, when, who) = near[:2], near
         result: Array = np.full(apart.shape, np.inf)
         result[near] = separation(
             (x[ego], y[ego], yaw[ego]),
             (half_length, half_width),
-            (there_x[when, who], there_y[when, who], at[who, 4]),
-            (view.half_length[which][who] + longer_m[who], view.half_width[which][who]),
+            (there_x[when, who], there_y[when, who], straight.yaw_rad[who]),
+            (body_length[who] + longer_m[who], body_width[who]),
         )
         return result
 
-    early = speed * (SURE_RUNNING_S if case.running else SURE_S)
-    return np.minimum(gaps(t[:, None], early), gaps(stopping, np.zeros(len(which))))
+    braking = np.minimum(t[:, None], speed / BRAKING_MPS2)
+    stopping_m = speed * braking - BRAKING_MPS2 * braking**2 / 2
+    early_m = speed * (SURE_RUNNING_S if case.running else SURE_S)
+    return np.minimum(gaps(speed * t[:, None], early_m), gaps(stopping_m, np.zeros(len(speed))))
 
 
 def predictions(view: View, which: Array, t: Array, everyone: Array) -> Iterator[tuple[Array, Array, Array]]:

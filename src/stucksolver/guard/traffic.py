@@ -9,12 +9,16 @@ from stucksolver.guard.policy import rss_distance
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Array, Lane
 from stucksolver.scene.road import LaneDirection
+from stucksolver.scene.view import MOVING_MPS
 
 DECIDES_S, DECIDES_M = 1.0, 3.0
 START_S = 0.3
 """From the order to the first motion."""
 RESERVE_M = 1.0
 """More distance behind who has just gone by, so that a plan begun is not given up in the next instant."""
+
+BESIDE_M, ACCELERATES_MPS2 = 0.3, 2.0
+"""Kept from the way of who comes by; and how they may speed up, to the limit, until they see us in it."""
 
 
 def oncoming(case: Case) -> list[Reject]:
@@ -132,16 +136,63 @@ def _entry(case: Case, lane: Lane, k: int) -> list[Reject]:
     return []
 
 
+def unyielding(case: Case, giving_way: bool) -> list[Reject]:
+    """Those from behind who could not stop any more for us if they began when we come into their way.
+
+    Whoever enters a lane with the distances of RSS counts on being seen from the lane's border on. Some brake only for
+    what is before them: for these the border is where their own body passes, and until then we can stop beside it.
+    They watch us, so that half the reaction time will do (all of it, to go on before one whom we let by).
+    """
+    view, path = case.view, case.path
+    rear = view.ego_s + view.ego.length_m / 2
+    for i in np.flatnonzero((view.vs > MOVING_MPS) & (view.elsewhere == 0) & (view.s - view.along < rear)):
+        left_of_us = bool(view.d[i] > path.d[0])
+        border = float(view.d[i]) + (-1.0 if left_of_us else 1.0) * (float(view.across[i]) + BESIDE_M)
+        meets = path.d + case.reach > border if left_of_us else path.d - case.reach < border
+        if meets[0] or not meets.any():
+            continue
+        k = int(meets.argmax())
+        if not _is_due(case, k):
+            continue
+        tail = _inside_of(case, k, np.full(len(path.s) - k, border), left_of_us)
+        reject = _could_not_stop(case, k, int(i), tail, 1.0 if giving_way else 0.5)
+        if reject is not None:
+            return [reject]
+    return []
+
+
+def _could_not_stop(case: Case, k: int, i: int, tail: Array, reaction: float) -> Reject | None:
+    """An object from behind against the ego that comes into its way at station `k`."""
+    view, policy, run, thing = case.view, case.policy, case.quick, case.view.objects[i]
+    now, when, lane = float(view.vs[i]), float(run.t[k]), view.lane_of[i]
+    limit = (lane.strip.speed_limit_mps if lane else None) or policy.unknown_oncoming_limit_mps
+    speed = max(now, min(now + ACCELERATES_MPS2 * when, limit))
+    front = float(view.s[i]) + (now + speed) / 2 * when + float(view.along[i])
+    if front - 2 * float(view.along[i]) > float(case.path.s[k]) + view.ego.length_m / 2:
+        return None  # past us by then
+    sooner = (1.0 - reaction) * policy.reaction_s * speed
+    needed = np.array([rss_distance(speed, float(run.v[k + j]), policy) for j in range(len(tail))]) - sooner
+    if (tail - front >= needed).all():
+        return None
+    gap = float(tail.min()) - front
+    detail = f"{thing.kind.value} {thing.id} does not let us in: {gap:.1f} m behind"
+    return Reject(code=RejectCode.LANE_ENTRY, detail=detail, object_id=thing.id, time_s=when, gap_m=gap)
+
+
 def _tail(case: Case, lane: Lane, k: int) -> Array:
     """Arc length of the rearmost part of the body that is inside a lane, from its entry at station `k` until all is.
 
     While the body turns in, its tail is still outside: who comes from behind in the lane must stop for what is in it.
     """
+    s = case.path.s[k:]
+    from_right = bool(case.path.d[k] <= np.interp(s[0], lane.s, lane.centre))
+    return _inside_of(case, k, np.interp(s, lane.s, lane.right if from_right else lane.left), from_right)
+
+
+def _inside_of(case: Case, k: int, border: Array, from_right: bool) -> Array:
+    """The same with a border (its offsets at the stations from `k` on) that the body crosses from the right or left."""
     path, half_length, half_width = case.path, case.view.ego.length_m / 2, case.view.ego.width_m / 2
     s, d, turn = path.s[k:], path.d[k:], case.heading[k:]
-    centre = np.interp(s, lane.s, lane.centre)
-    from_right = d[0] <= centre[0]
-    border = np.interp(s, lane.s, lane.right if from_right else lane.left)
     beyond = (border - d if from_right else d - border) - half_width * np.cos(turn)
     slope = np.maximum(np.sin(turn) if from_right else -np.sin(turn), 1e-6)
     along = np.clip(beyond / slope, -half_length, half_length)
