@@ -102,8 +102,8 @@ def lets_by(case: Case, rejects: list[Reject], giving_way: bool) -> bool:
     view, policy = case.view, case.policy
     braking, speed = view.ego.limits.comfort_braking_mps2, view.ego.speed_mps
     lasts = LAG_S + speed / braking
-    crossing = {thing.id for i, thing in enumerate(view.objects) if goes_straight(case, i)}
-    met_s = [r.time_s for r in rejects if r.object_id in crossing and r.time_s is not None]
+    named = {r.object_id: r.time_s for r in rejects if r.time_s is not None}
+    met_s = [named[thing.id] for i, thing in enumerate(view.objects) if thing.id in named and goes_straight(case, i)]
     if not met_s or min(met_s) > lasts + (GOES_ON_S if giving_way else GIVES_WAY_S):
         return False
     stations, t = _braking_now(case)

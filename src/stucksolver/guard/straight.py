@@ -39,7 +39,9 @@ def straight_on(case: Case, which: Array) -> StraightOn:
     """The ways of those among `which` who go straight on."""
     view = case.view
     rows = []
-    for member, i in enumerate(which):
+    oncoming = (view.vs[which] < -ONCOMING_MPS) & (view.on_lane[which] > 0)
+    for member in np.flatnonzero((view.elsewhere[which] > 0) | oncoming):
+        i = which[member]
         thing, zone = view.objects[int(i)], _turned_in(case, int(i))
         speed = max(math.hypot(thing.vx_mps, thing.vy_mps), 1e-6)
         if view.elsewhere[i] > 0 or (zone is not None and view.s[i] <= zone.end_m):
