@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stucksolver.decision.rollout import Rollout
 from stucksolver.guard.case import Case
 from stucksolver.guard.policy import rss_distance
 from stucksolver.guard.verdict import Reject, RejectCode
@@ -155,15 +156,17 @@ def unyielding(case: Case, giving_way: bool) -> list[Reject]:
         if not _is_due(case, k):
             continue
         tail = _inside_of(case, k, np.full(len(path.s) - k, border), left_of_us)
-        reject = _could_not_stop(case, k, int(i), tail, 1.0 if giving_way else 0.5)
-        if reject is not None:
-            return [reject]
+        # The slower we are, the nearer they have come by then; the quicker, the less they have passed us.
+        for run in (case.slow, case.quick):
+            reject = _could_not_stop(case, run, k, int(i), tail, 1.0 if giving_way else 0.5)
+            if reject is not None:
+                return [reject]
     return []
 
 
-def _could_not_stop(case: Case, k: int, i: int, tail: Array, reaction: float) -> Reject | None:
+def _could_not_stop(case: Case, run: Rollout, k: int, i: int, tail: Array, reaction: float) -> Reject | None:
     """An object from behind against the ego that comes into its way at station `k`."""
-    view, policy, run, thing = case.view, case.policy, case.quick, case.view.objects[i]
+    view, policy, thing = case.view, case.policy, case.view.objects[i]
     now, when, lane = float(view.vs[i]), float(run.t[k]), view.lane_of[i]
     limit = (lane.strip.speed_limit_mps if lane else None) or policy.unknown_oncoming_limit_mps
     speed = max(now, min(now + ACCELERATES_MPS2 * when, limit))
