@@ -145,8 +145,7 @@ def unyielding(case: Case, giving_way: bool) -> list[Reject]:
     They watch us, so that half the reaction time will do (all of it, to go on before one whom we let by).
     """
     view, path = case.view, case.path
-    rear = view.ego_s + view.ego.length_m / 2
-    for i in np.flatnonzero((view.vs > MOVING_MPS) & (view.elsewhere == 0) & (view.s - view.along < rear)):
+    for i in np.flatnonzero((view.vs > MOVING_MPS) & (view.elsewhere == 0) & (view.s - view.along < view.ego_front_s)):
         left_of_us = bool(view.d[i] > path.d[0])
         border = float(view.d[i]) + (-1.0 if left_of_us else 1.0) * (float(view.across[i]) + BESIDE_M)
         meets = path.d + case.reach > border if left_of_us else path.d - case.reach < border
