@@ -95,21 +95,20 @@ class Store:
 
     def write_driven(self, route: Route, seed: int, driven: Driven) -> None:
         """All files of a route; the outcome last."""
-        folder, name = self._seed(seed), _name(route)
-        driven.metric_info.write(folder / "metrics" / name)
+        driven.metric_info.write(self._path("metrics", route, seed))
         if driven.replay is not None:
             packed = gzip.compress(driven.replay.model_dump_json().encode(), 6, mtime=0)
-            write_bytes(folder / "replays" / f"{name}.json.gz", packed)
-        write_text(folder / "records" / f"{name}.json", checkpoint_text(driven.record))
+            write_bytes(self.replay(route, seed), packed)
+        write_text(self._path("records", route, seed), checkpoint_text(driven.record))
         self.write_outcome(route, driven.outcome)
 
     def write_outcome(self, route: Route, outcome: Outcome) -> None:
-        write_text(self._seed(outcome.seed) / "outcomes" / f"{_name(route)}.json", outcome.model_dump_json() + "\n")
+        write_text(self._path("outcomes", route, outcome.seed), outcome.model_dump_json() + "\n")
 
     def take(self, other: Store, route: Route, seed: int) -> None:
         """Copy all files of a route that is done there; the outcome last."""
-        for part, name in _FILES.items():
-            theirs, ours = (store._seed(seed) / part / name.format(_name(route)) for store in (other, self))
+        for part in _FILES:
+            theirs, ours = (store._path(part, route, seed) for store in (other, self))
             try:
                 if theirs.is_dir():
                     shutil.copytree(theirs, ours, dirs_exist_ok=True)
@@ -119,27 +118,27 @@ class Store:
                 raise cannot_write(ours, error) from error
 
     def outcome(self, route: Route, seed: int) -> Outcome | None:
-        path = self._seed(seed) / "outcomes" / f"{_name(route)}.json"
+        path = self._path("outcomes", route, seed)
         return Outcome.model_validate_json(_read(path)) if path.exists() else None
 
     def record(self, route: Route, seed: int) -> RouteRecord | None:
-        path = self._seed(seed) / "records" / f"{_name(route)}.json"
+        path = self._path("records", route, seed)
         if not path.exists():
             return None
         return CheckpointFile.model_validate_json(_read(path)).checkpoint.records[0]
 
     def metric_info(self, route: Route, seed: int) -> Path:
-        return self._seed(seed) / "metrics" / _name(route) / "metric_info.json"
+        return self._path("metrics", route, seed) / "metric_info.json"
 
     def replay(self, route: Route, seed: int) -> Path:
-        return self._seed(seed) / "replays" / f"{_name(route)}.json.gz"
+        return self._path("replays", route, seed)
 
     def interventions(self, route: Route, seed: int) -> Path:
         """The folder of the records of a route's interventions."""
-        return self._seed(seed) / "interventions" / _name(route)
+        return self._path("interventions", route, seed)
 
-    def _seed(self, seed: int) -> Path:
-        return self.folder / f"seed-{seed}"
+    def _path(self, part: str, route: Route, seed: int) -> Path:
+        return self.folder / f"seed-{seed}" / part / _FILES[part].format(_name(route))
 
 
 def _name(route: Route) -> str:
