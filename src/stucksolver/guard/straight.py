@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -39,8 +40,7 @@ def straight_on(case: Case, which: Array) -> StraightOn:
     """The ways of those among `which` who go straight on."""
     view = case.view
     rows = []
-    oncoming = (view.vs[which] < -ONCOMING_MPS) & (view.on_lane[which] > 0)
-    for member in np.flatnonzero((view.elsewhere[which] > 0) | oncoming):
+    for member in np.flatnonzero((view.elsewhere > 0)[which] | _oncoming(view, which)):
         i = which[member]
         thing, zone = view.objects[int(i)], _turned_in(case, int(i))
         speed = max(math.hypot(thing.vx_mps, thing.vy_mps), 1e-6)
@@ -61,7 +61,7 @@ def goes_straight(case: Case, index: int) -> bool:
 def _turned_in(case: Case, index: int) -> Zone | None:
     """The junction on the path in which the route turns, for who comes the other way on one of its lanes."""
     view = case.view
-    if view.vs[index] > -ONCOMING_MPS or view.on_lane[index] == 0:
+    if not _oncoming(view, index):
         return None
     first, last, half = float(case.path.s[0]), float(case.path.end_s), view.ego.length_m / 2
     for zone in view.surroundings.road.zones:
@@ -69,6 +69,11 @@ def _turned_in(case: Case, index: int) -> Zone | None:
         if zone.kind is ZoneKind.JUNCTION and met and view.s[index] > zone.start_m and _turns(view, zone):
             return zone
     return None
+
+
+def _oncoming(view: View, which: Any) -> Any:
+    """Who comes the other way on one of the known lanes; of one object or several."""
+    return (view.vs[which] < -ONCOMING_MPS) & (view.on_lane[which] > 0)
 
 
 def _turns(view: View, zone: Zone) -> bool:
