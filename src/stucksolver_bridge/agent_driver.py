@@ -51,6 +51,10 @@ class AgentDriver:
     looks for by itself; or a function that returns what is perceived (see `ShownWorld`).
     """
 
+    acceleration_mps2 = 3.5
+    """The most with which it speeds up from rest: what its controller's three quarters of the throttle bring about in a
+    sedan, seen on carlette."""
+
     def __init__(self, agent: Any, carla: Any, obstacles: Any = True) -> None:
         self.agent = agent
         self._carla = carla

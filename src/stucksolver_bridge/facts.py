@@ -19,14 +19,16 @@ class Facts:
         self._told: set[int] = set()
         self._lights = list(self._world.get_actors().filter("*traffic_light*"))
 
-    def opening(self, route: Sequence[Any]) -> dict[str, Any]:
-        """Once, at the start: the map, the ego's size, the stop lines of all lights, the route and the first tick."""
+    def opening(self, route: Sequence[Any], acceleration_mps2: float) -> dict[str, Any]:
+        """Once, at the start: the map, the ego's size and how quickly it sets off, the stop lines of all lights, the
+        route and the first tick."""
         box = self._vehicle.bounding_box.extent
         return {
             "map": self._map.name.rsplit("/", 1)[-1],
             "xodr": self._map.to_opendrive(),
             "id": self._vehicle.id,
             "extent": [box.x, box.y, box.z],
+            "acceleration": acceleration_mps2,
             "lights": [[light.id, [place(w) for w in light.get_stop_waypoints()]] for light in self._lights],
             "route": route_places(route),
             "tick": self.tick(),

@@ -37,7 +37,8 @@ class Recovery:
         self._lights_before: Any = None
         self._facts = Facts(self._vehicle, carla_map)
         self.directive: dict[str, Any] = {"kind": "continue"}
-        self.solver = SolverProcess(python, {"settings": settings, "carla": self._facts.opening(driver.route)}, path)
+        opening = self._facts.opening(driver.route, driver.acceleration_mps2)
+        self.solver = SolverProcess(python, {"settings": settings, "carla": opening}, path)
 
     def run_step(self) -> Any:
         """This tick's `carla.VehicleControl`, not applied."""

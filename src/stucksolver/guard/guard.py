@@ -13,6 +13,7 @@ from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
 from stucksolver.guard import checks, marking, obstacles, rules, traffic
 from stucksolver.guard.aborts import committed, lets_by, stops_are_safe, stops_beside
 from stucksolver.guard.case import Case
+from stucksolver.guard.hand_back import clear_to_hand_back
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.guard.verdict import OK, Reject, RejectCode, Verdict
 from stucksolver.scene.frenet import Array
@@ -175,6 +176,10 @@ class Guard:
         path = lateral(view.ego_s, view.ego_d, 0.0, length, speed, view)
         case = Case(view, path, self.policy, running=True)
         return None if checks.collision(case) or checks.drivable_area(case) else path
+
+    def clear_to_hand_back(self, view: View) -> bool:
+        """May the stack drive on by itself from here? Where nobody may stand it must."""
+        return not self.may_stand(view) or clear_to_hand_back(view, self.policy)
 
     def lay_out(self, behaviors: Sequence[Behavior], view: View, guided: bool, approvals: Approvals) -> Proven:
         """Behaviours as one path from here, nothing of it judged yet. Raises `CannotPlan`."""

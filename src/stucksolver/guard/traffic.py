@@ -16,7 +16,7 @@ DECIDES_S, DECIDES_M = 1.0, 3.0
 START_S = 0.3
 """From the order to the first motion."""
 RESERVE_M = 1.0
-"""More distance behind who has just gone by, so that a plan begun is not given up in the next instant."""
+"""More distance to others at the start, so that a plan begun is not given up in the next instant."""
 
 BESIDE_M, ACCELERATES_MPS2 = 0.3, 2.0
 """Kept from the way of who comes by; and how they may speed up, to the limit, until they see us in it."""
@@ -221,10 +221,10 @@ def _too_close(case: Case, k: int, i: int, tail: Array) -> Reject | None:
         room = [behind[j] - rss_distance(speed, float(run.v[k + j]), policy) for j in range(len(tail))]
         worst = int(np.argmin(room))
         if ahead > float(behind.min()):
-            needed = rss_distance(float(run.v[k]), speed, policy) + (0.0 if case.running else RESERVE_M)
-            gap, where = ahead, "ahead"
+            gap, where, needed = ahead, "ahead", rss_distance(float(run.v[k]), speed, policy)
         else:
             gap, where, needed = float(behind[worst]), "behind", float(behind[worst] - room[worst])
+        needed += 0.0 if case.running else RESERVE_M
         sides.add(where)
         if gap < needed or len(sides) > 1:
             detail = f"{thing.kind.value} {thing.id} {where}: {gap:.1f} m, needs {needed:.1f} m"

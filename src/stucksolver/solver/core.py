@@ -68,9 +68,13 @@ class Core:
         self._for_approval: Answer | None = None
         self._held: Held | None = None
         """A plan that waits for a gap in the traffic."""
+        self._driven: Answer | None = None
+        """What the plan under way comes from; None for the way to the roadside."""
         self._trigger: Trigger | None = None
         self._stop: SafeStop | None = None
         self._blocked_at_stop = False
+        self._stays = False
+        """Is the vehicle held where a plan was given up, since its driver would turn into what stands there?"""
         self._tried_aside = False
         """Was pulling over tried before the stop?"""
         self._done: tuple[RecoveryPlan, float] | None = None
@@ -89,7 +93,7 @@ class Core:
     @property
     def _busy(self) -> bool:
         waiting = self._words.now or self._said or self._stop or self._desk.pending
-        return waiting is not None or self._running.execution is not None or self._asking.busy
+        return waiting is not None or self._running.execution is not None or self._asking.busy or self._stays
 
     @property
     def _resting(self) -> Continue | SafeStop:

@@ -9,7 +9,7 @@ from stucksolver.ladder import AskPerson, AskReasoner, Assist, Resume
 from stucksolver.reason import ReasonerError
 from stucksolver.scene import Status
 from stucksolver.solver.events import EventKind
-from stucksolver.solver.execution import Outcome
+from stucksolver.solver.execution import STAND, Outcome
 from stucksolver.solver.failures import GOT_ON_M, USELESS, passes, signature
 from stucksolver.solver.helping import why_stopped
 from stucksolver.solver.panel import Answer, Held
@@ -18,6 +18,9 @@ from stucksolver.solver.questions import QuestionKind, Reply
 from stucksolver.solver.running import Judged
 from stucksolver.solver.senses import Read
 
+HARDLY_BEGUN_M = 2.0
+"""A plan given up for traffic before that much of it was driven waits for the next gap as it is."""
+STANDS_THERE = "; it stands: the way back into the lane is not free"
 OBSERVED_AGAIN_S = 5.0
 """An observer who found a plan looks again this much later."""
 
@@ -160,7 +163,7 @@ class Deliberation(People):
             self._climb.pause(now + OBSERVED_AGAIN_S)
             return CONTINUE
         if judged.verdict.accepted:
-            return self._start(judged, status, read)
+            return self._start(judged, status, read, answer)
         if judged.need is not None:
             self._ask_for_yes(judged, answer, now)
         else:
@@ -183,7 +186,7 @@ class Deliberation(People):
         if judged is not None and judged.verdict.accepted:
             self._held = None
             self._tell_decision(now, held.answer, judged.verdict)
-            return self._start(judged, status, read)
+            return self._start(judged, status, read, held.answer)
         if judged is None or not judged.passing or now >= held.until_s:
             self._held = None
             if judged is not None:
@@ -203,14 +206,15 @@ class Deliberation(People):
         else:
             self._failed(now)
 
-    def _start(self, judged: Judged, status: Status, read: Read) -> Directive:
+    def _start(self, judged: Judged, status: Status, read: Read, answer: Answer | None = None) -> Directive:
         now = status.time_s
+        self._driven = answer
         self._climb.begun()
         self._words_climb.begun()
         self._running.start(judged)
         self._done, self._begun_m = None, status.progress_m
         self._words.doing = self._words.now
-        self._helped = True
+        self._helped, self._stays = True, False
         self._desk.withdraw()
         if self._stop is not None:
             self._release(now, "a plan was accepted")
@@ -226,11 +230,15 @@ class Deliberation(People):
         plan, verdict = execution.plan, execution.last_verdict
         spoken, self._words.doing = self._words.doing, None
         kind = EventKind.FINISHED if result.finished else EventKind.ABORTED
-        self._tell(now, kind, result.text)
+        self._stays = not result.finished and not self._running.clear_to_hand_back(read, now)
+        self._tell(now, kind, result.text + (STANDS_THERE if self._stays else ""))
         if not result.finished:
             self._failures.note(plan, f"aborted: {result.text}", self._stack_s(now))
             self._failures.aborted(plan, verdict)
-            self._failed(now, counts=not passes(verdict, frozenset()))
+            passing = passes(verdict, frozenset())
+            self._failed(now, counts=not passing)
+            if passing and self._driven is not None and status.progress_m - self._begun_m < HARDLY_BEGUN_M:
+                self._held = Held(self._driven, plan, now + self.ladder.asking.hold_s, self._begun_m)
             return CONTINUE
         if spoken is not None and spoken is self._words.now:
             self._end_words(now, "done")
@@ -238,6 +246,20 @@ class Deliberation(People):
         self._climb.failed(now)
         self._detector.forget()
         return Replan(route_start=plan.route_start) if plan.replan_route else CONTINUE
+
+    def _still_there(self, status: Status) -> bool:
+        """Does a plan, given up right after its start, wait for the next gap while the vehicle has not driven on?"""
+        begun = None if self._held is None else self._held.from_m
+        return begun is not None and status.progress_m - begun < HARDLY_BEGUN_M
+
+    def _stay(self, status: Status, read: Read) -> Directive:
+        """A plan was given up: stand until the stack can drive on from here, or another plan begins."""
+        now = status.time_s
+        self._stays = not status.at_destination and not self._running.clear_to_hand_back(read, now)
+        if self._stays:
+            return STAND
+        self._tell(now, EventKind.RELEASED, "the way back into the lane is free")
+        return CONTINUE
 
     def _replied(self, reply: Reply, status: Status, trigger: Trigger | None, read: Read) -> Directive:
         """A person's yes or no."""

@@ -41,8 +41,8 @@ class Outcome:
 
 
 Step = Execute | Replan | SafeStop
-GIVE_WAY = Execute(behavior=Wait(duration_s=1.0))
-"""Brake and stand, until whoever crosses is by."""
+STAND = Execute(behavior=Wait(duration_s=1.0))
+"""Brake and stand, until whoever crosses is by, or the stack can drive on by itself."""
 
 
 class Execution:
@@ -114,7 +114,7 @@ class Execution:
                 # The stack knows how to get through a junction, too; it is not left standing there by a plan.
                 return Outcome(False, f"it gave way for longer than its time allowance: {verdict}")
             self._gives_way = True
-            return GIVE_WAY
+            return STAND
         if self._gives_way:
             self._gives_way, self._directive = False, self._direct(view)
         if not verdict.accepted and verdict.abort is not Abort.FINISH:

@@ -28,6 +28,8 @@ class Held:
     answer: Answer
     plan: RecoveryPlan
     until_s: float
+    from_m: float | None = None
+    """Progress on the route when it was begun, if it was given up for the traffic right after its start."""
 
 
 class Panel:

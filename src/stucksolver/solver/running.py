@@ -122,6 +122,13 @@ class Running:
             self._end()
         return result
 
+    def clear_to_hand_back(self, read: Read, now_s: float) -> bool:
+        """May the stack drive on from where a plan was given up? So it must, too, where nothing is seen for long."""
+        seen = self.senses.look(read, now_s)
+        if seen is None:
+            return self.senses.blind_s(now_s) > BLIND_LIMIT_S
+        return self.guard.clear_to_hand_back(View(seen))
+
     def _end(self) -> None:
         self.ended, self.execution = self.execution, None
 

@@ -81,6 +81,8 @@ class StuckSolver(Deliberation):
         self._hear(now)
         self._watch(status, trigger)
         directive = self._act(status, trigger, read)
+        if self._stays and directive == CONTINUE:
+            directive = self._stay(status, read)
         self._tell_fault(now, self._running.senses.fault or self._asking.camera_fault)
         self._settle(status)
         return directive
@@ -92,7 +94,7 @@ class StuckSolver(Deliberation):
             return self._perform(status, read)
         if reply is not None:
             return self._replied(reply, status, trigger, read)
-        if trigger is None and self._words.now is None and self._stop is None:
+        if trigger is None and self._words.now is None and self._stop is None and not self._still_there(status):
             self._cleared(now)
             return CONTINUE
         if self._asking.busy:

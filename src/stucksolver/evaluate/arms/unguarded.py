@@ -27,5 +27,8 @@ class Unguarded(Guard):
     def allows_standing(self, behavior: Behavior, view: View, approvals: Approvals = NOBODY) -> Verdict:
         return OK
 
+    def clear_to_hand_back(self, view: View) -> bool:
+        return True
+
     def recheck(self, proven: Proven, view: View, giving_way: bool = False) -> Verdict:
         return OK

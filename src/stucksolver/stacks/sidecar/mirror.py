@@ -151,6 +151,7 @@ class MirrorDriver:
 
     def __init__(self, world: MirrorWorld, ego: MirrorVehicle, opening: dict[str, Any], orders: list[Order]) -> None:
         self._world, self._ego, self._orders = world, ego, orders
+        self.acceleration_mps2 = float(opening["acceleration"])
         found = [(world.map.get_waypoint_xodr(*place[:3]), place[3]) for place in opening["route"]]
         self.route: Sequence[RoutePoint] = [RoutePoint(w, command) for w, command in found if w is not None]
 

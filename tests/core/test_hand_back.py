@@ -1,0 +1,97 @@
+"""A plan that is given up: when the stack may drive on by itself, and when the vehicle is held where it stands."""
+
+from __future__ import annotations
+
+import pytest
+from worlds import LANE_M, World, drive, straight_road, stubborn, thing
+
+from stucksolver.decision import CONTINUE, Execute
+from stucksolver.decision.behaviors import Abort
+from stucksolver.guard import Guard, Reject, RejectCode, Verdict
+from stucksolver.scene import LineKind
+from stucksolver.solver import EventKind
+
+MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
+PRESSED = Verdict(rejects=(Reject(code=RejectCode.LANE_ENTRY, detail="a car comes"),), abort=Abort.STOP)
+
+
+class GivesUp(Guard):
+    """Sound, but has one plan given up, for the traffic, when a view says so."""
+
+    def __init__(self, when):
+        super().__init__()
+        self._when = when
+        self.gave_up = False
+
+    def recheck(self, proven, view, giving_way=False):
+        if not self.gave_up and self._when(view):
+            self.gave_up = True
+            return PRESSED
+        return super().recheck(proven, view, giving_way)
+
+    def accept(self, *arguments):
+        verdict = super().accept(*arguments)
+        return (PRESSED, None) if self.gave_up and self._when is askew else verdict
+
+
+def askew(view):
+    return abs(view.ego_yaw) > 0.25
+
+
+@pytest.mark.parametrize(
+    ("y", "yaw", "lead_at", "clear"),
+    [
+        (0.0, 0.0, 56.0, True),  # straight behind it: any driver sees it
+        (1.0, 0.5, 56.0, False),  # turned out beside it: the way back leads into its corner
+        (1.0, 0.5, 75.0, True),
+        (LANE_M, 0.0, 53.0, False),  # in the next lane, level with it
+        (LANE_M, 0.0, 90.0, True),
+    ],
+)
+def test_the_way_back_must_be_free_unless_the_vehicle_stands_in_its_lane(y, yaw, lead_at, clear):
+    world = World(MULTI, [thing("lead", lead_at)], y=y, yaw=yaw)
+    assert Guard().clear_to_hand_back(world.view()) is clear
+
+
+def test_who_moves_is_no_reason_to_stay():
+    world = World(MULTI, [thing("lead", 56.0, speed=6.0)], y=1.0, yaw=0.5)
+    assert Guard().clear_to_hand_back(world.view())
+
+
+def test_where_nobody_may_stand_the_stack_goes_on():
+    world = World(straight_road(), [thing("lead", 53.0)], y=LANE_M)
+    assert Guard().clear_to_hand_back(world.view())
+
+
+def test_given_up_askew_the_vehicle_is_held_until_the_way_back_is_free():
+    world = World(MULTI, [thing("lead", 60.0)])
+    stood = []
+
+    def towed_away(world):
+        stood.append((world.time_s, world.x, world.speed))
+        if world.time_s > 30.0:
+            world.objects = []
+
+    seen = drive(world, 40.0, guard=GivesUp(askew), ladder=stubborn(), every_tick=towed_away)
+    aborted = next(e for e in seen.events if e.kind is EventKind.ABORTED)
+    released = next(e for e in seen.events if e.kind is EventKind.RELEASED)
+    assert "it stands" in aborted.text
+    assert released.text == "the way back into the lane is free"
+    assert released.time_s == pytest.approx(30.5, abs=0.6)  # what vanishes is believed to be there for a moment
+    held = [d for d, (t, _, _) in zip(seen.directives, stood, strict=True) if aborted.time_s < t <= 30.0]
+    assert all(isinstance(d, Execute) and d.behavior.name == "wait" for d in held)
+    places = [x for t, x, _ in stood if aborted.time_s + 2.0 < t <= 30.0]
+    assert max(places) - min(places) < 0.01
+    assert seen.directives[-1] == CONTINUE
+    assert seen.nearest_m > 0.3
+
+
+def test_given_up_for_the_traffic_right_after_its_start_it_waits_for_the_next_gap():
+    guard = GivesUp(lambda view: view.ego.speed_mps > 0.6)
+    seen = drive(World(MULTI, [thing("lead", 75.0)]), 30.0, guard=guard, ladder=stubborn())
+    started = [e.time_s for e in seen.events if e.kind is EventKind.STARTED]
+    aborted = next(e.time_s for e in seen.events if e.kind is EventKind.ABORTED)
+    assert len(started) == 2
+    assert started[1] - aborted < 0.2
+    assert EventKind.TRIGGERED not in [e.kind for e in seen.events if started[0] < e.time_s <= started[1]]
+    assert EventKind.RECOVERED in seen.kinds()
