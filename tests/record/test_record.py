@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from PIL import Image
 from worlds import LANE_M, World, drive, red_light, straight_road, stubborn, thing
 
 from stucksolver.cli import main
@@ -288,3 +289,20 @@ def test_the_command_says_whether_it_matches_and_names_a_changed_line(one, tmp_p
     assert f"{changed}, line" in capsys.readouterr().err
     assert main(["replay", str(tmp_path / "none.jsonl")]) == 2
     assert "cannot read" in capsys.readouterr().err
+
+
+def test_the_picture_shows_the_moments_asked_for(one, tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    few, many = tmp_path / "few.png", tmp_path / "new" / "many.png"
+    assert main(["replay", str(one), "--picture", str(few), "--at", "12", "14"]) == 0
+    assert main(["replay", str(one), "--picture", str(many)]) == 0
+    sizes = [Image.open(file).size for file in (few, many)]
+    assert sizes[0][0] == sizes[1][0]
+    assert sizes[0][1] < sizes[1][1]
+    assert len(Image.open(few).convert("RGB").getcolors(1_000_000)) > 100
+    assert str(few) in capsys.readouterr().out
+
+
+def test_a_picture_of_two_records_is_refused(one, tmp_path, capsys):
+    assert main(["replay", str(one), str(one), "--picture", str(tmp_path / "two.png")]) == 2
+    assert "name one FILE" in capsys.readouterr().err

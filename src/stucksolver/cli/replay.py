@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from stucksolver.cli.errors import UsageError
+from stucksolver.plotting import can_plot
 from stucksolver.record import RecordError, Report, replay
+from stucksolver.record.picture import draw_record
 
 SHOWN = 20
 
@@ -18,11 +20,17 @@ def add_replay(commands: Any) -> argparse.ArgumentParser:
         "replay", help="derive every decision and verdict of a record again, offline"
     )
     parser.add_argument("records", nargs="+", type=Path, metavar="FILE", help="a record, intervention-….jsonl")
+    parser.add_argument("--picture", type=Path, metavar="PNG", help="draw it from above (one record; needs matplotlib)")
+    parser.add_argument(
+        "--at", type=float, nargs="+", default=(), metavar="S", help="moments to draw, by the stack's clock"
+    )
     return parser
 
 
 def run_replay(options: argparse.Namespace) -> int:
     """0 when everything matches, 1 when something does not. Raises `UsageError` for a record that was changed."""
+    if options.picture is not None:
+        _picture(options)
     agree = True
     for path in options.records:
         try:
@@ -32,6 +40,19 @@ def run_replay(options: argparse.Namespace) -> int:
         _print(report)
         agree = agree and report.matches
     return 0 if agree else 1
+
+
+def _picture(options: argparse.Namespace) -> None:
+    if len(options.records) > 1:
+        raise UsageError("--picture draws one record; name one FILE")
+    if not can_plot():
+        raise UsageError("--picture needs matplotlib: pip install 'stucksolver[report]'")
+    try:
+        print(f"picture: {draw_record(options.records[0], options.picture, options.at)}")
+    except RecordError as error:
+        raise UsageError(str(error)) from error
+    except OSError as error:
+        raise UsageError(f"cannot write {options.picture}: {error.strerror}; name another place") from error
 
 
 def _print(report: Report) -> None:

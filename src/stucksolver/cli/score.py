@@ -29,7 +29,7 @@ def add_compare(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 
 def run_score(options: argparse.Namespace) -> int:
-    from stucksolver.evaluate.report.plots import can_plot
+    from stucksolver.plotting import can_plot
 
     if options.plots is not None and not can_plot():
         raise UsageError("--plots needs matplotlib: pip install 'stucksolver[report]'")

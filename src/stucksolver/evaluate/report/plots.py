@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,11 +11,6 @@ from stucksolver.evaluate.scores.columns import run_name
 from stucksolver.evaluate.scores.summary import Summary
 
 DPI = 200
-
-
-def can_plot() -> bool:
-    """Is matplotlib there?"""
-    return importlib.util.find_spec("matplotlib") is not None
 
 
 def write_plots(summaries: Sequence[Summary], folder: Path) -> list[Path]:

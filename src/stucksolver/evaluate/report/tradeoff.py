@@ -8,9 +8,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from stucksolver.evaluate.files import write_text
-from stucksolver.evaluate.report.plots import DPI, can_plot
+from stucksolver.evaluate.report.plots import DPI
 from stucksolver.evaluate.scores.columns import aligned, number
 from stucksolver.evaluate.scores.summary import Summary
+from stucksolver.plotting import can_plot
 
 AXES: dict[str, Callable[[Summary], float | None]] = {
     "driving score": lambda s: s.driving_score,

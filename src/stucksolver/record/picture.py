@@ -1,0 +1,142 @@
+"""A record as a picture: the road from above, straightened, at some moments; needs matplotlib."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stucksolver.decision import Execute
+from stucksolver.decision.directive import directive_adapter
+from stucksolver.record.chain import RecordError, read_chain
+from stucksolver.record.compact import Unpacker
+from stucksolver.scene import LaneDirection, ObjectKind
+from stucksolver.scene.view import View
+from stucksolver.solver.events import EventKind
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MOMENTS = 5
+BACK_M, AHEAD_M = 25.0, 55.0
+ASIDE_M, BESIDE_M = 12.0, 1.5
+"""What is shown of the lanes on either side at most, and of what lies beside them."""
+DPI = 130
+COLUMNS = 150
+ROAD, ONCOMING, EGO, OTHER, MOVING, PATH = "#e9eaee", "#f6e9dc", "#1f6fb2", "#6b7078", "#c2571a", "#2c9a4b"
+TOLD = frozenset({EventKind.STARTED, EventKind.ABORTED, EventKind.FINISHED, EventKind.STOPPED, EventKind.RECOVERED})
+
+
+@dataclass(frozen=True)
+class _Moment:
+    time_s: float
+    view: View
+    path: tuple[tuple[float, float], ...]
+    text: str
+
+
+def draw_record(record: Path, picture: Path, at_s: Sequence[float] = ()) -> Path:
+    """Draw the moments nearest to `at_s` (the stack's clock), else some from the first look at a plan to the last.
+
+    Raises `RecordError` for a record that cannot be read, or in which nothing was seen, and `OSError`.
+    """
+    from matplotlib.figure import Figure
+
+    moments = _read(record)
+    if not moments:
+        raise RecordError(f"{record}: no plan was judged in it, so there is nothing to draw")
+    first, last = moments[0].time_s, moments[-1].time_s
+    times = sorted(at_s) or list(np.linspace(first, last, MOMENTS))
+    chosen = [min(moments, key=lambda m: abs(m.time_s - t)) for t in times]
+    figure = Figure(figsize=(11, 1.9 * len(chosen)), layout="constrained")
+    for axes, moment in zip(np.atleast_1d(figure.subplots(len(chosen), 1)), chosen, strict=True):
+        _draw(axes, moment, first)
+    picture.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(picture, dpi=DPI)
+    return picture
+
+
+def _read(record: Path) -> list[_Moment]:
+    """Every tick on which the surroundings were recorded."""
+    reader = _Reader()
+    for number, line in read_chain(record):
+        reader.take(record, number, line)
+    return reader.moments
+
+
+class _Reader:
+    def __init__(self) -> None:
+        self.moments: list[_Moment] = []
+        self._unpacker = Unpacker()
+        self._path: tuple[tuple[float, float], ...] = ()
+        self._text = ""
+
+    def take(self, record: Path, number: int, line: dict[str, Any]) -> None:
+        try:
+            if line["kind"] == "road":
+                self._unpacker.add_road(line["road"])
+            elif line["kind"] == "event" and EventKind(line["event"]["kind"]) in TOLD:
+                self._text = f"{line['event']['kind']}: {line['event']['text']}"
+            elif line["kind"] in ("judged", "tick"):
+                self._seen(line)
+        except (KeyError, TypeError, ValueError) as error:
+            raise RecordError(f"{record}, line {number}: this line cannot be read: {error!r}") from error
+
+    def _seen(self, line: dict[str, Any]) -> None:
+        judged = line["kind"] == "judged"
+        if "directive" in line:
+            said = directive_adapter.validate_python(line["directive"])
+            self._path = tuple((p.x_m, p.y_m) for p in said.path) if isinstance(said, Execute) else ()
+        verdict = "; ".join(f"{r['code']}: {r['detail']}" for r in line.get("verdict", {}).get("rejects", ()))
+        plan = ", ".join(b["name"] for b in line["plan"]["behaviors"]) if judged else ""
+        said_of = f"{plan}: {'refused, ' + verdict if verdict else 'accepted'}" if judged else self._text
+        view = View(self._unpacker.unpack(line["seen"]))
+        self.moments.append(_Moment(line["time_s"], view, () if judged else self._path, said_of))
+
+
+def _draw(axes: Axes, moment: _Moment, start_s: float) -> None:
+    view = moment.view
+    for lane in view.frame.lanes:
+        opposite = lane.strip.direction is LaneDirection.OPPOSITE
+        axes.fill_between(lane.s, lane.right, lane.left, color=ONCOMING if opposite else ROAD, lw=0)
+        for border in (lane.right, lane.left):
+            axes.plot(lane.s, border, color="white", lw=1, zorder=1)
+    if moment.path:
+        s, d, _ = view.frame.to_road(np.array(moment.path))
+        axes.plot(s, d, color=PATH, lw=1.5, zorder=4)
+    for i, thing in enumerate(view.objects):
+        place = (view.s[i], view.d[i], view.yaw[i])
+        colour = MOVING if view.moving[i] else OTHER
+        _box(axes, place, (view.half_length[i], view.half_width[i]), colour)
+        if abs(view.s[i] - view.ego_s) < AHEAD_M and thing.kind is not ObjectKind.CONE:
+            speed = f" {3.6 * np.hypot(view.vs[i], view.vd[i]):.0f} km/h" if view.moving[i] else ""
+            axes.text(
+                view.s[i], view.d[i], thing.id + speed, fontsize=6, ha="center", va="center", clip_on=True, zorder=5
+            )
+    ego = view.ego
+    _box(axes, (view.ego_s, view.ego_d, view.ego_yaw), (ego.length_m / 2, ego.width_m / 2), EGO)
+    axes.set_xlim(view.ego_s - BACK_M, view.ego_s + AHEAD_M)
+    shown = [
+        lane for lane in view.frame.lanes if lane.start_m < view.ego_s + AHEAD_M and lane.end_m > view.ego_s - BACK_M
+    ]
+    axes.set_ylim(
+        max(min((float(lane.right.min()) for lane in shown), default=0.0) - BESIDE_M, -ASIDE_M),
+        min(max((float(lane.left.max()) for lane in shown), default=0.0) + BESIDE_M, ASIDE_M),
+    )
+    axes.set_aspect("equal")
+    axes.set_xticks([])
+    axes.set_yticks([])
+    title = f"{moment.time_s - start_s:.1f} s, {3.6 * ego.speed_mps:.0f} km/h: {moment.text}"
+    axes.set_title(textwrap.shorten(title, COLUMNS), fontsize=8, loc="left")
+
+
+def _box(axes: Axes, place: tuple[float, float, float], half: tuple[float, float], colour: str) -> None:
+    cos, sin = np.cos(place[2]), np.sin(place[2])
+    along, across = half[0] * np.array([1, 1, -1, -1]), half[1] * np.array([1, -1, -1, 1])
+    axes.fill(
+        place[0] + along * cos - across * sin, place[1] + along * sin + across * cos, color=colour, lw=0, zorder=3
+    )
