@@ -165,12 +165,12 @@ def test_a_walker_who_steps_out_stops_a_way_in_the_own_lane():
     assert verdict.rejects[0].object_id == "walker"
 
 
-def nosing_in(gap_m, speed, reaches_m=0.2, giving_way=False):
+def nosing_in(gap_m, speed, reaches_m=0.2, giving_way=False, own_mps=1.5):
     """A slow change of lanes whose nose is in the next lane, and somebody in it so far behind the nose."""
     world = World(MULTI)
     proven = begin([ChangeLane(side="left", distance_m=60.0, speed_mps=1.5)], world)
     s = float(proven.path.s[int(np.argmax(proven.path.d > reaches_m))])
-    put(world, proven, s, 0.0 if giving_way else 1.5)
+    put(world, proven, s, own_mps)
     world.objects.append(thing("behind", s + 2.45 - gap_m - 2.3, LANE_M, speed=speed))
     assert proven.committed(s)
     return GUARD.recheck(proven, world.view(), giving_way)
@@ -190,10 +190,35 @@ def test_going_on_takes_a_longer_gap_than_giving_way():
     gaps = np.arange(10.0, 110.0, 2.0)
     ends = []
     for giving_way in (False, True):
-        waits = [nosing_in(gap, 10.0, giving_way=giving_way).abort is Abort.GIVE_WAY for gap in gaps]
+        verdicts = [nosing_in(gap, 10.0, 0.4, giving_way, own_mps=0.0) for gap in gaps]
+        waits = [verdict.abort is Abort.GIVE_WAY for verdict in verdicts]
         ends.append(gaps[int(np.argmin(waits))])
         assert not any(waits[int(np.argmin(waits)) :])
     assert 20.0 < ends[0] < ends[1] < 100.0
+
+
+def test_with_way_left_before_their_way_the_nose_goes_on_up_to_it():
+    assert nosing_in(12.0, 10.0, 0.1, giving_way=True, own_mps=0.0).accepted
+    assert nosing_in(12.0, 10.0, 0.4, giving_way=True, own_mps=0.0).abort is Abort.GIVE_WAY
+
+
+def test_who_speeds_up_a_little_does_not_end_a_plan_begun_in_good_order():
+    """To begin, they must get by with gentle braking; once begun, a bit harder will do."""
+    world = World(MULTI)
+    gaps = np.arange(5.0, 80.0, 0.5)
+    begun = begin([LEFT], world)
+    least = []
+    for judge in (
+        lambda view: GUARD.accept([LEFT], view, guided=False)[0],
+        lambda view: GUARD.recheck(begun, view),
+    ):
+        refused = [
+            gap
+            for gap in gaps
+            if not judge(World(MULTI, [thing("behind", 47.55 - gap - 2.3, LANE_M, speed=10.0)]).view()).accepted
+        ]
+        least.append(max(refused))
+    assert least[0] - least[1] > 3.0
 
 
 @pytest.mark.parametrize("appears_at", [50.0, 51.0, 51.5, 52.0])

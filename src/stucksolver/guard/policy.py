@@ -85,6 +85,8 @@ class GuardPolicy:
     response_braking_mps2: float = 3.5
     max_braking_mps2: float = 8.0
     """The last three are rho, b_min and b_max of the RSS distance."""
+    running_braking_mps2: float = 4.5
+    """b_min once a plan runs, which is not given up at once when who comes from behind speeds up a little."""
     lateral_braking_mps2: float = 1.0
 
     def __post_init__(self) -> None:
@@ -101,13 +103,14 @@ class GuardPolicy:
         return self.releases.get(behavior, REGISTRY[behavior].release)
 
 
-def rss_distance(rear_mps: float, front_mps: float, policy: GuardPolicy) -> float:
-    """Longitudinal distance that a follower must keep, metres.
+def rss_distance(rear_mps: float, front_mps: float, policy: GuardPolicy, *, running: bool = False) -> float:
+    """Longitudinal distance that a follower must keep, metres; `running`: while a plan runs.
 
     Lemma 2 of Shalev-Shwartz, Shammah and Shashua, "On a Formal Model of Safe and Scalable Self-driving Cars" (2017),
     with no acceleration during the reaction time: the rear vehicle has seen the other come.
     """
-    rear = rear_mps * policy.reaction_s + rear_mps**2 / (2 * policy.response_braking_mps2)
+    braking = policy.running_braking_mps2 if running else policy.response_braking_mps2
+    rear = rear_mps * policy.reaction_s + rear_mps**2 / (2 * braking)
     return max(rear - front_mps**2 / (2 * policy.max_braking_mps2), 0.0)
 
 

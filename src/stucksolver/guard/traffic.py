@@ -13,6 +13,8 @@ from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import MOVING_MPS
 
 DECIDES_S, DECIDES_M = 1.0, 3.0
+STOPS_S, STOPS_M = 0.5, 0.5
+"""The same where the nose is in the lane already: as late as a stop beside those in it allows."""
 START_S = 0.3
 """From the order to the first motion."""
 RESERVE_M = 1.0
@@ -116,9 +118,13 @@ def _is_due(case: Case, k: int) -> bool:
     """Must the entry at station `k` be certain now? Always before the start, and where a borrowed lane is left."""
     if not case.running or any(lane.strip.direction is LaneDirection.OPPOSITE for lane in case.path.enters):
         return True
-    speed, braking = case.view.ego.speed_mps, case.view.ego.limits.comfort_braking_mps2
-    decides = speed**2 / (2 * braking) + speed * DECIDES_S + DECIDES_M
-    return float(case.path.s[k] - case.path.s[0]) < decides
+    return float(case.path.s[k] - case.path.s[0]) < _stop_m(case, DECIDES_S) + DECIDES_M
+
+
+def _stop_m(case: Case, later_s: float) -> float:
+    """The ego's way to stop when it begins so much later."""
+    speed = case.view.ego.speed_mps
+    return speed**2 / (2 * case.view.ego.limits.comfort_braking_mps2) + speed * later_s
 
 
 def _entry(case: Case, lane: Lane, k: int) -> list[Reject]:
@@ -152,7 +158,7 @@ def unyielding(case: Case, giving_way: bool) -> list[Reject]:
         if meets[0] or not meets.any():
             continue
         k = int(meets.argmax())
-        if not _is_due(case, k):
+        if float(path.s[k] - path.s[0]) > _stop_m(case, STOPS_S) + STOPS_M:
             continue
         tail = _inside_of(case, k, np.full(len(path.s) - k, border), left_of_us)
         # The slower we are, the nearer they have come by then; the quicker, the less they have passed us.
@@ -173,7 +179,8 @@ def _could_not_stop(case: Case, run: Rollout, k: int, i: int, tail: Array, react
     if front - 2 * float(view.along[i]) > float(case.path.s[k]) + view.ego.length_m / 2:
         return None  # past us by then
     sooner = (1.0 - reaction) * policy.reaction_s * speed
-    needed = np.array([rss_distance(speed, float(run.v[k + j]), policy) for j in range(len(tail))]) - sooner
+    needs = [rss_distance(speed, float(v), policy, running=True) for v in run.v[k : k + len(tail)]]
+    needed = np.array(needs) - sooner
     if (tail - front >= needed).all():
         return None
     gap = float(tail.min()) - front
@@ -218,7 +225,8 @@ def _too_close(case: Case, k: int, i: int, tail: Array) -> Reject | None:
         place = float(view.s[i]) + speed * when
         ahead = place - float(view.along[i]) - (float(case.path.s[k]) + half)
         behind = tail - (place + float(view.along[i]))
-        room = [behind[j] - rss_distance(speed, float(run.v[k + j]), policy) for j in range(len(tail))]
+        needs = (rss_distance(speed, float(v), policy, running=case.running) for v in run.v[k : k + len(tail)])
+        room = [free - needed for free, needed in zip(behind, needs, strict=True)]
         worst = int(np.argmin(room))
         if ahead > float(behind.min()):
             gap, where, needed = ahead, "ahead", rss_distance(float(run.v[k]), speed, policy)
