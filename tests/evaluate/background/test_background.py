@@ -156,6 +156,22 @@ def test_a_junction_gets_cars_from_its_other_entries(drive):
     assert any(m > 30.0 for m in coming.ahead_m().get(0, []))
 
 
+@pytest.mark.parametrize("before_m", [15.0, 30.0, 40.0])
+def test_nobody_waits_for_the_hero_in_a_junction(drive, before_m):
+    waiting = drive(road=5, start_m=40.0, length_m=330)
+    for light in waiting.world.get_actors().filter("*traffic_light*"):
+        light.set_state(carla.TrafficLightState.Green)
+        light.freeze(True)
+    junction = route_junctions(waiting.route)[0]
+    place = waiting.route.at(float(waiting.route.s_m[junction.first]) - before_m).transform
+    place.location.z += 0.3
+    waiting.hero.set_transform(place)
+    waiting.run(25.0)
+    standing = [one.car for one in waiting.background.road._cars if one.car.speed_mps < 0.2]
+    beyond = [car for car in standing if car.path.crossings and car.s > car.path.crossings[0].leave_s]
+    assert beyond and not any(car.in_junction for car in standing)
+
+
 def test_lights_are_heeded(drive):
     coming = drive(road=5, start_m=40.0, length_m=330)
     for light in coming.world.get_actors().filter("*traffic_light*"):

@@ -8,6 +8,8 @@ import pytest
 
 carla = pytest.importorskip("carla")
 
+from stucksolver.evaluate.scenarios.types import parking_crossing_pedestrian  # noqa: E402
+
 pytestmark = pytest.mark.integration
 
 WALKERS = {
@@ -67,6 +69,22 @@ def test_something_hides_the_walker_from_the_hero(play, kind):
     # The line of sight meets the blocker's box.
     ways = [(hero.x + k / 200 * (place.x - hero.x), hero.y + k / 200 * (place.y - hero.y)) for k in range(200)]
     assert any(_inside(playing, blocker, x, y) for blocker in blockers for x, y in ways)
+
+
+def test_where_nobody_parks_the_walker_comes_from_behind_a_car_beside_the_lane(play, monkeypatch):
+    monkeypatch.setattr(parking_crossing_pedestrian, "lane_of", lambda *_: None)
+    playing = play("ParkingCrossingPedestrian_1", traffic=False)
+    (walker,) = playing.others("walker.")
+    (car,) = (one for one in playing.others("") if one is not walker)
+    s_m, right_m = playing.along(car)
+    assert right_m == pytest.approx(playing.route.at(s_m).lane_width, abs=0.3)
+    playing.jump(5.0)
+    playing.jump(playing.along(walker)[0] - 4.0)
+    farthest = []
+    while not playing.play.finished and len(farthest) < 300:
+        playing.tick()
+        farthest.append(playing.along(walker)[1] if walker.id in playing.cast.members else 0.0)
+    assert playing.play.finished and min(farthest) < -1.5
 
 
 def _inside(playing, member, x, y):

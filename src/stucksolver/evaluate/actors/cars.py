@@ -76,6 +76,12 @@ class Car:
     def speed_mps(self) -> float:
         return self.state.speed_mps
 
+    @property
+    def in_junction(self) -> bool:
+        """Whether any part of it is in a junction on its line."""
+        half = self.member.half_length_m
+        return any(c.enter_s - half < self.s < c.leave_s + half for c in self.path.crossings)
+
 
 class Cars:
     """All cars of a run. `step` moves them; call it once a tick after everyone has said their wishes."""

@@ -125,7 +125,8 @@ class RoadTraffic:
         self._remove([one for one in self._cars if one.ahead_m <= 0.0 and one.slot == 0])
 
     def _wish(self, one: _RoadCar) -> float:
-        """Cars ahead wait for the hero, those behind catch up."""
+        """Cars ahead wait for the hero, though never in a junction, where all others would wait for them; those behind
+        catch up."""
         seen = self._seen
         near_m = 2.0 * self.SPACING_M + 1.7 * seen.speed_mps + self.extra_space_m
         share = (abs(one.ahead_m) - near_m) / self.SPACING_M
@@ -133,7 +134,7 @@ class RoadTraffic:
         if one.ahead_m > 0.0:
             if self.front_stopped:
                 return 0.0
-            factor = 1.0 - share
+            factor = 1.0 if one.car.in_junction else 1.0 - share
         else:
             if self.back_stopped:
                 return 0.0

@@ -35,8 +35,6 @@ class OppositeVehicle(JunctionScenario):
             return missing
         if not setting.cast.kinds(special_type="emergency"):
             return "the blueprint library has no emergency vehicle"
-        if self.signalized and not self.own_lights:
-            return "the hero has no traffic light at its next junction"
         if not self.entries_from(self.direction):
             return f"at the hero's next junction nobody can come from the {self.direction} side"
         return None

@@ -11,5 +11,5 @@ class OppositeVehicleRunningRedLight(OppositeVehicle):
     """The hero's light is green, but an emergency vehicle runs its red one and crosses the hero's way."""
 
     type = "OppositeVehicleRunningRedLight"
-    needs_map = "a junction with lights on the route and a road from the side that `direction` names"
+    needs_map = "a junction on the route (with lights, to be run) and a road from the side that `direction` names"
     signalized = True

@@ -8,7 +8,7 @@ import carla
 
 from stucksolver.evaluate.scenarios.base import Scenario
 from stucksolver.evaluate.scenarios.moves.crossing import ADULTS, WALKER_LIFT_M, walk_for
-from stucksolver.evaluate.scenarios.moves.places import beside, lane_of
+from stucksolver.evaluate.scenarios.moves.places import beside, lane_of, side_driving_lane
 from stucksolver.evaluate.scenarios.parameters import Choice, Number
 from stucksolver.evaluate.scenarios.registry import scenario
 from stucksolver.evaluate.scenarios.setting import Setting
@@ -25,28 +25,32 @@ class ParkingCrossingPedestrian(Scenario):
     type = "ParkingCrossingPedestrian"
     timeout_s = None
     starts = "the pedestrian goes when the hero is 2.15 s or 6 m away"
-    needs_map = "a parking lane beside the hero's"
+    needs_map = "a parking lane beside the hero's, or no lane to drive in"
     blueprints = ADULTS
     distance_m = Number("distance", 12.0, "m")
     direction = Choice("direction", "right", options=("left", "right"))
     angle_deg = Number("crossing_angle", 0.0, "°")
 
     def needs(self, setting: Setting) -> str | None:
-        if lane_of(self.ahead(self.distance_m), carla.LaneType.Parking, self.direction) is None:
-            return f"{self.distance_m:.0f} m beyond the trigger point is no parking lane on the {self.direction}"
+        here = self.ahead(self.distance_m)
+        if lane_of(here, carla.LaneType.Parking, self.direction) is None and side_driving_lane(here, self.direction):
+            return f"{self.distance_m:.0f} m beyond the trigger point the lane on the {self.direction} is driven in"
         return None
 
     def stage(self) -> None:
-        parking = lane_of(self.ahead(self.distance_m), carla.LaneType.Parking, self.direction)
-        assert parking is not None
+        here = self.ahead(self.distance_m)
+        found = lane_of(here, carla.LaneType.Parking, self.direction)
+        # Where nobody parks it stands beside the lane all the same, as Bench2Drive's routes in Town02 have it.
+        parking, aside_m = (here, here.lane_width) if found is None else (found, 0.0)
+        aside_m *= 1.0 if self.direction == "right" else -1.0
         # The parking lane of the other side runs the other way.
-        against = parking.lane_id * self.ahead(self.distance_m).lane_id < 0
-        car = self.cast.must_spawn(self.cast.some_car(self.random), parking.transform)
+        against = parking.lane_id * here.lane_id < 0
+        car = self.cast.must_spawn(self.cast.some_car(self.random), beside(parking, aside_m))
         self.cast.hold(car)
         ahead_m = (car.half_length_m + BEHIND_M) * (-1.0 if against else 1.0)
         sign = 1.0 if self.direction == "right" or against else -1.0
         turn_deg = -sign * (90.0 + self.angle_deg)
-        place = beside(parking, 0.0, ahead_m, turn_deg=turn_deg)
+        place = beside(parking, aside_m, ahead_m, turn_deg=turn_deg)
         walker = self.cast.must_spawn(self.random.choice(ADULTS), place, lift_m=WALKER_LIFT_M)
         self._parts, self._yaw_deg = [car, walker], place.rotation.yaw
         self._place_s = self.s_at(self.distance_m) + abs(ahead_m)
