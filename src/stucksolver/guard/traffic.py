@@ -153,20 +153,32 @@ def unyielding(case: Case, giving_way: bool) -> list[Reject]:
     view, path = case.view, case.path
     for i in np.flatnonzero((view.vs > MOVING_MPS) & (view.elsewhere == 0) & (view.s - view.along < view.ego_front_s)):
         left_of_us = bool(view.d[i] > path.d[0])
-        border = float(view.d[i]) + (-1.0 if left_of_us else 1.0) * (float(view.across[i]) + BESIDE_M)
-        meets = path.d + case.reach > border if left_of_us else path.d - case.reach < border
+        edge = float(view.d[i]) + (-1.0 if left_of_us else 1.0) * float(view.across[i])
+        inside = path.d + case.reach - edge if left_of_us else edge - path.d + case.reach
+        meets = inside > -BESIDE_M
         if meets[0] or not meets.any():
             continue
-        k = int(meets.argmax())
-        if float(path.s[k] - path.s[0]) > _stop_m(case, STOPS_S) + STOPS_M:
+        if float(path.s[int(meets.argmax())] - path.s[0]) > _stop_m(case, STOPS_S) + STOPS_M:
             continue
-        tail = _inside_of(case, k, np.full(len(path.s) - k, border), left_of_us)
-        # The slower we are, the nearer they have come by then; the quicker, the less they have passed us.
-        for run in (case.slow, case.quick):
-            reject = _could_not_stop(case, run, k, int(i), tail, 1.0 if giving_way else 0.5)
+        # They must get by beside us, and those who have seen us only in their very way must be able to stop.
+        for beside_m in (BESIDE_M, 0.0):
+            reject = _presses(
+                case, int(i), inside > -beside_m, edge + (-beside_m if left_of_us else beside_m), giving_way
+            )
             if reject is not None:
                 return [reject]
     return []
+
+
+def _presses(case: Case, i: int, reaches: Array, border: float, giving_way: bool) -> Reject | None:
+    """One from behind against our body beyond a border at the side of their way, at which stations it `reaches`."""
+    if not reaches.any():
+        return None
+    k = int(reaches.argmax())
+    tail = _inside_of(case, k, np.full(len(case.path.s) - k, border), bool(case.view.d[i] > case.path.d[0]))
+    # The slower we are, the nearer they have come by then; the quicker, the less they have passed us.
+    found = (_could_not_stop(case, run, k, i, tail, 1.0 if giving_way else 0.5) for run in (case.slow, case.quick))
+    return next((reject for reject in found if reject is not None), None)
 
 
 def _could_not_stop(case: Case, run: Rollout, k: int, i: int, tail: Array, reaction: float) -> Reject | None:
