@@ -45,7 +45,8 @@ mkdir -p "$out/records" "$out/logs"
 cd "$BENCH2DRIVE"
 for route in $ROUTES; do
     file=$out/records/$route.json
-    grep -qs '"status": "\(Completed\|Failed\|Perfect\)' "$file" && continue
+    # What crashed is driven again.
+    grep -s '"status": "\(Completed\|Failed\|Perfect\)' "$file" | grep -qv crashed && continue
     rm -f "$file"
     # Where nobody says a word, guidance changes nothing: the run without it stands for both.
     same=$out/../rules-$seed/records/$route.json
