@@ -237,7 +237,9 @@ class Deliberation(People):
             self._failures.aborted(plan, verdict)
             passing = passes(verdict, frozenset())
             self._failed(now, counts=not passing)
-            if passing and self._driven is not None and status.progress_m - self._begun_m < HARDLY_BEGUN_M:
+            taken_back = self._running.withdrawn
+            hardly_begun = status.progress_m - self._begun_m < HARDLY_BEGUN_M
+            if passing and hardly_begun and self._driven is not None and not taken_back:
                 self._held = Held(self._driven, plan, now + self.ladder.asking.hold_s, self._begun_m)
             return CONTINUE
         if spoken is not None and spoken is self._words.now:

@@ -44,7 +44,8 @@ class Running:
         self.execution: Execution | None = None
         self.ended: Execution | None = None
         """The last one that came to its end."""
-        self._withdrawn = False
+        self.withdrawn = False
+        """Was the last plan taken back by words?"""
         self.offset_s = 0.0
 
     def judge(
@@ -98,13 +99,13 @@ class Running:
         return self.judge(way, read, now_s, scene=scene, failures=failures, guided=False, approvals=NOBODY)
 
     def start(self, judged: Judged) -> None:
-        self.execution, self._withdrawn = judged.execution, False
+        self.execution, self.withdrawn = judged.execution, False
 
     def withdraw(self) -> None:
         """Give the plan up as soon as that is safe."""
         if self.execution is not None:
             self.execution.withdraw()
-            self._withdrawn = True
+            self.withdrawn = True
 
     def tick(self, read: Read, now_s: float, view: View | None = None) -> Directive | Outcome:
         """The running plan at this tick; `view` where it has been looked at already."""
@@ -117,7 +118,7 @@ class Running:
         result = execution.tick(view or View(seen), now_s)
         if self._teller.watched:
             verdict = execution.last_verdict
-            self._teller.tick(Tick(now_s - self.offset_s, now_s, seen, self._withdrawn, result, verdict))
+            self._teller.tick(Tick(now_s - self.offset_s, now_s, seen, self.withdrawn, result, verdict))
         if isinstance(result, Outcome):
             self._end()
         return result
