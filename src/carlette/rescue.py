@@ -6,15 +6,20 @@ still answers on its own port, and there leaving synchronous mode wakes the work
 0.9.15 and 0.9.16), which then makes the very step that was missed. So a silent client is asked whether it is well,
 told to leave synchronous mode, and told to enter it again.
 
-A worker that is merely late must not be woken: it would make that step twice, and be out of step with its client from
-there on. So a silent client on this machine is left alone while one of its threads works, or waits for a core
-(`stillness`); of a client elsewhere nothing is known, so it must have been silent for longer. A client that truly lost
-its wake-up goes on, after the rescue, bit for bit as if nothing had happened.
+The other half of a step may be lost as well: the worker ends it and notifies the main thread without the mutex, too.
+Then the same waking makes the worker step once more (its cars are steered twice for one tick), and the client goes on.
 
-Who else is not touched: a client that called anything since its snapshot (every step of a traffic manager calls, so a
-client that a debugger stops between ticks is well, and so is a traffic manager in asynchronous mode), a process that
-is stopped as a whole (it answers nothing), and what is no traffic manager (it answers with an error). A client that
-ticks with a traffic manager in another process is not helped: the registration is not its own.
+A worker that is merely late must not be woken: it would make that step twice, and be out of step with its client from
+there on. So the threads of a silent client on this machine are looked at (`stillness`): it is freed when its worker
+waits for a step while its main thread waits for the end of one, which nothing else brings about. Where the system does
+not tell for what a thread waits, a client that called nothing at all since its snapshot is freed once all its threads
+sleep, or, like a client elsewhere, when it has been silent for longer. A client that truly lost the first wake-up goes
+on, after the rescue, bit for bit as if nothing had happened.
+
+Who else is not touched: a client of unknown threads that began its step (it asks for the vehicles' lights; so a client
+that a debugger stops between ticks is well, and so is a traffic manager in asynchronous mode), a process that is stopped
+as a whole (it answers nothing), and what is no traffic manager (it answers with an error). A client that ticks with a
+traffic manager in another process is not helped: the registration is not its own.
 """
 
 from __future__ import annotations
@@ -29,12 +34,14 @@ from typing import Any
 
 import msgpack
 
-from carlette.stillness import is_still
+from carlette.stillness import is_still, waits_for_itself
 
 STALLED_S = 0.5
 """A client in step with the server calls within microseconds of a snapshot."""
 FAR_STALLED_S = 3.0
 """The same for a client whose threads cannot be looked at: on another machine, or with a thread that always works."""
+LONGEST_LOOK_S = 8.0
+"""A client that goes on being silent is looked at again when it has been so for twice as long, but not later."""
 ANSWER_S = 2.0
 MOST_TRIES = 4
 """Of a rescue that was not answered; each waits twice as long as the one before."""
@@ -45,16 +52,22 @@ log = logging.getLogger(__name__)
 
 @dataclass
 class _Silence:
-    """A client that has not called since its snapshot."""
+    """A client since its last snapshot."""
 
+    since: float
+    """The snapshot, or the last call that was noticed."""
     due: float
+    """When it is looked at next, if it does not call until then."""
     surely_lost: float
     """From here on it is no longer asked whether it works."""
     host: str
     ports: tuple[int, ...]
     tries: int = 0
-    is_over: bool = False
-    """A traffic manager of it was woken."""
+    calls: int = 0
+    calls_seen: int = 0
+    """At the last look."""
+    has_begun: bool = False
+    """Its worker was woken: by the snapshot, or by a rescue."""
 
 
 class Rescue:
@@ -80,36 +93,60 @@ class Rescue:
     def published(self, now: float, host: str, managers: Iterable[int]) -> None:
         """The snapshot that a client at `host` with these traffic manager ports cued is out."""
         ports = tuple(managers)
-        self._silence = _Silence(now + STALLED_S, now + FAR_STALLED_S, host, ports) if ports else None
+        self._silence = _Silence(now, now + STALLED_S, now + FAR_STALLED_S, host, ports) if ports else None
 
-    def heard(self) -> None:
-        """That client called again: it is well."""
+    def heard(self, has_begun: bool = True) -> None:
+        """That client called again; `has_begun` unless it may have called before it waited for its step."""
+        if self._silence is not None:
+            self._silence.calls += 1
+            self._silence.has_begun |= has_begun
+
+    def left(self) -> None:
+        """That client has gone."""
         self._silence = None
 
     def look(self, now: float) -> None:
         """Free the client if it has been silent for too long; called now and then."""
         silence = self._silence
-        if silence is None or now < silence.due or (self._helper is not None and self._helper.is_alive()):
+        if silence is None:
             return
-        if silence.is_over or silence.tries == MOST_TRIES:
+        if silence.calls != silence.calls_seen:
+            silence.calls_seen = silence.calls
+            silence.since, silence.due = now, max(silence.due, now + STALLED_S)
+        if now < silence.due or (self._helper is not None and self._helper.is_alive()):
+            return
+        if silence.tries == MOST_TRIES:
             self._silence = None
             return
+        silence.due = now + min(now - silence.since, LONGEST_LOOK_S)
         arguments = (silence, now >= silence.surely_lost)
         self._helper = threading.Thread(target=self._free, args=arguments, name="carlette-rescue", daemon=True)
         self._helper.start()
 
     def _free(self, silence: _Silence, is_surely_lost: bool) -> None:
-        if not is_surely_lost and not all(is_still(port) for port in silence.ports):
-            return
-        if self._silence is not silence:
-            # It was heard while its threads were looked at.
+        calls = silence.calls
+        if not self._is_lost(silence, is_surely_lost) or self._silence is not silence or silence.calls != calls:
+            # It is well, or was heard while its threads were looked at.
             return
         silence.tries += 1
         silence.due += STALLED_S * 2**silence.tries
+        had_begun = silence.has_begun
         for port in silence.ports:
             if self._wakes(silence.host, port):
                 self.count += 1
-                silence.is_over = True
+                silence.has_begun = True
+                if had_begun:
+                    log.warning("its cars were steered twice in this tick: another run may differ from here on")
+
+    @staticmethod
+    def _is_lost(silence: _Silence, is_surely_lost: bool) -> bool:
+        is_here = _is_here(silence.host)
+        looks = [is_here and waits_for_itself(port) for port in silence.ports]
+        if is_here and None not in looks:
+            return any(looks)
+        if silence.has_begun:
+            return False
+        return is_surely_lost or (is_here and all(is_still(port) for port in silence.ports))
 
     def _wakes(self, host: str, port: int) -> bool:
         try:
@@ -119,6 +156,10 @@ class Rescue:
             return False
         log.warning("woke the traffic manager at %s:%d from a lost wake-up", host, port)
         return True
+
+
+def _is_here(host: str) -> bool:
+    return host == "::1" or host.startswith(("127.", "::ffff:127."))
 
 
 def wake(host: str, port: int, switching: threading.Event | None = None) -> None:

@@ -246,7 +246,8 @@ class Server:
         if connection is self._cued_by:
             # A worker that ended its step in asynchronous mode would make another: its calls wait until it is back.
             self._rescue.wait_for_switch()
-            self._rescue.heard()
+            # A worker that was late for the snapshot asks for the settings before it waits.
+            self._rescue.heard(has_begun=method != "get_episode_settings")
         if method == "tick_cue":
             self._cue(time.monotonic())
             self._cued_by = connection
@@ -291,7 +292,7 @@ class Server:
         self._held.forget(connection)
         if connection is self._cued_by:
             self._cued_by = None
-            self._rescue.heard()
+            self._rescue.left()
         self._selector.unregister(connection.socket)
         connection.socket.close()
 

@@ -1,12 +1,14 @@
-"""Whether the process that listens on a port of this machine does anything at all.
+"""Whether the process that listens on a port of this machine does anything at all, and for what its threads wait.
 
 A thread that waits sleeps; one that works, or would if it got a core, is runnable. So threads that are all asleep for a
-while wait for each other or for somebody else. Linux tells this in `/proc`, of processes of the same user.
+while wait for each other or for somebody else. Linux tells this in `/proc`, of processes of the same user; to those
+who may also trace the process, it tells the address on which each thread waits.
 """
 
 from __future__ import annotations
 
 import os
+import platform
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,6 +17,10 @@ PROC = Path("/proc")
 SAMPLES = 10
 SAMPLE_S = 0.005
 LISTENING, ASLEEP = "0A", "S"
+FUTEX_CALL = {"x86_64": "202"}
+NEIGHBOURS_BYTES = range(44, 53)
+"""Between the words on which two threads wait in glibc's condition variables (48 bytes) that lie side by side; each
+has two such words, 4 bytes apart, and uses them in turn."""
 
 
 def is_still(port: int) -> bool | None:
@@ -30,6 +36,39 @@ def is_still(port: int) -> bool | None:
             return None
         time.sleep(SAMPLE_S)
     return True
+
+
+def waits_for_itself(port: int) -> bool | None:
+    """True when two threads of the process that listens on `port` wait on neighbouring condition variables for 50 ms.
+
+    A traffic manager has two of them: on one its worker waits for the next step, on the other its client waits for the
+    end of this step (`TrafficManagerLocal` of CARLA 0.9.15 and 0.9.16; the addresses were looked at in both clients).
+    If both wait, one of them has lost its wake-up. None when that cannot be told.
+    """
+    process = _listener(port)
+    call = FUTEX_CALL.get(platform.machine())
+    if process is None or call is None:
+        return None
+    waits: set[tuple[str, int]] | None = None
+    for _ in range(SAMPLES):
+        try:
+            found = set(_waits(process, call))
+        except OSError:
+            return None
+        waits = found if waits is None else waits & found
+        if len(waits) < 2:
+            return False
+        time.sleep(SAMPLE_S)
+    words = {word for _, word in waits or ()}
+    return any(word + apart in words for word in words for apart in NEIGHBOURS_BYTES)
+
+
+def _waits(process: Path, call: str) -> Iterator[tuple[str, int]]:
+    """The threads that wait on a word of memory, and its address."""
+    for thread in (process / "task").iterdir():
+        fields = (thread / "syscall").read_text().split()
+        if fields[0] == call:
+            yield thread.name, int(fields[1], 16)
 
 
 def _states(process: Path) -> Iterator[str]:

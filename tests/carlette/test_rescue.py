@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import multiprocessing
 import socket
 import subprocess
@@ -19,8 +20,8 @@ from test_raw import Raw
 from test_traffic import VERSION, serve, traffic
 
 from carlette import rescue
-from carlette.rescue import FAR_STALLED_S, STALLED_S, Rescue
-from carlette.stillness import is_still
+from carlette.rescue import FAR_STALLED_S, MOST_TRIES, STALLED_S, Rescue
+from carlette.stillness import is_still, waits_for_itself
 
 pytestmark = pytest.mark.integration
 
@@ -61,6 +62,56 @@ class FakeManager:
         self._listener.close()
 
 
+class Step:
+    """The condition variables of a traffic manager's step: side by side, as two threads may wait on them."""
+
+    CONDITION_BYTES, MUTEX_BYTES = 48, 40
+
+    def __init__(self) -> None:
+        self._c = ctypes.CDLL("libc.so.6")
+        self._conditions = ctypes.create_string_buffer(2 * self.CONDITION_BYTES)
+        self._mutexes = ctypes.create_string_buffer(2 * self.MUTEX_BYTES)
+        self._threads: list[threading.Thread] = []
+
+    def wait(self, which: int) -> None:
+        """Lets a thread wait: on 0 as the worker for a step, on 1 as its client for the end of one."""
+        self._threads.append(threading.Thread(target=self._wait, args=(which,), daemon=True))
+        self._threads[-1].start()
+
+    def _wait(self, which: int) -> None:
+        mutex = ctypes.byref(self._mutexes, which * self.MUTEX_BYTES)
+        self._c.pthread_mutex_lock(mutex)
+        self._c.pthread_cond_wait(ctypes.byref(self._conditions, which * self.CONDITION_BYTES), mutex)
+        self._c.pthread_mutex_unlock(mutex)
+
+    def end(self) -> None:
+        while any(one.is_alive() for one in self._threads):
+            for which in (0, 1):
+                self._c.pthread_cond_broadcast(ctypes.byref(self._conditions, which * self.CONDITION_BYTES))
+            time.sleep(0.001)
+
+
+@pytest.fixture
+def step() -> Iterator[Step]:
+    """Nobody waits yet."""
+    one = Step()
+    yield one
+    one.end()
+
+
+@pytest.fixture
+def lost(step: Step) -> None:
+    """This process looks like a client that hangs in its own traffic manager."""
+    step.wait(0)
+    step.wait(1)
+
+
+@pytest.fixture
+def unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The system does not tell for what a thread waits."""
+    monkeypatch.setattr(rescue, "waits_for_itself", lambda port: None)
+
+
 @pytest.fixture
 def manager() -> Iterator[FakeManager]:
     fake = FakeManager()
@@ -89,7 +140,48 @@ def no_rescue_runs() -> bool:
     return not any(thread.name == "carlette-rescue" for thread in threading.enumerate())
 
 
-def test_a_silent_client_is_woken_once_and_not_before_the_stall_time(manager: FakeManager) -> None:
+def test_a_silent_client_is_woken_and_not_before_the_stall_time(manager: FakeManager, lost: None) -> None:
+    watch = Rescue()
+    watch.published(100.0, "127.0.0.1", [manager.port])
+    watch.look(100.0 + STALLED_S - 0.01)
+    assert settled(no_rescue_runs) and manager.calls == []
+    watch.look(100.0 + STALLED_S + 0.01)
+    assert settled(lambda: watch.count == 1)
+    assert manager.calls == WAKING
+
+
+def test_a_client_is_woken_whatever_it_called_before_it_hung(manager: FakeManager, lost: None) -> None:
+    watch = Rescue()
+    watch.published(100.0, "127.0.0.1", [manager.port])
+    watch.heard()
+    watch.look(110.0)
+    watch.look(110.0 + STALLED_S - 0.01)
+    assert settled(no_rescue_runs) and manager.calls == []
+    watch.look(110.0 + STALLED_S + 0.01)
+    assert settled(lambda: watch.count == 1)
+
+
+def test_a_client_that_goes_on_hanging_is_woken_again_but_not_for_ever(manager: FakeManager, lost: None) -> None:
+    watch = Rescue()
+    watch.published(0.0, "127.0.0.1", [manager.port])
+    for i in range(1, 2 * MOST_TRIES):
+        watch.look(100.0 * i)
+        assert settled(no_rescue_runs)
+    assert watch.count == MOST_TRIES
+
+
+def test_a_client_that_waits_for_something_else_is_left_alone(manager: FakeManager, step: Step) -> None:
+    step.wait(0)
+    step.wait(0)
+    watch = Rescue()
+    watch.published(0.0, "127.0.0.1", [manager.port])
+    for now in (1.0, 10.0, 100.0):
+        watch.look(now)
+        assert settled(no_rescue_runs)
+    assert manager.calls == []
+
+
+def test_of_unknown_threads_a_silent_client_is_woken_once_and_late(manager: FakeManager, unknown: None) -> None:
     watch = Rescue()
     watch.published(100.0, "127.0.0.1", [manager.port])
     watch.look(100.0 + STALLED_S - 0.01)
@@ -104,21 +196,44 @@ def test_a_silent_client_is_woken_once_and_not_before_the_stall_time(manager: Fa
     assert settled(no_rescue_runs) and len(manager.calls) == 3
 
 
+def test_of_unknown_threads_a_client_is_left_alone_once_its_step_began(manager: FakeManager, unknown: None) -> None:
+    watch = Rescue()
+    for has_begun, calls in ((True, []), (False, WAKING)):
+        watch.published(0.0, "127.0.0.1", [manager.port])
+        watch.heard(has_begun=has_begun)
+        watch.look(10.0)
+        watch.look(20.0)
+        assert settled(no_rescue_runs) and manager.calls == calls
+
+
+def test_a_client_elsewhere_is_woken_when_it_has_been_silent_for_longer(
+    manager: FakeManager, lost: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    woken: list[tuple[str, int]] = []
+    monkeypatch.setattr(rescue, "wake", lambda host, port, switching: woken.append((host, port)))
+    watch = Rescue()
+    watch.published(0.0, "192.0.2.7", [manager.port])
+    watch.look(STALLED_S + 0.1)
+    assert settled(no_rescue_runs) and woken == []
+    watch.look(FAR_STALLED_S + 0.1)
+    assert settled(no_rescue_runs) and woken == [("192.0.2.7", manager.port)]
+
+
 def test_every_manager_of_a_silent_client_is_woken_even_where_one_does_not_answer(
-    manager: FakeManager, mute: FakeManager, monkeypatch: pytest.MonkeyPatch
+    manager: FakeManager, mute: FakeManager, lost: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(rescue, "ANSWER_S", 0.2)
     watch = Rescue()
     watch.published(0.0, "127.0.0.1", [mute.port, manager.port])
-    watch.look(FAR_STALLED_S + 0.1)
+    watch.look(STALLED_S + 0.1)
     assert settled(lambda: watch.count == 1 and no_rescue_runs())
     assert manager.calls == WAKING
 
 
-def test_a_client_that_calls_again_is_left_alone(manager: FakeManager) -> None:
+def test_a_client_that_left_is_left_alone(manager: FakeManager, lost: None) -> None:
     watch = Rescue()
     watch.published(0.0, "127.0.0.1", [manager.port])
-    watch.heard()
+    watch.left()
     watch.look(10.0)
     assert settled(no_rescue_runs) and manager.calls == []
 
@@ -131,13 +246,13 @@ def test_a_client_without_managers_is_left_alone() -> None:
 
 
 def test_a_manager_that_does_not_answer_is_left_in_its_mode_and_nothing_hangs(
-    mute: FakeManager, monkeypatch: pytest.MonkeyPatch
+    mute: FakeManager, lost: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(rescue, "ANSWER_S", 0.2)
     watch = Rescue()
     watch.published(0.0, "127.0.0.1", [mute.port])
     began = time.monotonic()
-    watch.look(FAR_STALLED_S + 0.1)
+    watch.look(STALLED_S + 0.1)
     assert time.monotonic() - began < 0.1
     assert settled(no_rescue_runs)
     assert mute.calls == [(HEALTH, [])]
@@ -162,17 +277,22 @@ def in_lockstep(port: int, *managers: FakeManager) -> Raw:
     return client
 
 
-def test_the_server_wakes_the_client_that_cued_a_tick_and_fell_silent(manager: FakeManager) -> None:
+@pytest.mark.parametrize("last_call", ["tick_cue", "get_episode_settings", "get_vehicle_light_states"])
+def test_the_server_wakes_the_client_that_cued_a_tick_and_fell_silent(
+    manager: FakeManager, lost: None, last_call: str
+) -> None:
     with running_server() as port:
         client = in_lockstep(port, manager)
         client.call("tick_cue")
+        if last_call != "tick_cue":
+            client.call(last_call)
         began = time.monotonic()
         assert settled(lambda: len(manager.calls) == 3)
         assert manager.calls == WAKING
         assert STALLED_S - 0.05 < manager.times[0] - began < FAR_STALLED_S + 1.0
         # The next tick is watched as the first was.
         client.call("tick_cue")
-        assert settled(lambda: manager.calls == WAKING * 2)
+        assert settled(lambda: manager.calls[3:6] == WAKING)
         client.socket.close()
 
 
@@ -195,7 +315,7 @@ def test_the_server_leaves_alone_who_goes_on_who_waits_and_who_leaves(manager: F
         waiting.socket.close()
 
 
-def test_other_clients_are_served_while_a_manager_does_not_answer(mute: FakeManager) -> None:
+def test_other_clients_are_served_while_a_manager_does_not_answer(mute: FakeManager, lost: None) -> None:
     with running_server() as port:
         client, other = in_lockstep(port, mute), Raw(port)
         client.call("tick_cue")
@@ -223,10 +343,21 @@ def test_a_process_is_still_when_all_its_threads_sleep(then: str, still: bool) -
             process.kill()
 
 
+def test_threads_that_wait_for_each_other_are_told_from_others_that_wait(manager: FakeManager, step: Step) -> None:
+    step.wait(0)
+    assert waits_for_itself(manager.port) is False
+    step.wait(0)
+    assert settled(lambda: waits_for_itself(manager.port) is False)
+    step.wait(1)
+    assert settled(lambda: waits_for_itself(manager.port) is True)
+    step.end()
+    assert waits_for_itself(manager.port) is False
+
+
 def test_nothing_is_known_of_a_port_where_nobody_listens() -> None:
     with socket.create_server(("127.0.0.1", 0)) as gone:
         port = int(gone.getsockname()[1])
-    assert is_still(port) is None
+    assert is_still(port) is None and waits_for_itself(port) is None
 
 
 IMPATIENT = "from carlette import cli, rescue, server; rescue.STALLED_S = server.IDLE_S = 0.0; cli.main()"
