@@ -17,9 +17,9 @@ sleep, or, like a client elsewhere, when it has been silent for longer. A client
 on, after the rescue, bit for bit as if nothing had happened.
 
 Who else is not touched: a client of unknown threads that began its step (it asks for the vehicles' lights; so a client
-that a debugger stops between ticks is well, and so is a traffic manager in asynchronous mode), a process that is stopped
-as a whole (it answers nothing), and what is no traffic manager (it answers with an error). A client that ticks with a
-traffic manager in another process is not helped: the registration is not its own.
+that a debugger stops between ticks is well, and so is a traffic manager in asynchronous mode), a process that is
+stopped as a whole (it answers nothing), and what is no traffic manager (it answers with an error). A client that ticks
+with a traffic manager in another process is not helped: the registration is not its own.
 """
 
 from __future__ import annotations

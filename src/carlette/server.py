@@ -179,8 +179,7 @@ class Server:
 
     def _publish(self) -> None:
         self._is_pending = False
-        # A stream that did not come in time is not waited for again.
-        self.simulator.hub.awaited.clear()
+        self.simulator.hub.wait_no_longer()
         self._pacing.published(time.monotonic(), len(self.simulator.traffic_managers))
         self.simulator.publish()
         self._answer_cue()
@@ -274,15 +273,15 @@ class Server:
             self._pacing.step_begun()
 
     def _answer(self, connection: RpcConnection, number: int, result: Any) -> None:
-        scenery, self.simulator.scenery = self.simulator.scenery, None
+        sceneries, self.simulator.sceneries = [one for one in self.simulator.sceneries if not one.done()], []
         parting, self.simulator.parting = self.simulator.parting, None
         if parting is not None:
-            self._held.hold(connection, number, result, parting, PARTING_LIMIT_S, PARTING_REST_S)
-        elif scenery is None or scenery.done():
+            self._held.hold(connection, number, result, [parting], PARTING_LIMIT_S, PARTING_REST_S)
+        elif not sceneries:
             connection.reply(number, result)
         else:
             # The client's first measurement shall not be late.
-            self._held.hold(connection, number, result, scenery)
+            self._held.hold(connection, number, result, sceneries)
 
     def _drop_client(self, connection: RpcConnection) -> None:
         # A stale registration would make other clients wait for a traffic manager that is gone.

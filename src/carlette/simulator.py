@@ -50,8 +50,8 @@ class Simulator:
         self.traffic_managers: dict[int, str] = {}
         """Port to address, as registered by clients."""
         self.sensors = Suite(self.hub, self.stream_of, self.actor_wire)
-        self.scenery: Future[None] | None = None
-        """What the sensor that was just spawned needs of the map; until it is built, the spawn may go unanswered."""
+        self.sceneries: list[Future[None]] = []
+        """What the sensors that were just spawned need of the map; until it is built, the spawn may go unanswered."""
         self.parting: Future[None] | None = None
         """Until those who listened to the sensor that was just destroyed have left, that may go unanswered."""
         self.recordings = recordings or default_folder()
@@ -77,6 +77,7 @@ class Simulator:
             # A client keeps what it knows of an actor under its id through all episodes, so no id may come back.
             self.world = World(roads, self.seed, self.world.next_id)
             self.sensors.close()
+            self.hub.forget_late()
             hand_back()
         self.world.frame = frame
         self.world.settings = settings or EpisodeSettings()

@@ -10,6 +10,8 @@ from typing import Any
 import msgpack
 
 SYNCHRONOUS = [True, False, [True, 0.05], True, 0.1, 1, 0, True, 1, 1, True]
+IMU = [1, "sensor.other.imu", []]
+NOWHERE = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
 
 
 class Raw:

@@ -8,15 +8,12 @@ from concurrent.futures import Future
 
 import msgpack
 import pytest
-from raw_client import SYNCHRONOUS, Raw, open_stream
+from raw_client import IMU, NOWHERE, SYNCHRONOUS, Raw, open_stream
 from serving import running_server
 
 from carlette.rpc.connection import RpcConnection
 from carlette.rpc.held import HeldAnswers
 from carlette.stream.hub import Hub, Subscriber
-
-IMU = [1, "sensor.other.imu", []]
-NOWHERE = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
 
 
 @pytest.fixture
@@ -56,8 +53,8 @@ def test_an_answer_rests_after_what_it_waited_for_and_waits_no_longer_than_its_l
     ours, theirs = ends
     answers, connection = HeldAnswers(), RpcConnection(ours, lambda *_: None)
     left: Future[None] = Future()
-    answers.hold(connection, 1, "left", left, longest_s=1e9, rest_s=5.0)
-    answers.hold(connection, 2, "stays", Future(), longest_s=1e6)
+    answers.hold(connection, 1, "left", [left], longest_s=1e9, rest_s=5.0)
+    answers.hold(connection, 2, "stays", [Future()], longest_s=1e6)
     now = 1e8
     left.set_result(None)
     answers.release(now)
@@ -68,6 +65,25 @@ def test_an_answer_rests_after_what_it_waited_for_and_waits_no_longer_than_its_l
     answers.release(now + 5.0)
     unpacker.feed(theirs.recv(4096))
     assert [one[3] for one in unpacker] == ["left"]
+    answers.close()
+
+
+def test_an_answer_waits_for_all_and_each_of_them_wakes(ends: tuple[socket.socket, socket.socket]) -> None:
+    ours, theirs = ends
+    theirs.setblocking(False)
+    answers, connection = HeldAnswers(), RpcConnection(ours, lambda *_: None)
+    built: list[Future[None]] = [Future(), Future()]
+    answers.hold(connection, 1, "built", built, longest_s=1e9)
+    for one in built:
+        with pytest.raises(BlockingIOError):
+            answers.woken.recv(1)
+        answers.release(1.0)
+        with pytest.raises(BlockingIOError):
+            theirs.recv(1)
+        one.set_result(None)
+        assert answers.woken.recv(64)
+    answers.release(2.0)
+    assert msgpack.unpackb(theirs.recv(4096))[3] == "built"
     answers.close()
 
 

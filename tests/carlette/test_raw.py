@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import select
 import socket
+import struct
 import time
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from raw_client import SYNCHRONOUS, Raw, open_stream, places
+from raw_client import IMU, NOWHERE, SYNCHRONOUS, Raw, exactly, open_stream, places
 from serving import running_server
 
 
@@ -69,6 +70,23 @@ def test_a_stream_that_never_comes_delays_one_tick_only(raw: Raw) -> None:
     frames = [raw.call("tick_cue")[1][0][1] for _ in range(20)]
     assert frames == list(range(frames[0], frames[0] + 20))
     assert time.monotonic() - start < 2.0
+
+
+def test_a_reader_that_comes_when_it_is_no_longer_waited_for_misses_nothing(port: int, raw: Raw) -> None:
+    raw.call("set_episode_settings", SYNCHRONOUS)
+    _, ((_, sensor),) = raw.call("spawn_actor", IMU, NOWHERE)
+    stream_id = int.from_bytes(sensor[-1][:4], "little")
+    raw.call("get_sensor_token", stream_id)
+    ticked = [raw.call("tick_cue")[1][0][1] for _ in range(3)]
+    assert raw.call("get_episode_settings")[0] is None  # the ticks before are done
+    stream = open_stream(port, stream_id)
+    found = []
+    for _ in ticked:
+        (size,) = struct.unpack("<I", exactly(stream, 4))
+        found.append(struct.unpack_from("<Q", exactly(stream, size), 8)[0])
+    assert found == ticked
+    raw.call("destroy_actor", sensor[0])
+    stream.close()
 
 
 def _first_frame(raw: Raw, stream: socket.socket) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import socket
 import time
+from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
@@ -22,7 +23,7 @@ class Held:
     connection: RpcConnection
     number: int
     result: Any
-    until: Future[None]
+    until: Sequence[Future[None]]
     due: float
     """Given at this time, whatever happens."""
     rest_s: float
@@ -44,18 +45,22 @@ class HeldAnswers:
         connection: RpcConnection,
         number: int,
         result: Any,
-        until: Future[None],
+        until: Sequence[Future[None]],
         longest_s: float = LONGEST_HOLD_S,
         rest_s: float = 0.0,
     ) -> None:
-        """Keeps an answer until the future is done and a rest is over, but not for long."""
+        """Keeps an answer until the futures are done and a rest is over, but not for long.
+
+        `woken` becomes readable for each of them, also when the answer could not wait for it.
+        """
         self._held.append(Held(connection, number, result, until, time.monotonic() + longest_s, rest_s))
-        until.add_done_callback(self._wake)
+        for one in until:
+            one.add_done_callback(self._wake)
 
     def release(self, now: float) -> None:
         """Gives the answers that are due."""
         for one in self._held:
-            if one.until.done() and not one.is_resting:
+            if not one.is_resting and all(future.done() for future in one.until):
                 one.is_resting, one.due = True, now + one.rest_s
         due = [one for one in self._held if now >= one.due]
         self._held = [one for one in self._held if now < one.due]

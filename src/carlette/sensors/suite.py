@@ -81,7 +81,7 @@ class Suite:
         due = [(mount, self._moment(mount, scene)) for mount in self._mounts.values() if self._takes_turn(mount)]
         # What works beside this thread begins first.
         for mount, moment in sorted(due, key=lambda pair: not isinstance(pair[0].sensor, LateSensor)):
-            if self._is_heard(mount) and self._may_begin(mount, world):
+            if self._hub.is_wanted(mount.stream_id) and self._may_begin(mount, world):
                 self._ask(mount, moment)
             else:
                 mount.sensor.pass_over(moment)
@@ -148,9 +148,6 @@ class Suite:
     @property
     def _now_s(self) -> float:
         return self._world.elapsed_s if self._world else 0.0
-
-    def _is_heard(self, mount: Mount) -> bool:
-        return self._hub.listens(mount.stream_id) or mount.stream_id in self._hub.awaited
 
     def _moment(self, mount: Mount, scene: Scene) -> Moment:
         return Moment(scene, mount.actor, scene.world.pose(mount.actor), self._wire)

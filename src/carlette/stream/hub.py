@@ -13,6 +13,10 @@ MAX_BACKLOG_BYTES = 64 * 1024 * 1024
 """A subscriber that lags this far behind is dropped (it reconnects by itself)."""
 MAX_WAIT_S = 2.0
 """How long the world stands still for a reader of large messages that is far behind, before that happens."""
+MOST_KEPT = 8
+"""Messages for a reader that nobody waits for any more, but who may still come (a client on a busy machine)."""
+MOST_LATE = 256
+"""Of such readers."""
 MOST_PARTS = 64
 """Of what is unsent, that one call of the system takes."""
 
@@ -112,6 +116,8 @@ class Hub:
         self.subscribers: set[Subscriber] = set()
         self.awaited: set[int] = set()
         """Streams whose token was asked for and whose subscriber has not come yet."""
+        self._late: dict[int, list[tuple[Part, ...]]] = {}
+        """Those that were awaited in vain, and what they missed since."""
         self.waits_for_readers = False
         """A reader of large messages that is far behind holds the world up for a moment, so that it misses none."""
         self._partings: defaultdict[int, list[Future[None]]] = defaultdict(list)
@@ -123,6 +129,22 @@ class Hub:
     def arrived(self, subscriber: Subscriber) -> None:
         """A subscriber has announced its stream."""
         self.awaited.discard(subscriber.stream_id)
+        for parts in self._late.pop(subscriber.stream_id, ()):
+            self._send([subscriber], parts)
+
+    def wait_no_longer(self) -> None:
+        """Lets the world go on without the streams that are awaited.
+
+        Whoever waits for the first measurement of a sensor waits for ever if it was sent before it came.
+        """
+        for stream_id in self.awaited:
+            if len(self._late) < MOST_LATE:
+                self._late[stream_id] = []
+        self.awaited.clear()
+
+    def forget_late(self) -> None:
+        """Drops what is kept for readers that did not come: their streams have ended."""
+        self._late.clear()
 
     def left(self, subscriber: Subscriber) -> None:
         """A subscriber's connection is over."""
@@ -144,11 +166,22 @@ class Hub:
         """Sends one message to all subscribers of a stream."""
         readers = [one for one in self.subscribers if one.stream_id == stream_id]
         if readers:
-            size = _SIZE.pack(sum(memoryview(one).nbytes for one in parts))
-            for one in readers:
-                one.send(size, *parts)
-                if self.waits_for_readers:
-                    one.catch_up()
+            self._send(readers, parts)
+        elif stream_id in self._late:
+            self._late[stream_id].append(parts)
+            if len(self._late[stream_id]) > MOST_KEPT:
+                del self._late[stream_id]
+
+    def _send(self, readers: list[Subscriber], parts: tuple[Part, ...]) -> None:
+        size = _SIZE.pack(sum(memoryview(one).nbytes for one in parts))
+        for one in readers:
+            one.send(size, *parts)
+            if self.waits_for_readers:
+                one.catch_up()
+
+    def is_wanted(self, stream_id: int) -> bool:
+        """True when somebody subscribed to a stream, or is expected to."""
+        return stream_id in self.awaited or stream_id in self._late or self.listens(stream_id)
 
     def listens(self, stream_id: int) -> bool:
         """True when somebody subscribed to a stream."""

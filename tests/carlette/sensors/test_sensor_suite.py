@@ -15,7 +15,7 @@ from carlette.blueprints.sensors import IN_THE_CLIENT
 from carlette.geometry import Pose
 from carlette.sensors import ALL, Body, Moment, Sensor
 from carlette.sensors.suite import Suite
-from carlette.stream.hub import MAX_BACKLOG_BYTES, Hub, Subscriber
+from carlette.stream.hub import MAX_BACKLOG_BYTES, MOST_KEPT, MOST_LATE, Hub, Subscriber
 from carlette.wire.snapshot import sensor_header
 from carlette.world.spawn import spawn
 
@@ -164,3 +164,20 @@ def test_a_reader_that_never_reads_holds_the_world_once_and_then_counts_as_laggi
     near.close()
     far.close()
     assert reader.lags
+
+
+def test_what_is_kept_for_readers_that_do_not_come_is_bounded() -> None:
+    hub = Hub()
+    for stream_id in range(10, 10 + 2 * MOST_LATE):
+        hub.expect(stream_id)
+    hub.wait_no_longer()
+    assert not hub.awaited
+    assert sum(hub.is_wanted(one) for one in range(10, 10 + 2 * MOST_LATE)) == MOST_LATE
+    late = next(one for one in range(10, 10 + 2 * MOST_LATE) if hub.is_wanted(one))
+    for _ in range(MOST_KEPT):
+        hub.publish(late, b"x")
+        assert hub.is_wanted(late)
+    hub.publish(late, b"x")
+    assert not hub.is_wanted(late)
+    hub.forget_late()
+    assert not any(hub.is_wanted(one) for one in range(10, 10 + 2 * MOST_LATE))

@@ -55,7 +55,8 @@ def bring_in(session: Session, description: list[Any], transform: list[Any], par
     if type_id.startswith("sensor.") and type_id not in IN_THE_CLIENT:
         # What cannot be made is refused before it is there.
         scenery = make_sensor(type_id, attributes).load(session.world)
-        session.simulator.scenery = scenery or session.simulator.scenery
+        if scenery is not None and scenery not in session.simulator.sceneries:
+            session.simulator.sceneries.append(scenery)
     return spawn(session.world, type_id, attributes, encode.read_pose(transform), parent)
 
 
