@@ -3,7 +3,8 @@
 Four races of the client library make this necessary; all are wide open with a server as fast as this one:
 
 * `sensor.listen()` returns before the client's connection to the stream exists, so the next frame would be
-  lost. A snapshot therefore waits for every stream whose token was asked for.
+  lost. A snapshot therefore waits for every stream whose token was asked for, and a reader that is later still gets
+  what it missed (`hub`).
 * `load_world()` drops its episode as soon as the request is answered, in the very map of streams that the client's
   network thread uses while it takes a snapshot; nothing guards it, and if both meet, the process ends ("close: Bad
   file descriptor", "bad_weak_ptr", or without a word). So the answer comes some time after the last snapshot, and the
