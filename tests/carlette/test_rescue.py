@@ -248,12 +248,12 @@ def test_a_client_without_managers_is_left_alone() -> None:
 def test_a_manager_that_does_not_answer_is_left_in_its_mode_and_nothing_hangs(
     mute: FakeManager, lost: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(rescue, "ANSWER_S", 0.2)
+    monkeypatch.setattr(rescue, "ANSWER_S", 2.0)
     watch = Rescue()
     watch.published(0.0, "127.0.0.1", [mute.port])
     began = time.monotonic()
     watch.look(STALLED_S + 0.1)
-    assert time.monotonic() - began < 0.1
+    assert time.monotonic() - began < 1.0
     assert settled(no_rescue_runs)
     assert mute.calls == [(HEALTH, [])]
     assert watch.count == 0

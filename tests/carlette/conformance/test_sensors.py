@@ -37,7 +37,8 @@ class Listener:
         self.actor.listen(self._queue.put)
 
     def next(self) -> Any:
-        return self._queue.get(timeout=10.0)
+        # The first ray compiles its loops where no other run has: that takes long on a busy machine.
+        return self._queue.get(timeout=60.0)
 
     def rest(self, wait_s: float = 0.3) -> list[Any]:
         """What has come, and comes for a moment."""
