@@ -95,3 +95,27 @@ def test_given_up_for_the_traffic_right_after_its_start_it_waits_for_the_next_ga
     assert started[1] - aborted < 0.2
     assert EventKind.TRIGGERED not in [e.kind for e in seen.events if started[0] < e.time_s <= started[1]]
     assert EventKind.RECOVERED in seen.kinds()
+
+
+@pytest.mark.parametrize("lead_s", [0.0, 0.1, 0.2, 0.3, 0.4, 0.5])
+def test_what_words_have_taken_back_waits_as_long_as_words_last(lead_s):
+    """Also where the traffic made the guard give it up at that moment: then it would have begun in the next gap."""
+    words: dict[float, str] = {}
+    for _ in range(2):
+        guard = GivesUp(lambda view: view.ego.speed_mps > 0.6)
+        world = World(MULTI, [thing("lead", 75.0)])
+        seen = drive(world, 45.0, guard=guard, ladder=stubborn(), words=dict(words))
+        started = [e.time_s for e in seen.events if e.kind is EventKind.STARTED]
+        words = words or {started[0] + lead_s: "wait"}
+    said = next(iter(words))
+    aborted = [e.time_s for e in seen.events if e.kind is EventKind.ABORTED and e.time_s < said + 1.0]
+    assert len(aborted) == (lead_s > 0.0)
+    again = [one for one in started if one > said + 0.2]
+    assert said + 30.0 < again[0] < said + 31.0
+
+
+def test_other_words_end_the_wait_that_words_asked_for():
+    world = World(MULTI, [thing("lead", 75.0)])
+    seen = drive(world, 30.0, ladder=stubborn(), words={6.0: "wait", 12.0: "please overtake"})
+    started = [e.time_s for e in seen.events if e.kind is EventKind.STARTED]
+    assert 12.0 <= started[0] < 12.5

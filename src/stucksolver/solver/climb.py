@@ -34,6 +34,8 @@ class Climb:
         """Back to the lowest rung, with all tries."""
         self._index = self._tries = self._repairs = 0
         self.not_before_s = float("-inf")
+        self.quiet_until_s = float("-inf")
+        """A passenger asked to wait until then."""
         self.since_s = float("-inf")
         """When this rung was climbed."""
         self._waiting: dict[WaitReason, float] = {}
@@ -59,7 +61,7 @@ class Climb:
 
     def ready(self, now_s: float) -> bool:
         """May the next thing be asked?"""
-        return now_s >= self.not_before_s
+        return now_s >= max(self.not_before_s, self.quiet_until_s)
 
     def pause(self, until_s: float) -> None:
         self.not_before_s = until_s

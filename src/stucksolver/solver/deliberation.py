@@ -310,4 +310,4 @@ class Deliberation(People):
         self._tell_decision(now, answer, None)
         if answer.decision.analysis.guidance_intent is GuidanceIntent.WAIT:
             self._running.withdraw()
-            self._end_words(now, "the plan is given up")
+            self._keep_waiting(now, "the plan is given up")

@@ -27,6 +27,7 @@ class People(Core):
             said, self._said = self._said, None
             words = self._words.take(said, self._stack_s(now), now)
             self._words_climb.reset()
+            self._climb.quiet_until_s = now
             self._held = None
             self._failures.forget_attempts()
             if self._running.execution is None:
@@ -56,10 +57,18 @@ class People(Core):
         again = now + self.ladder.asking.recheck_s
         if intent is GuidanceIntent.UNCLEAR and self._words_climb.climb(again):
             self._words_climb.pause(again)
-        elif intent in (GuidanceIntent.WAIT, GuidanceIntent.UNCLEAR):
+        elif intent is GuidanceIntent.WAIT:
+            self._keep_waiting(now, "nothing to do")
+        elif intent is GuidanceIntent.UNCLEAR:
             self._end_words(now, "nothing to do")
         else:
             self._words_climb.pause(again)
+
+    def _keep_waiting(self, now: float, how: str) -> None:
+        """They ask to wait: nothing begins until they would have expired, or others are said."""
+        self._held = None
+        self._climb.quiet_until_s = now + self.ladder.words.expire_s
+        self._end_words(now, how)
 
     # ---- questions
 
