@@ -1,0 +1,93 @@
+"""Prints kept figures as tables: `python results/tables.py wrong` (or `bench220`, `dev`, `immobilized`, `latency`)."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+Summary = dict[str, Any]
+
+
+def scores(arms: dict[str, Summary]) -> list[list[str]]:
+    """What Bench2Drive scores, one arm a row."""
+    head = _cells("arm | DS | SR % | route % | infractions | efficiency | (corrected) | comfort | (corrected)")
+    keys = "driving_score success_rate route_completion infraction_score efficiency efficiency_corrected comfort"
+    rows = []
+    for name, one in arms.items():
+        values = [one[key] for key in (*keys.split(), "comfort_corrected")]
+        digits = [3 if key == "infraction_score" else 1 for key in keys.split()] + [1]
+        rows.append([name, *(_figure(value, digit) for value, digit in zip(values, digits, strict=True))])
+    return [head, *rows]
+
+
+def abilities(arms: dict[str, Summary]) -> list[list[str]]:
+    """Bench2Drive's abilities in per cent."""
+    names = list(next(iter(arms.values()))["abilities"])
+    return [
+        ["arm", *(name.replace("_", " ") for name in names)],
+        *([arm, *(_figure(one["abilities"][name], 1) for name in names)] for arm, one in arms.items()),
+    ]
+
+
+def recovery(arms: dict[str, Summary]) -> list[list[str]]:
+    """What a recovery module is for; harm is that of plans, from their start to 10 s after their end."""
+    head = _cells(
+        "arm | met | left | median s | p95 s | plans | recovered | by rung | false | missed | harm | right | queries/route | lost s"
+    )
+    rows = []
+    for name, one in arms.items():
+        it = one["recovery"]
+        rungs = ", ".join(f"{rung} {count}" for rung, count in sorted(it["by_rung"].items()))
+        right = f"{it['right']}/{it['judged']}" if it["judged"] else "–"
+        counts = [str(it[key]) for key in ("met", "left")]
+        times = [_figure(it[key], 1) for key in ("median_s", "p95_s")]
+        plans = [str(it["interventions"]), str(it["recovered"]), rungs or "–"]
+        wrong = [str(it[key]) for key in ("false", "missed", "harm")]
+        cost = [_figure(it["queries"] / max(it["routes"], 1), 1), _figure(it["lost_s"], 0)]
+        rows.append([name, *counts, *times, *plans, *wrong, right, *cost])
+    return [head, *rows]
+
+
+def harm(arms: dict[str, Summary]) -> list[list[str]]:
+    """During plans that move; in brackets on the whole route."""
+    head = _cells("arm | DS | SR % | plans that move | collisions | other infractions | near misses | false | missed")
+    rows = []
+    for name, one in arms.items():
+        plans, it = one["plans"], one["recovery"]
+        cells = [f"{plans[what]} ({plans[what + '_route']})" for what in ("collisions", "others", "near")]
+        scored = [_figure(one["driving_score"], 1), _figure(one["success_rate"], 1), str(plans["moved"])]
+        rows.append([name, *scored, *cells, str(it["false"]), str(it["missed"])])
+    return [head, *rows]
+
+
+def _cells(line: str) -> list[str]:
+    return line.split(" | ")
+
+
+def _figure(value: float | None, digits: int) -> str:
+    return "–" if value is None else f"{value:,.{digits}f}"
+
+
+def _printed(rows: list[list[str]]) -> str:
+    lines = ["| " + " | ".join(row) + " |" for row in rows]
+    return "\n".join([lines[0], "|" + "---|" * len(rows[0]), *lines[1:]]) + "\n"
+
+
+def main(name: str) -> None:
+    """Prints the tables of one folder of results."""
+    arms = {
+        path.parent.name: json.loads(path.read_text(encoding="utf-8"))
+        for path in sorted((HERE / name).glob("*/summary.json"))
+    }
+    if not arms:
+        raise SystemExit(f"there is no summary in {HERE / name}; make some with results/run.sh and results/keep.py")
+    tables = (harm,) if name.startswith("wrong") else (scores, abilities, recovery)
+    for table in tables:
+        print(_printed(table(arms)))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
