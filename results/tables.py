@@ -35,7 +35,8 @@ def abilities(arms: dict[str, Summary]) -> list[list[str]]:
 def recovery(arms: dict[str, Summary]) -> list[list[str]]:
     """What a recovery module is for; harm is that of plans, from their start to 10 s after their end."""
     head = _cells(
-        "arm | met | left | median s | p95 s | plans | recovered | by rung | false | missed | harm | right | queries | lost s"
+        "arm | met | left | median s | p95 s | plans | recovered | by rung"
+        " | false | missed | harm | right | queries | lost s"
     )
     rows = []
     for name, one in arms.items():
