@@ -133,7 +133,7 @@ def test_no_borrow_is_accepted_with_less_sight_than_the_rule_asks_for(sight, x, 
     assert sight >= own_way + limit * time + GUARD.policy.sight_margin_m - 1e-6
 
 
-@many
+@settings(max_examples=60, suppress_health_check=list(HealthCheck))
 @given(
     world=worlds,
     behavior=behaviors,
