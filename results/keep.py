@@ -12,12 +12,15 @@ import io
 import json
 import re
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 HERE = Path(__file__).parent
 WALL = ("wall_s",)
 AFTER_S = 10.0
 """So long after its end a plan is held answerable."""
+KINDS = ("collisions", "others", "near")
 NO_HARM = {"min_speed_infractions", "vehicle_blocked", "route_timeout", "scenario_timeouts"}
 
 
@@ -39,22 +42,40 @@ def keep(out: Path, name: str) -> list[str]:
 
 
 def _plans(arm: Path) -> dict[str, int]:
-    found = {"moved": 0} | {
-        f"{what}{where}": 0 for what in ("collisions", "others", "near") for where in ("", "_route")
-    }
+    """Counts of collisions, other infractions and near misses: of plans that move, of waits, and of whole routes.
+
+    Who waits may be hit as well; so beside it stands what befell the driver alone in the same time, if that was driven.
+    """
+    alone = arm.parent / f"{arm.name.split('-')[0]}-alone"
+    wheres = ("", "_route", "_waits", "_waits_alone")
+    found = {"moved": 0} | {f"{what}{where}": 0 for what in KINDS for where in wheres}
     for path in sorted(arm.glob("seed-*/outcomes/*.json")):
         outcome = json.loads(path.read_text(encoding="utf-8"))
-        spans = [(one["start_s"], one["end_s"] + AFTER_S) for one in outcome["interventions"] if one["moves"]]
-        found["moved"] += len(spans)
-        events = [("near", one["time_s"]) for one in outcome["near_misses"]]
-        for one in outcome["infractions"]:
-            if one["kind"] not in NO_HARM:
-                what = "collisions" if one["kind"].startswith("collision") else "others"
-                events.append((what, one["time_s"]))
-        for what, time_s in events:
+        moves, waits = (
+            [one for one in outcome["interventions"] if one["moves"] is is_move] for is_move in (True, False)
+        )
+        found["moved"] += len(moves)
+        for what, time_s in _events(outcome):
             found[f"{what}_route"] += 1
-            found[what] += any(begin <= time_s <= end for begin, end in spans)
+            found[what] += _is_within(time_s, moves)
+            found[f"{what}_waits"] += _is_within(time_s, waits)
+        paired = alone / path.relative_to(arm)
+        if paired.is_file():
+            for what, time_s in _events(json.loads(paired.read_text(encoding="utf-8"))):
+                found[f"{what}_waits_alone"] += _is_within(time_s, waits)
     return found
+
+
+def _events(outcome: dict[str, Any]) -> Iterator[tuple[str, float]]:
+    for one in outcome["near_misses"]:
+        yield "near", one["time_s"]
+    for one in outcome["infractions"]:
+        if one["kind"] not in NO_HARM:
+            yield "collisions" if one["kind"].startswith("collision") else "others", one["time_s"]
+
+
+def _is_within(time_s: float, plans: list[dict[str, Any]]) -> bool:
+    return any(one["start_s"] <= time_s <= one["end_s"] + AFTER_S for one in plans)
 
 
 def _routes(path: Path) -> str:

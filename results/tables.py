@@ -85,8 +85,12 @@ def main(name: str) -> None:
     }
     if not arms:
         raise SystemExit(f"there is no summary in {HERE / name}; make some with results/run.sh and results/keep.py")
-    tables = (harm,) if name.startswith("wrong") else (scores, abilities, recovery)
-    for table in tables:
+    if name.startswith("wrong"):
+        for suite in dict.fromkeys(arm.split("-")[0] for arm in arms):
+            print(f"## `{suite}`\n")
+            print(_printed(harm({arm.split("-", 1)[1]: one for arm, one in arms.items() if arm.startswith(suite)})))
+        return
+    for table in (scores, abilities, recovery):
         print(_printed(table(arms)))
 
 
