@@ -2,7 +2,7 @@
 
 Only what is small and repeatable: `summary.json` and `routes.csv` of each arm, without wall times and paths. One entry
 is added, `plans`: how many plans moved the vehicle, and what happened from their start to 10 s after their end, and on
-the whole routes. `python results/tables.py latency` shows what is kept.
+the whole routes. `python results/tables.py latency` shows what is kept. Wants the Python of the project's environment.
 """
 
 from __future__ import annotations
@@ -16,12 +16,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from stucksolver.evaluate.scores.recovery import AFTER_S, NOT_HARM
+
 HERE = Path(__file__).parent
 WALL = ("wall_s",)
-AFTER_S = 10.0
-"""So long after its end a plan is held answerable."""
 KINDS = ("collisions", "others", "near")
-NO_HARM = {"min_speed_infractions", "vehicle_blocked", "route_timeout", "scenario_timeouts"}
 
 
 def keep(out: Path, name: str) -> list[str]:
@@ -70,7 +69,7 @@ def _events(outcome: dict[str, Any]) -> Iterator[tuple[str, float]]:
     for one in outcome["near_misses"]:
         yield "near", one["time_s"]
     for one in outcome["infractions"]:
-        if one["kind"] not in NO_HARM:
+        if one["kind"] not in NOT_HARM:
             yield "collisions" if one["kind"].startswith("collision") else "others", one["time_s"]
 
 
