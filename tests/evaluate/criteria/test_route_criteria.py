@@ -126,3 +126,14 @@ def test_after_4000_ticks_a_route_is_over() -> None:
     assert criterion.ends_route is None
     criterion.update(moment(200.0, 0.0))
     assert (criterion.ends_route, criterion.infractions) == ("TickRuntime", [])
+
+
+def test_ticks_while_it_is_suspended_do_not_count() -> None:
+    criterion = TickRuntime()
+    for k in range(3000):
+        criterion.update(moment(k * 0.05, 0.0, suspended=frozenset({"tick_runtime"})))
+    for k in range(4000):
+        criterion.update(moment(150.0 + k * 0.05, 0.0))
+    assert criterion.ends_route is None
+    criterion.update(moment(350.0, 0.0))
+    assert criterion.ends_route == "TickRuntime"

@@ -41,7 +41,7 @@ class RouteTimeout(Criterion):
 
 
 class TickRuntime(Criterion):
-    """Ends the route after 4000 ticks; no entry of its own."""
+    """Ends the route after 4000 ticks; no entry of its own. Ticks in which it is suspended do not count."""
 
     kind = "tick_runtime"
 
@@ -51,6 +51,7 @@ class TickRuntime(Criterion):
         self._limit = limit
 
     def update(self, moment: Moment) -> None:
-        self._ticks += 1
+        if self.kind not in moment.suspended:
+            self._ticks += 1
         if self._ticks > self._limit:
             self.ends_route = TICK_RUNTIME

@@ -10,12 +10,16 @@ from stucksolver.evaluate.scenarios.registry import scenario
 
 @scenario
 class StuckRedLight(StuckAtLight):
-    """The hero's light stays red for ever: nobody but a remote operator may release it, so ask in time."""
+    """First at its light, the hero finds it red for ever: nobody but a remote operator may release it, so ask in time.
+
+    A red light is waited for for three minutes, after which the limit on ticks leaves hardly any time to call for help.
+    """
 
     type = "StuckRedLight"
     expected = "ask"
-    suspends = frozenset({"blocked"})
+    suspends = frozenset({"blocked", "tick_runtime"})
 
     def happen(self) -> Iterator[None]:
+        self.traffic.handle_junction_scenario(stop_entries=False)
         self.hold_lights(green=[])
         yield
