@@ -1,11 +1,17 @@
-"""Prints kept figures as tables: `python results/tables.py wrong` (or `bench220`, `dev`, `immobilized`, `latency`)."""
+"""Prints kept figures as tables: `python results/tables.py wrong` (or `bench220`, `dev`, `immobilized`, `latency`).
+
+Wants the Python of the project's environment.
+"""
 
 from __future__ import annotations
 
+import csv
 import json
 import sys
 from pathlib import Path
 from typing import Any
+
+from stucksolver.evaluate.scores.statistics import Interval, bootstrap, compare_pairs
 
 HERE = Path(__file__).parent
 Summary = dict[str, Any]
@@ -52,6 +58,38 @@ def recovery(arms: dict[str, Summary]) -> list[list[str]]:
     return [head, *rows]
 
 
+def differences(folder: Path, arms: dict[str, Summary]) -> list[list[str]]:
+    """Means with the bounds that cover 95 % of a bootstrap over routes, and the difference to the driver alone."""
+    rows = [_cells("arm | DS | less alone | p | SR % | less alone | p")]
+    alone = _by_route(folder / "alone" / "routes.csv")
+    for name in arms:
+        cells = [name]
+        own = _by_route(folder / name / "routes.csv")
+        for column, factor in (("driving_score", 1.0), ("success", 100.0)):
+            values = {route: {k: factor * float(row[column]) for k, row in one.items()} for route, one in own.items()}
+            cells.append(_between(bootstrap([list(one.values()) for one in values.values()])))
+            if name == "alone":
+                cells += ["–", "–"]
+                continue
+            less = [[v - factor * float(alone[r][k][column]) for k, v in one.items()] for r, one in values.items()]
+            paired = compare_pairs(less)
+            cells += [_between(paired.difference), f"{paired.p:.4f}"]
+        rows.append(cells)
+    return rows
+
+
+def _by_route(path: Path) -> dict[str, dict[str, dict[str, str]]]:
+    """The rows of a file of results by route and seed."""
+    found: dict[str, dict[str, dict[str, str]]] = {}
+    for row in csv.DictReader(path.read_text(encoding="utf-8").splitlines()):
+        found.setdefault(row["route_id"], {})[row["seed"]] = row
+    return found
+
+
+def _between(interval: Interval) -> str:
+    return f"{interval.mean:.1f} [{interval.low:.1f}, {interval.high:.1f}]"
+
+
 def harm(arms: dict[str, Summary]) -> list[list[str]]:
     """During plans that move; in brackets on the whole route."""
     head = _cells("arm | DS | SR % | plans that move | collisions | other infractions | near misses | false | missed")
@@ -92,6 +130,8 @@ def main(name: str) -> None:
         return
     for table in (scores, abilities, recovery):
         print(_printed(table(arms)))
+    if "alone" in arms:
+        print(_printed(differences(HERE / name, arms)))
 
 
 if __name__ == "__main__":
