@@ -9,7 +9,7 @@ from stucksolver.guard.predict import moving_gaps, relevant
 from stucksolver.guard.straight import goes_straight
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Array
-from stucksolver.scene.road import LaneDirection, LaneKind, ZoneKind
+from stucksolver.scene.road import LaneDirection, ZoneKind
 from stucksolver.scene.view import MOVING_MPS
 
 EVERY_M = 3.0
@@ -123,10 +123,9 @@ def stops_beside(case: Case, rejects: list[Reject], giving_way: bool) -> bool:
     """
     view, policy = case.view, case.policy
     stations, t = _braking_now(case)
-    ends_on_rails = any(view.zone_at(s, ZoneKind.LEVEL_CROSSING) for s in (stations[0], stations[-1]))
     named = {reject.object_id for reject in rejects}
     which = np.array([i for i, thing in enumerate(view.objects) if thing.id in named and view.moving[i] > 0], dtype=int)
-    if ends_on_rails or case.in_oncoming_lane or not len(which):
+    if case.on_rails(float(stations[-1])) or case.in_oncoming_lane or not len(which):
         return False
     gap = moving_gaps(case, stations[None, :], which, t)[0]
     return not (gap < _kept(case, giving_way, policy.standing_gap_m)).any()
@@ -147,16 +146,8 @@ def _braking_now(case: Case) -> tuple[Array, Array]:
 
 def _may_wait(case: Case, end_s: float) -> bool:
     """From here to the end of the stop: in a junction or on its crosswalk, and in lanes of our own direction?"""
-    view = case.view
-    here = float(case.path.s[0])
-    if view.zone_at(here, ZoneKind.JUNCTION, ZoneKind.CROSSWALK) is None:
-        return False
-    if any(view.zone_at(s, ZoneKind.LEVEL_CROSSING) is not None for s in (here, end_s)):
+    here = case.view.zone_at(float(case.path.s[0]), ZoneKind.JUNCTION, ZoneKind.CROSSWALK)
+    if here is None or case.on_rails(end_s):
         return False
     driven = case.path.s <= end_s + 0.5
-    opposite = (lane for lane in view.frame.lanes if lane.strip.direction is LaneDirection.OPPOSITE)
-    return not any(
-        bool((case.inside(lane)[driven] > 0).any())
-        for lane in opposite
-        if lane.strip.kind is LaneKind.DRIVING and lane.covers(here, end_s)
-    )
+    return not any(bool((case.inside(lane)[driven] > 0).any()) for lane in case.oncoming_lanes(end_s))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +12,7 @@ from stucksolver.decision.manoeuvre import Manoeuvre
 from stucksolver.decision.rollout import Rollout, rollout, sluggish
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.scene.frenet import Array, Lane
-from stucksolver.scene.road import LaneDirection, LaneKind
+from stucksolver.scene.road import LaneDirection, LaneKind, ZoneKind
 from stucksolver.scene.view import View
 
 
@@ -76,14 +77,20 @@ class Case:
     @cached_property
     def in_oncoming_lane(self) -> bool:
         """Does the body reach into a lane of the oncoming traffic now?"""
+        return any(self.inside(lane)[0] > 0 for lane in self.oncoming_lanes(float(self.path.s[0])))
+
+    def oncoming_lanes(self, until_s: float) -> Iterator[Lane]:
+        """Lanes of the oncoming traffic along the way from here to an arc length."""
         here = float(self.path.s[0])
-        return any(
-            lane.strip.kind is LaneKind.DRIVING
-            and lane.strip.direction is LaneDirection.OPPOSITE
-            and lane.covers(here, here)
-            and self.inside(lane)[0] > 0
-            for lane in self.view.frame.lanes
-        )
+        for lane in self.view.frame.lanes:
+            is_opposite = lane.strip.direction is LaneDirection.OPPOSITE
+            if is_opposite and lane.strip.kind is LaneKind.DRIVING and lane.covers(here, until_s):
+                yield lane
+
+    def on_rails(self, until_s: float) -> bool:
+        """Is the vehicle on a level crossing, or is that arc length on one?"""
+        here = float(self.path.s[0])
+        return any(self.view.zone_at(s, ZoneKind.LEVEL_CROSSING) is not None for s in (here, until_s))
 
     @cached_property
     def start_lane(self) -> Lane | None:
