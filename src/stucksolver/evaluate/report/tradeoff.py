@@ -50,16 +50,31 @@ def _row(label: str, summary: Summary) -> tuple[str, ...]:
 
 
 def _plot(summaries: Mapping[str, Summary], path: Path) -> None:
+    """A line for each value of the first settings, along which the last one varies."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(11, 3.2), layout="constrained")
+    lines = _series(summaries)
+    figure = Figure(figsize=(12, 3.6), layout="constrained")
     for axes, (name, value) in zip(figure.subplots(1, len(AXES)), AXES.items(), strict=True):
-        for label, summary in summaries.items():
-            x, y = summary.recovery.queries_per_km, value(summary)
-            if x is None or y is None:
-                continue
-            axes.plot(x, y, "o", markersize=4)
-            axes.annotate(label, (x, y), fontsize=5, xytext=(2, 2), textcoords="offset points")
+        for shared, series in lines.items():
+            known = [(s.recovery.queries_per_km, value(s), last) for last, s in series.items()]
+            points = [(x, y, last) for x, y, last in known if x is not None and y is not None]
+            axes.plot([x for x, _, _ in points], [y for _, y, _ in points], "o-", markersize=4, lw=0.8, label=shared)
+            for x, y, last in points:
+                axes.annotate(last.partition("=")[2], (x, y), fontsize=6, xytext=(2, 2), textcoords="offset points")
         axes.set_xlabel("queries per km")
         axes.set_ylabel(name)
+    if len(lines) > 1:
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside right upper", fontsize=7)
+    varied = next(iter(summaries)).rpartition(",")[2].partition("=")[0]
+    figure.suptitle(f"beside each point: {varied}", fontsize=8)
     figure.savefig(path, dpi=DPI)
+
+
+def _series(summaries: Mapping[str, Summary]) -> dict[str, dict[str, Summary]]:
+    """By all settings but the last, and by the last."""
+    found: dict[str, dict[str, Summary]] = {}
+    for label, summary in summaries.items():
+        shared, _, last = label.rpartition(",")
+        found.setdefault(shared, {})[last] = summary
+    return found
