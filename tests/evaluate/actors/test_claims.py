@@ -61,3 +61,20 @@ def test_who_is_held_by_a_red_light_gives_up_its_claim_to_the_junction() -> None
     assert cars._stop_in(first, 0.0) is not None, "now the second has it"
     cars.claims.release(second, crossing_of(second))
     assert cars._stop_in(first, 0.0) is None
+
+
+def test_nobody_crosses_before_a_car_that_will_not_brake() -> None:
+    here, there = ways_that_meet()
+    flowing, waiting = car(1, here, SimpleNamespace(state=GREEN)), car(2, there, SimpleNamespace(state=GREEN))
+    cars = Cars(None, 0.05)  # type: ignore[arg-type]
+    flowing.constant, flowing.yields = True, False
+    flowing.s = crossing_of(flowing).enter_s - 6.0 * flowing.wish_mps - 10.0
+    cars._press_on(flowing)
+    assert cars._stop_in(waiting, 0.0) is None, "it is still far away"
+    cars.claims.release(waiting, crossing_of(waiting))
+    flowing.s += 10.0
+    cars._press_on(flowing)
+    assert cars._stop_in(waiting, 0.0) is not None
+    flowing.s = crossing_of(flowing).leave_s + 4.0
+    cars._press_on(flowing)
+    assert cars._stop_in(waiting, 0.0) is None, "it is past"

@@ -4,7 +4,7 @@ The client's TrafficManager is not used: a tick with it waits for several calls 
 would cost the promise that the same seed gives the same run. Following is the Intelligent Driver Model (Treiber,
 Hennecke, Helbing 2000) with a linear free road, steering is pure pursuit (Coulter 1992). A `constant` car holds its
 speed whatever is in its way, as the flows of CARLA's scenario_runner do, until it has touched the hero: then it
-drives like the others.
+drives like the others. The others let it by at junctions.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ STAND_GAP_M = 4.0
 STOP_LINE_GAP_M = 1.5
 _YELLOW_MPS2 = 3.0
 _CLAIM_M = 10.0
+_PRESSES_S = 6.0
+"""Nobody begins to cross a junction before a constant car that will be there so soon."""
 _LIGHT_WITHIN_M = 3.0
 """A stop line may lie so far beyond where its junction begins."""
 _TOUCH_M = 0.05
@@ -190,6 +192,8 @@ class Cars:
             car.state = self._cast.state(car.member)
             car.s = car.path.advance(car.state.x, car.state.y)
             car.path.grow(car.s + HORIZON_M)
+            if car.constant:
+                self._press_on(car)
             if car.constant and not car.hit_hero:
                 self._feel(car)
         self._look_ahead([car for car in cars if car.yields and not car.constant])
@@ -215,6 +219,15 @@ class Cars:
             heeded = [one for one in others if not one.is_staged and 2.0 * one.half_height_m > _LOW_M]
             bodies = [(one, self._cast.state(one)) for one in heeded]
             find_leaders(cars, bodies)
+
+    def _press_on(self, car: Car) -> None:
+        """Others keep out of the junctions that a constant car will soon pass, as it will not brake for them."""
+        front, rear = car.s + car.member.half_length_m, car.s - car.member.half_length_m
+        for crossing in car.path.crossings:
+            if crossing.leave_s < rear - 1.0:
+                self.claims.release(car, crossing)
+            elif crossing.enter_s - front < _PRESSES_S * max(car.wish_mps, car.state.speed_mps):
+                self.claims.insist(car, crossing)
 
     def _feel(self, car: Car) -> None:
         """A flow car that has touched the hero stops pressing on."""

@@ -43,6 +43,12 @@ class Claims:
         taken[car.member.id] = way
         return True
 
+    def insist(self, car: Car, crossing: Crossing) -> None:
+        """Take the way through a junction whoever is in it: nothing makes a car brake that holds its speed."""
+        taken = self._claimed.setdefault(crossing.junction, {})
+        if car.member.id not in taken:
+            taken[car.member.id] = _way(car, crossing)
+
     def release(self, car: Car, crossing: Crossing) -> None:
         """The car has left the junction."""
         self._claimed.get(crossing.junction, {}).pop(car.member.id, None)
