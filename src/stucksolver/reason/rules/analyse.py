@@ -16,7 +16,7 @@ from stucksolver.decision import (
     WaitReason,
 )
 from stucksolver.reason.rules.guidance import guidance_intent
-from stucksolver.reason.rules.observe import beside_lane_centre, intent, no_gap_to_join
+from stucksolver.reason.rules.observe import beside_lane_centre, drives, goes_first, intent, no_gap_to_join
 from stucksolver.scene import (
     MOTOR_VEHICLES,
     ControlKind,
@@ -147,6 +147,10 @@ def _held_by_people(scene: Scene, limits: WaitLimits) -> Hold | None:
 
 def _held_by_vehicle(scene: Scene, limits: WaitLimits) -> Hold | None:
     lead = blocker(scene)
+    if lead is None or (drives(lead) and lead.speed_along_mps < 0.5):
+        first = goes_first(scene)
+        if first is not None:
+            return Hold(WaitReason.YIELD, f"{first.kind.value} {first.id} comes into the way ahead")
     if lead is None or lead.kind not in MOTOR_VEHICLES | {ObjectKind.BICYCLE}:
         return None
     if no_gap_to_join(scene, lead) is not None:
