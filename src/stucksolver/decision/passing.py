@@ -74,6 +74,20 @@ def find_passing(view: View, start: Start, object_id: str, lane: Lane) -> Passin
     )
 
 
+def standing_beyond(view: View, passing: Passing) -> float:
+    """Arc length of the near end of what stands in the own lane beyond what is passed; infinite if nothing does."""
+    half = view.ego.width_m / 2
+    near = [
+        float(view.s[i] - view.along[i])
+        for i in range(len(view.objects))
+        if view.objects[i].id not in passing.ids
+        and abs(view.d[i]) - view.across[i] < half
+        and abs(view.vs[i]) < 0.5
+        and view.s[i] > passing.far_s
+    ]
+    return min(near, default=np.inf)
+
+
 def _beside(view: View, which: list[int], clearance_m: float, vulnerable_clearance_m: float) -> float:
     """Lateral offset of the ego's centre that keeps a clearance from all of them."""
     edges = [

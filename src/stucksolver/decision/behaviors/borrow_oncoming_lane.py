@@ -5,10 +5,13 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from stucksolver.decision.behaviors.base import CREEP_MPS, MOVING_CHECKS, Abort, Behavior, CannotPlan, Check, Start
-from stucksolver.decision.manoeuvre import Manoeuvre, along_lane, landing_m, lateral
-from stucksolver.decision.passing import Passing, borrowed_lane, find_passing, length_abreast
+from stucksolver.decision.manoeuvre import Manoeuvre, along_lane, landing_m, lateral, shortest_shift
+from stucksolver.decision.passing import Passing, borrowed_lane, find_passing, length_abreast, standing_beyond
 from stucksolver.decision.swing import swing_out
 from stucksolver.scene.view import View
+
+STOP_GAP_M, STRAIGHT_M, LEAST_BACK_M = 2.0, 1.0, 6.0
+"""Left free before what stands beyond, with the wheels straight for the last metre; and the shortest way back."""
 
 
 class BorrowOncomingLane(Behavior):
@@ -47,11 +50,19 @@ class BorrowOncomingLane(Behavior):
         out = swing_out(view, start, passing.offset_m, speed)
         abreast = length_abreast(view, start, out, passing, speed)
         beside = along_lane(None, out.end_s, out.end_d, abreast, speed)
-        back_m = max(2.5 * float(beside.speed[-1]), 12.0)
-        back = lateral(beside.end_s, beside.end_d, 0.0, back_m, self.speed_mps, view)
-        path = (
-            out.then(beside)
-            .then(back)
-            .then(along_lane(None, back.end_s, 0.0, landing_m(self.speed_mps) + 2.0, self.speed_mps))
-        )
-        return Manoeuvre(path.s, path.d, path.speed, (lane,), passing.ids, returns=True)
+        back = self._back(view, beside, standing_beyond(view, passing))
+        path = out.then(beside).then(back)
+        return Manoeuvre(path.s, path.d, path.speed, (lane,), passing.ids, returns=True, stops=back.stops)
+
+    def _back(self, view: View, beside: Manoeuvre, beyond_s: float) -> Manoeuvre:
+        """Into the own lane and on in it; or, where something stands there soon, to a stop behind that."""
+        gentle_m, landing = max(2.5 * float(beside.speed[-1]), 12.0), landing_m(self.speed_mps) + 2.0
+        room_m = beyond_s - STOP_GAP_M - view.ego.length_m / 2 - beside.end_s
+        stops = room_m < gentle_m + landing
+        if stops:
+            shortest_m = shortest_shift(beside.end_d, view.ego.limits.min_turn_radius_m)
+            gentle_m = max(min(gentle_m, room_m - STRAIGHT_M), shortest_m, LEAST_BACK_M)
+            landing = max(room_m - gentle_m, STRAIGHT_M)
+        back = lateral(beside.end_s, beside.end_d, 0.0, gentle_m, self.speed_mps, view)
+        back = back.then(along_lane(None, back.end_s, 0.0, landing, self.speed_mps))
+        return back.stopping() if stops else back
