@@ -226,3 +226,32 @@ def test_asked_to_stop_in_a_junction_it_hands_over_instead_of_standing_there():
         [KeepLane(distance_m=30.0, speed_mps=5.0)], world, every_tick=lambda execution, _: execution.withdraw()
     )
     assert outcome.finished or world.x > 60.0 or GUARD.may_stand(world.view())
+
+
+@pytest.mark.parametrize("room_m", [18.0, 20.0, 25.0, 30.0])
+def test_a_pass_ends_behind_what_stands_beyond(room_m):
+    """At rest in the own lane, instead of going on into it."""
+    behavior, world = fresh("borrow_oncoming_lane")
+    near = world.objects[0].x_m + world.objects[0].length_m / 2 + room_m
+    world.objects.append(thing("queue", near + 2.3))
+    nearest = []
+    outcome, _ = run([behavior], world, every_tick=lambda _, w: nearest.append(w.clearance()))
+    assert outcome.finished, outcome.text
+    assert min(nearest) > 0.25
+    assert abs(world.speed) < 0.4 and abs(world.y) < 0.2
+    assert 1.0 < near - (world.x + 2.45) < 4.0
+
+
+def test_where_there_is_room_a_pass_does_not_end_at_rest():
+    behavior, world = fresh("borrow_oncoming_lane")
+    world.objects.append(thing("queue", 130.0))
+    outcome, _ = run([behavior], world)
+    assert outcome.finished, outcome.text
+    assert world.speed > 4.0
+
+
+def test_where_it_cannot_come_back_it_is_not_begun():
+    behavior, world = fresh("borrow_oncoming_lane")
+    world.objects.append(thing("queue", world.objects[0].x_m + 4.6 + 15.0))
+    verdict = Execution(RecoveryPlan(behaviors=(behavior,)), GUARD, guided=False).start(world.view(), 0.0)
+    assert {reject.object_id for reject in verdict.rejects} == {"queue"}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from worlds import LANE_M, World, red_light, straight_road, thing
 
@@ -9,7 +11,7 @@ from stucksolver.decision import CauseCode, Intent, WaitLimits, WaitReason
 from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.reason import RuleReasoner
-from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl
+from stucksolver.scene import CandidateWaypoint, ControlKind, LightState, LineKind, ObjectKind, TrafficControl
 
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
@@ -152,6 +154,47 @@ def test_nothing_in_the_path_leaves_the_cause_unknown():
     decision = decide(World(TWO_WAY))
     assert decision.analysis.cause is CauseCode.UNKNOWN
     assert decision.plan is None
+
+
+def turns_right(*others, lead=()):
+    """At a junction from which the route goes on to the right 15 m ahead, so that others cross it or join it."""
+    world = World(TWO_WAY, [*lead, *others])
+    scene = world.scene()
+    route = [(12.0, 0.0, 12.0), (18.0, -6.0, 20.0), (20.0, -26.0, 40.0)]
+    lane = scene.ego.lane_id
+    waypoints = tuple(
+        CandidateWaypoint(id=str(k), lane_id=lane, x_m=x, y_m=y, distance_m=s) for k, (x, y, s) in enumerate(route)
+    )
+    ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
+    return RuleReasoner().decide(scene.model_copy(update={"waypoints": waypoints, "ego": ego}))
+
+
+@pytest.mark.parametrize(("y", "speed"), [(60.0, -14.0), (20.0, -6.0), (-60.0, 14.0)])
+def test_it_yields_to_who_comes_into_the_way_ahead(y, speed):
+    decision = turns_right(thing("flow", 70.0, y, sideways=speed, yaw=math.copysign(math.pi / 2, speed)))
+    assert wait_of(decision) is WaitReason.YIELD
+    assert "flow" in decision.rationale
+
+
+def test_it_yields_to_who_just_crosses():
+    decision = turns_right(thing("flow", 70.0, 1.0, sideways=-8.0, yaw=-math.pi / 2))
+    assert wait_of(decision) is WaitReason.YIELD
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "speed"),
+    [(70.0, -40.0, -14.0), (100.0, 60.0, -14.0), (70.0, 90.0, -14.0), (70.0, 12.0, -2.0)],
+    ids=["is past", "crosses farther on", "is far away", "crawls"],
+)
+def test_it_does_not_yield_to_others(x, y, speed):
+    assert wait_of(turns_right(thing("other", x, y, sideways=speed, yaw=-math.pi / 2))) is None
+
+
+def test_what_stands_in_the_way_is_no_reason_to_yield():
+    decision = turns_right(
+        thing("flow", 70.0, 60.0, sideways=-14.0, yaw=-math.pi / 2), lead=[thing("lead", 62.0, hazard=True)]
+    )
+    assert decision.analysis.wait is not WaitReason.YIELD
 
 
 # ---- ways past
