@@ -37,7 +37,8 @@ alone. This page is written from the classes by `python -m stucksolver.evaluate.
 
 Cars of scenarios and of the background are driven by the run itself, not by the client's TrafficManager: Intelligent
 Driver Model, pure pursuit, stop lines of red and yellow lights, and junctions in which ways that meet are given out one
-after the other. A flow's cars hold their speed whatever the hero does, until one of them has touched it.
+after the other. A flow's cars hold their speed whatever the hero does, until one of them has touched it; at
+junctions all others let them by.
 
 Background traffic has the public benchmark's numbers (two cars ahead and two behind in each lane, 15 m apart; cars
 ahead slow down to wait for the hero, cars behind hurry; oncoming cars every 40 m from 80 m ahead; other entries of a
