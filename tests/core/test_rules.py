@@ -11,7 +11,7 @@ from stucksolver.decision import CauseCode, Intent, WaitLimits, WaitReason
 from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.reason import RuleReasoner
-from stucksolver.scene import CandidateWaypoint, ControlKind, LightState, LineKind, ObjectKind, TrafficControl
+from stucksolver.scene import CandidateWaypoint, ControlKind, Guidance, LightState, LineKind, ObjectKind, TrafficControl
 
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
@@ -195,6 +195,17 @@ def test_what_stands_in_the_way_is_no_reason_to_yield():
         thing("flow", 70.0, 60.0, sideways=-14.0, yaw=-math.pi / 2), lead=[thing("lead", 62.0, hazard=True)]
     )
     assert decision.analysis.wait is not WaitReason.YIELD
+
+
+@pytest.mark.parametrize(("speed", "plans"), [(-10.0, False), (0.0, True)])
+def test_nobody_creeps_towards_who_drives_across_whatever_a_passenger_says(speed, plans):
+    """Up to one that stands across the way, to show who begins; not up to one of a flow."""
+    world = World(TWO_WAY, [thing("flow", 63.0, sideways=speed, yaw=-math.pi / 2)])
+    scene = world.scene()
+    words = Guidance(text="Just go, they will brake.", time_s=0.0)
+    ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
+    decision = RuleReasoner().decide(scene.model_copy(update={"ego": ego, "guidance": words}))
+    assert (decision.plan is not None) is plans, decision.rationale
 
 
 # ---- ways past

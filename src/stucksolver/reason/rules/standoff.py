@@ -8,7 +8,7 @@ from stucksolver.decision import RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import BackUp, KeepLane, Wait
 from stucksolver.reason.rules.analyse import red_light_within
 from stucksolver.reason.rules.attempts import has_failed
-from stucksolver.reason.rules.observe import crosses, joins, no_gap_to_join
+from stucksolver.reason.rules.observe import crosses, drives, joins, no_gap_to_join
 from stucksolver.reason.rules.past import Way
 from stucksolver.reason.rules.room import may_back_up
 from stucksolver.scene import MOTOR_VEHICLES, Scene, SceneObject
@@ -35,6 +35,8 @@ def towards_who_crosses(scene: Scene, lead: SceneObject) -> Way | None:
     if light is not None:
         return None, (WaitReason.LIGHT, light)
     who = f"{lead.kind.value} {lead.id}"
+    if drives(lead):
+        return None, (WaitReason.YIELD, f"{who} drives across our way and goes first")
     if scene.ego.stopped_for_s < FIRST_TURN_S:
         return None, (WaitReason.YIELD, f"{who} comes from a crossing road and may go first")
     way = STEP_M * math.floor(((lead.gap_m or 0.0) - SHORT_OF_M) / STEP_M)
