@@ -1,5 +1,6 @@
 """Go round what is in the way through the lane of the oncoming traffic, and come back."""
 
+from dataclasses import replace
 from typing import ClassVar, Literal
 
 from pydantic import Field
@@ -51,8 +52,7 @@ class BorrowOncomingLane(Behavior):
         abreast = length_abreast(view, start, out, passing, speed)
         beside = along_lane(None, out.end_s, out.end_d, abreast, speed)
         back = self._back(view, beside, standing_beyond(view, passing))
-        path = out.then(beside).then(back)
-        return Manoeuvre(path.s, path.d, path.speed, (lane,), passing.ids, returns=True, stops=back.stops)
+        return replace(out.then(beside).then(back), enters=(lane,), passes=passing.ids)
 
     def _back(self, view: View, beside: Manoeuvre, beyond_s: float) -> Manoeuvre:
         """Into the own lane and on in it; or, where something stands there soon, to a stop behind that."""

@@ -194,8 +194,8 @@ class Cars:
             car.path.grow(car.s + HORIZON_M)
             if car.constant:
                 self._press_on(car)
-            if car.constant and not car.hit_hero:
-                self._feel(car)
+                if not car.hit_hero:
+                    self._feel(car)
         self._look_ahead([car for car in cars if car.yields and not car.constant])
         for car in cars:
             self._control(car)
