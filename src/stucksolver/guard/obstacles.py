@@ -7,7 +7,7 @@ import numpy as np
 from stucksolver.guard.case import Case
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.boxes import separation
-from stucksolver.scene.objects import MOTOR_VEHICLES, PASSABLE_KINDS, VULNERABLE, ObjectKind
+from stucksolver.scene.objects import PASSABLE_KINDS, VEHICLES, VULNERABLE, ObjectKind
 from stucksolver.scene.surroundings import ControlKind, LightState
 from stucksolver.scene.view import MOVING_MPS
 
@@ -26,7 +26,7 @@ def patience(case: Case) -> list[Reject]:
     found = []
     for name in case.path.passes:
         i = view.index_of(name)
-        if i is None or view.objects[i].kind not in MOTOR_VEHICLES | {ObjectKind.BICYCLE}:
+        if i is None or view.objects[i].kind not in VEHICLES:
             continue
         why = _moving(case, i) if np.hypot(view.vs[i], view.vd[i]) > MOVING_MPS else _standing(case, i)
         if why is not None:
@@ -64,7 +64,7 @@ def in_queue(case: Case, i: int) -> bool:
             return True
     next_up = (view.gap > front) & (view.gap < front + QUEUE_M) & (np.abs(view.d - view.d[i]) < 1.5)
     return any(
-        view.objects[int(j)].kind in MOTOR_VEHICLES and (view.objects[int(j)].moved_s_ago or lately) < lately
+        view.objects[int(j)].kind in VEHICLES and (view.objects[int(j)].moved_s_ago or lately) < lately
         for j in np.flatnonzero(next_up)
     )
 

@@ -42,6 +42,7 @@ MOTOR_VEHICLES = frozenset(
         ObjectKind.MOTORCYCLE,
     }
 )
+VEHICLES = MOTOR_VEHICLES | {ObjectKind.BICYCLE}
 ON_FOOT = frozenset({ObjectKind.PEDESTRIAN, ObjectKind.FLAGGER, ObjectKind.ANIMAL})
 """Those who may step into the road from a standstill."""
 VULNERABLE = ON_FOOT | {ObjectKind.BICYCLE}

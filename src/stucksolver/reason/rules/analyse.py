@@ -18,7 +18,7 @@ from stucksolver.decision import (
 from stucksolver.reason.rules.guidance import guidance_intent
 from stucksolver.reason.rules.observe import beside_lane_centre, drives, goes_first, intent, no_gap_to_join
 from stucksolver.scene import (
-    MOTOR_VEHICLES,
+    VEHICLES,
     ControlKind,
     LightState,
     ObjectKind,
@@ -133,7 +133,7 @@ def _blocked_before(scene: Scene, distance_m: float) -> bool:
     lead = blocker(scene)
     if lead is None or lead.gap_m is None or lead.gap_m > distance_m - 2.0:
         return False
-    return lead.kind not in MOTOR_VEHICLES or bool(lead.hazard_lights) or beside_lane_centre(lead)
+    return lead.kind not in VEHICLES or bool(lead.hazard_lights) or beside_lane_centre(lead)
 
 
 def _held_by_people(scene: Scene, limits: WaitLimits) -> Hold | None:
@@ -151,7 +151,7 @@ def _held_by_vehicle(scene: Scene, limits: WaitLimits) -> Hold | None:
         first = goes_first(scene)
         if first is not None:
             return Hold(WaitReason.YIELD, f"{first.kind.value} {first.id} comes into the way ahead")
-    if lead is None or lead.kind not in MOTOR_VEHICLES | {ObjectKind.BICYCLE}:
+    if lead is None or lead.kind not in VEHICLES:
         return None
     if no_gap_to_join(scene, lead) is not None:
         return None
@@ -184,7 +184,7 @@ def find_cause(scene: Scene, limits: WaitLimits) -> tuple[CauseCode, str]:
         since = f"for {scene.ego.stopped_for_s:.0f} s"
         return CauseCode.BLOCKED_ROAD, f"{joining.kind.value} {joining.id} and others leave no gap to join them {since}"
     seen = f"{lead.kind.value} {lead.id}, {lead.gap_m:.1f} m ahead"
-    if lead.kind in MOTOR_VEHICLES | {ObjectKind.BICYCLE}:
+    if lead.kind in VEHICLES:
         since = f"has stood for {lead.stationary_s or 0.0:.0f} s"
         if lead.hazard_lights:
             return CauseCode.DISABLED_VEHICLE, f"{seen}, {since} with hazard lights"

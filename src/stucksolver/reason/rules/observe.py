@@ -9,6 +9,7 @@ from stucksolver.decision import Intent, Observation, ObservedControl, Participa
 from stucksolver.scene import (
     MOTOR_VEHICLES,
     STATIC_KINDS,
+    VEHICLES,
     CandidateWaypoint,
     ControlKind,
     LaneRelation,
@@ -132,7 +133,7 @@ def goes_first(scene: Scene) -> SceneObject | None:
 
 def drives(o: SceneObject) -> bool:
     """Does a vehicle move, in whatever direction, quicker than at a crawl?"""
-    return o.kind in MOTOR_VEHICLES | {ObjectKind.BICYCLE} and math.hypot(o.vx_mps, o.vy_mps) > CRAWLS_MPS
+    return o.kind in VEHICLES and math.hypot(o.vx_mps, o.vy_mps) > CRAWLS_MPS
 
 
 def _on_route(scene: Scene, waypoint: CandidateWaypoint) -> bool:
