@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
@@ -24,6 +25,8 @@ CLIENT_TIMEOUT_S = 15.0
 PROGRESS_EVERY_S = 5.0
 SILENCE_S = 180.0
 """A run that tells of no progress for this long hangs."""
+LOOK_S = 0.5
+"""How often to ask whether a run is wanted still."""
 LEAVE_S = 10.0
 """For a run's process to leave by itself."""
 TRIES = 2
@@ -32,6 +35,10 @@ TRIES = 2
 
 class RunError(RuntimeError):
     """A run could not be made; the message says why and what to do."""
+
+
+class NotWanted(Exception):
+    """The program is being ended, and its runs' processes with it: that is no crash of a run."""
 
 
 @dataclass(frozen=True)
@@ -72,12 +79,19 @@ def _attempt(job: Job, progress: Callable[[float], None]) -> int:
     return attempt(_work, job, progress)
 
 
-def attempt(work: Callable[[Any, Connection], None], job: Any, progress: Callable[[float], None]) -> int:
+def attempt(
+    work: Callable[[Any, Connection], None],
+    job: Any,
+    progress: Callable[[float], None],
+    wanted: Callable[[], bool] = lambda: True,
+) -> int:
     """Do `work` on a job in a process of its own; the exit code, negative: the signal that killed it.
 
     Numbers that the process sends are progress; a text is what went wrong. Raises `RunError` with that text, or when
-    nothing is heard for too long.
+    nothing is heard for too long, and `NotWanted`; whatever is raised, the process is over by then.
     """
+    if not wanted():
+        raise NotWanted
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
     process = context.Process(target=work, args=(job, theirs), daemon=True)
@@ -91,7 +105,7 @@ def attempt(work: Callable[[Any, Connection], None], job: Any, progress: Callabl
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     theirs.close()
     try:
-        _listen(ours, progress)
+        _listen(ours, progress, wanted)
         process.join(LEAVE_S)
     finally:
         _end(process)
@@ -109,11 +123,17 @@ def _end(process: BaseProcess) -> None:
         process.join()
 
 
-def _listen(ours: Connection, progress: Callable[[float], None]) -> None:
-    """Take progress until the run is over. Raises `RunError` with what it says went wrong."""
+def _listen(ours: Connection, progress: Callable[[float], None], wanted: Callable[[], bool]) -> None:
+    """Take progress until the run is over. Raises `RunError` with what it says went wrong, and `NotWanted`."""
+    heard = time.monotonic()
     while True:
-        if not ours.poll(SILENCE_S):
-            raise RunError(f"the run has not gone on for {SILENCE_S:.0f} s and was ended; run again")
+        if not wanted():
+            raise NotWanted
+        if not ours.poll(LOOK_S):
+            if time.monotonic() - heard > SILENCE_S:
+                raise RunError(f"the run has not gone on for {SILENCE_S:.0f} s and was ended; run again")
+            continue
+        heard = time.monotonic()
         try:
             message: Any = ours.recv()
         except EOFError:

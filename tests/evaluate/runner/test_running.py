@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 pytest.importorskip("carla")
 
 from stucksolver.evaluate.files import OutputError
+from stucksolver.evaluate.jobs import NotWanted
 from stucksolver.evaluate.results.outcome import Outcome
 from stucksolver.evaluate.results.record import make_record
 from stucksolver.evaluate.routes import Pose, Position, Route, ScenarioSpec, WeatherKey
@@ -23,7 +25,7 @@ from stucksolver.evaluate.runner.pool import run_tasks
 from stucksolver.evaluate.runner.sweep import SweepError, parse_sweep, sweep_specs
 from stucksolver.evaluate.runner.watch import SpellWatch
 from stucksolver.evaluate.runner.weather import between
-from stucksolver.evaluate.runner.work import Task
+from stucksolver.evaluate.runner.work import Task, run_task
 
 HERE = Position(0.0, 0.0, 0.0)
 
@@ -56,6 +58,30 @@ def test_a_full_disk_stops_everything() -> None:
 
     with pytest.raises(OutputError, match="no room"):
         list(run_tasks([task(1), task(2)], 2, runner))
+
+
+def test_who_stops_listening_goes_on_when_all_have_ended() -> None:
+    ended: list[str] = []
+
+    def runner(one: Task, progress: Callable[[float], None], wanted: Callable[[], bool]) -> Outcome:
+        progress(1.0)
+        while wanted():
+            time.sleep(0.01)
+        time.sleep(0.2)
+        ended.append(one.job.route.id)
+        raise NotWanted
+
+    listening = run_tasks([task(k) for k in range(5)], 2, runner)
+    next(listening)
+    listening.close()
+    assert sorted(ended) == ["0", "1"]
+
+
+def test_what_is_not_wanted_is_not_begun(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that was killed by the end of all is not tried once more."""
+    monkeypatch.setattr("multiprocessing.process.BaseProcess.start", lambda self: pytest.fail("a process was begun"))
+    with pytest.raises(NotWanted):
+        run_task(task(1), wanted=lambda: False)
 
 
 def test_the_board_has_a_line_for_each_route_and_no_escapes_off_a_terminal() -> None:

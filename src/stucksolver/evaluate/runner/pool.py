@@ -8,8 +8,9 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from stucksolver.evaluate.files import OutputError
+from stucksolver.evaluate.jobs import NotWanted
 from stucksolver.evaluate.results.outcome import Outcome
-from stucksolver.evaluate.runner.work import NotWanted, Task, run_task
+from stucksolver.evaluate.runner.work import Task, run_task
 
 
 @dataclass(frozen=True)
@@ -23,12 +24,13 @@ class News:
 
 
 Runner = Callable[[Task, Callable[[float], None], Callable[[], bool]], Outcome]
+"""Takes where to tell of progress, and what says whether the task is wanted still; raises `NotWanted` if not."""
 
 
 def run_tasks(tasks: Iterable[Task], at_once: int, runner: Runner = run_task) -> Iterator[News]:
     """Run all of them, `at_once` at a time, and tell of each as it goes on. Raises `OutputError`.
 
-    When the caller stops listening, or the program ends, the processes under way are ended too.
+    When the caller stops listening, or the program ends, the processes under way are ended first.
     """
     waiting: queue.SimpleQueue[Task | None] = queue.SimpleQueue()
     ending = threading.Event()
@@ -36,11 +38,14 @@ def run_tasks(tasks: Iterable[Task], at_once: int, runner: Runner = run_task) ->
     todo = list(tasks)
     for task in todo:
         waiting.put(task)
-    workers = min(at_once, len(todo))
-    for _ in range(workers):
+    # Daemons: a second Ctrl-C need not wait for them.
+    threads = [
+        threading.Thread(target=_work, args=(waiting, news, runner, ending), daemon=True)
+        for _ in range(min(at_once, len(todo)))
+    ]
+    for thread in threads:
         waiting.put(None)
-        # A daemon: at the program's end its processes, daemons too, are ended by multiprocessing.
-        threading.Thread(target=_work, args=(waiting, news, runner, ending), daemon=True).start()
+        thread.start()
     left = len(todo)
     try:
         while left:
@@ -51,6 +56,9 @@ def run_tasks(tasks: Iterable[Task], at_once: int, runner: Runner = run_task) ->
             yield told
     finally:
         ending.set()
+        # Left to the interpreter's end, one that begins a process just then would have it waited for to its end.
+        for thread in threads:
+            thread.join()
 
 
 def _work(

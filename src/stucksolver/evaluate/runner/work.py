@@ -11,7 +11,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from stucksolver.evaluate.files import OutputError
-from stucksolver.evaluate.jobs import RunError, attempt, watched
+from stucksolver.evaluate.jobs import NotWanted, RunError, attempt, watched
 from stucksolver.evaluate.results.outcome import Outcome, State
 from stucksolver.evaluate.results.store import Store
 from stucksolver.evaluate.runner.job import RouteJob
@@ -30,10 +30,6 @@ class Task:
     folder: Path
 
 
-class NotWanted(Exception):
-    """The evaluation is being ended, and its processes with it: that is no crash of a route."""
-
-
 def run_task(
     task: Task, progress: Callable[[float], None] = lambda _: None, wanted: Callable[[], bool] = lambda: True
 ) -> Outcome:
@@ -45,7 +41,7 @@ def run_task(
     reason = ""
     for _ in range(TRIES):
         try:
-            code = attempt(_work, task, progress)
+            code = attempt(_work, task, progress, wanted)
         except RunError as error:
             reason = str(error)
             break
