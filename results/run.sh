@@ -1,7 +1,7 @@
 #!/bin/sh
 # Drives what results/*.md report. Goes on where it was after a kill.
 #
-#   results/run.sh bench220|dev|immobilized|wrong|wrong220|latency OUT
+#   results/run.sh bench220|dev|immobilized|sweep|wrong|wrong220|latency OUT
 #
 # Wants `stucksolver` on the path; OUT takes one folder for each arm. `latency` wants Python to be that of the
 # project's environment, since it starts the tests' model server.
@@ -41,6 +41,7 @@ dev | immobilized)
     four_arms --suite "$part" --seeds 1,2,3
     late_arms --suite "$part" --seeds 1,2,3
     ;;
+sweep) arm dev --suite dev --recovery rules --sweep v_min=2,5,10,20 --sweep dt=0.5,1,3,10 ;;
 wrong)
     for suite in dev immobilized; do
         arm "$suite-alone" --suite "$suite" --recovery none

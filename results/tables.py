@@ -87,7 +87,9 @@ def _by_route(path: Path) -> dict[str, dict[str, dict[str, str]]]:
 
 
 def _between(interval: Interval) -> str:
-    return f"{interval.mean:.1f} [{interval.low:.1f}, {interval.high:.1f}]"
+    # Adding 0.0 takes the sign off a zero.
+    mean, low, high = (round(value, 1) + 0.0 for value in (interval.mean, interval.low, interval.high))
+    return f"{mean:.1f} [{low:.1f}, {high:.1f}]"
 
 
 def harm(arms: dict[str, Summary]) -> list[list[str]]:
