@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+
+from shapely import LineString
 
 from stucksolver.decision import Intent, Observation, ObservedControl, Participant, WaitLimits
 from stucksolver.scene import (
@@ -33,7 +34,7 @@ JOINS_M, JOINS_RAD, JOINS_AHEAD_M, CRAWLS_MPS = 1.0, 0.08, 8.0, 3.0
 LET_IN_S = 20.0
 """Who is not let in for so long has to show that it wants to go."""
 SAME_WAY_COS, SAME_LANE_M, QUEUE_GAP_M = 0.9, 1.5, 8.0
-YIELD_AHEAD_M, YIELD_S, YIELD_STEP_S, YIELD_BESIDE_M = 42.0, 5.0, 0.25, 2.0
+YIELD_AHEAD_M, YIELD_S, YIELD_BESIDE_M = 42.0, 5.0, 2.0
 """Who comes so near to so much of the route ahead within so many seconds goes first; less than a lane's width away."""
 
 
@@ -121,12 +122,14 @@ def no_gap_to_join(scene: Scene, lead: SceneObject) -> SceneObject | None:
 def goes_first(scene: Scene) -> SceneObject | None:
     """Who drives across the route just ahead, or into it from the side, and not at a crawl; they hold their course."""
     route = [(0.0, 0.0), *((w.x_m, w.y_m) for w in scene.waypoints if _on_route(scene, w))]
-    steps = round(YIELD_S / YIELD_STEP_S) + 1
+    if len(route) < 2:
+        return None
+    way = LineString(route)
     for o in scene.objects:
         if not drives(o) or (o.in_path and o.speed_along_mps > MOVING_MPS):
             continue
-        places = [(o.x_m + o.vx_mps * k * YIELD_STEP_S, o.y_m + o.vy_mps * k * YIELD_STEP_S) for k in range(steps)]
-        if any(_away(place, a, b) < YIELD_BESIDE_M for a, b in pairwise(route) for place in places):
+        course = LineString([(o.x_m, o.y_m), (o.x_m + o.vx_mps * YIELD_S, o.y_m + o.vy_mps * YIELD_S)])
+        if way.distance(course) < YIELD_BESIDE_M:
             return o
     return None
 
@@ -138,14 +141,6 @@ def drives(o: SceneObject) -> bool:
 
 def _on_route(scene: Scene, waypoint: CandidateWaypoint) -> bool:
     return waypoint.lane_id == scene.ego.lane_id and waypoint.distance_m < YIELD_AHEAD_M
-
-
-def _away(place: tuple[float, float], a: tuple[float, float], b: tuple[float, float]) -> float:
-    """Distance of a place from a straight piece of a line."""
-    x, y = b[0] - a[0], b[1] - a[1]
-    along = ((place[0] - a[0]) * x + (place[1] - a[1]) * y) / max(x * x + y * y, 1e-6)
-    share = min(max(along, 0.0), 1.0)
-    return math.hypot(place[0] - a[0] - share * x, place[1] - a[1] - share * y)
 
 
 def _in_queue_across(scene: Scene, o: SceneObject) -> bool:
