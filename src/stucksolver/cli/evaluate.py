@@ -70,7 +70,7 @@ def run_evaluate(options: argparse.Namespace) -> int:
     from stucksolver.evaluate.runner.job import ArmSpec
     from stucksolver.evaluate.runner.sweep import SweepError, parse_sweep, run_sweep
     from stucksolver.evaluate.scenarios.base import ScenarioError
-    from stucksolver.evaluate.suites import GUIDANCE, SuiteError
+    from stucksolver.evaluate.suites import SuiteError, shipped_guidance
     from stucksolver.ladder import LadderError
 
     errors = (ArmError, OutputError, GuidanceError, StoreError, RouteFileError, ClusterError, SuiteError)
@@ -89,7 +89,7 @@ def run_evaluate(options: argparse.Namespace) -> int:
             ),
             seeds=_seeds(options),
             only=tuple(filter(None, options.routes.split(","))),
-            guidance=GUIDANCE if options.guidance == Path("shipped") else options.guidance,
+            guidance=shipped_guidance(options.suite) if options.guidance == Path("shipped") else options.guidance,
             maps=options.maps,
             jobs=_jobs(options.jobs),
             replays=options.replays,

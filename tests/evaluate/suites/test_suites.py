@@ -14,7 +14,7 @@ carla = pytest.importorskip("carla")
 
 from stucksolver.evaluate.guidance import read_script  # noqa: E402 (needs carla)
 from stucksolver.evaluate.routes.line import RouteLine  # noqa: E402 (needs carla)
-from stucksolver.evaluate.suites import GUIDANCE, SuiteError, make, suite, suite_names  # noqa: E402
+from stucksolver.evaluate.suites import SuiteError, make, shipped_guidance, suite, suite_names  # noqa: E402
 from stucksolver.evaluate.suites.situations import SITUATIONS  # noqa: E402
 from stucksolver.evaluate.suites.values import DRAWS, Interval, OneOf  # noqa: E402
 from stucksolver.evaluate.suites.weathers import FIELDS, PRESETS  # noqa: E402
@@ -183,9 +183,10 @@ def test_all_presets_of_weather_come_up_with_all_fields():
         assert tuple(name for name, _ in weather) == FIELDS
 
 
-def test_a_passenger_speaks_on_about_15_percent_of_the_routes_in_every_way():
-    known = {route.id for route in BENCH.routes}
-    script = read_script(GUIDANCE, known)
+@pytest.mark.parametrize("name", ["bench220", "immobilized"])
+def test_a_passenger_speaks_on_about_15_percent_of_the_routes_in_every_way(name: str) -> None:
+    known = {route.id for route in suite(name).routes}
+    script = read_script(shipped_guidance(name), known)
     assert set(script.routes) <= known
     assert 0.13 < len(script.routes) / len(known) < 0.17
     lines = [line for spoken in script.routes.values() for line in spoken]
@@ -195,9 +196,14 @@ def test_a_passenger_speaks_on_about_15_percent_of_the_routes_in_every_way():
     assert all(len(set(line.say)) == len(line.say) >= 2 for line in lines)
 
 
-def test_a_passenger_speaks_on_some_routes_of_dev():
-    spoken = {route.id for route in suite("dev").routes} & set(read_script(GUIDANCE).routes)
+def test_a_passenger_speaks_on_some_routes_of_dev() -> None:
+    spoken = {route.id for route in suite("dev").routes} & set(read_script(shipped_guidance("dev")).routes)
     assert 3 <= len(spoken) <= 6
+
+
+def test_no_words_ship_for_a_file_of_routes() -> None:
+    with pytest.raises(SuiteError, match=r"mine\.xml.*bench220, dev, immobilized.*give a script"):
+        shipped_guidance("mine.xml")
 
 
 @pytest.mark.integration

@@ -9,12 +9,12 @@ from pathlib import Path
 from stucksolver.evaluate.routes import Route, read_routes
 
 DATA = Path(__file__).with_name("data")
-GUIDANCE = DATA / "guidance.json"
-"""What a passenger says on some routes of `bench220`, and so of `dev`."""
+SPLITS = {"dev": "bench220"}
+"""Suites that are a part of another."""
 
 
 class SuiteError(ValueError):
-    """There is no such suite; the message names those there are."""
+    """There is no such suite, or no words for it; the message names those there are."""
 
 
 @dataclass(frozen=True)
@@ -48,3 +48,12 @@ def suite(name: str) -> Suite:
         raise SuiteError(f"no suite '{name}' ships (there are: {known}); name one of them or a route file (.xml)")
     routes = read_routes(path)
     return Suite(path.stem, routes, hashlib.sha256(path.read_bytes()).hexdigest()[:12])
+
+
+def shipped_guidance(name: str) -> Path:
+    """What a passenger says on some routes of a suite that ships. Raises `SuiteError` where no such script does."""
+    path = DATA / f"guidance-{SPLITS.get(name, name)}.json"
+    if name not in suite_names() or not path.is_file():
+        known = ", ".join(suite_names())
+        raise SuiteError(f"no words of a passenger ship for the suite '{name}' (but for {known}); give a script")
+    return path
