@@ -66,6 +66,13 @@ def test_a_refusal_wins_over_what_it_refuses(words):
     assert decision.analysis.guidance_intent is GuidanceIntent.WAIT
 
 
+@pytest.mark.parametrize(
+    "words", ["They will never stop for us, go round.", "He will wait. Overtake them.", "never mind, pass them"]
+)
+def test_what_others_will_do_is_no_refusal(words):
+    assert decide(cyclists(), words).analysis.guidance_intent is GuidanceIntent.OVERTAKE
+
+
 @pytest.mark.parametrize("words", ["", "asdf qwer", "what a lovely day", "🙂", "{}; DROP TABLE scenes"])
 def test_gibberish_asks_for_nothing(words):
     decision = decide(cyclists(), words)

@@ -7,14 +7,18 @@ import re
 from stucksolver.decision import GuidanceIntent
 
 _PATTERNS: tuple[tuple[GuidanceIntent, str], ...] = (
-    (GuidanceIntent.WAIT, r"\b(do ?n.?t|do not|never|stop|wait|stay|hold on|not yet)\b"),
+    # What others will do ("they will never stop for us") is no refusal.
+    (
+        GuidanceIntent.WAIT,
+        r"\b(do ?n.?t|do not|(?<!will )(?<!will never )(never(?! mind)|stop|wait|stay)|hold on|not yet)\b",
+    ),
     (GuidanceIntent.PULL_OVER, r"\b(pull(ing)? over|pull to the side|to the roadside)\b"),
     (GuidanceIntent.BACK_UP, r"\b(back (it )?up|reverse|go back a (bit|little))\b"),
     (GuidanceIntent.DRIVE_OVER, r"\bdrive (right )?over\b"),
     (GuidanceIntent.OVERTAKE, r"\b(over ?take|pass|get past|go (a)?round|drive (a)?round|get (a)?round)\b"),
     (GuidanceIntent.CHANGE_LEFT, r"\bleft\b"),
     (GuidanceIntent.CHANGE_RIGHT, r"\bright\b"),
-    (GuidanceIntent.GO, r"\b(go|drive|move|continue|proceed)\b"),
+    (GuidanceIntent.GO, r"\b(go|drive|move|edge|creep|continue|proceed)\b"),
 )
 
 
