@@ -7,7 +7,7 @@ import numpy as np
 from stucksolver.guard.case import Case
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.boxes import separation
-from stucksolver.scene.objects import PASSABLE_KINDS, VEHICLES, VULNERABLE, ObjectKind
+from stucksolver.scene.objects import MOTOR_VEHICLES, PASSABLE_KINDS, VEHICLES, VULNERABLE, ObjectKind
 from stucksolver.scene.surroundings import ControlKind, LightState
 from stucksolver.scene.view import MOVING_MPS
 
@@ -64,7 +64,7 @@ def in_queue(case: Case, i: int) -> bool:
             return True
     next_up = (view.gap > front) & (view.gap < front + QUEUE_M) & (np.abs(view.d - view.d[i]) < 1.5)
     return any(
-        view.objects[int(j)].kind in VEHICLES and (view.objects[int(j)].moved_s_ago or lately) < lately
+        view.objects[int(j)].kind in MOTOR_VEHICLES and (view.objects[int(j)].moved_s_ago or lately) < lately
         for j in np.flatnonzero(next_up)
     )
 
