@@ -67,7 +67,14 @@ class Asking:
             }
         )
         scene = scene.model_copy(update={"ego": ego, "guidance": words, "attempts": attempts})
-        consult = partial(self._panel.consult, move.reasoner, screen=screen, outlived=outlived, check=check)
+        consult = partial(
+            self._panel.consult,
+            move.reasoner,
+            screen=screen,
+            outlived=outlived,
+            check=check,
+            limit_s=move.deadline_s,
+        )
         reasoner = self._panel.reasoners[move.reasoner]
         self.thinking.ask(reasoner, consult, scene, status.time_s, move.deadline_s)
 

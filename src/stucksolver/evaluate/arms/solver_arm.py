@@ -10,7 +10,7 @@ from stucksolver.decision import Decision, Directive, SafeStop
 from stucksolver.evaluate.arms.arm import ArmLog, Now
 from stucksolver.evaluate.results.outcome import FAILED, REFUSED, Intervention, Query
 from stucksolver.reason import Reasoner
-from stucksolver.reason.reasoner import AsksGuard, Cancellable, PlanCheck, Trace, Traced
+from stucksolver.reason.reasoner import AsksGuard, Cancellable, KeepsDeadline, PlanCheck, Trace, Traced
 from stucksolver.record import Recorder
 from stucksolver.scene import Scene
 from stucksolver.solver import Event, EventKind, StuckSolver
@@ -63,6 +63,10 @@ class TimedReasoner:
     def check_with(self, check: PlanCheck | None) -> None:
         if isinstance(self._inner, AsksGuard):
             self._inner.check_with(check)
+
+    def answer_within(self, limit_s: float) -> None:
+        if isinstance(self._inner, KeepsDeadline):
+            self._inner.answer_within(limit_s)
 
 
 class SolverArm:
