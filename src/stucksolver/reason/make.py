@@ -53,6 +53,17 @@ def preflight(reasoner: Reasoner, name: str) -> tuple[str, ...]:
         raise ReasonerNameError(f"{name} cannot be asked: {error}") from error
 
 
+def unanswered_banner(asked: int, unanswered: int, name: str, most_frequent: str = "") -> str | None:
+    """A line for results that say little of a reasoner, because most of its answers did not come; None for others."""
+    if 2 * unanswered <= asked:
+        return None
+    why = f"; most often: {most_frequent}" if most_frequent else ""
+    return (
+        f"WARNING: {unanswered} of {asked} questions to {name} had no usable answer; these results are mostly those "
+        f"of the vehicle without it{why}"
+    )
+
+
 def _one(word: str, exchanges: Path | None) -> Reasoner:
     kind, _, rest = word.partition(":")
     if word == "rules":

@@ -9,6 +9,10 @@ from dataclasses import dataclass
 from stucksolver.reason.llm.chat import GiveUp, Message, Tool, Usage
 
 
+class BudgetSpent(GiveUp):
+    """Nothing was asked, since nothing more may be spent."""
+
+
 @dataclass(frozen=True)
 class Budget:
     """Upper bounds; None is no bound. Money in US dollars, by `prices.py`."""
@@ -79,7 +83,7 @@ class Purse:
         self.spent["episode"] = Spent()
 
     def check(self) -> None:
-        """Raises `GiveUp` where a bound is reached."""
+        """Raises `BudgetSpent` where a bound is reached."""
         for name, bound in self._bounds.items():
             spent = self.spent[name]
             for what, limit, used in (
@@ -88,7 +92,7 @@ class Purse:
                 ("US dollars", bound.usd, spent.usd),
             ):
                 if limit is not None and used is not None and used >= limit:
-                    raise GiveUp(f"the {name}'s budget of {limit:g} {what} is spent")
+                    raise BudgetSpent(f"the {name}'s budget of {limit:g} {what} is spent")
 
     def add(self, usage: Usage) -> None:
         """What a question cost; where nobody counted, by `estimate`."""

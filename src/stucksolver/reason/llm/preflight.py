@@ -5,7 +5,6 @@ What it does not take is learnt here too, so that the first real question loses 
 
 from __future__ import annotations
 
-import base64
 import time
 from typing import Protocol, runtime_checkable
 
@@ -33,11 +32,11 @@ READY = Tool(
     },
 )
 GREY_JPEG = (
-    "/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDACgcHiMeGSgjISMtKygwPGRBPDc3PHtYXUlkkYCZlo+AjIqgtObDoKrarYqMyP/L2u71"
-    "////m8H////6/+b9//j/wAALCABAAEABAREA/8QAFAABAAAAAAAAAAAAAAAAAAAAAP/EABQQAQAAAAAAAAAAAAAAAAAAAAD/2gAI"
-    "AQEAAD8AAAAAAAAAAAAAAAAAAAAAAP/Z"
+    b"/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDACgcHiMeGSgjISMtKygwPGRBPDc3PHtYXUlkkYCZlo+AjIqgtObDoKrarYqMyP/L2u71"
+    b"////m8H////6/+b9//j/wAALCABAAEABAREA/8QAFAABAAAAAAAAAAAAAAAAAAAAAP/EABQQAQAAAAAAAAAAAAAAAAAAAAD/2gAI"
+    b"AQEAAD8AAAAAAAAAAAAAAAAAAAAAAP/Z"
 )
-"""64 x 64 grey pixels."""
+"""64 x 64 grey pixels, in base64."""
 
 
 @runtime_checkable
@@ -63,7 +62,7 @@ def preflight_model(model: ChatModel, limit_s: float = LIMIT_S) -> tuple[str, ..
 
 
 def _ask(model: ChatModel, ends_at: float) -> None:
-    picture = CameraImage(width=64, height=64, jpeg=base64.b64decode(GREY_JPEG))
+    picture = CameraImage(width=64, height=64, jpeg=GREY_JPEG)
     turns = [Message("system", "You are asked whether you can be reached."), Message("user", "Ready?", image=picture)]
     while (pause_s := _asked(model, turns, ends_at)) is not None:
         time.sleep(pause_s)
