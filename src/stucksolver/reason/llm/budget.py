@@ -55,11 +55,14 @@ class Spent:
 
     queries: int = 0
     tokens: int = 0
+    cached_tokens: int = 0
+    """Of these, read from the server's prompt cache."""
     usd: float | None = 0.0
 
     def add(self, usage: Usage, price: Price | None) -> None:
         self.queries += 1
         self.tokens += usage.input_tokens + usage.output_tokens
+        self.cached_tokens += usage.cached_tokens
         self.usd = None if self.usd is None or price is None else self.usd + price.of(usage)
 
 

@@ -8,8 +8,8 @@ from enum import Enum
 from typing import Any, Literal, get_args
 from urllib.parse import urlsplit
 
-MOST_TOKENS = 1500
-"""Of an answer; a whole one takes 300 to 700."""
+MOST_TOKENS = 1900
+"""Of an answer; a whole one takes 300 to 700, and one that fills every list and text of the schema 1,400."""
 THINKING_TOKENS = 8000
 """Of an answer together with what a reasoning model thinks before it, which the same limit counts."""
 Effort = Literal["none", "minimal", "low", "medium", "high"]

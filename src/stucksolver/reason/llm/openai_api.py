@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 from urllib.parse import parse_qs, urlsplit, urlunsplit
 
-from stucksolver.reason.llm.capabilities import Dialect, ModelOptions, capabilities_of, has_deployment
+from stucksolver.reason.llm.capabilities import Dialect, ModelOptions, capabilities_of, has_deployment, is_azure
 from stucksolver.reason.llm.chat import Finish, GiveUp, Message, Reply, Tool, Trouble, TryAgain, Usage
 from stucksolver.reason.llm.failures import KEY_VARIABLE, REFUSALS, parameter_of, said_by, too_long, translated
 from stucksolver.reason.llm.loop import Cancelled, Loop, OutOfTime
@@ -77,7 +77,8 @@ class OpenAiChat:
             if self.base_url is not None and has_deployment(self.base_url):
                 self._client = self._azure(openai)
                 return self._client
-            key = os.environ.get(KEY_VARIABLE)
+            key = os.environ.get(AZURE_KEY_VARIABLE) if is_azure(self.base_url) else None
+            key = key or os.environ.get(KEY_VARIABLE)
             if not key and (self.base_url is None or urlsplit(self.base_url).hostname == "api.openai.com"):
                 raise GiveUp(f"no key: set {KEY_VARIABLE}, or name a server of your own as openai:MODEL@BASE_URL")
             # A server of one's own asks for no key, but the SDK does.

@@ -16,7 +16,7 @@ from stucksolver.scene import CameraImage
 LIMIT_S = 120.0
 """A server of one's own may load its model first."""
 BUSY_PAUSE_S = 2.0
-PROMPT_TOKENS, SCHEMA_TOKENS = 1_900, 3_000
+PROMPT_TOKENS, SCHEMA_TOKENS = 2_100, 2_600
 """Upper bounds of the messages and of the schema, which some dialects put into the prompt."""
 CONTEXT_FIELDS = ("max_model_len", "context_length", "context_window", "n_ctx")
 """Where lists of models tell the context: vLLM, OpenRouter, Groq, llama.cpp (under `meta`)."""
