@@ -31,6 +31,13 @@ def add_cases(commands: Any) -> argparse.ArgumentParser:
     parser.add_argument(
         "--deadline", type=float, default=30.0, metavar="S", help="seconds for an answer (default: %(default)g)"
     )
+    parser.add_argument(
+        "--tries",
+        type=int,
+        default=20,
+        metavar="N",
+        help="answers in a row that may lead nowhere (default: %(default)s)",
+    )
     parser.add_argument("--exchanges", action="store_true", help="keep every request and answer in OUT/exchanges")
     return parser
 
@@ -58,6 +65,7 @@ def run_cases_command(options: argparse.Namespace) -> int:
             maps=options.maps,
             clock=options.clock,
             deadline_s=options.deadline,
+            tries=options.tries,
             say=_say,
         )
         draw_figure(results, options.out / FIGURE)

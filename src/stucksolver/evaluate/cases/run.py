@@ -24,13 +24,13 @@ CLIENT_TIMEOUT_S = 60.0
 PICTURE_LIMIT_S = 180.0
 ENOUGH_S = 25.0
 """After a first answer without a plan, it is watched for this long."""
-DEADLINE_S = 30.0
-"""For an answer, where nobody says otherwise."""
+DEADLINE_S, TRIES = 30.0, 20
+"""For an answer, and answers in a row that lead nowhere, where nobody says otherwise."""
 LADDER = """
 [[rung]]
 kind = "model"
 deadline_s = {deadline_s}
-tries = 20
+tries = {tries}
 cooldown_s = 3.0
 """
 """No rules look before the model: the figure shows what the model itself makes of each scene."""
@@ -82,9 +82,10 @@ def run_cases(
     maps: str | None = None,
     clock: str = "lockstep",
     deadline_s: float = DEADLINE_S,
+    tries: int = TRIES,
     say: Callable[[str], None] = lambda text: None,
 ) -> list[CaseResult]:
-    """Each case in a simulator of its own. `deadline_s`: wall time for an answer.
+    """Each case in a simulator of its own. `deadline_s`, `tries`: as in the ladder's rung `model`.
 
     Raises `CaseError`, `SituationError`, `SiteError`, `ServerError`.
     """
@@ -92,15 +93,15 @@ def run_cases(
     for case in cases:
         say(f"{case.title} …")
         with carlette_server(map_name, maps) as server:
-            results.append(_answered(case, reasoner(), server, clock, deadline_s))
+            results.append(_answered(case, reasoner(), server, clock, _ladder(deadline_s, tries)))
         say(f"  {results[-1].ending}")
     return results
 
 
-def _answered(case: Case, reasoner: Reasoner, server: Server, clock: str, deadline_s: float) -> CaseResult:
+def _answered(case: Case, reasoner: Reasoner, server: Server, clock: str, ladder: Ladder) -> CaseResult:
     """The client library tells of a simulator that is gone by a bare `RuntimeError`."""
     try:
-        return _run(case, reasoner, server, clock, deadline_s)
+        return _run(case, reasoner, server, clock, ladder)
     except SituationError:
         raise
     except RuntimeError as error:
@@ -108,7 +109,7 @@ def _answered(case: Case, reasoner: Reasoner, server: Server, clock: str, deadli
         raise ServerError(f"the simulator does not answer: {error}; run again") from error
 
 
-def _run(case: Case, reasoner: Reasoner, server: Server, clock: str, deadline_s: float) -> CaseResult:
+def _run(case: Case, reasoner: Reasoner, server: Server, clock: str, ladder: Ladder) -> CaseResult:
     world = connect(server, CLIENT_TIMEOUT_S).get_world()
     set_synchronous(world, DT_S)
     carla_map = world.get_map()
@@ -119,7 +120,7 @@ def _run(case: Case, reasoner: Reasoner, server: Server, clock: str, deadline_s:
         for _ in range(SETTLE_TICKS):
             world.tick()
         _await_picture(world, camera)
-        return _drive(case, reasoner, world, carla_map, staged, camera, bumper, clock, deadline_s)
+        return _drive(case, reasoner, world, carla_map, staged, camera, bumper, clock, ladder)
     finally:
         camera.close()
         bumper.close()
@@ -144,7 +145,7 @@ def _drive(
     camera: FrontCamera,
     bumper: CollisionWatch,
     clock: str,
-    deadline_s: float,
+    ladder: Ladder,
 ) -> CaseResult:
     driver = BehaviorDriver(staged.ego, "normal", carla_map=carla_map)
     driver.set_destination(staged.destination)
@@ -156,7 +157,7 @@ def _drive(
     with StuckSolver(
         lambda: stack.scene().model_copy(update={"image": camera.image()}),
         models={"model": reasoner},
-        ladder=_ladder(deadline_s),
+        ladder=ladder,
         clock=clock,
         on_event=events.append,
     ) as solver:
@@ -179,10 +180,10 @@ def _drive(
     return CaseResult(case, decided, tuple(events), progress_m - decided_m, bumper.touched)
 
 
-def _ladder(deadline_s: float) -> Ladder:
-    """The evaluation profile with one rung. Raises `LadderError` for a deadline out of its bounds."""
+def _ladder(deadline_s: float, tries: int) -> Ladder:
+    """The evaluation profile with one rung. Raises `LadderError` for what is out of its bounds."""
     rules_of_the_house = profile_text("evaluation").split("[[rung]]")[0]
-    return parse_ladder(rules_of_the_house + LADDER.format(deadline_s=deadline_s), "cases")
+    return parse_ladder(rules_of_the_house + LADDER.format(deadline_s=deadline_s, tries=tries), "cases")
 
 
 def _telling(events: list[Event], from_s: float) -> Event | None:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 from urllib.parse import parse_qs, urlsplit, urlunsplit
 
-from stucksolver.reason.llm.capabilities import Dialect, ModelOptions, capabilities_of, has_deployment, is_azure
+from stucksolver.reason.llm.capabilities import ModelOptions, capabilities_of, has_deployment, is_azure
 from stucksolver.reason.llm.chat import Finish, GiveUp, Message, Reply, Tool, Trouble, TryAgain, Usage
 from stucksolver.reason.llm.failures import KEY_VARIABLE, REFUSALS, parameter_of, said_by, too_long, translated
 from stucksolver.reason.llm.loop import Cancelled, Loop, OutOfTime
@@ -150,6 +150,3 @@ def check_url(url: str) -> None:
     parts = urlsplit(url)
     if parts.scheme not in ("http", "https") or not parts.hostname or any(c.isspace() for c in url):
         raise ValueError(f"{url!r} is no address: give one such as http://127.0.0.1:8000/v1")
-
-
-__all__ = ["AZURE_KEY_VARIABLE", "KEY_VARIABLE", "URL_VARIABLE", "Dialect", "OpenAiChat", "check_url"]
