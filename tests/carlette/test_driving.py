@@ -145,12 +145,6 @@ def test_nan_pedals_mean_full_pedals() -> None:
     assert world.bodies.record["pedals"][car.row].tolist() == [0.0, 0.0, 1.0]
 
 
-def test_the_speed_limit_is_the_roads_from_the_start() -> None:
-    world = straight_world()
-    car = add(world)
-    assert world.bodies.record["speed_limit"][car.row] == 50.0
-
-
 @pytest.mark.parametrize("type_id", sorted(load_catalogue().vehicles))
 def test_every_vehicle_drives_and_stops(type_id: str) -> None:
     world = straight_world()

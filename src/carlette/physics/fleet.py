@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from carlette.blueprints import VehicleModel
 from carlette.geometry import Floats, bounded
+from carlette.opendrive.speed import UNSIGNED_KMH
 from carlette.physics.bodies import Bodies
 from carlette.physics.sheet import (
     DAMPING_IDLE,
@@ -116,10 +117,14 @@ class Fleet(Table):
     """Keeps its control until a new one comes (as CARLA's vehicles do unless told otherwise)."""
     light_state: NDArray[np.int64] = field(default_factory=indices())
     """Flags of `carla.VehicleLightState`."""
+    limit_kmh: Floats = field(default_factory=numbers())
+    """That of the last speed sign that the vehicle passed."""
 
     def add(self, row: int, model: VehicleModel, sheet: Sheet) -> int:
         """Adds a vehicle of `model` whose body is `row`."""
-        index = self.append(row=row, wheelbase=model.wheelbase_m, control=NO_CONTROL, sticky=True)
+        index = self.append(
+            row=row, wheelbase=model.wheelbase_m, control=NO_CONTROL, sticky=True, limit_kmh=UNSIGNED_KMH
+        )
         self.take(index, model, sheet)
         return index
 
