@@ -11,14 +11,17 @@ from xml.etree import ElementTree
 from carlette.geometry import Box, Pose, Rotation, Vector, wrap_degrees
 from carlette.opendrive.light_order import spawn_order
 from carlette.opendrive.roads import RoadNetwork
+from carlette.opendrive.unlisted import unlisted_stops
 
-LIGHT_TYPE = "1000001"
-ACTOR_TYPES = {LIGHT_TYPE: "traffic.traffic_light", "206": "traffic.stop", "205": "traffic.yield"}
+LIGHT_TYPE, STOP_TYPE = "1000001", "206"
+ACTOR_TYPES = {LIGHT_TYPE: "traffic.traffic_light", STOP_TYPE: "traffic.stop", "205": "traffic.yield"}
 """OpenDRIVE type of a signal to the actor that stands for it; CARLA's maps use the German numbers."""
 BOX_HALF_DEPTH_M = 2.0
 BOX_HALF_HEIGHT_M = 2.0
 ROAD_END_M = 0.01
 """A signal at the very end of a road is looked up this far before it: there is no waypoint at the end itself."""
+BEYOND_EDGE_M = 0.7
+"""An unlisted sign's post stands this far beyond its lane's edge."""
 BACK_FROM_JUNCTION_M = 2.5
 """The middle of a trigger box lies this far before the junction."""
 
@@ -53,7 +56,8 @@ class Signal:
 
 
 def read_signals(roads: RoadNetwork, root: ElementTree.Element) -> list[Signal]:
-    """The signals that govern at least one driving lane, one for each id, in the order of the file.
+    """The signals that govern at least one driving lane, one for each id, in the order of the file; then, without an
+    id, the stop signs that the town is known to have although its file does not name them.
 
     As in CARLA, a light that stands on a road of a junction and that no controller names is left out.
     """
@@ -66,7 +70,20 @@ def read_signals(roads: RoadNetwork, root: ElementTree.Element) -> list[Signal]:
         lanes = governed.get(key, [])
         if lanes and key[1] not in missing:
             signals.append(_signal(key, lanes, turns.get(key[1]), roads))
-    return signals
+    stops = sum(one.type == STOP_TYPE for one in signals)
+    return signals + [_unlisted(roads, *place) for place in unlisted_stops(roads.file.name, stops)]
+
+
+def _unlisted(roads: RoadNetwork, x: float, y: float, yaw: float) -> Signal:
+    """A stop sign at the right edge of the lane at that place, facing those who come at that yaw."""
+    lane = roads.map.get_waypoint(roads.carla.Location(x, y, 0.0))
+    across = wrap_degrees(yaw + 90.0)
+    half_m = lane.lane_width / 2
+    aside = Vector(math.cos(math.radians(across)), math.sin(math.radians(across)))
+    edge_m = half_m + BEYOND_EDGE_M
+    pose = Pose(Vector(x + edge_m * aside.x, y + edge_m * aside.y, lane.transform.location.z), Rotation(yaw=across))
+    box = Box(Vector(-edge_m), Vector(half_m, BOX_HALF_DEPTH_M, BOX_HALF_HEIGHT_M))
+    return Signal("", STOP_TYPE, pose, box, Turn(""))
 
 
 def _signal_ids(root: ElementTree.Element) -> list[tuple[str, str]]:
