@@ -275,8 +275,9 @@ def test_the_crossing_is_kept_free_of_oncoming_cars(drive):
     asked.background.leave_crossing_space(place.x, place.y)
     asked.run(4.0)
     for car in asked.background.oncoming._cars:
-        away_m = car.state.distance_m(place.x, place.y)
-        assert away_m > 17.0 or car.state.ahead_m(place.x, place.y) < 0.0
+        # Those from 20 to 30 m away are told to stop, which takes them 12 m at 30 km/h.
+        away_m, ahead_m = car.state.distance_m(place.x, place.y), car.state.ahead_m(place.x, place.y)
+        assert away_m > 17.0 or ahead_m < 0.0 or (ahead_m > 4.0 and car.state.speed_mps < 0.1)
 
 
 def test_sources_behind_can_be_switched_off(drive):
