@@ -17,6 +17,9 @@ from stucksolver.words import NoReader, WordsReader, find_reader, situation_of
 def add_words(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
     parser = commands.add_parser("words", help="read a passenger's words: lines of situation and text in, readings out")
     parser.add_argument(
+        "file",
+        type=Path,
+        metavar="IN.jsonl",
         help='a line each: {"situation": a sentence or a scene, "text": words}; - reads standard input',
     )
     return parser
