@@ -44,6 +44,10 @@ class Asking:
         """What the last question was about."""
         return self.thinking.scene
 
+    def look(self) -> Scene | None:
+        """The scene as the stack gives it now, without asking anybody about it."""
+        return self._scene()
+
     def ask(
         self,
         move: AskReasoner,
