@@ -32,7 +32,7 @@ from stucksolver.stacks.carla_stack.other_ways import other_ways
 from stucksolver.stacks.carla_stack.route_road import SPACING_M, RouteRoad
 from stucksolver.stacks.carla_stack.sight import Sight
 from stucksolver.stacks.carla_stack.tracker import RANGE_M, Tracker
-from stucksolver.stacks.driver import DrivePoint, Driver, RouteError
+from stucksolver.stacks.driver import DrivePoint, Driver, RouteError, trace_route
 
 TRACK_EVERY_S = 0.5
 SIGHT_EVERY_S = 0.5
@@ -40,6 +40,10 @@ EPISODE_REACH_M = 60.0
 """After this much progress the road is fetched anew: the episode is another one."""
 CANDIDATES_M = (20.0, 40.0, 70.0, 110.0)
 DESTINATION_M = 5.0
+NEAR_DESTINATION_M = 100.0
+"""With so little of the route left, whoever leaves its lane has come past the last place to change back for."""
+DETOUR_M = 100.0
+"""So much longer than what is left, a new route goes round the block."""
 HAZARD = 32 | 16
 """Both blinkers, as bits of `carla.VehicleLightState`."""
 STARTS_WITHIN_M = 30.0
@@ -73,6 +77,8 @@ class CarlaStack:
         quickest = float(getattr(driver, "acceleration_mps2", usual.comfort_acceleration_mps2))
         self._limits = usual.model_copy(update={"comfort_acceleration_mps2": quickest})
         self._candidates: dict[str, Any] = {}
+        self._elsewhere: set[str] = set()
+        """Those of the candidates whose route's length was told to whoever chooses."""
         self._progress_m = 0.0
         """New ground covered so far; goes on from where it was when the route is planned anew."""
         self.take_route()
@@ -197,15 +203,26 @@ class CarlaStack:
         return isinstance(self._performed, Continue) and math.hypot(velocity.x, velocity.y) > ON_ITS_WAY_MPS
 
     def _replan(self, directive: Replan) -> None:
-        """Plan anew; where no route leads on from there, the present one stays."""
+        """Plan anew; where no route leads on from there, or only one round the block, the present one stays."""
         end = self._driver.route[-1].waypoint.transform.location
         chosen = self._candidates.get(directive.route_start or "")
         start = None if chosen is None else chosen.transform.location
         try:
+            if directive.route_start not in self._elsewhere and self._goes_round(start, end):
+                return
             self._driver.set_destination(end, start)
         except RouteError:
             return
         self.take_route()
+
+    def _goes_round(self, start: Any | None, end: Any) -> bool:
+        """Abreast of the destination or just past it, does the way there lead round the block? Raises `RouteError`."""
+        left_m = self._road.destination_arc - self._arc
+        if left_m > NEAR_DESTINATION_M:
+            return False
+        # A point a metre.
+        anew = trace_route(self._map, self._vehicle.get_location() if start is None else start, end)
+        return len(anew) > max(left_m, 0.0) + DETOUR_M
 
     # ---- parts
 
@@ -269,6 +286,7 @@ class CarlaStack:
         for k, way in enumerate(other_ways(self._map, self._road, self._arc, view.ego, view.objects, end)):
             name = f"{way.turn}-elsewhere{k}"
             self._candidates[name] = way.waypoint
+            self._elsewhere.add(name)
             x, y = to_local(way.waypoint.transform.location)
             candidate = _candidate(name, name, x, y, round(way.distance_m, 1), view)
             length_m = way.route_length_m
