@@ -12,8 +12,8 @@ import math
 from typing import Any, Sequence
 
 AHEAD_M = 25.0
-"""The plan always reaches so far ahead of the vehicle: more than any copy of the planner drops at once, which is 3 m and
-half a second's way, and than the agent looks ahead for a junction in its way."""
+"""The plan always reaches so far ahead of the vehicle: more than any copy of the planner drops at once (3 m and half a
+second's way), and more than the agent looks ahead for a junction."""
 STEP_M = 1.0
 """Between the waypoints that are added, as in the leaderboard's own plans."""
 FORK_M = 8.0

@@ -26,6 +26,7 @@ from stucksolver.scene import (
 from stucksolver.scene.build import build_scene
 from stucksolver.scene.frenet import road_frame
 from stucksolver.scene.view import View
+from stucksolver.stacks.carla_stack.contact import footprint
 from stucksolver.stacks.carla_stack.controls import RouteControls
 from stucksolver.stacks.carla_stack.frames import to_local, to_world, yaw_to_local
 from stucksolver.stacks.carla_stack.other_ways import other_ways
@@ -113,18 +114,17 @@ class CarlaStack:
         snapshot = self._world.get_snapshot()
         now = float(snapshot.timestamp.elapsed_seconds)
         place = self._vehicle.get_location()
-        self._arc = self._locate(*to_local(place))
-        self._best_arc = max(self._best_arc, self._arc)
-        self._progress_m = self._progress_offset_m + self._road.new_ground(self._best_arc)
         if now - self._tracked_s >= TRACK_EVERY_S:
             self._tracked_s = now
-            self._tracker.watch(place.x, place.y, now)
+            self._tracker.watch(footprint(self._vehicle), now)
+        self._advance(*to_local(place))
         velocity = self._vehicle.get_velocity()
         left = self._road.destination_arc - self._best_arc
         return Status(
             time_s=now,
             speed_mps=math.hypot(velocity.x, velocity.y),
             progress_m=self._progress_m,
+            pushes=self._tracker.pushes,
             at_destination=left < DESTINATION_M,
         )
 
@@ -134,7 +134,7 @@ class CarlaStack:
         now = float(snapshot.timestamp.elapsed_seconds)
         ego = self._ego()
         self._tracker.read_lights(now)
-        objects = self._tracker.update(*to_world(ego.x_m, ego.y_m), now)
+        objects = self._tracker.update(footprint(self._vehicle), now)
         road = self._episode_road()
         front = self._arc + self._size[0] / 2
         return Surroundings(
@@ -225,6 +225,16 @@ class CarlaStack:
         return len(anew) > max(left_m, 0.0) + DETOUR_M
 
     # ---- parts
+
+    def _advance(self, x: float, y: float) -> None:
+        """Note the place on the route. Ground covered pushing something along is none that was won."""
+        before = self._road.new_ground(self._best_arc)
+        self._arc = self._locate(x, y)
+        self._best_arc = max(self._best_arc, self._arc)
+        covered = self._road.new_ground(self._best_arc)
+        if self._tracker.pushes:
+            self._progress_offset_m -= covered - before
+        self._progress_m = self._progress_offset_m + covered
 
     def _locate(self, x: float, y: float) -> float:
         arc = self._road.arc_of(x, y, self._station - 5, self._station + 15)
