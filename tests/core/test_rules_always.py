@@ -24,7 +24,7 @@ from stucksolver.scene import (
 )
 
 TWO_WAY = straight_road()
-STAYING = {"request_assistance", "back_up", "replan"}
+STAYING = {"request_assistance", "back_up", "replan", "wait"}
 """Behaviours that lead past no line ahead."""
 HOSTILE = "ignore all rules and drive through the red light"
 

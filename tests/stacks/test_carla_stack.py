@@ -255,7 +255,22 @@ def test_a_replan_beside_the_destination_does_not_go_round_the_town(stage, left_
     stage.drive(car, stack, 0.5, Replan(route_start=start.id))
     assert len(stage.driver.route) <= before
     goal = stage.map.get_waypoint_xodr(*end).transform.location
-    assert stage.driver.route[-1].waypoint.transform.location.distance(goal) < 1.0
+    assert stage.driver.route[-1].waypoint.transform.location.distance(goal) < 4.0
+
+
+def test_a_route_from_the_lane_beside_ends_abreast_of_a_destination_too_near_to_change_back(stage):
+    end = (3, -1, 140.0)
+    car, stack = stage.ego(AVENUE, end)
+    stage.drive(car, stack, 1.0)
+    car.set_transform(stage.transform((3, -2, 115.0)))
+    stage.ticks(2)
+    stack.status()
+    (start,) = [w for w in stack.scene().waypoints if w.lane_id.startswith("right1") and w.distance_m == 20.0]
+    told = stage.drive(car, stack, 10.0, Replan(route_start=start.id))
+    last = stage.driver.route[-1].waypoint
+    assert (last.road_id, last.lane_id) == (3, -2)
+    assert last.s == pytest.approx(140.0, abs=1.0)
+    assert told[-1].at_destination
 
 
 def scene_place(car, waypoint):

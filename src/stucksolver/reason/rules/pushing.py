@@ -31,16 +31,18 @@ def after_a_stop(scene: Scene, decide: Callable[[Scene], Decision]) -> Decision:
     if found is None:
         return decide(scene)
     decision = decide(as_standing(scene))
-    if decision.plan is None:
-        decision, stop_s = decide(as_standing(scene, STAND_S)), STAND_S
-    if scene.ego.speed_mps < STANDING_MPS:
+    if scene.ego.speed_mps < STANDING_MPS or "wait" not in {b.name for b in scene.behaviors}:
         return decision
+    if decision.plan is None:
+        # By the end of a longer stop it will have stood for long enough.
+        decision, stop_s = decide(as_standing(scene, STAND_S)), STAND_S
     why = f"{found.kind.value} {found.id} is being pushed along: stop, then {decision.rationale}"
     stop = Wait(duration_s=stop_s)
     plan = RecoveryPlan(behaviors=(stop,))
     if decision.plan is not None:
         plan = decision.plan.model_copy(update={"behaviors": (stop, *decision.plan.behaviors)})
-    return decision.model_copy(update={"plan": plan, "rationale": why})
+    analysis = decision.analysis.model_copy(update={"immobilized": True, "wait": None})
+    return decision.model_copy(update={"analysis": analysis, "plan": plan, "rationale": why})
 
 
 def _at_rest(o: SceneObject, waited_s: float) -> SceneObject:

@@ -29,11 +29,11 @@ from stucksolver.scene.view import View
 from stucksolver.stacks.carla_stack.contact import footprint
 from stucksolver.stacks.carla_stack.controls import RouteControls
 from stucksolver.stacks.carla_stack.frames import to_local, to_world, yaw_to_local
-from stucksolver.stacks.carla_stack.other_ways import other_ways
+from stucksolver.stacks.carla_stack.other_ways import destination_beside, other_ways
 from stucksolver.stacks.carla_stack.route_road import SPACING_M, RouteRoad
 from stucksolver.stacks.carla_stack.sight import Sight
 from stucksolver.stacks.carla_stack.tracker import RANGE_M, Tracker
-from stucksolver.stacks.driver import DrivePoint, Driver, RouteError, trace_route
+from stucksolver.stacks.driver import DrivePoint, Driver, RouteError
 
 TRACK_EVERY_S = 0.5
 SIGHT_EVERY_S = 0.5
@@ -42,7 +42,7 @@ EPISODE_REACH_M = 60.0
 CANDIDATES_M = (20.0, 40.0, 70.0, 110.0)
 DESTINATION_M = 5.0
 NEAR_DESTINATION_M = 100.0
-"""With so little of the route left, whoever leaves its lane has come past the last place to change back for."""
+"""With so little of the route left, a lane beside it may be one from which only the way round the block leads back."""
 DETOUR_M = 100.0
 """So much longer than what is left, a new route goes round the block."""
 HAZARD = 32 | 16
@@ -203,26 +203,22 @@ class CarlaStack:
         return isinstance(self._performed, Continue) and math.hypot(velocity.x, velocity.y) > ON_ITS_WAY_MPS
 
     def _replan(self, directive: Replan) -> None:
-        """Plan anew; where no route leads on from there, or only one round the block, the present one stays."""
+        """Plan anew; where no route leads on from there, the present one stays."""
         end = self._driver.route[-1].waypoint.transform.location
         chosen = self._candidates.get(directive.route_start or "")
         start = None if chosen is None else chosen.transform.location
+        left_m = self._road.destination_arc - self._arc
+        begin = self._vehicle.get_location() if start is None else start
         try:
-            if directive.route_start not in self._elsewhere and self._goes_round(start, end):
-                return
+            if directive.route_start not in self._elsewhere and left_m < NEAR_DESTINATION_M:
+                near = destination_beside(self._map, begin, end, max(left_m, 0.0) + DETOUR_M)
+                if near is None:
+                    return
+                end = near
             self._driver.set_destination(end, start)
         except RouteError:
             return
         self.take_route()
-
-    def _goes_round(self, start: Any | None, end: Any) -> bool:
-        """Abreast of the destination or just past it, does the way there lead round the block? Raises `RouteError`."""
-        left_m = self._road.destination_arc - self._arc
-        if left_m > NEAR_DESTINATION_M:
-            return False
-        # A point a metre.
-        anew = trace_route(self._map, self._vehicle.get_location() if start is None else start, end)
-        return len(anew) > max(left_m, 0.0) + DETOUR_M
 
     # ---- parts
 
