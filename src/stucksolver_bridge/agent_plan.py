@@ -11,9 +11,12 @@ import inspect
 import math
 from typing import Any, Sequence
 
+LAST_M = 2.0
+"""The last waypoint is dropped at 1 m by most copies; so near to it the plan is made longer, and not before, since the
+agent steers straight at its last waypoint and cuts a bend at the end more if there are others behind it."""
 AHEAD_M = 25.0
-"""The plan always reaches so far ahead of the vehicle: more than any copy of the planner drops at once (3 m and half a
-second's way), and more than the agent looks ahead for a junction."""
+"""A plan that is made longer reaches so far ahead of the vehicle: more than any copy of the planner drops at once (3 m and
+half a second's way)."""
 STEP_M = 1.0
 """Between the waypoints that are added, as in the leaderboard's own plans."""
 FORK_M = 8.0
@@ -91,11 +94,14 @@ class PlanKeeper:
         self._station = 0
 
     def top_up(self) -> bool:
-        """Call before each step of the agent. False: the road ends here, and there is nothing more to drive."""
+        """Call before each step of the agent. False: the road ends here, and there is nothing more to drive.
+
+        A copy that drops its last waypoint earlier brakes for one tick, and then finds a longer plan.
+        """
         here = self._vehicle.get_location()
         self._advance(here)
         left = plan_of(self._planner)
-        if left and left[-1][0].transform.location.distance(here) >= AHEAD_M:
+        if len(left) > 1 or (left and left[0][0].transform.location.distance(here) >= LAST_M):
             return True
         added = self._rest_of_route(left, here)
         last = added[-1][0] if added else left[-1][0] if left else self._own_lane(here)

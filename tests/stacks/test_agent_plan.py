@@ -37,11 +37,11 @@ def leaderboard_plan(stage, agent, start=START, end=END):
     return [(stage.map.get_waypoint_xodr(road, lane, s), follow) for s in spots]
 
 
-def driver_on(stage, agent_class, start=START, end=END, **options):
+def driver_on(stage, agent_class, start=START, end=END, keeps_going=True):
     car = stage.add(CAR, start, role="hero")
     stage.ticks(2)
     agent = make_agent(agent_class, car, "normal", stage.map)
-    driver = AgentDriver(agent, carla, keeps_going=True, **options)
+    driver = AgentDriver(agent, carla, keeps_going=keeps_going)
     driver.set_plan(leaderboard_plan(stage, agent, start, end))
     return car, driver
 
@@ -74,6 +74,23 @@ def test_it_rolls_on_along_the_lane_at_its_speed(stage, agent_class):
 
 
 @pytest.mark.parametrize("agent_class", AGENTS)
+def test_up_to_its_last_waypoint_it_drives_as_if_it_were_not_kept_going(stage, agent_class):
+    trails = []
+    for keeps_going in (False, True):
+        car, driver = driver_on(stage, agent_class(), keeps_going=keeps_going)
+        trail = []
+        while beyond_m(stage, car) < -3.0 and len(trail) < 400:
+            control = driver.run_step()
+            trail.append((round(control.steer, 6), round(control.throttle, 6), round(control.brake, 6)))
+            car.apply_control(control)
+            stage.world.tick()
+        trails.append(trail)
+        stage.clear()
+    assert 50 < len(trails[0]) < 400
+    assert trails[0] == trails[1]
+
+
+@pytest.mark.parametrize("agent_class", AGENTS)
 def test_handed_back_past_the_end_it_drives_on_too(stage, agent_class):
     car, driver = driver_on(stage, agent_class())
     ahead = [stage.map.get_waypoint_xodr(*END[:2], s).transform.location for s in range(30, 80)]
@@ -90,7 +107,7 @@ def test_what_the_agent_forgot_of_its_route_is_driven_all_the_same(stage, agent_
     drive(stage, car, driver, 2.0)
     planner = driver.agent.get_local_planner()
     planner.set_global_plan(plan_of(planner)[:6], stop_waypoint_creation=True, clean_queue=True)
-    car.apply_control(driver.run_step())
+    assert drive(stage, car, driver, 10.0, lambda: len(plan_of(planner)) > 6)
     goal = stage.transform(END).location
     assert min(waypoint.transform.location.distance(goal) for waypoint, _ in plan_of(planner)) < 0.5
 
