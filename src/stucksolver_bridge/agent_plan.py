@@ -15,8 +15,8 @@ LAST_M = 2.0
 """The last waypoint is dropped at 1 m by most copies; so near to it the plan is made longer, and not before, since the
 agent steers straight at its last waypoint and cuts a bend at the end more if there are others behind it."""
 AHEAD_M = 25.0
-"""A plan that is made longer reaches so far ahead of the vehicle: more than any copy of the planner drops at once (3 m and
-half a second's way)."""
+"""A plan that is made longer reaches so far ahead: more than any copy of the planner drops at once, which is what lies
+within 3 m and half a second's way."""
 STEP_M = 1.0
 """Between the waypoints that are added, as in the leaderboard's own plans."""
 FORK_M = 8.0
