@@ -110,10 +110,25 @@ class AgentDriver:
         plan = [(waypoint, _option(options, option)) for waypoint, option in plan]
         if len(plan) < 2:
             raise ValueError("a plan needs two waypoints; use hold() to stand still")
+        plan = [*self._way_to(plan[0][0]), *plan]
         replace_plan(self._planner, plan)
         self._line, self._holding = None, False
         self._left = []
         self._take_route(plan)
+
+    def _way_to(self, first: Any) -> list[tuple[Any, Any]]:
+        """The lane from the vehicle to a plan that begins farther ahead in it; nothing where it does not.
+
+        The agent looks for obstacles in the lane of a waypoint a few places on in its plan: in that of the plan's
+        beginning, which may change lanes at once, while the vehicle is still beside what stands there.
+        """
+        here = self._map.get_waypoint(self.vehicle.get_location())
+        if here is None or here.transform.location.distance(first.transform.location) < REJOIN_M:
+            return []
+        way = _between(here, first, "lane_follow")
+        last = way[-1].waypoint.transform.location if way else here.transform.location
+        arrives = last.distance(first.transform.location) < 2.0 * FILL_M
+        return [(point.waypoint, self._lane_follow) for point in way] if arrives else []
 
     def _take_route(self, plan: Sequence[tuple[Any, Any]]) -> None:
         self._route = filled(plan) if len(plan) > 1 else []

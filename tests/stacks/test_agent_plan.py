@@ -112,6 +112,21 @@ def test_what_the_agent_forgot_of_its_route_is_driven_all_the_same(stage, agent_
     assert min(waypoint.transform.location.distance(goal) for waypoint, _ in plan_of(planner)) < 0.5
 
 
+def test_a_plan_that_begins_ahead_is_driven_to_along_the_lane(stage):
+    """It may change lanes where it begins, and the agent looks for obstacles in the lane of its next waypoints."""
+    start, lane, beside = (3, -2, 40.0), (3, -2), (3, -1)
+    car, driver = driver_on(stage, FakeAgent, start, (3, -2, 60.0))
+    planner = driver.agent.get_local_planner()
+    onward = [(stage.map.get_waypoint_xodr(*beside, s), "change_left") for s in range(76, 120)]
+    driver.set_plan([(stage.map.get_waypoint_xodr(*lane, 75.0), "lane_follow"), *onward])
+    here = car.get_location()
+    ahead = [waypoint for waypoint, _ in plan_of(planner) if waypoint.transform.location.distance(here) < 34.0]
+    assert len(ahead) > 25
+    assert {(waypoint.road_id, waypoint.lane_id) for waypoint in ahead} == {lane}
+    driver.set_plan(onward)
+    assert len(plan_of(planner)) == len(onward), "from the lane beside nothing leads there along the lane"
+
+
 def test_at_a_fork_it_goes_straight_on(stage):
     start, end = (25, -1, 95.0), (25, -1, 135.0)
     ways = stage.map.get_waypoint_xodr(*end).next(20.0)
