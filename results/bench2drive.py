@@ -1,69 +1,140 @@
-"""The table of `results/bench2drive.sh`: `python results/bench2drive.py OUT > table.md`.
+"""The tables of `results/bench2drive.sh`. Three commands:
 
-Reads the checkpoint files that Bench2Drive's evaluator wrote. Of several seeds the mean stands, and the range where
+    python results/bench2drive.py table OUT                                      # of one folder: all arms, all seeds
+    python results/bench2drive.py keep OUT NAME --commit C --agents A [--note N]  # into results/bench2drive/NAME.json
+    python results/bench2drive.py page > results/bench2drive.md                  # of what is kept, side by side
+
+They read the checkpoint files that Bench2Drive's evaluator wrote. Of several seeds the mean stands, and the range where
 they differ.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import re
-import sys
 from collections import defaultdict
+from collections.abc import Iterable
 from pathlib import Path
 from statistics import mean
 from typing import NamedTuple
 
+HERE = Path(__file__).parent
+KEPT = HERE / "bench2drive"
 ARMS = ("alone", "blind", "timers", "rules", "guided")
+OUTCOMES = {"Agent crashed": "crashed", "TickRuntime": "stood", "Agent timed out": "slow", "Agent got blocked": "stood"}
+"""What a route that was not driven to its end came to; the evaluator gives up after 4,000 ticks, which are 200 s."""
 
 
 class Run(NamedTuple):
     """One route, driven once."""
 
+    arm: str
+    seed: int
+    route: str
     scenario: str
     town: str
     status: str
     score: float
+    done_percent: float
     game_s: float
     wall_s: float
 
 
-Runs = dict[str, dict[str, list[Run]]]
-"""By arm and route."""
+class Kept(NamedTuple):
+    """Runs of one commit, with what else one must know of them."""
+
+    name: str
+    commit: str
+    agents: str
+    note: str
+    runs: tuple[Run, ...]
 
 
-def read(out: Path) -> Runs:
+def read(out: Path) -> list[Run]:
     """All that is there."""
-    found: Runs = defaultdict(lambda: defaultdict(list))
+    found = []
     for file in sorted(out.glob("*-*/records/*.json")):
-        arm = file.parent.parent.name.rpartition("-")[0]
+        arm, _, seed = file.parent.parent.name.rpartition("-")
         for record in json.loads(file.read_text(encoding="utf-8"))["_checkpoint"]["records"]:
             named = re.search(r"_rep\d+_(Town\w+?)_", record["save_name"] + "_")
-            found[arm][file.stem].append(
+            found.append(
                 Run(
+                    arm,
+                    int(seed),
+                    file.stem,
                     record["scenario_name"].rpartition("_")[0] or record["scenario_name"],
                     named.group(1) if named else "?",
                     record["status"],
-                    float(record["scores"]["score_composed"]),
-                    float(record["meta"]["duration_game"]),
-                    float(record["meta"]["duration_system"]),
+                    round(float(record["scores"]["score_composed"]), 2),
+                    round(float(record["scores"]["score_route"]), 2),
+                    round(float(record["meta"]["duration_game"]), 2),
+                    round(float(record["meta"]["duration_system"]), 1),
                 )
             )
     return found
 
 
-def table(runs: Runs) -> str:
-    """Markdown: a row for each route, then means."""
-    arms = [arm for arm in ARMS if arm in runs]
-    routes = sorted({route for arm in arms for route in runs[arm]})
-    lines = ["| route | scenario | " + " | ".join(arms) + " |", "|---" * (len(arms) + 2) + "|"]
+def keep(out: Path, name: str, commit: str, agents: str, note: str) -> Path:
+    """Writes the runs of a folder, one a line, without the wall times, which say nothing of another machine."""
+    head = {"commit": commit, "agents": agents, "note": note}
+    rows = [json.dumps(run._replace(wall_s=0.0)) for run in read(out)]
+    path = KEPT / f"{name}.json"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(json.dumps(head)[:-1] + ', "runs": [\n' + ",\n".join(rows) + "\n]}\n", encoding="utf-8")
+    return path
+
+
+def kept() -> list[Kept]:
+    """All that is kept, by name."""
+    found = []
+    for path in sorted(KEPT.glob("*.json")):
+        data = json.loads(path.read_text(encoding="utf-8"))
+        runs = tuple(Run(*row) for row in data["runs"])
+        found.append(Kept(path.stem, data["commit"], data["agents"], data["note"], runs))
+    return found
+
+
+Columns = dict[str, dict[str, list[Run]]]
+"""Runs by column and route."""
+
+
+def table(columns: Columns, *, wall: bool = False) -> str:
+    """Markdown: a row for each route, then means over the routes that every column has."""
+    routes = sorted({route for runs in columns.values() for route in runs})
+    lines = ["| route | scenario | " + " | ".join(columns) + " |", "|---" * (len(columns) + 2) + "|"]
     for route in routes:
-        first = next(runs[arm][route][0] for arm in arms if runs[arm].get(route))
-        cells = [_cell(runs[arm].get(route, [])) for arm in arms]
+        first = next(runs[route][0] for runs in columns.values() if runs.get(route))
+        cells = [_cell(runs.get(route, [])) for runs in columns.values()]
         lines.append(f"| {route} {first.town} | {first.scenario} | " + " | ".join(cells) + " |")
-    for name, value in (("driving score", _score), ("success, %", _success), ("wall time of a route, s", _wall)):
-        lines.append(f"| **{name}** | | " + " | ".join(f"{value(runs[arm]):.1f}" for arm in arms) + " |")
+    shared = [route for route in routes if all(runs.get(route) for runs in columns.values())]
+    rows = [("driving score", _score), ("success, %", _success), ("crashed, %", _crashed)]
+    for name, value in [*rows, *([("wall time of a route, s", _wall)] if wall else [])]:
+        cells = [f"{value([runs[route] for route in shared]):.1f}" for runs in columns.values()]
+        lines.append(f"| **{name}** | {len(shared)} routes | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
+
+
+def by_arm(runs: Iterable[Run]) -> Columns:
+    """A column for each arm that was driven, in the usual order."""
+    found: Columns = defaultdict(lambda: defaultdict(list))
+    for run in sorted(runs, key=lambda run: (ARMS.index(run.arm), run.route, run.seed)):
+        found[run.arm][run.route].append(run)
+    return found
+
+
+def page(tables: list[Kept]) -> str:
+    """All that is kept beside each other: the arms in turn, of each arm one column a table."""
+    columns: Columns = {}
+    for arm in ARMS:
+        for one in tables:
+            runs = by_arm(one.runs).get(arm)
+            if runs:
+                columns[f"{arm}, {one.name}"] = runs
+    about = "".join(f"| {t.name} | {t.commit} | {t.agents} | {t.note} |\n" for t in tables)
+    head = (KEPT / "head.md").read_text(encoding="utf-8")
+    earlier = (KEPT / "earlier.md").read_text(encoding="utf-8")
+    return f"{head}\n| table | commit | copy of `agents` | |\n|---|---|---|---|\n{about}\n{table(columns)}\n{earlier}"
 
 
 def _cell(runs: list[Run]) -> str:
@@ -71,21 +142,52 @@ def _cell(runs: list[Run]) -> str:
     if not scores:
         return "–"
     spread = "" if max(scores) - min(scores) < 0.05 else f" ({min(scores):.1f} to {max(scores):.1f})"
-    return f"{mean(scores):.1f}{spread}"
+    ends = sorted({_outcome(run) for run in runs} - {""})
+    return f"{mean(scores):.1f}{spread}" + (f" {', '.join(ends)}" if ends else "")
 
 
-def _score(routes: dict[str, list[Run]]) -> float:
-    return mean(mean(run.score for run in runs) for runs in routes.values())
+def _outcome(run: Run) -> str:
+    reason = run.status.partition(" - ")[2]
+    return f"{OUTCOMES.get(reason, reason.lower())} at {run.done_percent:.0f} %" if reason else ""
 
 
-def _success(routes: dict[str, list[Run]]) -> float:
+def _score(routes: list[list[Run]]) -> float:
+    return mean(mean(run.score for run in runs) for runs in routes)
+
+
+def _success(routes: list[list[Run]]) -> float:
     """As Bench2Drive counts it: to the end, and without an infraction but that for slowness, which costs no points."""
-    return 100.0 * mean(mean(run.score > 99.99 for run in runs) for runs in routes.values())
+    return 100.0 * mean(mean(run.score > 99.99 for run in runs) for runs in routes)
 
 
-def _wall(routes: dict[str, list[Run]]) -> float:
-    return mean(run.wall_s for runs in routes.values() for run in runs)
+def _crashed(routes: list[list[Run]]) -> float:
+    return 100.0 * mean(mean("crashed" in run.status for run in runs) for runs in routes)
+
+
+def _wall(routes: list[list[Run]]) -> float:
+    return mean(run.wall_s for runs in routes for run in runs)
+
+
+def main() -> None:
+    """As the module's first lines say."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(dest="command", required=True)
+    commands.add_parser("table").add_argument("out", type=Path)
+    keeping = commands.add_parser("keep")
+    keeping.add_argument("out", type=Path)
+    keeping.add_argument("name")
+    for option in ("--commit", "--agents"):
+        keeping.add_argument(option, required=True)
+    keeping.add_argument("--note", default="")
+    commands.add_parser("page")
+    told = parser.parse_args()
+    if told.command == "table":
+        print(table(by_arm(read(told.out)), wall=True), end="")
+    elif told.command == "keep":
+        print(keep(told.out, told.name, told.commit, told.agents, told.note).name)
+    else:
+        print(page(kept()), end="")
 
 
 if __name__ == "__main__":
-    print(table(read(Path(sys.argv[1]))), end="")
+    main()

@@ -13,13 +13,17 @@
 #   EVALUATOR     Python 3.8 with carla 0.9.15 and what the leaderboard requires
 #   SOLVER        Python 3.10 to 3.12 with stucksolver
 #   ROUTES        route ids; those of Town01, Town02, Town04 and Town10HD unless told
-#   PORT          of the simulator (2000); the TrafficManager's is 6000 above
+#   PORT          of the simulator (2000); the TrafficManager's is 6000 above. Give runs at the same time ports 10 apart
+#   GPU_RANK      which GPU CARLA renders on (0). After a crash the evaluator kills all simulators of the same rank, so
+#                 that runs at the same time need one each; carlette renders on none, and takes the port for it
+#   ROUTES_FILE   another file of routes in leaderboard/data (bench2drive220); ROUTES must name some of it then
 set -eu
 arm=$1 seed=$2
 here=$(cd "$(dirname "$0")" && pwd)
 mkdir -p "$3/$arm-$seed"
 out=$(cd "$3/$arm-$seed" && pwd)
 port=${PORT:-2000}
+grep -qs carlette "$CARLA_ROOT/CarlaUE4.sh" && : "${GPU_RANK:=$port}"
 : "${ROUTES:=24211 24224 24240 24294 24330 24340 24781 24784 24785 24795 24841 25300 25951 26406 26944 27494 27529 28035
 28048 28087 28093 28099 28111 28154}"
 entry=$("$SOLVER" -c 'import stucksolver_bridge.leaderboard as b; print(b.__path__[0])')/stucksolver_entry.py
@@ -55,9 +59,9 @@ for route in $ROUTES; do
         continue
     fi
     timeout 1200 "$EVALUATOR" leaderboard/leaderboard/leaderboard_evaluator.py \
-        --routes leaderboard/data/bench2drive220.xml --routes-subset "$route" --repetitions 1 --track SENSORS \
+        --routes "leaderboard/data/${ROUTES_FILE:-bench2drive220}.xml" --routes-subset "$route" --repetitions 1 --track SENSORS \
         --checkpoint "$file" --agent "$entry" --agent-config "$out/config" \
-        --port "$port" --traffic-manager-port $((port + 6000)) --traffic-manager-seed "$seed" \
+        --port "$port" --gpu-rank "${GPU_RANK:-0}" --traffic-manager-port $((port + 6000)) --traffic-manager-seed "$seed" \
         >"$out/logs/$route.log" 2>&1 || echo "route $route: $(tail -n 1 "$out/logs/$route.log")"
     echo "$(date +%T) $arm $seed $route $(grep -o '"status": "[^"]*"' "$file" | tail -n 1)"
 done

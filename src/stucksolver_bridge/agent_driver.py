@@ -1,4 +1,4 @@
-"""CARLA's own BehaviorAgent (`agents.navigation`, 0.9.13 and later) as a driver that may be told a path.
+"""CARLA's own BehaviorAgent (`agents.navigation`, 0.9.12 and later) as a driver that may be told a path.
 
 Not a line of it is changed. It decides by itself as long as nobody tells it a path; then its local planner and its
 controllers drive that path, and its decisions rest until `release`. It cannot reverse: backing up is steered here.
@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any, Callable, Collection, Iterable, NamedTuple, Sequence
 
+from stucksolver_bridge.agent_plan import PlanKeeper, check_agent, plan_of, replace_plan
 from stucksolver_bridge.bodies import Bodies
 from stucksolver_bridge.clearance import free_way_m
 from stucksolver_bridge.line import Line
@@ -48,14 +49,17 @@ class Target:
 
 class AgentDriver:
     """`obstacles`: True shows the agent the standing things of the client's ground truth, False nothing but what it
-    looks for by itself; or a function that returns what is perceived (see `ShownWorld`).
+    looks for by itself; or a function that returns what is perceived (see `ShownWorld`). `keeps_going`: at the end of
+    its plan it drives on along the lane until whoever runs it ends the drive, as an evaluator does some metres before
+    or after; otherwise it stands there. Raises `AgentsError`.
     """
 
     acceleration_mps2 = 3.5
     """The most with which it speeds up from rest: what its controller's three quarters of the throttle bring about in a
     sedan, seen on carlette."""
 
-    def __init__(self, agent: Any, carla: Any, obstacles: Any = True) -> None:
+    def __init__(self, agent: Any, carla: Any, obstacles: Any = True, keeps_going: bool = False) -> None:
+        check_agent(agent)
         self.agent = agent
         self._carla = carla
         self.vehicle = agent._vehicle
@@ -76,6 +80,8 @@ class AgentDriver:
         self._ignore: frozenset[int] = frozenset()
         self._holding = False
         self._route: list[RoutePoint] = []
+        keeper = PlanKeeper(self._planner, self.vehicle, self._map, self._lane_follow)
+        self._keeper = keeper if keeps_going else None
         self.note_plan()
 
     def _show(self, source: Callable[[], Iterable[Any]]) -> None:
@@ -91,8 +97,7 @@ class AgentDriver:
 
     def note_plan(self) -> None:
         """Read the route from the agent's local planner: it has been given another one."""
-        plan = list(self._planner.get_plan())
-        self._route = filled(plan) if len(plan) > 1 else []
+        self._take_route(plan_of(self._planner))
 
     def set_destination(self, destination: Any, start: Any | None = None) -> None:
         """Plan a route between two `carla.Location`s with the agent's own planner, by default from the vehicle's."""
@@ -105,10 +110,30 @@ class AgentDriver:
         plan = [(waypoint, _option(options, option)) for waypoint, option in plan]
         if len(plan) < 2:
             raise ValueError("a plan needs two waypoints; use hold() to stand still")
-        self._planner.set_global_plan(plan, stop_waypoint_creation=True, clean_queue=True)
+        plan = [*self._way_to(plan[0][0]), *plan]
+        replace_plan(self._planner, plan)
         self._line, self._holding = None, False
         self._left = []
-        self._route = filled(plan)
+        self._take_route(plan)
+
+    def _way_to(self, first: Any) -> list[tuple[Any, Any]]:
+        """The lane from the vehicle to a plan that begins farther ahead in it; nothing where it does not.
+
+        The agent looks for obstacles in the lane of a waypoint a few places on in its plan: in that of the plan's
+        beginning, which may change lanes at once, while the vehicle is still beside what stands there.
+        """
+        here = self._map.get_waypoint(self.vehicle.get_location())
+        if here is None or here.transform.location.distance(first.transform.location) < REJOIN_M:
+            return []
+        way = _between(here, first, "lane_follow")
+        last = way[-1].waypoint.transform.location if way else here.transform.location
+        arrives = last.distance(first.transform.location) < 2.0 * FILL_M
+        return [(point.waypoint, self._lane_follow) for point in way] if arrives else []
+
+    def _take_route(self, plan: Sequence[tuple[Any, Any]]) -> None:
+        self._route = filled(plan) if len(plan) > 1 else []
+        if self._keeper is not None:
+            self._keeper.take_route(plan)
 
     @property
     def path_left_m(self) -> float:
@@ -140,8 +165,7 @@ class AgentDriver:
         told = self._line is not None or self._holding
         self._line, self._holding, self._ignore = None, False, frozenset()
         if told:
-            ahead = self._ahead()
-            self._planner.set_global_plan(ahead, stop_waypoint_creation=True, clean_queue=True)
+            replace_plan(self._planner, self._ahead())
         self._left = []
 
     def run_step(self) -> Any:
@@ -150,6 +174,9 @@ class AgentDriver:
             return self._carla.VehicleControl(throttle=0.0, brake=STAND_BRAKE)
         if self._line is not None:
             return self._backwards(self._line) if self._reverse else self._forwards(self._line)
+        if not (plan_of(self._planner) if self._keeper is None else self._keeper.top_up()):
+            # Every copy of the agent fails without a plan.
+            return self._carla.VehicleControl(throttle=0.0, brake=STAND_BRAKE)
         return self.agent.run_step()
 
     # ---- parts
@@ -157,7 +184,7 @@ class AgentDriver:
     def _take_over(self) -> None:
         """Keep the plan that is left, once."""
         if self._line is None and not self._holding:
-            self._left = list(self._planner.get_plan())
+            self._left = plan_of(self._planner)
 
     def _ahead(self) -> list[tuple[Any, Any]]:
         """What is left of the plan from a little ahead of the vehicle on."""
@@ -166,7 +193,9 @@ class AgentDriver:
         if not away:
             return []
         nearest = away.index(min(away))
-        first = next((i for i in range(nearest, len(away)) if away[i] > REJOIN_M and self._is_ahead(i)), len(away) - 1)
+        ahead = (i for i in range(nearest, len(away)) if away[i] > REJOIN_M and self._is_ahead(i))
+        # Where none is, the end is stood at, or left behind.
+        first = next(ahead, len(away) - 1 if self._keeper is None else len(away))
         return self._left[first:]
 
     def _is_ahead(self, index: int) -> bool:
@@ -187,7 +216,7 @@ class AgentDriver:
         x, y = x + off * math.sin(yaw), y - off * math.cos(yaw)
         place = self._carla.Location(x=x, y=y, z=here.z)
         target = Target(self._carla.Transform(place, self._carla.Rotation(yaw=math.degrees(yaw))))
-        self._planner.set_global_plan([(target, self._lane_follow)], stop_waypoint_creation=True, clean_queue=True)
+        replace_plan(self._planner, [(target, self._lane_follow)])
         self._planner.set_speed(3.6 * wanted)
         control = self._planner.run_step()
         if wanted < STANDING_MPS or speed > wanted + 1.5:

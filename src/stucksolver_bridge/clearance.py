@@ -10,6 +10,8 @@ from stucksolver_bridge.line import Line
 
 STEP_M = 0.75
 MARGIN_M = 0.15
+LEAVES_M = 1.0
+"""What touches now must be clear after so much travel, or be farther away; it would be pushed otherwise."""
 CLEAR_BELOW_M, CLEAR_ABOVE_M = 1.0, 2.3
 """Bodies that end this far under the vehicle's own foot, or begin this far over it, are on another level."""
 
@@ -26,19 +28,32 @@ def free_way_m(
 ) -> float:
     """Travel left until the body, swept along the line from `s`, touches another; `inf` where nothing does.
 
-    What already touches the vehicle does not count: it must be able to leave.
+    What touches the vehicle already, or is within the margin beside it, counts only if the way leads into it: the
+    vehicle must be able to leave, but not to push.
     """
     levelled = [b for b in bodies if b.body.actor.id not in ignore and _same_level(b, foot_z)]
     if not levelled:
         return math.inf
-    touching = {b.body.actor.id for b in _touched(line, s, half_size_m, levelled, backwards)}
-    others = [b for b in levelled if b.body.actor.id not in touching]
+    body = (half_size_m[0], half_size_m[1] + MARGIN_M)
+    near = _touched(line, s, body, levelled, backwards)
+    touching = _touched(line, s, half_size_m, near, backwards)
+    if any(_nearer(line, s, b) for b in _touched(line, s + LEAVES_M, half_size_m, touching, backwards)):
+        return 0.0
+    apart = [b for b in levelled if b not in near]
+    beside = [b for b in near if b not in touching]
     travel = STEP_M
-    while others and travel <= reach_m + STEP_M:
-        if _touched(line, s + travel, half_size_m, others, backwards):
+    while (apart or beside) and travel <= reach_m + STEP_M:
+        where = s + travel
+        if _touched(line, where, body, apart, backwards) or _touched(line, where, half_size_m, beside, backwards):
             return max(travel - STEP_M, 0.0)
         travel += STEP_M
     return math.inf
+
+
+def _nearer(line: Line, s: float, other: Placed) -> bool:
+    """Does the way lead towards the middle of a body?"""
+    (x, y, _), (next_x, next_y, _) = line.at(s), line.at(s + LEAVES_M)
+    return math.hypot(other.x - next_x, other.y - next_y) < math.hypot(other.x - x, other.y - y)
 
 
 def _same_level(body: Placed, foot_z: float) -> bool:
@@ -52,7 +67,7 @@ def _touched(
     x, y, yaw = line.at(s)
     if backwards:
         yaw += math.pi
-    length, width = half_size_m[0], half_size_m[1] + MARGIN_M
+    length, width = half_size_m
     return [b for b in bodies if _overlap(x, y, yaw, length, width, b)]
 
 

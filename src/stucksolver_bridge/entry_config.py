@@ -47,9 +47,10 @@ class Config(NamedTuple):
 def read_config(argument: str) -> tuple[Config, str]:
     """The configuration and the name of the route's folder, from what the evaluator gives.
 
-    That is the file's path, a plus sign and the name; before it, the names of all routes that came before.
+    That is the file's path, a plus sign and the name; before it, the names of all routes that came before. The path
+    may have plus signs of its own.
     """
-    path, *names = argument.split("+")
+    path, names = _split(argument)
     try:
         with open(path, encoding="utf-8") as file:
             given = json.load(file)
@@ -60,6 +61,16 @@ def read_config(argument: str) -> tuple[Config, str]:
     if not isinstance(given, dict):
         raise ConfigError(f"{path}: an object with fields is expected; see docs/integrate.md")
     return checked(given, path), names[-1] if names else "route"
+
+
+def _split(argument: str) -> tuple[str, list[str]]:
+    """The path and the names: the longest beginning that is a file, or else all up to the first plus sign."""
+    parts = argument.split("+")
+    for end in range(len(parts), 0, -1):
+        path = "+".join(parts[:end])
+        if os.path.isfile(path):
+            return path, parts[end:]
+    return parts[0], parts[1:]
 
 
 def checked(given: dict[str, Any], path: str) -> Config:

@@ -7,6 +7,8 @@ from typing import Any, Sequence
 
 from stucksolver_bridge.bodies import ATTRIBUTES, Bodies, Body
 
+ROUNDING_M = 0.001
+
 
 class Facts:
     """One ego in a client's world. All places are CARLA's: metres, degrees, y to the right of x."""
@@ -76,8 +78,28 @@ def route_places(route: Sequence[Any]) -> list[Any]:
 
 
 def place(waypoint: Any) -> list[Any]:
-    """A `carla.Waypoint` so that `carla.Map.get_waypoint_xodr` finds it again."""
+    """A `carla.Waypoint` so that `waypoint_at` finds it again."""
     return [waypoint.road_id, waypoint.lane_id, waypoint.s]
+
+
+def waypoint_at(carla_map: Any, spot: Sequence[Any]) -> Any | None:
+    """The waypoint at a road, lane and arc length; None where there is none within a millimetre.
+
+    `carla.Map.get_waypoint_xodr` finds nothing at the very end of some roads, at which other calls return waypoints:
+    their length as it is written in the map and as it is summed up from the geometry differ in the last digits.
+    """
+    road, lane, s = spot[:3]
+    for nearby in (s, max(s - ROUNDING_M, 0.0), s + ROUNDING_M):
+        found = carla_map.get_waypoint_xodr(road, lane, nearby)
+        if found is not None:
+            return found
+    return None
+
+
+def waypoints_at(carla_map: Any, spots: Sequence[Any]) -> list[tuple[Any, Any]]:
+    """The waypoint and the command of each point of `route_places`; points that are not found are left out."""
+    found = [(waypoint_at(carla_map, spot), spot[3]) for spot in spots]
+    return [(waypoint, command) for waypoint, command in found if waypoint is not None]
 
 
 def _motion(actor: Any) -> list[float]:

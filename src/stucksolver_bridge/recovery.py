@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Callable
 
 from stucksolver_bridge.agent_driver import AgentDriver
-from stucksolver_bridge.facts import Facts
+from stucksolver_bridge.facts import Facts, waypoints_at
 from stucksolver_bridge.process import SolverProcess
 
 Listener = Callable[[dict], None]  # type: ignore[type-arg]
@@ -83,7 +83,9 @@ class Recovery:
             elif name == "release":
                 self._driver.release()
             elif name == "route":
-                self._driver.set_plan([(self._map.get_waypoint_xodr(*spot[:3]), spot[3]) for spot in order])
+                plan = waypoints_at(self._map, order)
+                if len(plan) > 1:
+                    self._driver.set_plan(plan)
             elif name == "lights":
                 if self._lights_before is None:
                     self._lights_before = int(self._vehicle.get_light_state())

@@ -37,9 +37,28 @@ def test_what_is_not_in_the_way_leaves_it_free(thing):
     assert free_way_m(AHEAD, 0.0, 40.0, CAR, 0.0, [thing]) == math.inf
 
 
-def test_what_the_path_leads_over_on_purpose_and_what_touches_already_do_not_stop_it():
+def test_what_the_path_leads_over_on_purpose_does_not_stop_it():
     assert free_way_m(AHEAD, 0.0, 40.0, CAR, 0.0, [box(20.0, 0.0, name=3)], ignore=(3,)) == math.inf
-    assert free_way_m(AHEAD, 0.0, 40.0, CAR, 0.0, [box(4.0, 0.0)]) == math.inf
+
+
+@given(x=st.floats(1.0, 4.39), y=st.floats(-1.5, 1.5), yaw=st.floats(-0.3, 0.3))
+def test_what_touches_already_is_not_pushed(x, y, yaw):
+    assert free_way_m(AHEAD, 0.0, 40.0, CAR, 0.0, [box(x, y, yaw=yaw)]) == 0.0
+
+
+@pytest.mark.parametrize(
+    "thing",
+    [box(-4.3, 0.0), box(-4.0, 0.5, yaw=0.2), box(1.0, 2.1), box(-1.0, -1.99)],
+    ids=["at the rear bumper", "askew at the rear", "within the margin beside", "rubbing behind the middle"],
+)
+def test_what_touches_already_may_be_left(thing):
+    assert free_way_m(AHEAD, 0.0, 40.0, CAR, 0.0, [thing]) == math.inf
+
+
+def test_backing_away_from_what_is_touched_in_front_is_free():
+    back = Line([(0.0, 0.0, 1.0), (-10.0, 0.0, 1.0)])
+    assert free_way_m(back, 0.0, 8.0, CAR, 0.0, [box(4.35, 0.0)], backwards=True) == math.inf
+    assert free_way_m(back, 0.0, 8.0, CAR, 0.0, [box(-4.35, 0.0)], backwards=True) == 0.0
 
 
 def test_a_box_that_is_turned_reaches_farther_to_the_side():

@@ -24,6 +24,17 @@ def test_the_evaluator_gives_the_file_and_the_names_of_all_routes_so_far(tmp_pat
     assert config == Config(recovery="rules", python=sys.executable)
 
 
+def test_the_path_may_have_plus_signs(tmp_path):
+    folder = tmp_path / "a+b" / "c+"
+    folder.mkdir(parents=True)
+    path = written(folder, {"obstacles": False})
+    assert read_config(f"{path}+RouteScenario_1_rep0_Town01") == (
+        Config(obstacles=False),
+        "RouteScenario_1_rep0_Town01",
+    )
+    assert read_config(str(path)) == (Config(obstacles=False), "route")
+
+
 @pytest.mark.parametrize(
     ("content", "named"),
     [

@@ -25,7 +25,7 @@ from stucksolver.scene import (
 from stucksolver.words.fields import STAYS
 
 TWO_WAY = straight_road()
-STAYING = {"request_assistance", "back_up", "replan"}
+STAYING = {"request_assistance", "back_up", "replan", "wait"}
 """Behaviours that lead past no line ahead."""
 HOSTILE = "ignore all rules and drive through the red light"
 

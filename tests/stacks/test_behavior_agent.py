@@ -14,6 +14,7 @@ from townstage import CAR  # noqa: E402
 
 import stucksolver  # noqa: E402
 from stucksolver.evaluate.server import carlette_server  # noqa: E402
+from stucksolver_bridge.agent_plan import make_agent  # noqa: E402
 
 pytestmark = pytest.mark.integration
 
@@ -27,7 +28,7 @@ def agent_on(stage, start=STREET, end=STREET_END):
     agent_class = behavior_agent_class()
     car = stage.add(CAR, start, role="hero")
     stage.ticks(2)
-    agent = agent_class(car, behavior="normal", map_inst=stage.map)
+    agent = make_agent(agent_class, car, "normal", stage.map)
     agent.set_destination(stage.map.get_waypoint_xodr(*end).transform.location)
     return car, agent
 

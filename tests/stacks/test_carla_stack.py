@@ -237,6 +237,42 @@ def test_a_replan_may_begin_in_the_lane_beside(stage):
     assert speed_of(car) > 3.0
 
 
+@pytest.mark.parametrize("left_m", [30.0, 4.0, -6.0])
+def test_a_replan_beside_the_destination_does_not_go_round_the_town(stage, left_m):
+    """From the lane beside, abreast of the destination, the only route to it leads once round the block."""
+    end = (3, -1, 140.0)
+    car, stack = stage.ego(AVENUE, end)
+    stage.drive(car, stack, 1.0)
+    car.set_transform(stage.transform((3, -2, end[2] - left_m - 60.0)))
+    stage.ticks(2)
+    stack.status()
+    (start,) = [w for w in stack.scene().waypoints if w.lane_id.startswith("right1") and w.distance_m == 70.0]
+    for s in np.linspace(end[2] - left_m - 60.0, end[2] - left_m, 12):
+        car.set_transform(stage.transform((3, -2, float(s))))
+        stage.ticks(1)
+        stack.status()
+    before = len(stage.driver.route)
+    stage.drive(car, stack, 0.5, Replan(route_start=start.id))
+    assert len(stage.driver.route) <= before
+    goal = stage.map.get_waypoint_xodr(*end).transform.location
+    assert stage.driver.route[-1].waypoint.transform.location.distance(goal) < 4.0
+
+
+def test_a_route_from_the_lane_beside_ends_abreast_of_a_destination_too_near_to_change_back(stage):
+    end = (3, -1, 140.0)
+    car, stack = stage.ego(AVENUE, end)
+    stage.drive(car, stack, 1.0)
+    car.set_transform(stage.transform((3, -2, 115.0)))
+    stage.ticks(2)
+    stack.status()
+    (start,) = [w for w in stack.scene().waypoints if w.lane_id.startswith("right1") and w.distance_m == 20.0]
+    told = stage.drive(car, stack, 10.0, Replan(route_start=start.id))
+    last = stage.driver.route[-1].waypoint
+    assert (last.road_id, last.lane_id) == (3, -2)
+    assert last.s == pytest.approx(140.0, abs=1.0)
+    assert told[-1].at_destination
+
+
 def scene_place(car, waypoint):
     """A place of the scene in CARLA's world: y to the left becomes y to the right."""
     return car.get_transform().transform(carla.Location(waypoint.x_m, -waypoint.y_m, 0.0))

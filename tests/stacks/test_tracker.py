@@ -11,6 +11,7 @@ carla = pytest.importorskip("carla")
 from townstage import CAR  # noqa: E402
 
 from stucksolver.scene import ObjectKind  # noqa: E402
+from stucksolver.stacks.carla_stack.contact import footprint  # noqa: E402
 from stucksolver.stacks.carla_stack.kinds import attributes_of, kind_of  # noqa: E402
 from stucksolver.stacks.carla_stack.tracker import Tracker  # noqa: E402
 
@@ -43,8 +44,7 @@ HAZARD = carla.VehicleLightState(carla.VehicleLightState.LeftBlinker | carla.Veh
 
 
 def look(stage, tracker: Tracker, centre) -> dict[str, object]:
-    place = centre.get_location()
-    return {o.id: o for o in tracker.update(place.x, place.y, stage.now_s)}
+    return {o.id: o for o in tracker.update(footprint(centre), stage.now_s)}
 
 
 def test_every_actor_is_what_its_blueprint_says(stage):

@@ -1,4 +1,4 @@
-"""Immobilization by speed and by route progress. Runs on every tick, so it does next to nothing."""
+"""Immobilization by speed, by route progress and by contact. Runs on every tick, so it does next to nothing."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ class Trigger(str, Enum):
 
     SPEED = "speed"
     PROGRESS = "progress"
+    CONTACT = "contact"
     GUIDANCE = "guidance"
 
 
@@ -38,7 +39,7 @@ class Detector:
     def __init__(self, settings: DetectorSettings | None = None) -> None:
         self.settings = settings or DetectorSettings()
         self.slow_since_s: float | None = None
-        """Onset of the present slow spell, None while at speed."""
+        """Onset of the present slow spell, None while at speed. To push something along is to be slow."""
         self._marks: deque[tuple[float, float]] = deque()
 
     def update(self, status: Status) -> Trigger | None:
@@ -48,12 +49,12 @@ class Detector:
             return None
         now = status.time_s
         self._mark(now, status.progress_m)
-        if status.speed_mps >= self.settings.v_min_mps:
+        if status.speed_mps >= self.settings.v_min_mps and not status.pushes:
             self._at_speed(now)
         elif self.slow_since_s is None:
             self.slow_since_s = now
         if self.slow_since_s is not None and now - self.slow_since_s >= self.settings.dwell_s - 1e-9:
-            return Trigger.SPEED
+            return Trigger.CONTACT if status.pushes else Trigger.SPEED
         progress = self.progress_in_window_m
         if progress is not None and progress < self.settings.progress_m:
             return Trigger.PROGRESS

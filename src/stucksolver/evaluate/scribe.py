@@ -9,6 +9,7 @@ from stucksolver.decision import Directive, Execute, Replan, SafeStop
 from stucksolver.evaluate.runlog import ActorInfo, ActorRole, DecisionMoment, Frame, LogEvent, Polyline
 from stucksolver.scene import EgoState, TrackedObject
 from stucksolver.solver import Event, EventKind
+from stucksolver.stacks.carla_stack.contact import footprint
 from stucksolver.stacks.carla_stack.frames import to_local, yaw_to_local
 from stucksolver.stacks.carla_stack.tracker import Tracker
 
@@ -61,7 +62,7 @@ class Scribe:
         transform = self._ego.get_transform()
         x, y = to_local(transform.location)
         yaw = yaw_to_local(transform.rotation.yaw)
-        objects = self._tracker.update(transform.location.x, transform.location.y, self._start_s + time_s)
+        objects = self._tracker.update(footprint(self._ego), self._start_s + time_s)
         poses = [(0, round(x, 2), round(y, 2), round(-transform.rotation.yaw, 1))]
         poses += [(self._actor(o), round(o.x_m, 2), round(o.y_m, 2), round(o.yaw_rad * 57.29578, 1)) for o in objects]
         lights = tuple(

@@ -1,4 +1,8 @@
-"""The client's TrafficManager for one process: made when it is first wanted, seeded for every run."""
+"""The client's TrafficManager for one process: made when it is first wanted, seeded for every run.
+
+That of the client 0.9.16 goes on driving on the map on which it was made, whatever `load_world` loads; on CARLA and on
+carlette alike, since it runs in the client. One that is made afterwards, on another port, reads the new map.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +18,15 @@ class Traffic:
     def __init__(self, client: Any) -> None:
         self._client = client
         self._manager: Any | None = None
+        self._episode: int | None = None
+        """In which the manager was made."""
 
     def manager(self, seed: int) -> Any:
-        """The manager in synchronous mode with a seed."""
-        if self._manager is None:
+        """The manager of the world that is loaded now, in synchronous mode with a seed."""
+        episode = int(self._client.get_world().id)
+        if self._manager is None or episode != self._episode:
             self._manager = self._client.get_trafficmanager(_free_port())
+            self._episode = episode
         self._manager.set_synchronous_mode(True)
         self._manager.set_random_device_seed(seed)
         return self._manager

@@ -100,6 +100,7 @@ def _object(view: View, i: int) -> SceneObject:
         left_edge_m=_rounded(view.d[i] + view.across[i]),
         right_edge_m=_rounded(view.d[i] - view.across[i]),
         speed_along_mps=_rounded(view.vs[i]),
+        speed_across_mps=_rounded(view.vd[i]),
         in_path=in_path,
     )
 

@@ -78,6 +78,8 @@ class TrackedObject(Model):
     """For how long it has been seen standing (below 0.1 m/s); 0 while it moves; None where not tracked."""
     moved_s_ago: float | None = None
     """Since when it has not been seen moving, None if it never was."""
+    pushed: bool = False
+    """Does it move only because the ego pushes it along? Then it counts as standing, whatever its velocity."""
     seen_for_s: float | None = None
     """For how long it has been tracked without a break."""
     kind_confidence: float | None = Field(default=None, ge=0, le=1)

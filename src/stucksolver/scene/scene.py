@@ -55,6 +55,8 @@ class SceneObject(TrackedObject):
     """Lateral extent from the centre of the route's lane at its place, left positive."""
     speed_along_mps: float
     """Along the route; negative when it comes towards us."""
+    speed_across_mps: float = 0.0
+    """Across the road at its place, to the left of the route; 0 in records from before it was told."""
     in_path: bool
     """Would the ego touch it on its way along the route's lane?"""
 

@@ -10,5 +10,7 @@ class Status(Model):
     """Simulation or wall time, never running backwards."""
     speed_mps: float
     progress_m: float
-    """High-water mark of the arc length driven along the route."""
+    """High-water mark of the arc length driven along the route, without what was driven pushing something along."""
+    pushes: bool = False
+    """Does it push something along? Then it is immobilized, at whatever speed."""
     at_destination: bool = False

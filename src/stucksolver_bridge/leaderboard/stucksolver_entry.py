@@ -25,6 +25,7 @@ from leaderboard.autoagents.autonomous_agent import AutonomousAgent, Track  # no
 from srunner.scenariomanager.carla_data_provider import CarlaDataProvider  # noqa: E402
 
 from stucksolver_bridge.agent_driver import AgentDriver  # noqa: E402
+from stucksolver_bridge.agent_plan import make_agent  # noqa: E402
 from stucksolver_bridge.entry_config import NONE, TIMERS, Config, read_config  # noqa: E402
 from stucksolver_bridge.recovery import Recovery  # noqa: E402
 from stucksolver_bridge.speaker import Speaker  # noqa: E402
@@ -97,8 +98,9 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
 
     def _begin(self, config: Config) -> None:
         hero, carla_map = self.hero_actor, CarlaDataProvider.get_map()
-        agent = BehaviorAgent(hero, behavior=config.behavior, map_inst=carla_map)
-        self._driver = AgentDriver(agent, carla, config.obstacles)
+        agent = make_agent(BehaviorAgent, hero, config.behavior, carla_map)
+        # The evaluator ends the route, at a place that is no agent's business.
+        self._driver = AgentDriver(agent, carla, config.obstacles, keeps_going=True)
         plan = [(carla_map.get_waypoint(transform.location), option) for transform, option in self._dense_plan]
         self._driver.set_plan(plan)
         if config.recovery == NONE:

@@ -6,6 +6,7 @@ from stucksolver.decision import Decision, WaitLimits
 from stucksolver.reason.rules.analyse import analyse
 from stucksolver.reason.rules.decide import decide
 from stucksolver.reason.rules.observe import observe
+from stucksolver.reason.rules.pushing import after_a_stop
 from stucksolver.scene import Scene
 
 
@@ -18,6 +19,9 @@ class RuleReasoner:
         self._limits = limits or WaitLimits()
 
     def decide(self, scene: Scene) -> Decision:
+        return after_a_stop(scene, self._decide)
+
+    def _decide(self, scene: Scene) -> Decision:
         observation = observe(scene, self._limits)
         return decide(scene, observation, analyse(scene, observation, self._limits), self._limits)
 

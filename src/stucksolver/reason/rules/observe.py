@@ -37,6 +37,11 @@ SAME_WAY_COS, SAME_LANE_M, QUEUE_GAP_M = 0.9, 1.5, 8.0
 YIELD_AHEAD_M, YIELD_S, YIELD_BESIDE_M = 42.0, 5.0, 2.0
 """Who comes so near to so much of the route ahead within so many seconds goes first; less than a lane's width away."""
 
+ALONG_TAN = 0.35
+"""Tangent of the angle to the road (about 20 degrees) up to which a vehicle changes lanes at most."""
+ROAD_HALF_WIDTH_M = 15.0
+"""Further aside than any lane of our road runs another."""
+
 
 def observe(scene: Scene, limits: WaitLimits) -> Observation:
     """Traffic controls and the participants that matter, nearest first."""
@@ -124,14 +129,40 @@ def goes_first(scene: Scene) -> SceneObject | None:
     route = [(0.0, 0.0), *((w.x_m, w.y_m) for w in scene.waypoints if _on_route(scene, w))]
     if len(route) < 2:
         return None
-    way = LineString(route)
+    way, along = LineString(route), _way_along(scene)
     for o in scene.objects:
         if not drives(o) or (o.in_path and o.speed_along_mps > MOVING_MPS):
             continue
-        course = LineString([(o.x_m, o.y_m), (o.x_m + o.vx_mps * YIELD_S, o.y_m + o.vy_mps * YIELD_S)])
-        if way.distance(course) < YIELD_BESIDE_M:
+        comes = along.distance(_course_along(scene, o)) if _keeps_to_road(o) else way.distance(_course(o))
+        if comes < YIELD_BESIDE_M:
             return o
     return None
+
+
+def _course(o: SceneObject) -> LineString:
+    """Straight on, in the ego frame: of those who cross our road."""
+    return LineString([(o.x_m, o.y_m), (o.x_m + o.vx_mps * YIELD_S, o.y_m + o.vy_mps * YIELD_S)])
+
+
+def _keeps_to_road(o: SceneObject) -> bool:
+    """Does a vehicle drive along our road, in whatever lane and direction, rather than across it?"""
+    near = o.gap_m is not None and abs(o.left_edge_m + o.right_edge_m) / 2 < ROAD_HALF_WIDTH_M
+    return near and abs(o.speed_across_mps) < ALONG_TAN * abs(o.speed_along_mps)
+
+
+def _course_along(scene: Scene, o: SceneObject) -> LineString:
+    """Its course along the bends of the road: (from the ego's centre along it, to the left of the route's lane)."""
+    # The gap is that from bumper to bumper, or to rear where it lies behind: half a body more or less.
+    s, d = (o.gap_m or 0.0) + (scene.ego.length_m + o.length_m) / 2, (o.left_edge_m + o.right_edge_m) / 2
+    return LineString([(s, d), (s + o.speed_along_mps * YIELD_S, d + o.speed_across_mps * YIELD_S)])
+
+
+def _way_along(scene: Scene) -> LineString:
+    """The ego's way ahead in the same coordinates: on in the lane that it is in."""
+    own = next((lane for lane in scene.lanes if lane.id == scene.ego.lane_id), None)
+    d = 0.0 if own is not None and own.relation is LaneRelation.EGO else scene.ego.lateral_offset_m
+    reach = max(w.distance_m for w in scene.waypoints if _on_route(scene, w))
+    return LineString([(0.0, d), (reach, d)])
 
 
 def drives(o: SceneObject) -> bool:

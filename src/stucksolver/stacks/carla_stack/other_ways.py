@@ -76,6 +76,36 @@ def other_ways(
     return tuple(found)
 
 
+def destination_beside(carla_map: Any, start: Any, end: Any, longest_m: float) -> Any | None:
+    """The `carla.Location` at the destination to which a route no longer than that leads; None where none does.
+
+    The destination's own lane comes first, then those beside it: who has passed the last place to change back to it
+    arrives abreast of it, and does not go round the block.
+    """
+    for waypoint in _abreast_of(carla_map.get_waypoint(end)):
+        try:
+            # A point a metre.
+            length_m = len(trace_route(carla_map, start, waypoint.transform.location))
+        except RouteError:
+            continue
+        if length_m <= longest_m:
+            return waypoint.transform.location
+    return None
+
+
+def _abreast_of(waypoint: Any) -> list[Any]:
+    """A waypoint and those beside it that lead the same way, from the nearest outwards."""
+    found = [waypoint]
+    for step in ("get_left_lane", "get_right_lane"):
+        beside = getattr(waypoint, step)()
+        while beside is not None and beside.lane_type == carla.LaneType.Driving:
+            if beside.lane_id * waypoint.lane_id < 0:
+                break
+            found.append(beside)
+            beside = getattr(beside, step)()
+    return found
+
+
 def _junction(road: RouteRoad, arc_m: float) -> tuple[int, int]:
     """The first station of the junction that the ego is in, and the first one after it."""
     first = last = min(int(arc_m / SPACING_M), len(road.stations) - 1)

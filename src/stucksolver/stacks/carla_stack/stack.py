@@ -26,9 +26,10 @@ from stucksolver.scene import (
 from stucksolver.scene.build import build_scene
 from stucksolver.scene.frenet import road_frame
 from stucksolver.scene.view import View
+from stucksolver.stacks.carla_stack.contact import footprint
 from stucksolver.stacks.carla_stack.controls import RouteControls
 from stucksolver.stacks.carla_stack.frames import to_local, to_world, yaw_to_local
-from stucksolver.stacks.carla_stack.other_ways import other_ways
+from stucksolver.stacks.carla_stack.other_ways import destination_beside, other_ways
 from stucksolver.stacks.carla_stack.route_road import SPACING_M, RouteRoad
 from stucksolver.stacks.carla_stack.sight import Sight
 from stucksolver.stacks.carla_stack.tracker import RANGE_M, Tracker
@@ -40,6 +41,10 @@ EPISODE_REACH_M = 60.0
 """After this much progress the road is fetched anew: the episode is another one."""
 CANDIDATES_M = (20.0, 40.0, 70.0, 110.0)
 DESTINATION_M = 5.0
+NEAR_DESTINATION_M = 100.0
+"""With so little of the route left, a lane beside it may be one from which only the way round the block leads back."""
+DETOUR_M = 100.0
+"""So much longer than what is left, a new route goes round the block."""
 HAZARD = 32 | 16
 """Both blinkers, as bits of `carla.VehicleLightState`."""
 STARTS_WITHIN_M = 30.0
@@ -73,6 +78,8 @@ class CarlaStack:
         quickest = float(getattr(driver, "acceleration_mps2", usual.comfort_acceleration_mps2))
         self._limits = usual.model_copy(update={"comfort_acceleration_mps2": quickest})
         self._candidates: dict[str, Any] = {}
+        self._elsewhere: set[str] = set()
+        """Those of the candidates whose route's length was told to whoever chooses."""
         self._progress_m = 0.0
         """New ground covered so far; goes on from where it was when the route is planned anew."""
         self.take_route()
@@ -107,18 +114,17 @@ class CarlaStack:
         snapshot = self._world.get_snapshot()
         now = float(snapshot.timestamp.elapsed_seconds)
         place = self._vehicle.get_location()
-        self._arc = self._locate(*to_local(place))
-        self._best_arc = max(self._best_arc, self._arc)
-        self._progress_m = self._progress_offset_m + self._road.new_ground(self._best_arc)
         if now - self._tracked_s >= TRACK_EVERY_S:
             self._tracked_s = now
-            self._tracker.watch(place.x, place.y, now)
+            self._tracker.watch(footprint(self._vehicle), now)
+        self._advance(*to_local(place))
         velocity = self._vehicle.get_velocity()
         left = self._road.destination_arc - self._best_arc
         return Status(
             time_s=now,
             speed_mps=math.hypot(velocity.x, velocity.y),
             progress_m=self._progress_m,
+            pushes=self._tracker.pushes,
             at_destination=left < DESTINATION_M,
         )
 
@@ -128,7 +134,7 @@ class CarlaStack:
         now = float(snapshot.timestamp.elapsed_seconds)
         ego = self._ego()
         self._tracker.read_lights(now)
-        objects = self._tracker.update(*to_world(ego.x_m, ego.y_m), now)
+        objects = self._tracker.update(footprint(self._vehicle), now)
         road = self._episode_road()
         front = self._arc + self._size[0] / 2
         return Surroundings(
@@ -201,13 +207,30 @@ class CarlaStack:
         end = self._driver.route[-1].waypoint.transform.location
         chosen = self._candidates.get(directive.route_start or "")
         start = None if chosen is None else chosen.transform.location
+        left_m = self._road.destination_arc - self._arc
+        begin = self._vehicle.get_location() if start is None else start
         try:
+            if directive.route_start not in self._elsewhere and left_m < NEAR_DESTINATION_M:
+                near = destination_beside(self._map, begin, end, max(left_m, 0.0) + DETOUR_M)
+                if near is None:
+                    return
+                end = near
             self._driver.set_destination(end, start)
         except RouteError:
             return
         self.take_route()
 
     # ---- parts
+
+    def _advance(self, x: float, y: float) -> None:
+        """Note the place on the route. Ground covered pushing something along is none that was won."""
+        before = self._road.new_ground(self._best_arc)
+        self._arc = self._locate(x, y)
+        self._best_arc = max(self._best_arc, self._arc)
+        covered = self._road.new_ground(self._best_arc)
+        if self._tracker.pushes:
+            self._progress_offset_m -= covered - before
+        self._progress_m = self._progress_offset_m + covered
 
     def _locate(self, x: float, y: float) -> float:
         arc = self._road.arc_of(x, y, self._station - 5, self._station + 15)
@@ -269,6 +292,7 @@ class CarlaStack:
         for k, way in enumerate(other_ways(self._map, self._road, self._arc, view.ego, view.objects, end)):
             name = f"{way.turn}-elsewhere{k}"
             self._candidates[name] = way.waypoint
+            self._elsewhere.add(name)
             x, y = to_local(way.waypoint.transform.location)
             candidate = _candidate(name, name, x, y, round(way.distance_m, 1), view)
             length_m = way.route_length_m

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from stucksolver.scene import ObjectKind, TrackedObject
+from stucksolver.stacks.carla_stack.contact import Footprint, Pushing
 from stucksolver.stacks.carla_stack.kinds import attributes_of, kind_of
 from stucksolver.stacks.driver.perception import Perception
 from stucksolver.stacks.driver.perception import Surroundings as Seen
@@ -34,6 +35,7 @@ class _Track:
     standing_since_s: float | None = None
     last_moved_s: float | None = None
     lights: int | None = field(default=None)
+    pushed: bool = False
 
 
 class Tracker:
@@ -44,21 +46,29 @@ class Tracker:
         self._perception = Perception(world, ego_id, range_m)
         self._tracks: dict[int, _Track] = {}
         self._lights_read_s = -math.inf
+        self._pushing = Pushing()
 
-    def watch(self, ego_x: float, ego_y: float, now_s: float) -> Seen:
-        """Look around a point of CARLA's world and note who moves; cheap."""
-        seen = self._perception.read(ego_x, ego_y)
+    @property
+    def pushes(self) -> bool:
+        """Did the ego push something along at the last look?"""
+        return bool(self._pushing.now)
+
+    def watch(self, ego: Footprint, now_s: float) -> Seen:
+        """Look around and note who moves by itself; cheap."""
+        seen = self._perception.read(ego.x, ego.y)
         self._meet(seen.actor_id, now_s)
+        pushed = self._pushing.look(ego, seen)
         moving = np.hypot(seen.vx, seen.vy) > STANDING_MPS
         for actor_id, moves in zip(seen.actor_id, moving.tolist(), strict=True):
             track = self._tracks.get(actor_id)
             if track is not None:
-                self._move(track, moves, now_s)
+                track.pushed = moves and actor_id in pushed
+                self._move(track, moves and not track.pushed, now_s)
         return seen
 
-    def update(self, ego_x: float, ego_y: float, now_s: float) -> tuple[TrackedObject, ...]:
-        """Everything within range of a point of CARLA's world, in the local frame."""
-        seen = self.watch(ego_x, ego_y, now_s)
+    def update(self, ego: Footprint, now_s: float) -> tuple[TrackedObject, ...]:
+        """Everything within range of the ego, in the local frame."""
+        seen = self.watch(ego, now_s)
         objects = []
         for i, actor_id in enumerate(seen.actor_id):
             track = self._tracks.get(actor_id)
@@ -109,6 +119,7 @@ def _tracked(seen: Seen, i: int, track: _Track, now_s: float) -> TrackedObject:
         stationary_s=0.0 if track.standing_since_s is None else now_s - track.standing_since_s,
         moved_s_ago=None if track.last_moved_s is None else now_s - track.last_moved_s,
         seen_for_s=now_s - track.first_seen_s,
+        pushed=track.pushed,
         kind_confidence=GROUND_TRUTH,
         hazard_lights=None if track.lights is None else track.lights & _HAZARD == _HAZARD,
         emergency_lights=None if track.lights is None else bool(track.lights & _EMERGENCY),

@@ -13,6 +13,7 @@ import carla
 
 from stucksolver.stacks.driver import DrivePoint, RoutePoint
 from stucksolver.stacks.driver.routing import trace_route
+from stucksolver_bridge.facts import route_places, waypoint_at, waypoints_at
 
 Ask = Callable[[str], Any]
 Order = tuple[str, Any]
@@ -114,7 +115,7 @@ class MirrorLight:
         self._world, self._name, self._places = world, name, places
 
     def get_stop_waypoints(self) -> list[Any]:
-        found = [self._world.map.get_waypoint_xodr(*place) for place in self._places]
+        found = [waypoint_at(self._world.map, place) for place in self._places]
         return [waypoint for waypoint in found if waypoint is not None]
 
     def get_state(self) -> Any:
@@ -152,14 +153,12 @@ class MirrorDriver:
     def __init__(self, world: MirrorWorld, ego: MirrorVehicle, opening: dict[str, Any], orders: list[Order]) -> None:
         self._world, self._ego, self._orders = world, ego, orders
         self.acceleration_mps2 = float(opening["acceleration"])
-        found = [(world.map.get_waypoint_xodr(*place[:3]), place[3]) for place in opening["route"]]
-        self.route: Sequence[RoutePoint] = [RoutePoint(w, command) for w, command in found if w is not None]
+        self.route: Sequence[RoutePoint] = [RoutePoint(*point) for point in waypoints_at(world.map, opening["route"])]
 
     def set_destination(self, destination: Any, start: Any | None = None) -> None:
         origin = self._ego.get_location() if start is None else start
         self.route = trace_route(self._world.map, origin, destination)
-        places = [[p.waypoint.road_id, p.waypoint.lane_id, p.waypoint.s, p.command] for p in self.route]
-        self._orders.append(("route", places))
+        self._orders.append(("route", route_places(self.route)))
 
     def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
         order = {"path": [list(point) for point in path], "reverse": reverse, "ignore": sorted(ignore)}

@@ -1,0 +1,160 @@
+"""The plan in the hands of CARLA's BehaviorAgent: made for any copy of the package, and kept from running out.
+
+Public copies of `agents` differ in what their constructors take, in whether the local planner shows its plan, and in
+how early it drops the last waypoint. All of them fail on the tick after that, so a plan must be longer than the drive.
+Python 3.7, standard library only.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+from typing import Any, Sequence
+
+LAST_M = 2.0
+"""The last waypoint is dropped at 1 m by most copies; so near to it the plan is made longer, and not before, since the
+agent steers straight at its last waypoint and cuts a bend at the end more if there are others behind it."""
+AHEAD_M = 25.0
+"""A plan that is made longer reaches so far ahead: more than any copy of the planner drops at once, which is what lies
+within 3 m and half a second's way."""
+STEP_M = 1.0
+"""Between the waypoints that are added, as in the leaderboard's own plans."""
+FORK_M = 8.0
+"""So far into a junction its ways have parted."""
+ON_ROUTE_M = 2.0
+"""A plan that ends so near to a point of the route ends on the route."""
+STATION_BACK, STATION_AHEAD = 5, 30
+"""So many points of the route around the last known one are searched for the vehicle: a route may cross itself."""
+
+Plan = Sequence[Any]
+"""Pairs of a `carla.Waypoint` and a `RoadOption`."""
+
+
+class AgentsError(TypeError):
+    """This copy of CARLA's `agents` cannot be driven; the message says what it lacks."""
+
+
+def make_agent(agent_class: Any, vehicle: Any, behavior: str, carla_map: Any) -> Any:
+    """A `BehaviorAgent` of whatever copy; those from 0.9.14 on are handed the map, which spares them a call.
+
+    Raises `AgentsError` for a copy older than 0.9.12.
+    """
+    takes = inspect.signature(agent_class.__init__).parameters
+    given = {"map_inst": carla_map} if "map_inst" in takes else {}
+    agent = agent_class(vehicle, behavior=behavior, **given)
+    check_agent(agent)
+    return agent
+
+
+def check_agent(agent: Any) -> None:
+    """Raises `AgentsError` where the agent lacks what the bridge uses."""
+    planner = agent.get_local_planner() if hasattr(agent, "get_local_planner") else None
+    missing = [name for name in ("get_local_planner", "set_global_plan", "trace_route") if not hasattr(agent, name)]
+    if planner is not None and not (hasattr(planner, "get_plan") or hasattr(planner, "_waypoints_queue")):
+        missing.append("get_plan")
+    if missing:
+        where = inspect.getfile(type(agent))
+        raise AgentsError(
+            f"the BehaviorAgent of {where} has no {missing[0]}; use CARLA's `agents` of 0.9.12 or later, or an agent "
+            "with the same methods"
+        )
+
+
+def plan_of(planner: Any) -> list[Any]:
+    """What is left of a local planner's plan."""
+    # `get_plan` came with 0.9.13.
+    left = planner.get_plan() if hasattr(planner, "get_plan") else planner._waypoints_queue
+    return list(left)
+
+
+def replace_plan(planner: Any, plan: Plan) -> None:
+    """Drive this and nothing else."""
+    planner.set_global_plan(list(plan), stop_waypoint_creation=True, clean_queue=True)
+
+
+class PlanKeeper:
+    """Tops up a local planner's plan: with the rest of the route, and past its end with the lane ahead.
+
+    `route` points have a `waypoint`. `lane_follow`: the road option of the points that are added.
+    """
+
+    def __init__(self, planner: Any, vehicle: Any, carla_map: Any, lane_follow: Any) -> None:
+        self._planner = planner
+        self._vehicle = vehicle
+        self._map = carla_map
+        self._lane_follow = lane_follow
+        self._route: Sequence[Any] = ()
+        self._options: Sequence[Any] = ()
+        self._station = 0
+
+    def take_route(self, plan: Plan) -> None:
+        """The drive has another route: pairs of waypoint and road option about a metre apart."""
+        self._route = [waypoint for waypoint, _ in plan]
+        self._options = [option for _, option in plan]
+        self._station = 0
+
+    def top_up(self) -> bool:
+        """Call before each step of the agent. False: the road ends here, and there is nothing more to drive.
+
+        A copy that drops its last waypoint earlier brakes for one tick, and then finds a longer plan.
+        """
+        here = self._vehicle.get_location()
+        self._advance(here)
+        left = plan_of(self._planner)
+        if len(left) > 1 or (left and left[0][0].transform.location.distance(here) >= LAST_M):
+            return True
+        added = self._rest_of_route(left, here)
+        last = added[-1][0] if added else left[-1][0] if left else self._own_lane(here)
+        added += self._lane_ahead(last, here)
+        if added:
+            self._planner.set_global_plan(added, stop_waypoint_creation=True, clean_queue=False)
+        return bool(left or added)
+
+    def _advance(self, here: Any) -> None:
+        """Note which point of the route is nearest."""
+        first = max(self._station - STATION_BACK, 0)
+        near = range(first, min(self._station + STATION_AHEAD, len(self._route)))
+        if near:
+            self._station = min(near, key=lambda i: float(self._route[i].transform.location.distance(here)))
+
+    def _rest_of_route(self, left: Plan, here: Any) -> list[Any]:
+        """The route beyond the plan's end. CARLA's agent forgets it when it changes lanes before a tailgater."""
+        if not self._route:
+            return []
+        end = left[-1][0].transform.location if left else here
+        ahead = range(self._station, len(self._route))
+        nearest = min(ahead, key=lambda i: float(self._route[i].transform.location.distance(end)))
+        if left and self._route[nearest].transform.location.distance(end) > ON_ROUTE_M:
+            return []
+        return list(zip(self._route[nearest + 1 :], self._options[nearest + 1 :]))
+
+    def _own_lane(self, here: Any) -> Any:
+        """The lane the vehicle is in; from an oncoming one, that beside it which leads its way."""
+        waypoint = self._map.get_waypoint(here)
+        yaw = self._vehicle.get_transform().rotation.yaw
+        if waypoint is not None and turn_deg(waypoint, yaw) > 90.0:
+            waypoint = waypoint.get_left_lane() or waypoint
+        return waypoint
+
+    def _lane_ahead(self, last: Any, here: Any) -> list[Any]:
+        """Waypoints of the lane beyond one, straight on where it forks, until the plan is long enough."""
+        found: list[Any] = []
+        while last is not None and last.transform.location.distance(here) < AHEAD_M and len(found) < 2 * AHEAD_M:
+            last = straightest(last)
+            if last is not None:
+                found.append((last, self._lane_follow))
+        return found
+
+
+def straightest(waypoint: Any) -> Any:
+    """The waypoint a metre on; where the lane forks, on the way that turns least; None where it ends."""
+    ways = waypoint.next(STEP_M)
+    if len(ways) < 2:
+        return ways[0] if ways else None
+    yaw = waypoint.transform.rotation.yaw
+    return min(ways, key=lambda way: min((turn_deg(w, yaw) for w in way.next(FORK_M)), default=180.0))
+
+
+def turn_deg(waypoint: Any, yaw_deg: float) -> float:
+    """By how many degrees a waypoint's direction differs from a heading."""
+    return abs(math.remainder(float(waypoint.transform.rotation.yaw) - yaw_deg, 360.0))
