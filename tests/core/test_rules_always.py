@@ -122,7 +122,7 @@ def test_no_words_lead_past_people_in_front_of_us(words):
     assert decide(world, words).plan is None
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(words=st.text(max_size=500))
 def test_every_text_has_a_reading_and_the_same_one_again(words):
     assert READER.read(words, "") == READER.read(words, "")

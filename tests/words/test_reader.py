@@ -46,16 +46,16 @@ def test_moving_and_staying_have_nothing_in_common():
     assert len(INTENTS[INTENT]) == len(GuidanceIntent)
 
 
-@settings(max_examples=30, deadline=None)
-@given(text=st.text(max_size=2000), situation=st.text(max_size=2000))
+@settings(max_examples=12, deadline=None)
+@given(text=st.text(max_size=600), situation=st.text(max_size=300))
 def test_any_text_gets_a_reading_and_the_same_one_again(text, situation):
     assert READER.read(text, situation) == READER.read(text, situation)
 
 
 @pytest.mark.parametrize("name", ["blind-1", "blind-2"])
 def test_a_blind_set_is_read_about_as_well_as_published(name):
-    """Every fifth sentence; results/words.md has them all."""
-    said = [json.loads(line) for line in (BLIND / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()][::5]
+    """Every tenth sentence; results/words.md has them all."""
+    said = [json.loads(line) for line in (BLIND / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()][::10]
     readings = [READER.read(s["text"], s["situation"]) for s in said]
     right = sum(r.likely.value == s["intent"] for r, s in zip(readings, said, strict=True))
     assert right / len(said) > 0.7
