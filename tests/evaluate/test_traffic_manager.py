@@ -46,6 +46,7 @@ with carlette_server("demo_town") as server:
 """
 
 
+@pytest.mark.integration
 def test_after_another_town_is_loaded_its_cars_keep_to_the_roads_of_that_town():
     said = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, timeout=300, check=False)
     found = json.loads(said.stdout.splitlines()[-1]) if said.stdout else said.stderr
