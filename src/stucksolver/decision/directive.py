@@ -29,6 +29,7 @@ class Execute(Model):
 
     The same object is returned for as long as the same stretch is to be driven. `reverse`: the path leads away behind
     the ego, which backs up along it. `ignore`: ids of objects that the path leads over and that must not be braked for.
+    `brake_mps2`: how hard to brake for a behaviour that stands still; None for as gently as usual.
     """
 
     kind: Literal["execute"] = "execute"
@@ -36,6 +37,7 @@ class Execute(Model):
     path: tuple[PathPoint, ...] = ()
     reverse: bool = False
     ignore: tuple[str, ...] = ()
+    brake_mps2: float | None = Field(default=None, gt=0)
 
 
 class Replan(Model):

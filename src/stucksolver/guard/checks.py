@@ -42,7 +42,7 @@ def collision(case: Case) -> list[Reject]:
         t = times(case)
         stations = profiles(case, t)
         gap = moving_gaps(case, stations, moving, t)
-        gap = np.where(_will_be_followed(case, stations, moving), np.maximum(gap, gap[:, :1]), gap)
+        gap = np.where(will_be_followed(case, stations, moving), np.maximum(gap, gap[:, :1]), gap)
         speed = np.maximum(np.interp(t, case.quick.t, case.quick.v), np.interp(t, case.slow.t, case.slow.v))
         found += _too_near(case, moving, gap.min(axis=0), _margins(case, moving, speed), t)
     return found
@@ -111,7 +111,7 @@ def _reject(case: Case, index: int, time_s: float, gap_m: float) -> Reject:
     return Reject(code=code, detail=detail, object_id=thing.id, time_s=time_s, gap_m=gap_m)
 
 
-def _will_be_followed(case: Case, station: Array, which: Array) -> Array:
+def will_be_followed(case: Case, station: Array, which: Array) -> Array:
     """(profiles, times, objects): traffic ahead in a lane of our direction, which the stack follows rather than hits.
 
     It does not hold while the ego is in an oncoming lane: there it cannot slow down and follow.

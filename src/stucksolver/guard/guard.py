@@ -16,6 +16,7 @@ from stucksolver.guard.case import Case
 from stucksolver.guard.hand_back import clear_to_hand_back
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.guard.verdict import OK, Reject, RejectCode, Verdict
+from stucksolver.guard.ways_out import WayOut, brakes_hard, least_harm
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import View
@@ -129,29 +130,39 @@ class Guard:
         if not proven.committed(view.ego_s):
             known = [reject for reject in (self._stale(view), off) if reject]
             rejects = known or self._run(proven.checks_on_tick, case)
-            return Verdict(rejects=tuple(rejects), abort=self._before_commit(view)) if rejects else OK
+            return self._given_up(case, rejects) if rejects else OK
         if not case.in_oncoming_lane:
             red = checks.stop_line(case)
             if red:
-                return Verdict(rejects=tuple(red), abort=Abort.STOP)
+                return Verdict(rejects=tuple(red), abort=Abort.STOP, brake_mps2=brakes_hard(case))
         rejects = ([off] if off else []) + checks.collision(case)
         pressing = [] if proven.reverse else traffic.unyielding(case, giving_way)
         way = self._after_commit(case, proven, rejects, pressing, giving_way)
-        return OK if way is None else Verdict(rejects=tuple(rejects + pressing), abort=way)
+        if way is None:
+            return OK
+        return Verdict(rejects=tuple(rejects + pressing), abort=way.abort, brake_mps2=way.brake_mps2)
 
     def _after_commit(
         self, case: Case, proven: Proven, rejects: list[Reject], pressing: list[Reject], giving_way: bool
-    ) -> Abort | None:
-        """What is best where going on is doubtful: back into the lane, a stop that lets others by, or to go on."""
+    ) -> WayOut | None:
+        """What is best where going on is doubtful: back into the lane, a stop that lets others by, or to go on.
+
+        Where going on would touch somebody, whatever does least harm.
+        """
         off = any(r.code in (RejectCode.DEVIATION, RejectCode.OVERSPEED) for r in rejects)
         wanted = {b.abort_after_commit for b in proven.behaviors}
         if rejects and Abort.RETURN_TO_LANE in wanted and self.way_back(case.view) is not None:
-            return Abort.RETURN_TO_LANE
+            return WayOut(Abort.RETURN_TO_LANE)
         if not off and lets_by(case, rejects, giving_way):
-            return Abort.GIVE_WAY
+            return WayOut(Abort.GIVE_WAY)
         if not off and (pressing or giving_way) and stops_beside(case, rejects + pressing, giving_way):
-            return Abort.GIVE_WAY
-        return Abort.FINISH if rejects else None
+            return WayOut(Abort.GIVE_WAY)
+        return least_harm(case, giving_way) if rejects else None
+
+    def _given_up(self, case: Case, rejects: list[Reject]) -> Verdict:
+        way = self._before_commit(case.view)
+        hard = brakes_hard(case) if way is Abort.STOP else None
+        return Verdict(rejects=tuple(rejects), abort=way, brake_mps2=hard)
 
     def _before_commit(self, view: View) -> Abort:
         """A stop, unless the stack has strayed into an oncoming lane, where a stop is never the way out."""

@@ -51,10 +51,11 @@ class Reject(Model):
 
 
 class Verdict(Model):
-    """`abort` is set only while a plan runs: what to do instead."""
+    """`abort` is set only while a plan runs: what to do instead; `brake_mps2`: how hard, where it is to brake."""
 
     rejects: tuple[Reject, ...] = ()
     abort: Abort | None = None
+    brake_mps2: float | None = None
 
     @property
     def accepted(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -43,6 +44,12 @@ class Outcome:
 Step = Execute | Replan | SafeStop
 STAND = Execute(behavior=Wait(duration_s=1.0))
 """Brake and stand, until whoever crosses is by, or the stack can drive on by itself."""
+
+
+@lru_cache(maxsize=8)
+def stand(brake_mps2: float) -> Execute:
+    """The same with a deceleration to brake with."""
+    return STAND.model_copy(update={"brake_mps2": brake_mps2})
 
 
 class Execution:
@@ -114,7 +121,7 @@ class Execution:
                 # The stack knows how to get through a junction, too; it is not left standing there by a plan.
                 return Outcome(False, f"it gave way for longer than its time allowance: {verdict}")
             self._gives_way = True
-            return STAND
+            return STAND if verdict.brake_mps2 is None else stand(verdict.brake_mps2)
         if self._gives_way:
             self._gives_way, self._directive = False, self._direct(view)
         if not verdict.accepted and verdict.abort is not Abort.FINISH:
@@ -156,7 +163,7 @@ class Execution:
             if self._way_back is None:
                 return self._ending
         if self._way_back is None:
-            self._directive = Execute(behavior=Wait(duration_s=2.0))
+            self._directive = Execute(behavior=Wait(duration_s=2.0), brake_mps2=self.last_verdict.brake_mps2)
         else:
             distance = min(max(self._way_back.end_s - view.ego_s, 5.0), 150.0)
             behavior = KeepLane(distance_m=distance, speed_mps=min(max(view.ego.speed_mps, 3.0), 11.0))
