@@ -47,7 +47,7 @@ def touches_standing(view: View, path: Manoeuvre, clearance_m: float, vulnerable
     if not len(standing):
         return False
     gap = separation(
-        (path.s[:, None], path.d[:, None], path.heading()[:, None]),
+        (path.s[:, None], path.d[:, None], path.body(float(path.heading()[0]), view.ego.limits.wheelbase_m)[:, None]),
         (view.ego.length_m / 2, view.ego.width_m / 2),
         (view.s[standing], view.d[standing], view.yaw[standing]),
         (view.half_length[standing], view.half_width[standing]),

@@ -43,7 +43,8 @@ class Case:
 
     @cached_property
     def heading(self) -> Array:
-        return self.path.heading()
+        """Of the body, relative to the road, at each station."""
+        return self.path.heading() if self.path.yaw is None else self.path.yaw
 
     @cached_property
     def reach(self) -> Array:

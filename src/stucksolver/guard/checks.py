@@ -71,7 +71,7 @@ def _margins(case: Case, which: Array, speed: Array) -> Array:
 def _too_near(case: Case, which: Array, gap: Array, margin: Array, t: Array) -> list[Reject]:
     """The objects whose gap (instants, objects) falls below the bound for what they are."""
     # What is already nearer than the bound counts only when the plan brings it nearer still.
-    bad = (gap < margin) & (gap < gap[0] - 0.05)
+    bad = (gap < margin - (case.policy.tracked_gap_m if case.running else 0.0)) & (gap < gap[0] - 0.05)
     if not bad.any():
         return []
     worst = np.where(bad, gap, np.inf).min(axis=0)

@@ -15,6 +15,7 @@ from stucksolver.guard.aborts import committed, lets_by, stops_are_safe, stops_b
 from stucksolver.guard.case import Case
 from stucksolver.guard.hand_back import clear_to_hand_back
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
+from stucksolver.guard.tracking import tracked
 from stucksolver.guard.verdict import OK, Reject, RejectCode, Verdict
 from stucksolver.guard.ways_out import WayOut, brakes_hard, least_harm
 from stucksolver.scene.frenet import Array
@@ -106,7 +107,9 @@ class Guard:
             proven = self.lay_out(behaviors, view, guided, approvals)
         except CannotPlan as error:
             return Verdict(rejects=(Reject(code=RejectCode.NO_PATH, detail=str(error)),)), None
-        case = Case(self._facing(view, proven), proven.path, self.policy, guided, approvals=approvals)
+        view = self._facing(view, proven)
+        way = tracked(proven.path, view, reverse=proven.reverse)
+        case = Case(view, way, self.policy, guided, approvals=approvals)
         rejects = self._run(proven.checks, case) or stops_are_safe(case, proven.no_stop)
         return (Verdict(rejects=tuple(rejects)), None) if rejects else (OK, proven)
 
@@ -125,7 +128,7 @@ class Guard:
         """
         view = self._facing(view, proven)
         off = self._off_path(proven, view) or self._too_fast(proven, view)
-        rest = proven.path.from_station(view.ego_s)
+        rest = tracked(proven.path.from_station(view.ego_s), view, reverse=proven.reverse)
         case = Case(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
         if not proven.committed(view.ego_s):
             known = [reject for reject in (self._stale(view), off) if reject]
@@ -185,7 +188,7 @@ class Guard:
         speed = max(view.ego.speed_mps, 3.0)
         length = max(2.0 * speed, shortest_shift(view.ego_d, view.ego.limits.min_turn_radius_m), 4.0)
         path = lateral(view.ego_s, view.ego_d, 0.0, length, speed, view)
-        case = Case(view, path, self.policy, running=True)
+        case = Case(view, tracked(path, view), self.policy, running=True)
         return None if checks.collision(case) or checks.drivable_area(case) else path
 
     def clear_to_hand_back(self, view: View) -> bool:

@@ -70,6 +70,8 @@ class GuardPolicy:
     unknown_oncoming_limit_mps: float = 50 / 3.6
     zone_margin_m: float = 3.0
     tracking_error_m: float = 0.9
+    tracked_gap_m: float = 0.15
+    """So much of each gap is left to tracking errors: while a plan runs it is examined from the ego's real pose."""
     solid_line_standing_s: float = 3.0
     off_route_m: float = 200.0
     off_route_s: float = 60.0
