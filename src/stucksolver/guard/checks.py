@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.decision.behaviors import Release
+from stucksolver.guard.abreast import will_be_followed
 from stucksolver.guard.case import Case
 from stucksolver.guard.policy import rss_lateral, step_off
 from stucksolver.guard.predict import CROSSING_MPS, moving_gaps, profiles, relevant, standing_gaps, times
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.objects import ObjectKind, TrackedObject
-from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.surroundings import ControlKind, LightState
 from stucksolver.scene.view import MOVING_MPS
 
@@ -42,7 +42,7 @@ def collision(case: Case) -> list[Reject]:
         t = times(case)
         stations = profiles(case, t)
         gap = moving_gaps(case, stations, moving, t)
-        gap = np.where(will_be_followed(case, stations, moving), np.maximum(gap, gap[:, :1]), gap)
+        gap = np.where(will_be_followed(case, stations, moving, t), np.maximum(gap, gap[:, :1]), gap)
         speed = np.maximum(np.interp(t, case.quick.t, case.quick.v), np.interp(t, case.slow.t, case.slow.v))
         found += _too_near(case, moving, gap.min(axis=0), _margins(case, moving, speed), t)
     return found
@@ -109,24 +109,6 @@ def _reject(case: Case, index: int, time_s: float, gap_m: float) -> Reject:
         code = RejectCode.CLEARANCE
     detail = f"{thing.kind.value} {thing.id}: gap {gap_m:.1f} m after {time_s:.1f} s"
     return Reject(code=code, detail=detail, object_id=thing.id, time_s=time_s, gap_m=gap_m)
-
-
-def will_be_followed(case: Case, station: Array, which: Array) -> Array:
-    """(profiles, times, objects): traffic ahead in a lane of our direction, which the stack follows rather than hits.
-
-    It does not hold while the ego is in an oncoming lane: there it cannot slow down and follow.
-    """
-    view = case.view
-    leads = (view.vs[which] > 0.5) & (view.s[which] > view.ego_s) & (np.abs(view.vd[which]) < 0.5)
-    leads &= view.elsewhere[which] == 0
-    leads &= np.array([view.objects[int(i)].id not in case.path.passes for i in which])
-    oncoming = np.zeros(len(case.path.s))
-    for lane in case.path.enters:
-        if lane.strip.direction is LaneDirection.OPPOSITE:
-            oncoming = np.maximum(oncoming, case.inside(lane))
-    own_side = np.interp(station, case.path.s, oncoming) < 0.5
-    result: Array = own_side[..., None] & leads
-    return result
 
 
 def drivable_area(case: Case) -> list[Reject]:

@@ -12,6 +12,7 @@ from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan, Check, S
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
 from stucksolver.guard import checks, marking, obstacles, rules, traffic
 from stucksolver.guard.aborts import committed, lets_by, stops_are_safe, stops_beside
+from stucksolver.guard.abreast import from_behind
 from stucksolver.guard.case import Case
 from stucksolver.guard.hand_back import clear_to_hand_back
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
@@ -23,7 +24,7 @@ from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import View
 
 CHECKS: dict[Check, Callable[[Case], list[Reject]]] = {
-    Check.COLLISION: checks.collision,
+    Check.COLLISION: lambda case: checks.collision(case) + from_behind(case),
     Check.DRIVABLE_AREA: checks.drivable_area,
     Check.SPEED: checks.speed,
     Check.STOP_LINE: checks.stop_line,

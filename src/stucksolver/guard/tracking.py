@@ -24,6 +24,8 @@ KEPT_S, WORKED_OFF_M = 1.0, 6.0
 """A tracking error is kept for so long beyond a stop, and then worked off within so many metres."""
 SETTLES_M, LOCK_M = 20.0, 1.5
 """An askew start is followed up for so long; the wheels are turned from straight to their lock within 1.5 m."""
+STRAIGHTENS_M = 3.0
+"""Backing up, what a body is askew fades over so much way."""
 REACH_M, APPROACH_RAD = 2.0, 0.45
 """The centre comes back to the path over about so much travel, and towards it at no steeper angle."""
 
@@ -31,11 +33,11 @@ REACH_M, APPROACH_RAD = 2.0, 0.45
 def tracked(path: Manoeuvre, view: View, *, reverse: bool = False) -> Manoeuvre:
     """The path as the ego drives it from its real pose: the same stations with offsets and headings of the body.
 
-    `view` and `path` are those of `View.backwards` with `reverse`; backing up, the body keeps pointing as it does.
+    `view` and `path` are those of `View.backwards` with `reverse`; backing up, the body is straightened on the way.
     """
     target = path.d + _kept_error(path, view)
     if reverse:
-        return replace(path, d=target, yaw=np.full(len(path.s), view.ego_yaw))
+        return replace(path, d=target, yaw=view.ego_yaw * np.exp(-(path.s - path.s[0]) / STRAIGHTENS_M))
     lever = view.ego.limits.wheelbase_m / 2
     course = replace(path, d=target).heading()
     if abs(view.ego_yaw - float(course[0])) < ASKEW_RAD:

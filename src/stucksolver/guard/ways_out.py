@@ -12,8 +12,8 @@ import numpy as np
 
 from stucksolver.decision.behaviors import Abort
 from stucksolver.guard.aborts import GIVES_WAY_S, GOES_ON_S, braking_now
+from stucksolver.guard.abreast import will_be_followed
 from stucksolver.guard.case import Case
-from stucksolver.guard.checks import will_be_followed
 from stucksolver.guard.predict import moving_gaps, profiles, relevant, standing_gaps, times
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import MOVING_MPS
@@ -129,7 +129,7 @@ def _with_moving(case: Case, stations: Array, t: Array) -> Contact | None:
     if not len(which):
         return None
     gap = moving_gaps(case, stations, which, t)
-    gap = np.where(will_be_followed(case, stations, which), np.maximum(gap, gap[:, :1]), gap)
+    gap = np.where(will_be_followed(case, stations, which, t), np.maximum(gap, gap[:, :1]), gap)
     own = np.gradient(stations, t, axis=1)
     hit = (gap < TOUCH_M) & (gap < gap[:, :1] - NEARER_M)
     hit &= ~((view.on_foot[which] > 0) & (own < MOVING_MPS)[..., None])
