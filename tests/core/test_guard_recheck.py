@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from worlds import LANE_M, World, red_light, straight_road, thing
@@ -9,7 +11,7 @@ from worlds import LANE_M, World, red_light, straight_road, thing
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, ChangeLane, KeepLane
 from stucksolver.guard import Guard, RejectCode
-from stucksolver.scene import LightState, LineKind, ObjectKind
+from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl
 from stucksolver.solver.execution import Execution, Outcome
 
 TWO_WAY = straight_road()
@@ -129,6 +131,31 @@ def test_a_light_that_turns_red_ahead_is_stopped_for(committed):
     verdict = GUARD.recheck(proven, world.view())
     assert verdict.abort is Abort.STOP
     assert RejectCode.RED_LIGHT in {r.code for r in verdict.rejects}
+
+
+def sign(distance):
+    return TrafficControl(kind=ControlKind.STOP_SIGN, distance_m=distance, applies=True)
+
+
+@pytest.mark.parametrize("committed", [False, True])
+@pytest.mark.parametrize("control", [sign, partial(red_light, state=LightState.OFF)])
+def test_a_light_that_goes_dark_or_a_sign_that_comes_into_sight_is_stopped_at(control, committed):
+    world = World(MULTI, controls=(red_light(50.0, LightState.GREEN),))
+    proven = begin([LEFT], world)
+    put(world, proven, proven.path.s[0] + 1.0 if not committed else proven.commit_s + 20.0)
+    world.controls = (control(20.0),)
+    verdict = GUARD.recheck(proven, world.view())
+    assert verdict.abort is Abort.STOP
+    assert {r.code for r in verdict.rejects} == {RejectCode.STOP_LINE}
+
+
+@pytest.mark.parametrize("control", [sign, partial(red_light, state=LightState.OFF)])
+def test_a_line_that_was_stopped_at_is_crept_over(control):
+    world = World(TWO_WAY, controls=(control(3.0),))
+    proven = begin([KeepLane(distance_m=20.0, speed_mps=2.0)], world)
+    for way in np.arange(0.0, 5.0, 0.25):
+        world.controls = (control(3.0 - way),)
+        assert GUARD.recheck(proven, put(world, proven, 50.0 + way, 1.5).view()).accepted, way
 
 
 def test_a_light_too_near_to_stop_at_is_past_mending():

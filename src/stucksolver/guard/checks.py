@@ -13,7 +13,7 @@ from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.objects import ObjectKind, TrackedObject
 from stucksolver.scene.surroundings import ControlKind, LightState
-from stucksolver.scene.view import MOVING_MPS
+from stucksolver.scene.view import MOVING_MPS, View
 
 STANDS_MPS = 0.3
 NAMED = 3
@@ -156,13 +156,16 @@ OVER_THE_LINE_M = 1.0
 """A vehicle that stands with its bumper this far past a light's line has not passed the light."""
 AT_THE_LINE_M = 6.0
 """A vehicle that stands no further than this before a line has stopped at it."""
+SAME_LINE_M = 2.0
+"""A line seen so near to where one was is the same."""
 
 
 def stop_line(case: Case) -> list[Reject]:
     """No light's line is crossed unless it is green; a dark light and a stop sign only after a stop, and creeping.
 
     Only an operator may release a red light, for creeping. While a plan runs, a line before which comfortable braking
-    cannot stop any more is past mending.
+    cannot stop any more is past mending; a light that has gone dark, or a sign that has come into sight, ends the plan,
+    since it was not begun from a stop there.
     """
     ego = case.view.ego
     reach = case.path.end_s + ego.length_m / 2 - case.view.ego_front_s
@@ -178,13 +181,32 @@ def stop_line(case: Case) -> list[Reject]:
             state = control.state.value if control.state else "unknown"
             if not (case.approvals.cover("red_light", Release.OPERATOR) and _creeps_over(case, control.distance_m)):
                 return [Reject(code=RejectCode.RED_LIGHT, detail=f"{state} light {control.distance_m:.0f} m ahead")]
-        elif light or control.kind is ControlKind.STOP_SIGN:
-            stopped = ego.speed_mps < STANDS_MPS and control.distance_m < AT_THE_LINE_M
-            if not case.running and not (stopped and _creeps_over(case, control.distance_m)):
-                what = "dark light (an all-way stop)" if light else "stop sign"
-                detail = f"{what} {control.distance_m:.0f} m ahead: stop at it first, then creep"
-                return [Reject(code=RejectCode.STOP_LINE, detail=detail)]
+        elif (light or control.kind is ControlKind.STOP_SIGN) and not _was_stopped_at(case, control.distance_m):
+            what = "dark light (an all-way stop)" if light else "stop sign"
+            detail = f"{what} {control.distance_m:.0f} m ahead: stop at it first, then creep"
+            return [Reject(code=RejectCode.STOP_LINE, detail=detail)]
     return []
+
+
+def stopped_at(view: View) -> tuple[float, ...]:
+    """Arc lengths of the lines of dark lights and stop signs at which the ego stands."""
+    if view.ego.speed_mps >= STANDS_MPS:
+        return ()
+    return tuple(
+        view.ego_front_s + control.distance_m
+        for control in view.surroundings.controls
+        if control.distance_m < AT_THE_LINE_M
+        and (control.kind is ControlKind.STOP_SIGN or control.state is LightState.OFF)
+    )
+
+
+def _was_stopped_at(case: Case, distance_m: float) -> bool:
+    """Has the ego stopped at a line, to creep over it? A running plan has if it was begun so before the same line."""
+    if case.running:
+        line_s = case.view.ego_front_s + distance_m
+        return any(abs(line_s - known_s) < SAME_LINE_M for known_s in case.stopped_at_s)
+    stopped = case.view.ego.speed_mps < STANDS_MPS and distance_m < AT_THE_LINE_M
+    return stopped and _creeps_over(case, distance_m)
 
 
 def _creeps_over(case: Case, distance_m: float) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -65,6 +65,7 @@ class Proven:
     guided: bool
     approvals: Approvals = NOBODY
     start_mps: float = 0.0
+    stopped_at_s: tuple[float, ...] = ()
 
     @property
     def reverse(self) -> bool:
@@ -131,6 +132,7 @@ class Guard:
         off = self._off_path(proven, view) or self._too_fast(proven, view)
         rest = tracked(proven.path.from_station(view.ego_s), view, reverse=proven.reverse)
         case = Case(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
+        case = replace(case, stopped_at_s=proven.stopped_at_s)
         if not proven.committed(view.ego_s):
             known = [reject for reject in (self._stale(view), off) if reject]
             rejects = known or self._run(proven.checks_on_tick, case)
@@ -224,6 +226,7 @@ class Guard:
             guided,
             approvals,
             abs(view.ego.speed_mps),
+            checks.stopped_at(view),
         )
 
     @staticmethod
