@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan, Check, Start
+from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan, Check, RequestAssistance, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
 from stucksolver.guard import checks, marking, obstacles, rules, traffic
 from stucksolver.guard.aborts import committed, lets_by, stops_are_safe, stops_beside
@@ -16,6 +16,7 @@ from stucksolver.guard.abreast import from_behind
 from stucksolver.guard.case import Case
 from stucksolver.guard.hand_back import clear_to_hand_back
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
+from stucksolver.guard.sight import seen
 from stucksolver.guard.tracking import tracked
 from stucksolver.guard.verdict import OK, Reject, RejectCode, Verdict
 from stucksolver.guard.ways_out import WayOut, brakes_hard, least_harm
@@ -24,7 +25,7 @@ from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import View
 
 CHECKS: dict[Check, Callable[[Case], list[Reject]]] = {
-    Check.COLLISION: lambda case: checks.collision(case) + from_behind(case),
+    Check.COLLISION: lambda case: checks.collision(case) + from_behind(case) + seen(case),
     Check.DRIVABLE_AREA: checks.drivable_area,
     Check.SPEED: checks.speed,
     Check.STOP_LINE: checks.stop_line,
@@ -121,6 +122,9 @@ class Guard:
         why = behavior.precondition(view)
         if old:
             return Verdict(rejects=(old,))
+        if isinstance(behavior, RequestAssistance) and not self.may_stand(view):
+            detail = "help is waited for where one may stand: not in a junction, crossing or oncoming lane"
+            return Verdict(rejects=(Reject(code=RejectCode.STOPPING_PLACE, detail=detail),))
         return Verdict(rejects=(Reject(code=RejectCode.PRECONDITION, detail=why),)) if why else OK
 
     def recheck(self, proven: Proven, view: View, giving_way: bool = False) -> Verdict:

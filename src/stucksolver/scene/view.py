@@ -131,6 +131,10 @@ class View:
         """How far a lane is seen ahead of the ego; 0 where the surroundings do not say."""
         return next((x.ahead_m for x in self.surroundings.sight if x.lane_id == lane.strip.id), 0.0)
 
+    def sight_behind_m(self, lane: Lane) -> float:
+        """How far a lane is seen behind the ego; 0 where the surroundings do not say."""
+        return next((x.behind_m for x in self.surroundings.sight if x.lane_id == lane.strip.id), 0.0)
+
     def free_ahead_m(self) -> float:
         """From the front bumper to the nearest thing in the ego's way along the route; infinite where there is none."""
         ahead = self.gap[(self.in_corridor(self.ego.width_m / 2) > 0) & (self.s > self.ego_s)]

@@ -12,9 +12,7 @@ from stucksolver.decision.behaviors import (
     Abort,
     Behavior,
     Check,
-    HazardLights,
     KeepLane,
-    PullOver,
     ReplanRoute,
     RequestAssistance,
     Wait,
@@ -193,17 +191,6 @@ class Execution:
         seen = _facing(view, proven)
         path = path_points(proven.path.from_station(seen.ego_s), seen)
         return Execute(behavior=behavior, path=path, reverse=proven.reverse, ignore=proven.path.over)  # type: ignore[arg-type]
-
-
-def minimal_risk(guard: Guard, view: View, reason: str) -> RecoveryPlan:
-    """The way to the minimal risk condition from here: hazard lights, to the roadside if that is safe, stop, call."""
-    lights, call = HazardLights(), RequestAssistance(reason=reason[:200])
-    aside = next((p for p in map(_pull_over, (20.0, 12.0)) if guard.accept([p], view, False)[0].accepted), None)
-    return RecoveryPlan(behaviors=(lights, call) if aside is None else (lights, aside, call))
-
-
-def _pull_over(distance_m: float) -> PullOver:
-    return PullOver(distance_m=distance_m)
 
 
 def _facing(view: View, proven: Proven) -> View:
