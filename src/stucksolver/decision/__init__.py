@@ -11,6 +11,7 @@ from stucksolver.decision.decision import (
     RecoveryPlan,
 )
 from stucksolver.decision.directive import CONTINUE, Continue, Directive, Execute, PathPoint, Replan, SafeStop
+from stucksolver.decision.lease import Lease
 
 __all__ = [
     "CONTINUE",
@@ -24,6 +25,7 @@ __all__ = [
     "Execute",
     "GuidanceIntent",
     "Intent",
+    "Lease",
     "Observation",
     "ObservedControl",
     "Participant",

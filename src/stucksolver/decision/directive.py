@@ -9,6 +9,9 @@ from pydantic import Field, TypeAdapter
 from stucksolver.decision.behaviors.registry import AnyBehavior
 from stucksolver.scene.model import Model
 
+EXPIRES_TICKS = 10
+"""Half a second at CARLA's 20 Hz: as old as the guard lets surroundings be."""
+
 
 class PathPoint(Model):
     """A point of the proven path in the local frame of the surroundings, with an upper bound on the speed."""
@@ -30,6 +33,10 @@ class Execute(Model):
     The same object is returned for as long as the same stretch is to be driven. `reverse`: the path leads away behind
     the ego, which backs up along it. `ignore`: ids of objects that the path leads over and that must not be braked for.
     `brake_mps2`: how hard to brake for a behaviour that stands still; None for as gently as usual.
+
+    An order is good for `expires_ticks` ticks of the stack's clock unless `step` returns it, or another, again. Then
+    the stack performs its `fallback` (`Lease` does that): to stop, which is proven before the commit point, or to
+    finish the path, which is proven after it.
     """
 
     kind: Literal["execute"] = "execute"
@@ -38,6 +45,8 @@ class Execute(Model):
     reverse: bool = False
     ignore: tuple[str, ...] = ()
     brake_mps2: float | None = Field(default=None, gt=0)
+    expires_ticks: int = Field(default=EXPIRES_TICKS, ge=1, le=200)
+    fallback: Literal["stop", "finish"] = "stop"
 
 
 class Replan(Model):

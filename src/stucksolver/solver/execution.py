@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 
@@ -124,6 +125,8 @@ class Execution:
             self._gives_way, self._directive = False, self._direct(view)
         if not verdict.accepted and verdict.abort is not Abort.FINISH:
             return self._abort(verdict.abort or Abort.STOP, str(verdict), view)
+        if isinstance(self._directive, Execute) and self._directive.fallback != self._fallback(view):
+            self._directive = self._direct(view)
         seen = _facing(view, proven)
         if now_s > self._until_s and not proven.committed(seen.ego_s):
             late = Reject(code=RejectCode.TIMEOUT, detail="it took longer than its time allowance")
@@ -165,7 +168,7 @@ class Execution:
         else:
             distance = min(max(self._way_back.end_s - view.ego_s, 5.0), 150.0)
             behavior = KeepLane(distance_m=distance, speed_mps=min(max(view.ego.speed_mps, 3.0), 11.0))
-            self._directive = Execute(behavior=behavior, path=path_points(self._way_back, view))
+            self._directive = Execute(behavior=behavior, path=path_points(self._way_back, view), fallback="finish")
         return self._end(view)
 
     def _end(self, view: View) -> Step | Outcome:
@@ -190,7 +193,17 @@ class Execution:
             return Execute(behavior=behavior)  # type: ignore[arg-type]
         seen = _facing(view, proven)
         path = path_points(proven.path.from_station(seen.ego_s), seen)
-        return Execute(behavior=behavior, path=path, reverse=proven.reverse, ignore=proven.path.over)  # type: ignore[arg-type]
+        return Execute(
+            behavior=behavior,  # type: ignore[arg-type]
+            path=path,
+            reverse=proven.reverse,
+            ignore=proven.path.over,
+            fallback=self._fallback(view),
+        )
+
+    def _fallback(self, view: View) -> Literal["stop", "finish"]:
+        """What has been proven of this place: a stop before the commit point, finishing after it."""
+        return "finish" if self._committed(view) else "stop"
 
 
 def _facing(view: View, proven: Proven) -> View:
