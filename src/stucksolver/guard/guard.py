@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan, Check, RequestAssistance, Start
+from stucksolver.decision.behaviors.registry import why_foreign
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
 from stucksolver.guard import checks, marking, obstacles, rules, traffic
 from stucksolver.guard.aborts import committed, lets_by, stops_are_safe, stops_beside
@@ -22,6 +23,7 @@ from stucksolver.guard.verdict import OK, Reject, RejectCode, Verdict
 from stucksolver.guard.ways_out import WayOut, brakes_hard, least_harm
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.road import LaneDirection
+from stucksolver.scene.sound import why_unsound
 from stucksolver.scene.view import View
 
 CHECKS: dict[Check, Callable[[Case], list[Reject]]] = {
@@ -45,6 +47,8 @@ CHECKS: dict[Check, Callable[[Case], list[Reject]]] = {
 
 
 SPEED_TOLERANCE_MPS = 1.0
+MOST = 6
+"""Behaviours of a plan."""
 SETTLED = frozenset({Check.SPEED, Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITHIN_LANE})
 """Checks of the path alone: settled at acceptance."""
 
@@ -103,6 +107,9 @@ class Guard:
         self, behaviors: Sequence[Behavior], view: View, guided: bool, approvals: Approvals = NOBODY
     ) -> tuple[Verdict, Proven | None]:
         """Judge behaviours that move, as one path from here. The second value is None when refused."""
+        wrong = _unsound(behaviors, view)
+        if wrong is not None:
+            return Verdict(rejects=(wrong,)), None
         first = [r for r in (self._stale(view), *(self._unreleased(b, approvals) for b in behaviors)) if r]
         if first:
             return Verdict(rejects=tuple(first)), None
@@ -118,7 +125,7 @@ class Guard:
 
     def allows_standing(self, behavior: Behavior, view: View, approvals: Approvals = NOBODY) -> Verdict:
         """Judge a behaviour that stands still."""
-        old = self._stale(view) or self._unreleased(behavior, approvals)
+        old = _unsound((behavior,), view) or self._stale(view) or self._unreleased(behavior, approvals)
         why = behavior.precondition(view)
         if old:
             return Verdict(rejects=(old,))
@@ -265,3 +272,11 @@ class Guard:
         if error <= self.policy.tracking_error_m:
             return None
         return Reject(code=RejectCode.DEVIATION, detail=f"{error:.1f} m beside the proven path", gap_m=error)
+
+
+def _unsound(behaviors: Sequence[Behavior], view: View) -> Reject | None:
+    """What comes in is looked at here: surroundings that can be true, and behaviours of the closed list, in bounds."""
+    wrong = why_unsound(view.surroundings) or next((why for b in behaviors[:MOST] if (why := why_foreign(b))), None)
+    if wrong is None and len(behaviors) > MOST:
+        wrong = f"{len(behaviors)} behaviours, at most {MOST} are looked at"
+    return None if wrong is None else Reject(code=RejectCode.UNSOUND, detail=wrong)

@@ -104,6 +104,11 @@ def _not_passable(case: Case, i: int) -> str | None:
     needed = policy.confirmed_confidence if confirmed else policy.passable_confidence
     if (thing.kind_confidence or 0.0) < needed:
         return f"is a {thing.kind.value} with confidence {thing.kind_confidence or 0.0:.2f}, {needed:.2f} is asked"
+    if np.hypot(case.view.vs[i], case.view.vd[i]) > MOVING_MPS:
+        return "moves"
+    longest = max(thing.length_m, thing.width_m)
+    if longest > policy.passable_size_m:
+        return f"is {longest:.1f} m long, at most {policy.passable_size_m:.1f} m is driven over"
     if thing.height_m > policy.passable_height_m:
         return f"is {thing.height_m:.2f} m high, at most {policy.passable_height_m:.2f} m is driven over"
     if (thing.seen_for_s or 0.0) < policy.passable_seen_s:

@@ -10,6 +10,7 @@ from stucksolver.scene.model import Model
 
 class RejectCode(str, Enum):
     STALE = "stale_surroundings"
+    UNSOUND = "unsound_input"
     PRECONDITION = "precondition"
     APPROVAL = "approval_missing"
     NO_PATH = "no_path"
