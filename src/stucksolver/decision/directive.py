@@ -14,11 +14,15 @@ EXPIRES_TICKS = 10
 
 
 class PathPoint(Model):
-    """A point of the proven path in the local frame of the surroundings, with an upper bound on the speed."""
+    """A point of the proven path in the local frame of the surroundings, with an upper bound on the speed.
+
+    `no_stop`: a stop from here would not end where a vehicle may stand; finishing the path has been proven.
+    """
 
     x_m: float
     y_m: float
     speed_mps: float
+    no_stop: bool = False
 
 
 class Continue(Model):
@@ -35,8 +39,7 @@ class Execute(Model):
     `brake_mps2`: how hard to brake for a behaviour that stands still; None for as gently as usual.
 
     An order is good for `expires_ticks` ticks of the stack's clock unless `step` returns it, or another, again. Then
-    the stack performs its `fallback` (`Lease` does that): to stop, which is proven before the commit point, or to
-    finish the path, which is proven after it.
+    the stack performs its fallback (`Lease` does that): to stop, or, where `no_stop` says so, to finish the path.
     """
 
     kind: Literal["execute"] = "execute"
@@ -46,7 +49,11 @@ class Execute(Model):
     ignore: tuple[str, ...] = ()
     brake_mps2: float | None = Field(default=None, gt=0)
     expires_ticks: int = Field(default=EXPIRES_TICKS, ge=1, le=200)
-    fallback: Literal["stop", "finish"] = "stop"
+
+    def no_stop_at(self, x_m: float, y_m: float) -> bool:
+        """Is finishing what has been proven for a place near the path, given in the frame of its points?"""
+        nearest = min(self.path, key=lambda p: (p.x_m - x_m) ** 2 + (p.y_m - y_m) ** 2, default=None)
+        return nearest is not None and nearest.no_stop
 
 
 class Replan(Model):

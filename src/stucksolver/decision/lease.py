@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stucksolver.decision.behaviors.wait import Wait
-from stucksolver.decision.directive import CONTINUE, Continue, Directive, Execute
+from stucksolver.decision.directive import CONTINUE, Directive, Execute
 
 STOP = Execute(behavior=Wait(duration_s=1.0))
 
@@ -14,6 +14,8 @@ class Lease:
     def __init__(self) -> None:
         self._order: Directive = CONTINUE
         self._ticks = 0
+        self._finishes = False
+        """Once it has expired: is its path finished, or does the vehicle stop?"""
 
     def renew(self, order: Directive) -> None:
         """The solver has spoken: this holds from now on."""
@@ -24,20 +26,19 @@ class Lease:
         """Has the solver been silent for longer than its order is good for?"""
         return isinstance(self._order, Execute) and self._ticks > self._order.expires_ticks
 
-    def tick(self, *, path_is_done: bool = False, at_rest: bool = False) -> Directive:
+    def tick(self, x_m: float, y_m: float, *, path_is_done: bool, at_rest: bool) -> Directive:
         """What to perform now: the order; once it has expired, its fallback; once that is done, nothing of ours.
 
-        `path_is_done`: the stack is at the end of the order's path. `at_rest`: the vehicle stands.
-        A safe stop does not expire: the vehicle stands where it may, and stays.
+        `x_m`, `y_m`: the centre of the vehicle in the frame of the path. `path_is_done`: it is at the end of the
+        order's path. `at_rest`: it stands. A safe stop does not expire: the vehicle stands where it may, and stays.
         """
         self._ticks += 1
         order = self._order
         if not self.expired or not isinstance(order, Execute):
             return order
-        if order.fallback == "finish" and order.path:
-            return CONTINUE if path_is_done else order
-        return self._release() if at_rest else STOP.model_copy(update={"brake_mps2": order.brake_mps2})
-
-    def _release(self) -> Continue:
-        self._order = CONTINUE
-        return CONTINUE
+        if self._ticks == order.expires_ticks + 1:
+            self._finishes = order.no_stop_at(x_m, y_m)
+        if path_is_done if self._finishes else at_rest:
+            self._order = CONTINUE
+            return CONTINUE
+        return order if self._finishes else STOP

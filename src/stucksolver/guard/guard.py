@@ -129,7 +129,7 @@ class Guard:
         why = behavior.precondition(view)
         if old:
             return Verdict(rejects=(old,))
-        if isinstance(behavior, RequestAssistance) and not self.may_stand(view):
+        if why is None and isinstance(behavior, RequestAssistance) and not self.may_stand(view):
             detail = "help is waited for where one may stand: not in a junction, crossing or oncoming lane"
             return Verdict(rejects=(Reject(code=RejectCode.STOPPING_PLACE, detail=detail),))
         return Verdict(rejects=(Reject(code=RejectCode.PRECONDITION, detail=why),)) if why else OK

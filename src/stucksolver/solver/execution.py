@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from stucksolver.decision.behaviors import (
 )
 from stucksolver.decision.manoeuvre import Manoeuvre, landing_m
 from stucksolver.guard import NOBODY, Approvals, Guard, Proven, Reject, RejectCode, Verdict
+from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import View
 
 ARRIVED_M = 1.5
@@ -125,8 +125,6 @@ class Execution:
             self._gives_way, self._directive = False, self._direct(view)
         if not verdict.accepted and verdict.abort is not Abort.FINISH:
             return self._abort(verdict.abort or Abort.STOP, str(verdict), view)
-        if isinstance(self._directive, Execute) and self._directive.fallback != self._fallback(view):
-            self._directive = self._direct(view)
         seen = _facing(view, proven)
         if now_s > self._until_s and not proven.committed(seen.ego_s):
             late = Reject(code=RejectCode.TIMEOUT, detail="it took longer than its time allowance")
@@ -168,7 +166,7 @@ class Execution:
         else:
             distance = min(max(self._way_back.end_s - view.ego_s, 5.0), 150.0)
             behavior = KeepLane(distance_m=distance, speed_mps=min(max(view.ego.speed_mps, 3.0), 11.0))
-            self._directive = Execute(behavior=behavior, path=path_points(self._way_back, view), fallback="finish")
+            self._directive = Execute(behavior=behavior, path=path_points(self._way_back, view, no_stop=True))
         return self._end(view)
 
     def _end(self, view: View) -> Step | Outcome:
@@ -192,18 +190,9 @@ class Execution:
         if proven is None:
             return Execute(behavior=behavior)  # type: ignore[arg-type]
         seen = _facing(view, proven)
-        path = path_points(proven.path.from_station(seen.ego_s), seen)
-        return Execute(
-            behavior=behavior,  # type: ignore[arg-type]
-            path=path,
-            reverse=proven.reverse,
-            ignore=proven.path.over,
-            fallback=self._fallback(view),
-        )
-
-    def _fallback(self, view: View) -> Literal["stop", "finish"]:
-        """What has been proven of this place: a stop before the commit point, finishing after it."""
-        return "finish" if self._committed(view) else "stop"
+        rest = proven.path.from_station(seen.ego_s)
+        path = path_points(rest, seen, np.array([proven.committed(float(s)) for s in rest.s]))
+        return Execute(behavior=behavior, path=path, reverse=proven.reverse, ignore=proven.path.over)  # type: ignore[arg-type]
 
 
 def _facing(view: View, proven: Proven) -> View:
@@ -231,8 +220,9 @@ def _segments(behaviors: tuple[Behavior, ...]) -> list[list[Behavior]]:
     return segments
 
 
-def path_points(path: Manoeuvre, view: View) -> tuple[PathPoint, ...]:
-    """A path in the local frame."""
+def path_points(path: Manoeuvre, view: View, no_stop: Array | bool = False) -> tuple[PathPoint, ...]:
+    """A path in the local frame; `no_stop` where finishing, and no stop, is the safe way out."""
     x, y, _ = view.frame.to_local(path.s, path.d)
     rows = np.stack([x, y, path.speed], axis=1).round(3).tolist()
-    return tuple(PathPoint(x_m=a, y_m=b, speed_mps=v) for a, b, v in rows)
+    bound = np.broadcast_to(no_stop, len(rows)).tolist()
+    return tuple(PathPoint(x_m=a, y_m=b, speed_mps=v, no_stop=c) for (a, b, v), c in zip(rows, bound, strict=True))
