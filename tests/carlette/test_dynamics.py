@@ -45,7 +45,6 @@ def test_the_mkz_accelerates_as_measured_in_carla(throttle: float, kmh: float, e
     car = add(world, MKZ)
     launch(world, car, kmh * KMH)
     drive(world, car, throttle=throttle)
-    world.fleet.drive[car.index] = throttle
     world.tick()
     assert world.bodies.acceleration[car.row, 0] == pytest.approx(expected, abs=0.5)
 
@@ -78,13 +77,76 @@ def test_a_truck_is_slower_and_brakes_later_than_a_car_and_a_bicycle_keeps_below
     assert 15 * KMH < speed_of(world, bike) < 45 * KMH
 
 
-def test_full_brake_is_eight_to_nine_metres_per_second_squared() -> None:
+STOPS = [(5.3, 0.6), (10.2, 4.5), (15.0, 12.7), (25.1, 40.6), (30.1, 59.9)]
+"""m/s and metres: PDM-Lite's fit of the MKZ 2020 in CARLA 0.9.15 at full brake, doubtful below 5 m/s."""
+LAUNCH = [
+    (1.0, 0.5, 3.56),
+    (1.0, 1.0, 6.66),
+    (1.0, 2.0, 11.8),
+    (1.0, 5.0, 22.3),
+    (0.5, 1.0, 1.28),
+    (0.5, 2.0, 2.38),
+    (0.5, 5.0, 4.97),
+]
+"""Throttle, seconds, m/s: the same source."""
+
+
+@pytest.mark.parametrize(("mps", "metres"), STOPS)
+def test_the_mkz_stops_as_measured_in_carla(mps: float, metres: float) -> None:
     world = straight_world()
     car = add(world, MKZ)
-    launch(world, car, 60 * KMH)
+    launch(world, car, mps)
     drive(world, car, brake=1.0)
-    list(ticks(world, 10))
-    assert -9.4 < world.bodies.acceleration[car.row, 0] < -8.0
+    list(ticks(world, 100))
+    assert world.pose(car).location.x - 50.0 == pytest.approx(metres, rel=0.05, abs=0.15)
+
+
+@pytest.mark.parametrize(("throttle", "seconds", "mps"), LAUNCH)
+def test_the_mkz_starts_as_measured_in_carla(throttle: float, seconds: float, mps: float) -> None:
+    world = straight_world()
+    car = add(world, MKZ)
+    drive(world, car, throttle=throttle)
+    list(ticks(world, round(seconds / 0.05)))
+    assert speed_of(world, car) == pytest.approx(mps, rel=0.06, abs=0.3)
+
+
+@pytest.mark.parametrize("steer", [0.1, 0.3, 0.5, 0.8, 1.0])
+def test_the_mkz_turns_as_measured_in_carla(steer: float) -> None:
+    """World on Rails' fit of a bicycle model to a Lincoln in CARLA; full lock is a radius of 3.7 m."""
+    rear_m, ratio, gain_rad = 1.418, 1.068, 0.3685
+    expected = math.sin(math.atan(ratio * math.tan(gain_rad * steer))) / rear_m
+    world = straight_world()
+    car = add(world, MKZ, x=500.0)
+    world.fleet.constant[car.index], world.fleet.is_constant[car.index] = (5.0, 0.0, 0.0), True
+    drive(world, car, steer=steer)
+    list(ticks(world, 40))
+    assert math.radians(world.bodies.angular[car.row, 2]) / 5.0 == pytest.approx(expected, rel=0.06)
+
+
+def test_a_right_turn_of_4_6_metres_at_9_5_mps_is_driven_within_its_lane() -> None:
+    """As PDM-Lite drives it in CARLA: the car's middle keeps within 0.9 m of the lane's, which is 3.5 m wide."""
+    world = straight_world()
+    car = add(world, MKZ, x=500.0, y=0.0)
+    launch(world, car, 9.5)
+    start, radius_m = 512.0, 4.6
+    angles = np.linspace(0.0, math.pi / 2, 74)
+    bend = np.stack((start + radius_m * np.sin(angles), radius_m * (1 - np.cos(angles))), axis=1)
+    before = np.stack((np.arange(495.0, start, 0.1), np.zeros(170)), axis=1)
+    after = np.stack((np.full(300, start + radius_m), radius_m + np.arange(0.0, 30.0, 0.1)), axis=1)
+    line = np.concatenate((before, bend, after))
+    worst, last = 0.0, 0.0
+    for _ in range(70):
+        here = world.bodies.position[car.row, :2]
+        gaps = np.hypot(*(line - here).T)
+        worst = max(worst, float(gaps.min()))
+        aim = line[int(gaps.argmin()) + 35] - here
+        error = math.degrees(math.atan2(aim[1], aim[0])) - float(world.bodies.rotation[car.row, 1])
+        steer = (3.5 * error + 1.4 * (error - last)) / 90.0
+        drive(world, car, throttle=1.0 if speed_of(world, car) < 9.5 else 0.5, steer=max(-1.0, min(1.0, steer)))
+        world.tick()
+        last = error
+    assert speed_of(world, car) > 9.0
+    assert worst < 0.9
 
 
 @pytest.mark.parametrize("slope", [0.05, 0.1])
@@ -136,7 +198,9 @@ def test_faster_steers_less_and_never_beyond_the_grip() -> None:
     launch(world, car, 20.0)
     drive(world, car, steer=1.0, throttle=0.6)
     for _ in ticks(world, 40):
-        assert np.hypot(*world.bodies.velocity[car.row, :2]) * abs(math.radians(world.bodies.angular[car.row, 2])) < 9.5
+        assert (
+            np.hypot(*world.bodies.velocity[car.row, :2]) * abs(math.radians(world.bodies.angular[car.row, 2])) < 13.5
+        )
 
 
 @pytest.mark.parametrize("other_id", [CAR, TRUCK, BIKE])

@@ -55,7 +55,7 @@ def state(world: World) -> bytes:
     """Everything that a snapshot shows, and what it does not."""
     bodies = world.bodies
     shown = bodies.record.tobytes() + bodies.position.tobytes() + bodies.velocity.tobytes() + bodies.angular.tobytes()
-    hidden = world.fleet.steer.tobytes() + world.fleet.pressure.tobytes() + world.surface.looked.tobytes()
+    hidden = world.fleet.steer.tobytes() + world.surface.looked.tobytes()
     return shown + hidden + repr((world.frame, world.elapsed_s, world.collisions, list(world.actors))).encode()
 
 

@@ -104,7 +104,7 @@ def test_a_fork_takes_over_cars_that_roll_and_the_original_does_not_notice() -> 
     assert speed_of(fork, fork.actors[cars[0].id]) == pytest.approx(before, abs=0.3)
     for _ in ticks(fork, 600):
         assert abs(fork.bodies.position[fork.fleet.row, 1] - 1.75).max() < 0.1
-    assert speed_of(fork, fork.actors[cars[1].id]) == pytest.approx(0.9 * 50 * KMH, abs=1.0)
+    assert speed_of(fork, fork.actors[cars[1].id]) == pytest.approx(0.9 * 30 * KMH, abs=1.0)
 
 
 def test_cars_stop_behind_what_stands_in_their_lane_and_go_on_when_it_is_gone() -> None:

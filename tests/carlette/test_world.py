@@ -84,22 +84,6 @@ def test_the_step_is_the_float32_of_the_settings() -> None:
     assert world.elapsed_s == world.step_s
 
 
-@pytest.mark.parametrize(
-    ("speed", "kmh"),
-    [
-        ('<speed max="25" unit="mph"/>', 40.2336),
-        ('<speed max="60" unit="km/h"/>', 60.0),
-        ('<speed max="10"/>', 36.0),
-        ('<speed max="no limit"/>', 30.0),
-        ("", 30.0),
-    ],
-)
-def test_speed_limits_are_read_in_every_unit(speed: str, kmh: float) -> None:
-    world = World(RoadNetwork(MapFile("road", straight_road(speed=speed))))
-    car = add(world)
-    assert world.bodies.record["speed_limit"][car.row] == pytest.approx(kmh, rel=1e-4)
-
-
 def test_a_map_without_driving_lanes_is_refused() -> None:
     with pytest.raises(MapError, match="driving"):
         RoadNetwork(MapFile("walkway", straight_road(lane="sidewalk")))

@@ -12,7 +12,7 @@ import pytest
 import stucksolver
 
 ROOT = Path(stucksolver.__file__).parent
-CORE = {"scene", "decision", "detect", "reason", "guard", "ladder"}
+CORE = {"scene", "decision", "detect", "reason", "guard", "ladder", "words"}
 MAY_IMPORT = {
     "scene": set(),
     "decision": {"scene"},
@@ -20,6 +20,7 @@ MAY_IMPORT = {
     "reason": {"scene", "decision"},
     "guard": {"scene", "decision"},
     "ladder": {"scene", "decision", "detect", "reason", "guard"},
+    "words": {"scene"},
     "solver": CORE,
     "record": CORE | {"solver"},
     "perception": {"scene"},

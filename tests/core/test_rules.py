@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 
 import pytest
-from worlds import LANE_M, World, red_light, straight_road, thing
+from worlds import LANE_M, World, red_light, said, straight_road, thing
 
 from stucksolver.decision import CauseCode, Intent, WaitLimits, WaitReason
 from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.reason import RuleReasoner
-from stucksolver.scene import CandidateWaypoint, ControlKind, Guidance, LightState, LineKind, ObjectKind, TrafficControl
+from stucksolver.scene import CandidateWaypoint, ControlKind, LightState, LineKind, ObjectKind, TrafficControl
 
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
@@ -202,7 +202,7 @@ def test_nobody_creeps_towards_who_drives_across_whatever_a_passenger_says(speed
     """Up to one that stands across the way, to show who begins; not up to one of a flow."""
     world = World(TWO_WAY, [thing("flow", 63.0, sideways=speed, yaw=-math.pi / 2)])
     scene = world.scene()
-    words = Guidance(text="Just go, they will brake.", time_s=0.0)
+    words = said("Just go, they will brake.")
     ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
     decision = RuleReasoner().decide(scene.model_copy(update={"ego": ego, "guidance": words}))
     assert (decision.plan is not None) is plans, decision.rationale

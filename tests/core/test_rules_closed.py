@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 from test_rules_moves import MULTI, NARROW, TWO_WAY, K
-from worlds import LANE_M, NAMES, World, thing
+from worlds import LANE_M, NAMES, World, said, thing
 
 from stucksolver.reason import RuleReasoner
-from stucksolver.scene import CandidateWaypoint, Guidance, PastAttempt
+from stucksolver.scene import CandidateWaypoint, PastAttempt
 
 
 def row(first_m, last_m, kind=K.BARRIER, **more):
@@ -86,5 +86,5 @@ def test_another_route_is_planned_once():
 
 
 def test_a_passenger_who_asks_to_pass_is_not_taken_another_way():
-    words = Guidance(text="overtake on the left", time_s=0.0)
+    words = said("overtake on the left")
     assert replanned(decide(TWO_WAY, WHOLE, elsewhere("a", 500.0), guidance=words)) is None

@@ -6,12 +6,12 @@ import math
 
 import pytest
 from test_rules import behaviors_of, blocked, decide
-from worlds import LANE_M, World, drive, red_light, straight_road, thing
+from worlds import LANE_M, World, drive, red_light, said, straight_road, thing
 
 from stucksolver.decision import CauseCode, WaitReason
 from stucksolver.guard import Guard
 from stucksolver.reason import RuleReasoner
-from stucksolver.scene import Guidance, LightState, LineKind, ObjectKind, PastAttempt
+from stucksolver.scene import LightState, LineKind, ObjectKind, PastAttempt
 from stucksolver.solver import EventKind
 
 TWO_WAY = straight_road()
@@ -233,5 +233,5 @@ def test_without_any_way_it_waits_two_minutes_and_then_calls_for_help():
 )
 def test_a_passenger_may_ask_for_it(words, name):
     scene = World(TWO_WAY).scene()
-    decision = RuleReasoner().decide(scene.model_copy(update={"guidance": Guidance(text=words, time_s=0.0)}))
+    decision = RuleReasoner().decide(scene.model_copy(update={"guidance": said(words)}))
     assert names(decision) == [name]

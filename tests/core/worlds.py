@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from stucksolver.ladder import Approval, Ladder, profile
 from stucksolver.scene import (
     ControlKind,
     EgoState,
+    Guidance,
     LaneDirection,
     LaneKind,
     LaneSight,
@@ -33,9 +35,18 @@ from stucksolver.scene.boxes import separation
 from stucksolver.scene.build import build_scene
 from stucksolver.scene.view import View
 from stucksolver.solver import Event, EventKind, StuckSolver
+from stucksolver.words import find_reader
 
 LANE_M = 3.5
 NAMES = tuple(REGISTRY)
+READER = find_reader()
+"""The shipped one: what it makes of a test's sentences is a part of what is tested."""
+
+
+@cache
+def said(text: str, situation: str = "") -> Guidance:
+    """A passenger's words with their reading, as the solver hands them to a reasoner."""
+    return Guidance(text=text[:500], time_s=0.0, reading=READER.read(text[:500], situation))
 
 
 def strip(name: str, offset: float, direction: LaneDirection, line: LineKind, count: int) -> LaneStrip:

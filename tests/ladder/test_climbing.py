@@ -19,6 +19,23 @@ from stucksolver.scene import LineKind
 from stucksolver.solver import EventKind, QuestionKind
 from stucksolver.solver.failures import Failures
 
+# ---- deadlines
+
+
+def test_a_rungs_deadline_is_told_to_its_reasoner():
+    class Slow(Says):
+        told = ()
+
+        def answer_within(self, limit_s):
+            self.told = (*self.told, limit_s)
+
+    model = Slow(lambda scene: RuleReasoner().decide(scene), name="slow")
+    rungs = {"model": {"deadline_s": 240.0}, "rules": {"tries": 1, "cooldown_s": 0.5, "repair_rounds": 0}}
+    world = World(TWO_WAY, [thing("lead", 75.0)], x=66.0)
+    drive(world, 20.0, ladder=ladder(rungs=rungs), reasoner=helpless(), models={"model": model})
+    assert model.calls and set(model.told) == {240.0}
+
+
 # ---- waits
 
 

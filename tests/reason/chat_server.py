@@ -36,6 +36,8 @@ class Fault:
     """The assistant's message in place of the mind's."""
     error: dict[str, Any] | None = None
     """The body of an error answer."""
+    finish: str = "stop"
+    """Why the answer ends: `length` for one that was cut off."""
 
 
 class ChatServer:
@@ -52,9 +54,16 @@ class ChatServer:
         self.faults: deque[Fault] = deque()
         self.requests: list[Request] = []
         self.headers: list[dict[str, str]] = []
+        self.paths: list[str] = []
         self.key: str | None = None
         self.lacks: set[str] = set()
-        """What it refuses: `strict`, `tools`, `schema`."""
+        """What it refuses: `strict`, `tools`, `schema`, `pictures`, or a field of the request."""
+        self.ignores: set[str] = set()
+        """What it takes and answers in prose all the same: `tools`, `schema`."""
+        self.models: list[dict[str, Any]] | None = None
+        """Its list of models; None: it has none."""
+        self.counts = True
+        """Does it count tokens?"""
         self.think: Callable[[Request], dict[str, Any]] = _think
 
     @property
@@ -76,11 +85,18 @@ class _Handler(BaseHTTPRequestHandler):
     def log_message(self, *_: object) -> None:
         """Quiet."""
 
+    def do_GET(self) -> None:
+        chat: ChatServer = self.server.chat  # type: ignore[attr-defined]
+        if not self.path.endswith("/models") or chat.models is None:
+            return self._send(404, _error("no such page"), Fault())
+        self._send(200, json.dumps({"object": "list", "data": chat.models}).encode(), Fault())
+
     def do_POST(self) -> None:
         chat: ChatServer = self.server.chat  # type: ignore[attr-defined]
         request = json.loads(self.rfile.read(int(self.headers["content-length"])))
         chat.requests.append(request)
         chat.headers.append({k.lower(): v for k, v in self.headers.items()})
+        chat.paths.append(self.path)
         fault = chat.faults.popleft() if chat.faults else Fault()
         time.sleep(chat.latency_s + fault.wait_s)
         status, body = self._answer(chat, request, fault)
@@ -90,9 +106,9 @@ class _Handler(BaseHTTPRequestHandler):
             self.close_connection = True
 
     def _answer(self, chat: ChatServer, request: Request, fault: Fault) -> tuple[int, bytes]:
-        if not self.path.endswith("/chat/completions"):
+        if not self.path.partition("?")[0].endswith("/chat/completions"):
             return 404, _error("no such page")
-        if chat.key is not None and self.headers["authorization"] != f"Bearer {chat.key}":
+        if chat.key is not None and chat.key not in (self.headers["api-key"], _bearer(self.headers["authorization"])):
             return 401, _error("Incorrect API key provided", code="invalid_api_key")
         if fault.body is not None:
             return fault.status, fault.body
@@ -102,8 +118,10 @@ class _Handler(BaseHTTPRequestHandler):
             return 404, _error("The model `absent` does not exist", code="model_not_found")
         lacking = _lacking(request, chat.lacks)
         if lacking:
-            return 400, _error(lacking)
-        return 200, json.dumps(_completion(request, fault.message or chat.think(request))).encode()
+            status, text, more = lacking
+            return status, _error(text, **more)
+        message = fault.message or (_prose() if _ignored(request, chat.ignores) else chat.think(request))
+        return 200, json.dumps(_completion(request, message, fault.finish, chat.counts)).encode()
 
     def _send(self, status: int, body: bytes, fault: Fault) -> None:
         self.send_response(status)
@@ -121,15 +139,44 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
 
-def _lacking(request: Request, lacks: set[str]) -> str | None:
+def _bearer(header: str | None) -> str | None:
+    return None if header is None else header.removeprefix("Bearer ")
+
+
+def _lacking(request: Request, lacks: set[str]) -> tuple[int, str, dict[str, Any]] | None:
+    """As real servers word it: llama.cpp on pictures, OpenAI on parameters of reasoning models."""
     tools = request.get("tools", [])
     if "tools" in lacks and tools:
-        return "tools are not supported by this model"
+        return 400, "tools are not supported by this model", {}
     if "strict" in lacks and any(t["function"].get("strict") for t in tools):
-        return "unknown field: strict"
+        return 400, "unknown field: strict", {}
     if "schema" in lacks and "response_format" in request:
-        return "response_format json_schema is not supported"
+        return 400, "response_format json_schema is not supported", {}
+    if "pictures" in lacks and any(isinstance(m["content"], list) for m in request["messages"]):
+        hint = "image input is not supported - hint: if this is unexpected, you may need to provide the mmproj"
+        return 500, hint, {"code": 500, "type": "server_error"}
+    field = next((name for name in request if name in lacks), None)
+    if field == "max_tokens":
+        text = (
+            "Unsupported parameter: 'max_tokens' is not supported with this model. Use 'max_completion_tokens' instead."
+        )
+        return 400, text, {"param": field, "code": "unsupported_parameter"}
+    if field is not None:
+        text = f"Unsupported value: '{field}' does not support {request[field]} with this model."
+        return 400, text, {"param": field, "code": "unsupported_value"}
     return None
+
+
+def _ignored(request: Request, ignores: set[str]) -> bool:
+    return ("tools" in ignores and "tools" in request) or ("schema" in ignores and "response_format" in request)
+
+
+def _prose() -> dict[str, Any]:
+    """What llama.cpp and Ollama answer where a named function is a suggestion to them."""
+    return {
+        "role": "assistant",
+        "content": "1. The vehicle is not allowed to move forward, but it can move in the lane.",
+    }
 
 
 def _error(text: str, **more: Any) -> bytes:
@@ -153,8 +200,13 @@ def schema_of(request: Request) -> dict[str, Any]:
 
 
 def behaviors_of(schema: dict[str, Any]) -> list[str]:
-    plan = schema["properties"]["decision"]["properties"]["behaviors"]["anyOf"][0]
-    return [one["properties"]["name"]["enum"][0] for one in plan["items"]["anyOf"]]
+    """Those that can be expressed in a plan."""
+    return [one["$ref"].rpartition("/")[2] for one in schema["$defs"]["behavior"]["anyOf"]]
+
+
+def picture_of(request: Request) -> bool:
+    """Does a request hold a picture?"""
+    return any(isinstance(message["content"], list) for message in request["messages"])
 
 
 def call(name: str, arguments: str) -> dict[str, Any]:
@@ -164,6 +216,9 @@ def call(name: str, arguments: str) -> dict[str, Any]:
 
 
 def _think(request: Request) -> dict[str, Any]:
+    if "observation" not in schema_of(request)["properties"]:
+        text = json.dumps({"ready": True})
+        return call("ready", text) if request.get("tools") else {"role": "assistant", "content": text}
     text = json.dumps(mind.answer(scene_of(request), behaviors_of(schema_of(request))))
     if request.get("tools"):
         return call("decide", text)
@@ -178,20 +233,22 @@ def _tokens(message: dict[str, Any]) -> int:
     return sum(len(part["text"]) // 4 if part["type"] == "text" else 85 + 2 * 170 for part in parts)
 
 
-def _completion(request: Request, message: dict[str, Any]) -> dict[str, Any]:
+def _completion(request: Request, message: dict[str, Any], finish: str, counts: bool) -> dict[str, Any]:
     read = sum(map(_tokens, request["messages"]))
     return {
         "id": "chatcmpl-1",
         "object": "chat.completion",
         "created": 0,
         "model": request["model"],
-        "choices": [{"index": 0, "message": message, "finish_reason": "stop"}],
+        "choices": [{"index": 0, "message": message, "finish_reason": finish}],
         "usage": {
             "prompt_tokens": read,
             "completion_tokens": 200,
             "total_tokens": read + 200,
             "prompt_tokens_details": {"cached_tokens": 0},
-        },
+        }
+        if counts
+        else None,
     }
 
 

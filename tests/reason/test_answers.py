@@ -7,6 +7,7 @@ import json
 
 import mind
 import pytest
+from chat_server import behaviors_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from worlds import World, red_light, straight_road, thing
@@ -97,8 +98,8 @@ wild = st.fixed_dictionaries(
 @st.composite
 def sound(draw):
     """A behaviour that fits its schema, with any parameters within their bounds."""
-    offers = decide_tool(SCENE).parameters["properties"]["decision"]["properties"]["behaviors"]["anyOf"][0]["items"]
-    one = draw(st.sampled_from(offers["anyOf"]))
+    definitions = decide_tool(SCENE).parameters["$defs"]
+    one = definitions[draw(st.sampled_from(behaviors_of({"$defs": definitions})))]
     return {key: draw(_value(schema)) for key, schema in one["properties"].items()}
 
 

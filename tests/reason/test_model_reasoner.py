@@ -7,6 +7,7 @@ import functools
 import json
 import threading
 import time
+from dataclasses import replace
 
 import pytest
 from chat_server import Fault, behaviors_of, call, scene_of, schema_of
@@ -15,7 +16,8 @@ from worlds import World, red_light, straight_road, thing
 from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane
 from stucksolver.reason import ReasonerError
 from stucksolver.reason.llm import Budget, GiveUp, LanguageModelReasoner, ModelSettings, Price, Purse
-from stucksolver.reason.llm.openai_api import Dialect, OpenAiChat
+from stucksolver.reason.llm.capabilities import Dialect, ModelOptions, capabilities_of
+from stucksolver.reason.llm.openai_api import OpenAiChat
 from stucksolver.scene import CameraImage, Guidance, LineKind
 
 pytest.importorskip("openai", reason="the openai package is not installed: pip install 'stucksolver[llm]'")
@@ -39,8 +41,9 @@ def _chat(model, url):
 
 
 def reasoner(server, model="reader", purse=None, **settings):
+    """By strict tools first, as OpenAI's own server is asked."""
     chat = _chat(model, server.url)
-    chat.dialect = Dialect.STRICT_TOOL
+    chat.takes = replace(capabilities_of(model, None, ModelOptions()), notes=[])
     return LanguageModelReasoner(chat, settings=ModelSettings(**settings), purse=purse)
 
 
@@ -107,7 +110,7 @@ def test_a_server_that_lacks_something_is_asked_in_the_next_dialect_and_that_is_
     server.lacks = lacks
     asking = reasoner(server)
     assert asking.decide(scene()).plan is not None
-    assert asking.model.dialect is dialect
+    assert asking.model.takes.dialect is dialect
     before = len(server.requests)
     asking.decide(scene())
     assert len(server.requests) == before + 1

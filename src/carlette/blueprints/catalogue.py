@@ -54,14 +54,16 @@ def load_catalogue() -> Catalogue:
     props = {model.id: model for model in prop_models()}
     walkers = {model.id: model for model in walker_models()}
     animals = {model.id: model for model in animal_models()}
+    # In CARLA's order, as clients list the library by a hash table in which the order of arrival counts: who draws a
+    # vehicle with a seed draws the same one.
     definitions = [
         *map(vehicle_definition, vehicles.values()),
-        *map(walker_definition, walkers.values()),
-        *map(animal_definition, animals.values()),
-        *map(prop_definition, props.values()),
         *sensor_definitions(),
-        mesh_definition(),
+        *map(walker_definition, walkers.values()),
         Definition("controller.ai.walker", (role_name("walker"),)),
+        *map(prop_definition, props.values()),
+        mesh_definition(),
+        *map(animal_definition, animals.values()),
     ]
     return Catalogue({one.id: one for one in definitions}, vehicles, props, walkers | animals)
 

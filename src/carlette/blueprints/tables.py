@@ -2,9 +2,11 @@
 
 Boxes of vehicles, walkers and (where the table says `measured`) props are those of CARLA 0.9.15 and 0.9.16, as public
 tools that asked the simulator have written them down; masses and powers are those of the real things. Base and
-special types, generations, lights and opening doors are those of CARLA's vehicle catalogue
-(https://carla.readthedocs.io/en/0.9.16/catalogue_vehicles/), the same for 0.9.15 and 0.9.16: of the first generation
-none has either.
+special types, generations and opening doors are those of CARLA's vehicle catalogue
+(https://carla.readthedocs.io/en/0.9.16/catalogue_vehicles/), the same for 0.9.15 and 0.9.16. So are the lights of the
+second generation; of the first, those have lights that CARLA's page on actors names. The catalogue denies them theirs,
+but Bench2Drive's background traffic, which takes cars with lights alone, has Audi TTs, Impalas, Mustangs and 2017
+Lincolns in published results.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The road network as the server needs it: ground, speed limits, spawn points."""
+"""The road network as the server needs it: ground, speed signs, spawn points."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from carlette.errors import MapError
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.opendrive.document import MapFile, check_opendrive
-from carlette.opendrive.speed import SpeedLimits, read_speed_limits
+from carlette.opendrive.speed import SpeedBoxes, read_speed_boxes
 
 SPAWN_SPACING_M = 20.0
 SPAWN_HEIGHT_M = 0.5
@@ -16,13 +16,12 @@ KERB_M = 0.15
 
 
 class Ground(NamedTuple):
-    """The road's surface near a point, as a plane, and the speed limit there."""
+    """The road's surface near a point, as a plane."""
 
     origin: Vector
     slope_x: float
     """Rise in z for each metre of x."""
     slope_y: float
-    limit_kmh: float
     kerb_m: float = 0.0
     """How much higher the feet of someone who walks here stand: sidewalks lie above the road's surface."""
 
@@ -32,11 +31,11 @@ class RoadNetwork:
 
     def __init__(self, file: MapFile) -> None:
         """Raises `MapError` when the client's library cannot make a map of the file."""
-        root = check_opendrive(file.text, file.name)
+        check_opendrive(file.text, file.name)
         self.file = file
-        self.limits: SpeedLimits = read_speed_limits(root)
         self.carla: Any = _carla()
         self.map: Any = self._build()
+        self.speed_boxes: SpeedBoxes = read_speed_boxes(self.carla, self.map)
 
     def __getstate__(self) -> MapFile:
         return self.file
@@ -69,7 +68,6 @@ class RoadNetwork:
             Vector(location.x, location.y, location.z),
             slope * math.cos(yaw),
             slope * math.sin(yaw),
-            self.limits.at(found.road_id, found.lane_id, found.s),
             KERB_M if found.lane_type == self.carla.LaneType.Sidewalk else 0.0,
         )
 

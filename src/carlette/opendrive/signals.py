@@ -9,17 +9,33 @@ from typing import Any
 from xml.etree import ElementTree
 
 from carlette.geometry import Box, Pose, Rotation, Vector, wrap_degrees
+from carlette.opendrive.light_order import spawn_order
 from carlette.opendrive.roads import RoadNetwork
+from carlette.opendrive.unlisted import unlisted_stops
 
-LIGHT_TYPE = "1000001"
-ACTOR_TYPES = {LIGHT_TYPE: "traffic.traffic_light", "206": "traffic.stop", "205": "traffic.yield"}
+LIGHT_TYPE, STOP_TYPE = "1000001", "206"
+ACTOR_TYPES = {LIGHT_TYPE: "traffic.traffic_light", STOP_TYPE: "traffic.stop", "205": "traffic.yield"}
 """OpenDRIVE type of a signal to the actor that stands for it; CARLA's maps use the German numbers."""
 BOX_HALF_DEPTH_M = 2.0
 BOX_HALF_HEIGHT_M = 2.0
 ROAD_END_M = 0.01
 """A signal at the very end of a road is looked up this far before it: there is no waypoint at the end itself."""
+BEYOND_EDGE_M = 0.7
+"""An unlisted sign's post stands this far beyond its lane's edge."""
 BACK_FROM_JUNCTION_M = 2.5
 """The middle of a trigger box lies this far before the junction."""
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A light's place in a cycle."""
+
+    group: str
+    """The junction whose cycle it is in, or the light itself where no controller names it."""
+    phase: int = 0
+    """Its place in the cycle: lights of one phase have green together."""
+    alone: bool = False
+    """No controller names the light: it changes for itself, and stays red longer."""
 
 
 @dataclass(frozen=True)
@@ -35,24 +51,39 @@ class Signal:
     pose: Pose
     box: Box
     """Trigger volume in the frame of `pose`."""
-    group: str
-    """The junction whose cycle it is in."""
-    phases: tuple[int, ...]
-    """Its places in that cycle, one for each controller that holds it; negative, and the same for a road's lanes,
-    where the file names no controller."""
+    turn: Turn
+    """When a light gets green; of no meaning for a sign."""
 
 
 def read_signals(roads: RoadNetwork, root: ElementTree.Element) -> list[Signal]:
-    """The signals that govern at least one driving lane, one for each id, in the order of the file."""
-    phases = _phases(root)
+    """The signals that govern at least one driving lane, one for each id, in the order of the file; then, without an
+    id, the stop signs that the town is known to have although its file does not name them.
+
+    As in CARLA, a light that stands on a road of a junction and that no controller names is left out.
+    """
+    turns = _turns(root, roads.file.name)
+    missing = _unnamed_in_junctions(root, turns)
     lengths = {int(road.get("id", "0")): float(road.get("length", "0")) for road in root.iter("road")}
     governed = _governed_lanes(roads, lengths)
     signals = []
     for key in _signal_ids(root):
         lanes = governed.get(key, [])
-        if lanes:
-            signals.append(_signal(key, lanes, phases, roads))
-    return signals
+        if lanes and key[1] not in missing:
+            signals.append(_signal(key, lanes, turns.get(key[1]), roads))
+    stops = sum(one.type == STOP_TYPE for one in signals)
+    return signals + [_unlisted(roads, *place) for place in unlisted_stops(roads.file.name, stops)]
+
+
+def _unlisted(roads: RoadNetwork, x: float, y: float, yaw: float) -> Signal:
+    """A stop sign at the right edge of the lane at that place, facing those who come at that yaw."""
+    lane = roads.map.get_waypoint(roads.carla.Location(x, y, 0.0))
+    across = wrap_degrees(yaw + 90.0)
+    half_m = lane.lane_width / 2
+    aside = Vector(math.cos(math.radians(across)), math.sin(math.radians(across)))
+    edge_m = half_m + BEYOND_EDGE_M
+    pose = Pose(Vector(x + edge_m * aside.x, y + edge_m * aside.y, lane.transform.location.z), Rotation(yaw=across))
+    box = Box(Vector(-edge_m), Vector(half_m, BOX_HALF_DEPTH_M, BOX_HALF_HEIGHT_M))
+    return Signal("", STOP_TYPE, pose, box, Turn(""))
 
 
 def _signal_ids(root: ElementTree.Element) -> list[tuple[str, str]]:
@@ -60,21 +91,30 @@ def _signal_ids(root: ElementTree.Element) -> list[tuple[str, str]]:
     return [key for key in dict.fromkeys(found) if key[0] in ACTOR_TYPES]
 
 
-def _phases(root: ElementTree.Element) -> dict[str, tuple[str, tuple[int, ...]]]:
-    """Signal id to its junction and its controllers' places in the cycle."""
-    signals = {
+def _turns(root: ElementTree.Element, town: str) -> dict[str, Turn]:
+    """Signal id to its turn: the phases of a junction are its controllers that hold a light, each light being held by
+    the one with the least id alone, as in CARLA's `TrafficLightManager`."""
+    lights = {
         one.get("id", ""): {control.get("signalId", "") for control in one.findall("control")}
         for one in root.findall("controller")
     }
-    phases: dict[str, tuple[str, tuple[int, ...]]] = {}
+    holder = {light: min(one for one in lights if light in lights[one]) for held in lights.values() for light in held}
+    order = spawn_order(town, holder)
+    turns: dict[str, Turn] = {}
     for junction in root.iter("junction"):
-        name = junction.get("id", "")
-        for place, controller in enumerate(junction.findall("controller")):
-            for signal_id in signals.get(controller.get("id", ""), ()):
-                group, places = phases.get(signal_id, (name, ()))
-                if group == name:
-                    phases[signal_id] = (name, (*places, place))
-    return phases
+        here = [one.get("id", "") for one in junction.findall("controller")]
+        phases = [sorted(light for light in lights.get(one, ()) if holder[light] == one) for one in here]
+        phases = sorted(filter(None, phases), key=lambda phase: min(order.get(light, len(order)) for light in phase))
+        for place, phase in enumerate(phases):
+            turns |= {light: Turn(junction.get("id", ""), place) for light in phase if light not in turns}
+    return turns
+
+
+def _unnamed_in_junctions(root: ElementTree.Element, turns: dict[str, Turn]) -> set[str]:
+    """Lights of a junction's own roads that have no turn; CARLA does not spawn them (Town10HD has two)."""
+    inside = [road for road in root.iter("road") if road.get("junction", "-1") != "-1"]
+    lights = {one.get("id", "") for road in inside for one in road.iter("signal") if one.get("type") == LIGHT_TYPE}
+    return lights - set(turns)
 
 
 def _governed_lanes(roads: RoadNetwork, lengths: dict[int, float]) -> dict[tuple[str, str], list[Any]]:
@@ -111,9 +151,7 @@ def _approach(waypoint: Any) -> Any:
     return back[0] if back and not back[0].is_junction else waypoint
 
 
-def _signal(
-    key: tuple[str, str], lanes: list[Any], phases: dict[str, tuple[str, tuple[int, ...]]], roads: RoadNetwork
-) -> Signal:
+def _signal(key: tuple[str, str], lanes: list[Any], turn: Turn | None, roads: RoadNetwork) -> Signal:
     kind, signal_id = key
     yaw = lanes[0].transform.rotation.yaw
     across = wrap_degrees(yaw + 90.0)
@@ -122,9 +160,7 @@ def _signal(
     pole = landmark.transform.location
     pose = Pose(Vector(pole.x, pole.y, middle.z), Rotation(yaw=across))
     box = Box(_into_frame(middle, pose), Vector(half_width_m, BOX_HALF_DEPTH_M, BOX_HALF_HEIGHT_M))
-    junction = lanes[0].next(2 * BACK_FROM_JUNCTION_M)
-    group = str(junction[0].junction_id) if junction and junction[0].is_junction else f"signal {signal_id}"
-    return Signal(signal_id, kind, pose, box, *phases.get(signal_id, (group, (-1 - lanes[0].road_id,))))
+    return Signal(signal_id, kind, pose, box, turn or Turn(f"signal {signal_id}", alone=True))
 
 
 def _span(lanes: list[Any], across_deg: float) -> tuple[Vector, float]:

@@ -1,79 +1,70 @@
-"""Speed limits of roads and lanes."""
+"""Speed signs of a map, as the boxes that a vehicle must touch to be given their limit.
+
+CARLA gives a vehicle 30 km/h when it is spawned, and a sign's limit when it touches the sign's trigger box
+(`WheeledVehicleAIController.h`, `SpeedLimitComponent.cpp`). The `<speed>` of a road or lane has no part in it.
+"""
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from dataclasses import dataclass
-from xml.etree import ElementTree
+from typing import Any
 
-DEFAULT_KMH = 30.0
-"""CARLA's own default where a map says nothing."""
+import numpy as np
 
-_KMH = {"mph": 1.609344, "km/h": 1.0, "kmh": 1.0, "m/s": 3.6}
+from carlette.geometry import Floats
 
-
-@dataclass(frozen=True)
-class SpeedLimits:
-    """Limits along each road, with those of single lanes on top."""
-
-    roads: dict[int, list[tuple[float, float]]]
-    """Road id to (s, km/h), by s."""
-    lanes: dict[tuple[int, int], list[tuple[float, float]]]
-    """(road id, lane id) to (s, km/h), by s."""
-
-    def at(self, road: int, lane: int, s: float) -> float:
-        """The limit in km/h; always above zero."""
-        for steps in (self.lanes.get((road, lane)), self.roads.get(road)):
-            limit = _step(steps, s) if steps else None
-            if limit is not None:
-                return limit
-        return DEFAULT_KMH
+UNSIGNED_KMH = 30.0
+"""A vehicle's limit until it passes a sign."""
+SPEED_SIGN = "274"
+"""OpenDRIVE type of a sign with a maximum speed."""
+BOX_SHARE = 0.35
+"""Of the lane's width: half the edge of a sign's box, a cube on the lane that ends at the sign."""
+LEAST_HALF_M = 0.01
+"""Of a box on a lane that is just appearing."""
 
 
-def read_speed_limits(root: ElementTree.Element) -> SpeedLimits:
-    """All limits of a map; a connecting road without one inherits that of the road before it."""
-    roads: dict[int, list[tuple[float, float]]] = {}
-    lanes: dict[tuple[int, int], list[tuple[float, float]]] = {}
-    before: dict[int, int] = {}
-    for road in root.iter("road"):
-        road_id = int(road.get("id", "0"))
-        steps = [(float(one.get("s", "0")), kmh(one.find("speed"))) for one in road.findall("type")]
-        roads[road_id] = sorted((s, limit) for s, limit in steps if limit is not None)
-        predecessor = road.find("link/predecessor[@elementType='road']")
-        if predecessor is not None:
-            before[road_id] = int(predecessor.get("elementId", "-1"))
-        for section in road.iter("laneSection"):
-            _read_lanes(road_id, section, lanes)
-    for road_id, steps_here in list(roads.items()):
-        inherited = roads.get(before.get(road_id, -1))
-        if not steps_here and inherited:
-            roads[road_id] = [(0.0, inherited[-1][1])]
-    return SpeedLimits(roads, lanes)
+@dataclass(frozen=True, eq=False)
+class SpeedBoxes:
+    """One row for each pair of a sign and a driving lane that it is valid for."""
+
+    center: Floats
+    """(n, 3) World frame, m; on the road's surface."""
+    yaw: Floats
+    """(n) rad, along the lane."""
+    half: Floats
+    """(n) Half an edge, m."""
+    kmh: Floats
+    """(n)"""
+
+    def __len__(self) -> int:
+        return len(self.kmh)
 
 
-def _read_lanes(
-    road_id: int, section: ElementTree.Element, lanes: dict[tuple[int, int], list[tuple[float, float]]]
-) -> None:
-    start = float(section.get("s", "0"))
-    for lane in section.iter("lane"):
-        for speed in lane.findall("speed"):
-            limit = kmh(speed)
-            if limit is not None:
-                steps = lanes.setdefault((road_id, int(lane.get("id", "0"))), [])
-                steps.append((start + float(speed.get("sOffset", "0")), limit))
+def read_speed_boxes(carla: Any, town: Any) -> SpeedBoxes:
+    """The boxes of all speed signs with a positive value, which counts as km/h whatever the unit, as in CARLA.
+
+    `carla` is the client's module, `town` its map.
+    """
+    rows = []
+    for sign in town.get_all_landmarks_of_type(SPEED_SIGN):
+        if sign.value > 0.0:
+            rows += [(*place, sign.value) for place in _places(carla, town, sign)]
+    table = np.array(rows).reshape(-1, 6)
+    return SpeedBoxes(table[:, :3], np.radians(table[:, 3]), table[:, 4], table[:, 5])
 
 
-def kmh(speed: ElementTree.Element | None) -> float | None:
-    """The limit of a `<speed>` element in km/h; None where it states none ("no limit", "undefined", 0)."""
-    if speed is None:
-        return None
-    try:
-        limit = float(speed.get("max", "")) * _KMH.get(speed.get("unit", "m/s"), 3.6)
-    except ValueError:
-        return None
-    return limit if limit > 0 else None
-
-
-def _step(steps: list[tuple[float, float]], s: float) -> float | None:
-    index = bisect_right(steps, (s, float("inf"))) - 1
-    return steps[max(index, 0)][1]
+def _places(carla: Any, town: Any, sign: Any) -> list[tuple[float, float, float, float, float]]:
+    """x, y, z (m), yaw (degrees) and half edge (m) of the sign's box on each driving lane that it is valid for."""
+    places = []
+    for first, last in sign.get_lane_validities():
+        for lane in range(min(first, last), max(first, last) + 1):
+            at = town.get_waypoint_xodr(sign.road_id, lane, sign.s) if lane else None
+            if at is None or at.lane_type != carla.LaneType.Driving:
+                continue
+            half_m = max(BOX_SHARE * at.lane_width, LEAST_HALF_M)
+            # Lanes right of the reference line have negative numbers and lead along it.
+            before = town.get_waypoint_xodr(sign.road_id, lane, sign.s + (half_m if lane > 0 else -half_m)) or at
+            transform = before.transform
+            where = transform.location
+            places.append((where.x, where.y, where.z, transform.rotation.yaw, half_m))
+    return places

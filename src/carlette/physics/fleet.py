@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from carlette.blueprints import VehicleModel
 from carlette.geometry import Floats, bounded
+from carlette.opendrive.speed import UNSIGNED_KMH
 from carlette.physics.bodies import Bodies
 from carlette.physics.sheet import (
     DAMPING_IDLE,
@@ -33,12 +34,17 @@ from carlette.physics.sheet import (
 from carlette.world.table import Table, flags, indices, numbers
 
 GRAVITY = 9.81
-BRAKE_MPS2 = 8.5
-HEAVY_BRAKE_MPS2 = 6.5
+BRAKE_MPS2 = 6.8
+"""At speed, the engine's drag included."""
+HEAVY_BRAKE_MPS2 = 5.2
+BITE, BITE_MPS = 2.6, 6.0
+"""Brakes hold harder at low speed: by so much of their force at rest, and up to about this speed."""
 HAND_BRAKE_MPS2 = 6.0
-TYRE_GRIP_MPS2 = 9.0
-"""With the friction that CARLA's tyres have; it grows and shrinks with that."""
-MOST_GRIP_MPS2 = 12.0
+TYRE_GRIP_MPS2 = 13.0
+"""Sideways, with the friction that CARLA's tyres have; it grows and shrinks with that."""
+MOST_GRIP_MPS2 = 17.0
+LENGTHWISE_GRIP = 2.0
+"""Of the tyres, as a multiple of that sideways: with it the brakes' low-speed bite reaches the road."""
 ROLLING_MPS2 = 0.12
 COAST_MPS2 = 3.9
 """Engine drag without throttle at its largest, for a vehicle that launches with `LAUNCH_MOST_MPS2`."""
@@ -49,14 +55,15 @@ HOLD_MPS2 = 5.0
 HOLD_BELOW_MPS = 0.1
 MAX_WHEEL_RAD = 1.5
 STEER_RATE_PER_S = 4.0
-DRIVE_LAG_S = 0.10
-BRAKE_LAG_S = 0.08
 BRAKING_SHARE = 0.3
 """Of the grip, always left for braking in a bend."""
 YAW_LAG_S = 0.06
 MAX_YAW_ACCELERATION = 20.0
-TIGHTEST_RADIUS_M = 5.5
+TIGHTEST_RADIUS_M = 3.7
+"""At full lock, of a vehicle with the wheelbase below: the fit of World on Rails to CARLA's Lincoln."""
 RADIUS_WHEELBASE_M = 2.88
+SCRUB_SHARE = 0.25
+"""Of the tyres' side force, what steered front wheels take from the speed at full lock."""
 STEER_KNOT_KMH = 20.0
 STEER_KNOTS_KMH = STEER_KNOT_KMH * np.arange(10)
 """Where a vehicle's steering curve is kept."""
@@ -81,10 +88,6 @@ class Fleet(Table):
     """Throttle, steer, brake, hand brake, reverse, manual gear shift, gear: as the client sent them."""
     steer: Floats = field(default_factory=numbers())
     """Steering wheel, -1 to 1, after its rate limit."""
-    drive: Floats = field(default_factory=numbers())
-    """Throttle after the engine's lag."""
-    pressure: Floats = field(default_factory=numbers())
-    """Brake after its lag."""
     constant: Floats = field(default_factory=numbers(3))
     """Velocity held in the vehicle's frame, where `is_constant`."""
     is_constant: NDArray[np.bool_] = field(default_factory=flags())
@@ -98,7 +101,7 @@ class Fleet(Table):
     coast: Floats = field(default_factory=numbers())
     """Engine drag without throttle at its largest, m/s²."""
     brake: Floats = field(default_factory=numbers())
-    """Deceleration at full brake, m/s²."""
+    """Deceleration at full brake and speed, m/s²."""
     hand_brake: Floats = field(default_factory=numbers())
     grip: Floats = field(default_factory=numbers())
     """Largest acceleration that the tyres hold, m/s²."""
@@ -116,10 +119,14 @@ class Fleet(Table):
     """Keeps its control until a new one comes (as CARLA's vehicles do unless told otherwise)."""
     light_state: NDArray[np.int64] = field(default_factory=indices())
     """Flags of `carla.VehicleLightState`."""
+    limit_kmh: Floats = field(default_factory=numbers())
+    """That of the last speed sign that the vehicle passed."""
 
     def add(self, row: int, model: VehicleModel, sheet: Sheet) -> int:
         """Adds a vehicle of `model` whose body is `row`."""
-        index = self.append(row=row, wheelbase=model.wheelbase_m, control=NO_CONTROL, sticky=True)
+        index = self.append(
+            row=row, wheelbase=model.wheelbase_m, control=NO_CONTROL, sticky=True, limit_kmh=UNSIGNED_KMH
+        )
         self.take(index, model, sheet)
         return index
 
@@ -217,6 +224,11 @@ class Fleet(Table):
         drag: Floats = self.coast * rise / (1.0 + (speed / COAST_FALL_MPS) ** 4)
         return drag
 
+    def _full_brake(self, speed: Floats) -> Floats:
+        """Deceleration at full brake, m/s²."""
+        brake: Floats = self.brake * (1.0 + BITE * np.exp(-((speed / BITE_MPS) ** 2)))
+        return brake
+
     def _longitudinal(
         self, control: Floats, ahead: Floats, pitch: Floats, bend: tuple[Floats, Floats], dt: float
     ) -> Floats:
@@ -225,28 +237,26 @@ class Fleet(Table):
         `bend` is the lateral acceleration, which uses up grip, and the angle of the front wheels.
         """
         side, angle = bend
-        grip = np.sqrt(np.maximum(self.grip**2 - side * side, (BRAKING_SHARE * self.grip) ** 2))
-        throttle = control[:, THROTTLE]
-        self.drive += (throttle - self.drive) * min(1.0, dt / DRIVE_LAG_S)
-        self.drive[throttle == 0.0] = 0.0
-        self.pressure += (control[:, BRAKE] - self.pressure) * min(1.0, dt / BRAKE_LAG_S)
+        most = LENGTHWISE_GRIP * self.grip
+        grip = most * np.sqrt(np.maximum(1.0 - (side / self.grip) ** 2, BRAKING_SHARE**2))
+        throttle, brake = control[:, THROTTLE], control[:, BRAKE]
         hand = control[:, HAND_BRAKE] > 0
         manual = control[:, MANUAL] > 0
         gear = control[:, GEAR]
         backward = np.where(manual, gear < 0, control[:, REVERSE] > 0)
         neutral = manual & (gear == 0)
         speed = np.abs(ahead)
-        push = np.minimum(self.drive**2 * self._full_push(speed), grip)
+        push = np.minimum(throttle**2 * self._full_push(speed), grip)
         if manual.any():
             push = push * np.where(manual, self._in_gear(gear, speed), 1.0)
         push[neutral | (backward & (ahead < -REVERSE_TOP_MPS))] = 0.0
         push = np.where(backward, -push, push) - GRAVITY * np.sin(pitch)
         untouched = (throttle == 0.0) & (control[:, STEER] == 0.0)
-        idle = (1.0 - self.drive) ** 2 * self._idle_drag(speed) * np.where(neutral, NEUTRAL_COAST, 1.0)
-        friction = np.minimum(self.brake * self.pressure + self.hand_brake * hand + idle, grip) + ROLLING_MPS2
+        idle = (1.0 - throttle) ** 2 * self._idle_drag(speed) * np.where(neutral, NEUTRAL_COAST, 1.0)
+        slowing = brake * self._full_brake(speed) + (1.0 - brake) * idle + self.hand_brake * hand
+        friction = np.minimum(slowing, grip) + ROLLING_MPS2
         friction += HOLD_MPS2 * (untouched & (speed < HOLD_BELOW_MPS))
-        # The front wheels carry half of the side force and stand across the way.
-        friction += self.drag * speed * speed + 0.5 * side * np.abs(np.sin(angle))
+        friction += self.drag * speed * speed + SCRUB_SHARE * side * np.abs(np.sin(angle))
         ahead = ahead + push * dt
         slowed: Floats = np.sign(ahead) * np.maximum(np.abs(ahead) - friction * dt, 0.0)
         return slowed
@@ -299,7 +309,7 @@ class Fleet(Table):
         root = np.sqrt(np.maximum(idle * idle + square * (wanted + idle), 0.0))
         throttle = np.where(np.abs(square) > 1e-6, (root - idle) / np.where(square == 0.0, 1.0, square), 0.5)
         throttle = np.where(wanted > -idle, bounded(throttle, 0.0, 1.0), 0.0)
-        brake = bounded((-wanted - idle) / self.brake, 0.0, 1.0)
+        brake = bounded((-wanted - idle) / np.maximum(self._full_brake(speed) - idle, 0.1), 0.0, 1.0)
         return throttle, brake
 
     def _publish(self, bodies: Bodies, control: Floats, ahead: Floats) -> None:

@@ -9,9 +9,9 @@ from carlette.blueprints import VehicleModel
 
 Curve = tuple[tuple[float, float], ...]
 
-EFFICIENCY = 0.65
+EFFICIENCY = 0.68
 """Of the engine's power at the wheels; with it the Lincoln MKZ accelerates as measured in CARLA 0.9.15."""
-LAUNCH_BASE_MPS2, LAUNCH_PER_KW_KG, LAUNCH_MOST_MPS2 = 3.0, 47.0, 7.6
+LAUNCH_BASE_MPS2, LAUNCH_PER_KW_KG, LAUNCH_MOST_MPS2 = 3.0, 47.0, 7.5
 HEAVY_KG = 3500.0
 WHEEL_RADIUS_M = 0.35
 MAX_RPM = 6000.0

@@ -34,7 +34,6 @@ class Surface(Table):
     """Rise in z for each metre of x and of y."""
     looked: Floats = field(default_factory=numbers(2))
     """Where the map was asked last; infinity = never."""
-    limit_kmh: Floats = field(default_factory=numbers())
     stand: Floats = field(default_factory=numbers())
     """Height of the actor's origin above the ground while it stands."""
     tilts: NDArray[np.bool_] = field(default_factory=flags())
@@ -67,9 +66,6 @@ class Surface(Table):
         self.origin[which, 2] += np.array([one.kerb_m for one in grounds]) * self.on_foot[which]
         self.slope[which] = [(one.slope_x, one.slope_y) for one in grounds]
         self.looked[which] = position[which, :2]
-        self.limit_kmh[which] = [one.limit_kmh for one in grounds]
-        cars = self.tilts
-        bodies.record["speed_limit"][self.row[cars]] = self.limit_kmh[cars]
 
     def settle(self, bodies: Bodies, dt: float) -> None:
         """Lets actors fall on, and follow, the ground below them."""

@@ -43,7 +43,7 @@ class LaneGraph:
     along: Floats
     """Metres from the begin of the lane."""
     speed: Floats
-    """m/s: the limit, or less in a bend."""
+    """m/s: what a bend allows."""
     lane: Ints
     """The lane of each point."""
     first: Ints
@@ -97,7 +97,7 @@ def _build(roads: RoadNetwork) -> LaneGraph:
         place=place,
         ahead=np.stack([np.cos(yaw), np.sin(yaw)], axis=1),
         along=run - run[first[:-1]][lane],
-        speed=np.minimum(_limits(roads, points), _bend_speeds(place, yaw, lane)),
+        speed=_bend_speeds(place, yaw, lane),
         lane=lane,
         first=first,
         inside=inside,
@@ -136,10 +136,6 @@ def _spaced(lane: list[Any]) -> list[Any]:
 
 def _key(waypoint: Any) -> Key:
     return waypoint.road_id, waypoint.section_id, waypoint.lane_id
-
-
-def _limits(roads: RoadNetwork, points: list[Any]) -> Floats:
-    return np.array([roads.limits.at(one.road_id, one.lane_id, one.s) / 3.6 for one in points])
 
 
 def _bend_speeds(place: Floats, yaw: Floats, lane: Ints) -> Floats:

@@ -27,7 +27,7 @@ from carlette.world.lights import Color
 from carlette.world.world import World
 
 SPEED_SHARE = 0.9
-"""Of the limit: what drivers aim at."""
+"""Of the limit, and of what a bend allows: what drivers aim at."""
 POINT_STEP_M = 1.0
 LOOK_S, LEAST_LOOK_M, MOST_LOOK_M = 0.25, 1.5, 10.0
 """How far ahead on its lane a car steers at."""
@@ -193,6 +193,7 @@ class Traffic:
         reach = np.maximum(view.gap + view.nose[:, None], 0.0)
         targets = self.speeds[np.arange(len(speed))[:, None], view.window]
         wanted = np.sqrt((targets * targets + 2.0 * driver.braking_mps2 * reach).min(axis=1))
+        wanted = np.minimum(wanted, SPEED_SHARE / 3.6 * world.fleet.limit_kmh[view.index])
         leader_gap, leader_speed = self._leaders(world.bodies, view)
         halt_gap = np.minimum(self._lights(world, view), self._signs(view))
         halt_gap = np.minimum(halt_gap, self._gates(view, halt_gap, leader_gap, leader_speed))

@@ -38,7 +38,7 @@ def telemetry(world: World, actor: Actor) -> list[Any]:
     rpm = min(max(abs(turning) * ratio * 60.0 / math.tau, IDLE_RPM), sheet.max_rpm)
     drag = float(fleet.drag[index]) * sheet.mass_kg * speed * speed
     speeds_rpm, torques = zip(*sheet.torque_curve, strict=True)
-    nm = float(np.interp(rpm, speeds_rpm, torques)) * float(fleet.drive[index])
+    nm = float(np.interp(rpm, speeds_rpm, torques)) * float(fleet.control[index, THROTTLE])
     wheels = [_wheel(world, actor, wheel.friction, turning, EFFICIENCY * nm * ratio) for wheel in sheet.wheels]
     pedals = [float(control[STEER]), float(control[THROTTLE]), float(control[BRAKE])]
     return [speed, *pedals, rpm, gear, drag, wheels]

@@ -10,10 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.geometry import Floats
+from carlette.opendrive.signals import Turn
 from carlette.physics.bodies import Bodies
 from carlette.world.table import Table, flags, indices, numbers
 
 GREEN_S, YELLOW_S, RED_S = 10.0, 3.0, 2.0
+RED_ALONE_S = 10.0
+"""Red of a light that no controller names: it waits for nobody else's green."""
 
 
 class Color(IntEnum):
@@ -35,7 +38,8 @@ class Group:
     """The lights of a junction; its phases get green one after the other."""
 
     phases: list[list[int]]
-    """Indices of the lights with green together; a light may have green in several phases."""
+    """Indices of the lights with green together."""
+    red_s: float = RED_S
     phase: int = 0
     stage: int = 0
     elapsed_s: float = 0.0
@@ -75,15 +79,16 @@ class Signals:
         self._is_held = False
         """A light may be set by hand: asked first, as looking at the column costs more."""
 
-    def form_groups(self, phases: list[tuple[str, tuple[int, ...]]], random: Random) -> None:
-        """Groups the lights by (junction, places in the cycle); each group starts in a phase drawn at random."""
-        by_junction: dict[str, dict[int, list[int]]] = {}
-        for index, (junction, places) in enumerate(phases):
-            for place in places:
-                by_junction.setdefault(junction, {}).setdefault(place, []).append(index)
-        for number, members in enumerate(by_junction.values()):
+    def form_groups(self, turns: list[Turn], random: Random) -> None:
+        """Groups the lights by their turns; each group starts in a phase drawn at random."""
+        by_group: dict[str, dict[int, list[int]]] = {}
+        for index, turn in enumerate(turns):
+            by_group.setdefault(turn.group, {}).setdefault(turn.phase, []).append(index)
+        alone = {turn.group for turn in turns if turn.alone}
+        for number, (name, members) in enumerate(by_group.items()):
             ordered = [members[key] for key in sorted(members)]
-            self.groups.append(Group(ordered, phase=random.randrange(len(ordered))))
+            red_s = RED_ALONE_S if name in alone else RED_S
+            self.groups.append(Group(ordered, red_s, phase=random.randrange(len(ordered))))
             for index in (one for phase in ordered for one in phase):
                 self.lights.group[index] = number
         self.reset(range(len(self.groups)), keep_phase=True)
@@ -98,7 +103,7 @@ class Signals:
             group.stage, group.elapsed_s, group.due_s = 0, 0.0, None
             for index in (one for phase in group.phases for one in phase):
                 lights.by_hand[index] = False
-                lights.times[index] = (GREEN_S, YELLOW_S, RED_S)
+                lights.times[index] = (GREEN_S, YELLOW_S, group.red_s)
                 self._paint(index, Color.GREEN if index in group.phases[group.phase] else Color.RED)
 
     def set_color(self, index: int, color: Color) -> None:
@@ -123,8 +128,7 @@ class Signals:
 
     def members(self, index: int) -> list[int]:
         """The lights of the same group."""
-        phases = self.groups[self.lights.group[index]].phases
-        return list(dict.fromkeys(one for phase in phases for one in phase))
+        return [one for phase in self.groups[self.lights.group[index]].phases for one in phase]
 
     def step(self, bodies: Bodies, dt: float) -> None:
         """Lets the time of all lights run."""
@@ -136,7 +140,8 @@ class Signals:
             self._release()
         for group in self.groups:
             if not lights.frozen[group.phases[0][0]]:
-                group.elapsed_s += dt
+                # In 32 bits, as CARLA counts: at 20 Hz yellow lasts 61 ticks and red 41, so a phase lasts 15.1 s.
+                group.elapsed_s = float(np.float32(group.elapsed_s) + np.float32(dt))
                 self._advance(group)
         self.publish(bodies)
 
@@ -155,7 +160,7 @@ class Signals:
         lights = self.lights
         if group.due_s is None:
             group.due_s = float(lights.times[group.phases[group.phase], group.stage].max())
-        if group.elapsed_s < group.due_s:
+        if group.elapsed_s <= group.due_s:
             return
         group.elapsed_s, group.due_s = 0.0, None
         self._is_news = True

@@ -10,6 +10,7 @@ from carlette.physics.bodies import Bodies
 from carlette.physics.contacts import is_free
 from carlette.physics.sheet import sheet_of
 from carlette.world.actor import Actor, Attributes, Kind
+from carlette.world.limits import pass_signs
 from carlette.world.skeleton import gesture
 from carlette.world.world import World
 
@@ -73,6 +74,7 @@ def _enter_vehicle(world: World, catalogue: Catalogue, type_id: str, attributes:
     actor.surface = world.surface.add(actor.row, 0.0, tilts=True)
     world.fleet.sticky[actor.index] = _flag(attributes, "sticky_control", True)
     world.surface.look(world.bodies, world.roads)
+    pass_signs(world.bodies, world.fleet, world.roads.speed_boxes)
     return actor
 
 

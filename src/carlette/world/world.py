@@ -25,6 +25,7 @@ from carlette.physics.walkers import LIES_S, Walkers
 from carlette.world.actor import Actor, Attributes, Kind
 from carlette.world.fork import forked, shared
 from carlette.world.lights import Signals
+from carlette.world.limits import pass_signs
 from carlette.world.settings import CLEAR_NOON, EpisodeSettings
 from carlette.world.triggers import watch_lights
 
@@ -189,6 +190,7 @@ class World:
         self._follow_parents()
         bodies.acceleration = (bodies.velocity - before) / dt
         watch_lights(bodies, self.fleet, self.signals.lights)
+        pass_signs(bodies, self.fleet, self.roads.speed_boxes)
         bodies.publish()
         self.frame += 1
         self.elapsed_s += dt
@@ -247,7 +249,7 @@ class World:
 
     def _install_signals(self, random: Random) -> None:
         root = check_opendrive(self.roads.file.text, self.roads.file.name)
-        phases = []
+        turns = []
         for signal in read_signals(self.roads, root):
             is_light = signal.type == LIGHT_TYPE
             actor = self.enter(ACTOR_TYPES[signal.type], Kind.LIGHT if is_light else Kind.SIGN, signal.pose, signal.box)
@@ -260,7 +262,7 @@ class World:
                     extent=signal.box.extent,
                     ahead=(np.cos(yaw), np.sin(yaw)),
                 )
-                phases.append((signal.group, signal.phases))
-        self.signals.form_groups(phases, random)
+                turns.append(signal.turn)
+        self.signals.form_groups(turns, random)
         self.signals.publish(self.bodies)
         self.bodies.publish()

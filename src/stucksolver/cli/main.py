@@ -13,6 +13,7 @@ from stucksolver.cli.errors import UsageError
 from stucksolver.cli.evaluate import add_evaluate, run_evaluate
 from stucksolver.cli.ladder import add_ladder, run_ladder
 from stucksolver.cli.prompt import add_prompt, run_prompt
+from stucksolver.cli.read_words import add_words, run_words
 from stucksolver.cli.replay import add_replay, run_replay
 from stucksolver.cli.score import add_compare, add_score, run_compare, run_score
 from stucksolver.cli.watch import add_watch, run_watch
@@ -65,6 +66,7 @@ def _parser() -> argparse.ArgumentParser:
     add_replay(commands).set_defaults(run=run_replay)
     add_ladder(commands).set_defaults(run=run_ladder)
     add_prompt(commands).set_defaults(run=run_prompt)
+    add_words(commands).set_defaults(run=run_words)
     add_cases(commands).set_defaults(run=_cases)
     return parser
 

@@ -37,12 +37,15 @@ def run_score(options: argparse.Namespace) -> int:
 
 
 def show_scores(folders: list[Path], alone: Path | None = None, plots: Path | None = None) -> int:
-    """Print all tables and write each folder's report; 1 if a route crashed or is not as it should be."""
+    """Print all tables and write each folder's report.
+
+    1 if a route crashed or is not as it should be, or a model hardly answered.
+    """
     from stucksolver.evaluate.files import OutputError
     from stucksolver.evaluate.report import ReportError
     from stucksolver.evaluate.report.evaluation import write_evaluation
     from stucksolver.evaluate.report.plots import write_plots
-    from stucksolver.evaluate.report.tables import summary_text
+    from stucksolver.evaluate.report.tables import banners, summary_text
     from stucksolver.evaluate.results.store import Store, StoreError
     from stucksolver.evaluate.routes import RouteFileError
     from stucksolver.evaluate.scores.summary import summarize
@@ -60,7 +63,7 @@ def show_scores(folders: list[Path], alone: Path | None = None, plots: Path | No
         raise UsageError(str(error)) from error
     print(summary_text(summaries))
     print("\n" + "\n".join(f"report: {folder / 'report.html'}" for folder in folders))
-    return int(any(s.crashed or s.invalid for s in summaries))
+    return int(any(s.crashed or s.invalid or banners(s) for s in summaries))
 
 
 def _pair(folders: list[Path], alone: Path | None) -> Store | None:
@@ -75,13 +78,16 @@ def _pair(folders: list[Path], alone: Path | None) -> Store | None:
 def show_sweep(summaries: dict[str, Summary], out: Path) -> int:
     """Print the trade-off and write a report for each combination; 1 if a route crashed."""
     from stucksolver.evaluate.report.evaluation import write_evaluation
+    from stucksolver.evaluate.report.tables import banners
     from stucksolver.evaluate.report.tradeoff import write_tradeoff
     from stucksolver.evaluate.results.store import Store
 
     for label, summary in summaries.items():
         write_evaluation(Store(out / label), summary)
     print(write_tradeoff(summaries, out))
-    return int(any(s.crashed or s.invalid for s in summaries.values()))
+    warned = [f"{label}: {text}" for label, summary in summaries.items() for text in banners(summary)]
+    print("\n".join(warned))
+    return int(bool(warned) or any(s.crashed or s.invalid for s in summaries.values()))
 
 
 def run_compare(options: argparse.Namespace) -> int:

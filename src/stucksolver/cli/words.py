@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Sequence
+
 from stucksolver.cli.errors import UsageError
 from stucksolver.solver import make_clock
 
@@ -22,3 +25,9 @@ def clock_name(text: str) -> str:
         return make_clock(text).name
     except ValueError as error:
         raise UsageError(str(error)) from error
+
+
+def tell_notes(notes: Sequence[str]) -> None:
+    """What a person should know before a drive, each on a line of its own."""
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr, flush=True)

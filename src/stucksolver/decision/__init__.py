@@ -1,6 +1,6 @@
 """What the solver answers."""
 
-from stucksolver.decision.codes import QUESTIONS, CauseCode, GuidanceIntent, Intent, WaitLimits, WaitReason
+from stucksolver.decision.codes import QUESTIONS, CauseCode, Intent, WaitLimits, WaitReason
 from stucksolver.decision.decision import (
     Analysis,
     AnalysisStep,
@@ -12,6 +12,8 @@ from stucksolver.decision.decision import (
 )
 from stucksolver.decision.directive import CONTINUE, Continue, Directive, Execute, PathPoint, Replan, SafeStop
 from stucksolver.decision.lease import Lease
+from stucksolver.decision.release import asks_for, releases
+from stucksolver.scene.reading import GuidanceIntent
 
 __all__ = [
     "CONTINUE",
@@ -35,4 +37,6 @@ __all__ = [
     "SafeStop",
     "WaitLimits",
     "WaitReason",
+    "asks_for",
+    "releases",
 ]

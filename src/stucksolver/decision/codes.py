@@ -60,17 +60,3 @@ class Intent(str, Enum):
     WAITING_TO_CROSS = "waiting_to_cross"
     OBSTRUCTING = "obstructing"
     UNKNOWN = "unknown"
-
-
-class GuidanceIntent(str, Enum):
-    """What a passenger's words ask for."""
-
-    OVERTAKE = "overtake"
-    CHANGE_LEFT = "change_left"
-    CHANGE_RIGHT = "change_right"
-    WAIT = "wait"
-    GO = "go"
-    DRIVE_OVER = "drive_over"
-    BACK_UP = "back_up"
-    PULL_OVER = "pull_over"
-    UNCLEAR = "unclear"

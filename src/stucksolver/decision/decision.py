@@ -7,9 +7,10 @@ from typing import Literal
 from pydantic import Field
 
 from stucksolver.decision.behaviors.registry import AnyBehavior
-from stucksolver.decision.codes import CauseCode, GuidanceIntent, Intent, WaitReason
+from stucksolver.decision.codes import CauseCode, Intent, WaitReason
 from stucksolver.scene.model import Model
 from stucksolver.scene.objects import ObjectKind
+from stucksolver.scene.reading import GuidanceIntent
 from stucksolver.scene.scene import LaneRelation
 from stucksolver.scene.surroundings import ControlKind, LightState
 

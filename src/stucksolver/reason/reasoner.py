@@ -74,6 +74,22 @@ class AsksGuard(Protocol):
         """Given before each `decide`; None where nothing is known of the surroundings."""
 
 
+@runtime_checkable
+class KeepsDeadline(Protocol):
+    """A reasoner that may be slow wants to know how long it may take."""
+
+    def answer_within(self, limit_s: float) -> None:
+        """Seconds of wall time for each `decide` from now on."""
+
+
+@runtime_checkable
+class Preflighted(Protocol):
+    """A reasoner that rests on something outside can say before a drive whether that is in order."""
+
+    def preflight(self) -> tuple[str, ...]:
+        """What a person should know, a line each. Raises `ReasonerError` where its answers would fail."""
+
+
 Parser = Callable[[str, Scene], Decision]
 """Makes a decision of a raw answer to a scene. Raises `ReasonerError`."""
 

@@ -10,6 +10,7 @@ from stucksolver.scene.objects import (
     ObjectKind,
     TrackedObject,
 )
+from stucksolver.scene.reading import Claim, GuidanceIntent, Reading, Side
 from stucksolver.scene.road import (
     LaneDirection,
     LaneKind,
@@ -52,9 +53,11 @@ __all__ = [
     "AvailableBehavior",
     "CameraImage",
     "CandidateWaypoint",
+    "Claim",
     "ControlKind",
     "EgoState",
     "Guidance",
+    "GuidanceIntent",
     "LaneDirection",
     "LaneKind",
     "LaneRelation",
@@ -64,11 +67,13 @@ __all__ = [
     "LineKind",
     "ObjectKind",
     "PastAttempt",
+    "Reading",
     "RoadGeometry",
     "Scene",
     "SceneEgo",
     "SceneLane",
     "SceneObject",
+    "Side",
     "Status",
     "Surroundings",
     "TrackedObject",

@@ -11,6 +11,7 @@ from pydantic import Base64Bytes, Field, JsonValue
 
 from stucksolver.scene.model import Model
 from stucksolver.scene.objects import TrackedObject
+from stucksolver.scene.reading import Reading
 from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 from stucksolver.scene.surroundings import TrafficControl
 
@@ -109,6 +110,8 @@ class Guidance(Model):
 
     text: str = Field(max_length=500)
     time_s: float
+    reading: Reading | None = None
+    """What the words were read as, by the vehicle's own reader; None where nobody has read them."""
 
 
 class PastAttempt(Model):

@@ -44,6 +44,10 @@ class Asking:
         """What the last question was about."""
         return self.thinking.scene
 
+    def look(self) -> Scene | None:
+        """The scene as the stack gives it now, without asking anybody about it."""
+        return self._scene()
+
     def ask(
         self,
         move: AskReasoner,
@@ -70,7 +74,14 @@ class Asking:
             }
         )
         scene = scene.model_copy(update={"ego": ego, "guidance": words, "attempts": attempts})
-        consult = partial(self._panel.consult, move.reasoner, screen=screen, outlived=outlived, check=check)
+        consult = partial(
+            self._panel.consult,
+            move.reasoner,
+            screen=screen,
+            outlived=outlived,
+            check=check,
+            limit_s=move.deadline_s,
+        )
         reasoner = self._panel.reasoners[move.reasoner]
         self.thinking.ask(reasoner, consult, scene, status.time_s, move.deadline_s)
 

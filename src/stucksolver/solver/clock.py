@@ -10,7 +10,8 @@ from typing import Protocol, TypeVar
 
 T = TypeVar("T")
 WAIT_LIMIT_S = 60.0
-"""Wall time for which a simulated world is held up at most; after that the answer counts as missing."""
+"""Wall time for which a simulated world is held up at most, unless a reasoner's deadline is longer; after that the
+answer counts as missing."""
 
 
 @dataclass
@@ -21,6 +22,8 @@ class Query:
     asked_wall_s: float
     ticks: int = 0
     """Calls of `step` since it was asked."""
+    wait_s: float = WAIT_LIMIT_S
+    """How long a simulated world is held up for it."""
     took_s: float | None = None
     """Wall time to the answer, once it is there."""
 
@@ -40,7 +43,7 @@ class Lockstep:
     name = "lockstep"
 
     def due(self, query: Query, now_s: float, answer: Future[T]) -> bool:
-        _wait(answer, WAIT_LIMIT_S)
+        _wait(answer, query.wait_s)
         return True
 
 
@@ -56,7 +59,7 @@ class Latency:
     def due(self, query: Query, now_s: float, answer: Future[T]) -> bool:
         if now_s - query.asked_s < self.latency_s - 1e-6:
             return False
-        _wait(answer, WAIT_LIMIT_S)
+        _wait(answer, query.wait_s)
         return True
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -10,12 +11,13 @@ from stucksolver.detect import Detector, DetectorSettings, Trigger
 from stucksolver.guard import Approvals, Guard, Verdict
 from stucksolver.ladder import Ladder, LadderError, find_ladder
 from stucksolver.reason import Reasoner, RuleReasoner
-from stucksolver.scene import Scene, Status
+from stucksolver.scene import Guidance, Scene, Status
 from stucksolver.solver.asking import Asking
 from stucksolver.solver.climb import Climb
 from stucksolver.solver.clock import Clock, make_clock
 from stucksolver.solver.events import Event, EventKind, Facts, Listener, Witness
 from stucksolver.solver.failures import Failures, Signature
+from stucksolver.solver.listening import Listening
 from stucksolver.solver.panel import Answer, Held
 from stucksolver.solver.progress import ProgressWatch
 from stucksolver.solver.questions import Desk, Question
@@ -23,6 +25,10 @@ from stucksolver.solver.running import Running
 from stucksolver.solver.telling import Teller
 from stucksolver.solver.timeline import Timeline
 from stucksolver.solver.words import Words
+from stucksolver.words import WordsReader, find_reader
+
+REFUSAL_M = 50.0
+"""So far on, what a passenger refused lies behind: about a braking distance and the length of a queue."""
 
 
 class Core:
@@ -35,6 +41,7 @@ class Core:
         ladder: Ladder | Path | str | None = None,
         reasoner: Reasoner | None = None,
         models: Mapping[str, Reasoner] | None = None,
+        reader: WordsReader | None = None,
         guard: Guard | None = None,
         detector: DetectorSettings | None = None,
         clock: Clock | str = "wall",
@@ -66,6 +73,9 @@ class Core:
         self._running = Running(self.guard, self._teller)
         self._desk = Desk()
         self._words = Words(self.ladder.words.expire_s)
+        self._listening = Listening(reader or find_reader(), self.clock)
+        self._asked_back = False
+        """Were the last words asked back already?"""
         self._progress = ProgressWatch(self.ladder.hand_back.progress_m)
         self._timeline = Timeline()
         self._failures = Failures(self.ladder.asking.remembered)
@@ -77,6 +87,8 @@ class Core:
         self._driven: Answer | None = None
         """What the plan under way comes from; None for the way to the roadside."""
         self._trigger: Trigger | None = None
+        self._refused_m: float | None = None
+        """Progress at which the passenger refused what would have been done; None where nothing is refused."""
         self._stop: SafeStop | None = None
         self._blocked_at_stop = False
         self._stays = False
@@ -99,7 +111,13 @@ class Core:
     @property
     def _busy(self) -> bool:
         waiting = self._words.now or self._said or self._stop or self._desk.pending
-        return waiting is not None or self._running.execution is not None or self._asking.busy or self._stays
+        return (
+            waiting is not None
+            or self._listening.busy
+            or self._running.execution is not None
+            or self._asking.busy
+            or self._stays
+        )
 
     @property
     def _resting(self) -> Continue | SafeStop:
@@ -129,6 +147,19 @@ class Core:
                 intervention=self._interventions if self._open else None,
                 rung=self._climb.rung,
                 question=question,
+            )
+        )
+
+    def _tell_words(self, now: float, words: Guidance) -> None:
+        """What was said, and what it was read as."""
+        self._teller.event(
+            Event(
+                time_s=self._stack_s(now),
+                kind=EventKind.GUIDANCE,
+                text=words.text,
+                intervention=self._interventions if self._open else None,
+                rung=self._climb.rung,
+                reading=words.reading,
             )
         )
 
@@ -164,6 +195,12 @@ class Core:
 
     def _watch(self, status: Status, trigger: Trigger | None) -> None:
         """Notes progress. A legitimate wait is no immobilization: only an open intervention is."""
+        if self._climb.quiet_until_s == math.inf:
+            self._refused_m = status.progress_m if self._refused_m is None else self._refused_m
+            if status.progress_m - self._refused_m > REFUSAL_M:
+                self._climb.quiet_until_s, self._refused_m = status.time_s, None
+        else:
+            self._refused_m = None
         counted = trigger if self._open else None
         recovered_after = self._progress.update(status, self._onset_s(), counted)
         if recovered_after is None:

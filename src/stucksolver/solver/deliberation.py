@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver.decision import CONTINUE, Directive, GuidanceIntent, RecoveryPlan, Replan
+from stucksolver.decision import CONTINUE, Directive, RecoveryPlan, Replan, asks_for, releases
 from stucksolver.detect import Trigger
 from stucksolver.guard import NOBODY, Reject, RejectCode, Verdict
 from stucksolver.ladder import AskPerson, AskReasoner, Assist, Resume
@@ -78,7 +78,7 @@ class Deliberation(People):
         outlived = self._climb.outlived(now)
         try:
             screen = self._climb.screens
-            check = None if seen is None else self._running.second_opinion(seen, now, self._words.now is not None)
+            check = None if seen is None else self._running.second_opinion(seen, now, self._words.reading)
             self._asking.ask(move, status, self._words.now, self._failures.attempts, screen, outlived, check)
         except ReasonerError as error:
             self._no_answer(status, error)
@@ -122,7 +122,7 @@ class Deliberation(People):
         if self._words.now is not None:
             self._begin(status)
             self._tell_decision(now, answer, None)
-            self._no_plan_for_words(analysis.guidance_intent, now)
+            self._words_climb.pause(now + self.ladder.asking.recheck_s)
             return
         waiting = self._climb.waits(analysis.wait, now)
         if not waiting:
@@ -139,9 +139,9 @@ class Deliberation(People):
         self, answer: Answer, plan: RecoveryPlan, status: Status, trigger: Trigger | None, read: Read
     ) -> Directive:
         """Check a plan against the world as it is now, not as it was when the question was asked."""
-        now, guided = status.time_s, self._words.now is not None
+        now, reading = status.time_s, self._words.reading
         self._begin(status)
-        if trigger is None and not guided and self._stop is None:
+        if trigger is None and not asks_for(reading, plan) and self._stop is None:
             gone = Reject(code=RejectCode.NOT_IMMOBILIZED, detail="the vehicle moves again")
             self._tell_decision(now, answer, Verdict(rejects=(gone,)))
             return CONTINUE
@@ -151,7 +151,7 @@ class Deliberation(People):
             now,
             scene=self._asking.scene,
             failures=self._failures,
-            guided=guided,
+            guided=releases(reading, plan),
             approvals=self._approved.get(signature(plan), NOBODY),
         )
         if judged is None:
@@ -179,7 +179,7 @@ class Deliberation(People):
             now,
             scene=self._asking.scene,
             failures=self._failures,
-            guided=self._words.now is not None,
+            guided=releases(self._words.reading, held.plan),
             approvals=self._approved.get(signature(held.plan), NOBODY),
             again=True,
         )
@@ -293,28 +293,3 @@ class Deliberation(People):
             if judged is not None and judged.verdict.accepted:
                 return self._start(judged, status, read)
         return self._halt(move, now) if may_stop else self._not_held(move, now)
-
-    def _listen(self, status: Status) -> None:
-        """New words while a plan runs: if they take it back, it is given up as soon as that is safe."""
-        now, words = status.time_s, self._words.now
-        move = self._words_climb.move
-        if words is None or not self._words.unheard or not isinstance(move, AskReasoner):
-            return
-        try:
-            if not self._asking.busy:
-                self._trigger = Trigger.GUIDANCE
-                self._tell(now, EventKind.TRIGGERED, Trigger.GUIDANCE.value)
-                self._asking.ask(move, status, words, self._failures.attempts, False, frozenset())
-                return
-            answer = self._asking.poll(now)
-        except ReasonerError as error:
-            self._words.heard = words
-            self._tell(now, EventKind.FAILED, f"the reasoner gave no answer: {error}")
-            return
-        if answer is None:
-            return
-        self._words.heard = words
-        self._tell_decision(now, answer, None)
-        if answer.decision.analysis.guidance_intent is GuidanceIntent.WAIT:
-            self._running.withdraw()
-            self._keep_waiting(now, "the plan is given up")

@@ -12,7 +12,7 @@ from stucksolver.detect import DetectorSettings
 from stucksolver.guard import Approvals, GuardPolicy, Verdict
 from stucksolver.ladder import Ladder
 from stucksolver.reason import Trace
-from stucksolver.scene import Scene, Surroundings
+from stucksolver.scene import Reading, Scene, Surroundings
 from stucksolver.scene.model import Model
 from stucksolver.solver.execution import Outcome
 from stucksolver.solver.questions import Question
@@ -29,6 +29,8 @@ class EventKind(str, Enum):
     RECOVERED = "recovered"
     GUIDANCE = "guidance"
     GUIDANCE_ENDED = "guidance_ended"
+    ASKED_BACK = "asked_back"
+    """Words were not understood; the text asks what was meant. Answered by other words."""
     FAILED = "failed"
     CANCELLED = "cancelled"
     """A question to a reasoner or a person is not wanted any more: the situation cleared."""
@@ -62,6 +64,8 @@ class Event(Model):
     trace: Trace | None = None
     verdict: Verdict | None = None
     question: Question | None = None
+    reading: Reading | None = None
+    """What a passenger's words were read as."""
 
 
 Listener = Callable[[Event], None]

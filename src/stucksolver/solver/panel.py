@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from stucksolver.decision import Decision, RecoveryPlan, WaitReason
 from stucksolver.ladder import Waits
 from stucksolver.reason import Reasoner, ReasonerError, RuleReasoner, Trace, Traced
-from stucksolver.reason.reasoner import AsksGuard, PlanCheck
+from stucksolver.reason.reasoner import AsksGuard, KeepsDeadline, PlanCheck
 from stucksolver.scene import Scene
 
 
@@ -48,10 +48,11 @@ class Panel:
         screen: bool,
         outlived: frozenset[WaitReason],
         check: PlanCheck | None = None,
+        limit_s: float | None = None,
     ) -> Answer:
         """Ask one about a scene; with `screen`, rules answer in its place where the vehicle is only held up.
 
-        `check` lets it ask the guard first.
+        `check` lets it ask the guard first; `limit_s` is the wall time that it has.
 
         Runs off the control loop. Raises what the reasoner raises, and `ReasonerError` for an answer of the wrong type.
         """
@@ -63,6 +64,8 @@ class Panel:
                 return Answer(held, self._rules.name)
         if isinstance(reasoner, AsksGuard):
             reasoner.check_with(check)
+        if limit_s is not None and isinstance(reasoner, KeepsDeadline):
+            reasoner.answer_within(limit_s)
         decision = reasoner.decide(scene)
         if not isinstance(decision, Decision):
             raise ReasonerError(f"{reasoner.name} answered with a {type(decision).__name__}, not a Decision")

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 from stucksolver.decision import CONTINUE, Directive, GuidanceIntent, SafeStop
 from stucksolver.guard import NOBODY
 from stucksolver.ladder import Assist, Resume
 from stucksolver.ladder.moves import Person
+from stucksolver.scene import Guidance, Reading
 from stucksolver.solver.core import Core
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.failures import signature
@@ -14,6 +17,10 @@ from stucksolver.solver.panel import Answer
 from stucksolver.solver.questions import Question, QuestionKind
 from stucksolver.solver.running import Judged
 from stucksolver.solver.trial import granted
+from stucksolver.words import NoReader, situation_of
+from stucksolver.words.fields import STAYS
+
+ASK_BACK = "I did not understand that. Shall I wait, drive on, go round, or take another way?"
 
 
 class People(Core):
@@ -22,53 +29,95 @@ class People(Core):
     # ---- words
 
     def _hear(self, now: float) -> None:
-        """Take new words, and drop those that led to nothing in time, with the last reason."""
+        """Have new words read, act on those that are understood, and drop those that led to nothing in time."""
         if self._said is not None:
             said, self._said = self._said, None
-            words = self._words.take(said, self._stack_s(now), now)
-            self._words_climb.reset()
-            self._climb.quiet_until_s = now
-            self._held = None
-            self._failures.forget_attempts()
-            if self._running.execution is None:
-                self._asking.drop()
-            pending = self._desk.pending
-            if pending is not None and pending.kind is not QuestionKind.ASSISTANCE:
-                self._desk.withdraw()
-            self._tell(now, EventKind.GUIDANCE, words.text)
-            if self._stop is not None and self._resumes is Resume.OPERATOR:
-                self._end_words(now, "only the operator may end this stop")
-                return
+            asked = self._desk.pending
+            question = asked.text if asked is not None and asked.to == "passenger" else None
+            self._listening.take(said, self._stack_s(now), now, situation_of(self._asking.look(), question))
+        heard = self._listening.poll(now)
+        if heard is not None:
+            self._tell_fault(now, self._listening.fault)
+            self._understand(heard, now)
         if self._words.expired(now):
             if self._running.execution is None:
                 self._asking.drop()
             last = self._failures.attempts[-1].outcome if self._failures.attempts else "no occasion"
             self._end_words(now, f"expired ({last})")
 
+    def _understand(self, words: Guidance, now: float) -> None:
+        """Act on a reading: an answer, a refusal, a call to stop, a request, or nothing that concerns the driving."""
+        reading = words.reading
+        assert reading is not None
+        self._tell_words(now, words)
+        question = self._desk.pending
+        intent = reading.intent
+        if intent in (GuidanceIntent.YES, GuidanceIntent.NO) and self._is_answered(question, intent, words, now):
+            return
+        if intent is GuidanceIntent.NONE:
+            self._dismiss(words, now, "nothing is asked of the driving")
+        elif intent is GuidanceIntent.UNLAWFUL:
+            self._dismiss(words, now, "refused: that is not allowed")
+        elif intent in (GuidanceIntent.UNCLEAR, GuidanceIntent.YES):
+            self._ask_back(words, now)
+        else:
+            self._take_words(words, now)
+            self._asked_back = False
+            if intent in STAYS and self._words.now is not None:
+                self._hold_back(reading, now)
+
+    def _take_words(self, words: Guidance, now: float) -> None:
+        """From now on these count: everything that was about to be done for another reason is dropped."""
+        self._words.take(words, now)
+        self._words_climb.reset()
+        self._climb.quiet_until_s = now
+        self._held = None
+        self._failures.forget_attempts()
+        if self._running.execution is None:
+            self._asking.drop()
+        pending = self._desk.pending
+        if pending is not None and pending.kind is not QuestionKind.ASSISTANCE:
+            self._desk.withdraw()
+        if self._stop is not None and self._resumes is Resume.OPERATOR:
+            self._end_words(now, "only the operator may end this stop")
+
+    def _is_answered(self, question: Question | None, intent: GuidanceIntent, words: Guidance, now: float) -> bool:
+        """Take yes or no as the answer to the passenger's open question, if there is one that a yes answers."""
+        if question is None or question.to != "passenger" or question.kind is QuestionKind.ADVICE:
+            return False
+        self._desk.reply(intent is GuidanceIntent.YES, question.id, "passenger")
+        self._dismiss(words, now, f"answers question {question.id}")
+        return True
+
+    def _hold_back(self, reading: Reading, now: float) -> None:
+        """They ask to stay: a running plan ends by its safe abort, and nothing begins for now.
+
+        A refusal holds until other words are said or the intervention is over; a plain "wait" as long as words last.
+        """
+        running = self._running.execution is not None
+        if running:
+            self._running.withdraw()
+        refuses = reading.negated or reading.intent in (GuidanceIntent.NO, GuidanceIntent.FOLLOW)
+        self._climb.quiet_until_s = math.inf if refuses else now + self.ladder.words.expire_s
+        self._end_words(now, "the plan is given up" if running else "nothing is begun")
+
+    def _ask_back(self, words: Guidance, now: float) -> None:
+        """Unclear words move nothing; the passenger is asked once what was meant."""
+        self._dismiss(words, now, "not understood")
+        if not self._asked_back:
+            self._asked_back = True
+            reader = self._listening.reader
+            self._tell(now, EventKind.ASKED_BACK, reader.why if isinstance(reader, NoReader) else ASK_BACK)
+
+    def _dismiss(self, words: Guidance, now: float, how: str) -> None:
+        self._tell(now, EventKind.GUIDANCE_ENDED, f'"{words.text}": {how}')
+
     def _end_words(self, now: float, how: str) -> None:
         words = self._words.now
         assert words is not None
-        self._tell(now, EventKind.GUIDANCE_ENDED, f'"{words.text}": {how}')
+        self._dismiss(words, now, how)
         self._words.now = None
         self._failures.forget_attempts()
-
-    def _no_plan_for_words(self, intent: GuidanceIntent | None, now: float) -> None:
-        """They ask for nothing, or nothing can be done now; unclear words are put to the next reasoner, if any."""
-        again = now + self.ladder.asking.recheck_s
-        if intent is GuidanceIntent.UNCLEAR and self._words_climb.climb(again):
-            self._words_climb.pause(again)
-        elif intent is GuidanceIntent.WAIT:
-            self._keep_waiting(now, "nothing to do")
-        elif intent is GuidanceIntent.UNCLEAR:
-            self._end_words(now, "nothing to do")
-        else:
-            self._words_climb.pause(again)
-
-    def _keep_waiting(self, now: float, how: str) -> None:
-        """They ask to wait: nothing begins until they would have expired, or others are said."""
-        self._held = None
-        self._climb.quiet_until_s = now + self.ladder.words.expire_s
-        self._end_words(now, how)
 
     # ---- questions
 

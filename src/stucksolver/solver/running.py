@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stucksolver.decision import Directive, RecoveryPlan
+from stucksolver.decision import Directive, RecoveryPlan, releases
 from stucksolver.guard import NOBODY, Approvals, Guard, Verdict
 from stucksolver.reason.reasoner import PlanCheck
-from stucksolver.scene import Scene, Surroundings
+from stucksolver.scene import Reading, Scene, Surroundings
 from stucksolver.scene.view import View
 from stucksolver.solver.events import Judgement, Tick
 from stucksolver.solver.execution import Execution, Outcome
@@ -80,10 +80,11 @@ class Running:
             need = missing_yes(plan, verdict, self.guard, view, now_s, guided, approvals)
         return Judged(plan, verdict, execution, view, need, passes(verdict, moving(view)))
 
-    def second_opinion(self, seen: Surroundings, now_s: float, guided: bool) -> PlanCheck:
+    def second_opinion(self, seen: Surroundings, now_s: float, reading: Reading | None) -> PlanCheck:
         """What the guard would say of a plan, for a reasoner that asks before it commits; off the control loop."""
 
         def check(plan: RecoveryPlan) -> str:
+            guided = releases(reading, plan)
             return str(Execution(plan, self.guard, guided, NOBODY).start(View(seen), now_s))
 
         return check

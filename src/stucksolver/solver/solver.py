@@ -24,7 +24,8 @@ class StuckSolver(Deliberation):
     except the reasoners. `guide`, `approve` and `deny` may be called from any thread.
 
     `ladder`: a profile's name, a file or a `Ladder`. `reasoner` takes the place of the rules; `models` are those that
-    the ladder's other rungs name. `record` is told all that is needed to derive everything again. With `observe_only`
+    the ladder's other rungs name. `reader` reads a passenger's words: the shipped network, where its packages are
+    installed. `record` is told all that is needed to derive everything again. With `observe_only`
     plans are judged but never performed, and nobody is asked. Raises `LadderError`.
     """
 
@@ -100,7 +101,6 @@ class StuckSolver(Deliberation):
     def _act(self, status: Status, trigger: Trigger | None, read: Read) -> Directive:
         now, reply = status.time_s, self._desk.take()
         if self._running.execution is not None:
-            self._listen(status)
             return self._perform(status, read)
         if reply is not None:
             return self._replied(reply, status, trigger, read)

@@ -41,7 +41,8 @@ class Thinking:
         if before is not None and not before.done():
             raise ReasonerError(f"{reasoner.name} is still busy with an older question")
         self.scene, self._reasoner, self._deadline_s = scene, reasoner, deadline_s
-        self._query = query = Query(now_s, time.monotonic())
+        # A simulated world waits for as long as the reasoner may take, and a little more, so that it can say why not.
+        self._query = query = Query(now_s, time.monotonic(), wait_s=max(WAIT_LIMIT_S, deadline_s + 5.0))
         self._answer = self._running[id(reasoner)] = answer = Future[Answer]()
         # A daemon, so that a reasoner that never answers does not keep the process from ending.
         threading.Thread(
@@ -62,7 +63,7 @@ class Thinking:
         answer = self._answer
         if not answer.done():
             self.drop()
-            raise ReasonerError(f"{name} hangs: no answer within {WAIT_LIMIT_S:g} s of wall time")
+            raise ReasonerError(f"{name} hangs: no answer within {self._query.wait_s:g} s of wall time")
         self._answer = None
         error = answer.exception()
         if isinstance(error, ReasonerError):

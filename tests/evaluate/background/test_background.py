@@ -108,9 +108,10 @@ def test_cars_ahead_wait_for_a_hero_that_stands(drive):
     stood.run(15.0)
     ahead = [m for values in stood.ahead_m().values() for m in values if m > 0.0]
     assert ahead and max(ahead) < 60.0
-    # Beside the hero cars pass; in its own lane they stand.
-    waiting = [one.car for one in stood.background.road._cars if one.slot == 0 and one.ahead_m > 46.0]
-    assert waiting and all(car.speed_mps < 0.1 for car in waiting)
+    # Beside the hero cars pass; in its own lane the farthest has come to a stand where traffic waits, 45 m ahead.
+    farthest = max((one for one in stood.background.road._cars if one.slot == 0), key=lambda one: one.ahead_m)
+    assert farthest.ahead_m > 40.0
+    assert farthest.car.speed_mps < 0.3
 
 
 def test_traffic_goes_along_with_the_hero(drive):
@@ -274,8 +275,9 @@ def test_the_crossing_is_kept_free_of_oncoming_cars(drive):
     asked.background.leave_crossing_space(place.x, place.y)
     asked.run(4.0)
     for car in asked.background.oncoming._cars:
-        away_m = car.state.distance_m(place.x, place.y)
-        assert away_m > 17.0 or car.state.ahead_m(place.x, place.y) < 0.0
+        # Those from 20 to 30 m away are told to stop, which takes them 12 m at 30 km/h.
+        away_m, ahead_m = car.state.distance_m(place.x, place.y), car.state.ahead_m(place.x, place.y)
+        assert away_m > 17.0 or ahead_m < 0.0 or (ahead_m > 4.0 and car.state.speed_mps < 0.1)
 
 
 def test_sources_behind_can_be_switched_off(drive):

@@ -8,6 +8,7 @@ import pytest
 from stores import ROUTES, begun, keep, record
 
 from stucksolver.cli import main
+from stucksolver.evaluate.results.outcome import Reliability
 
 
 def evaluation(folder: Path, recovery: str, completion: float) -> Path:
@@ -42,6 +43,25 @@ def test_a_crashed_route_shows_in_the_exit_code(tmp_path: Path) -> None:
     store = begun(tmp_path / "a")
     store.write_outcome(ROUTES[0], outcome(ROUTES[0], state="crashed", reason="x"))
     assert main(["score", str(store.folder)]) == 1
+
+
+@pytest.mark.parametrize(("unanswered", "warned"), [(5, False), (6, True)])
+def test_a_model_that_hardly_answered_shows_in_table_page_and_exit_code(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], unanswered: int, warned: bool
+) -> None:
+    from stores import outcome
+
+    store = begun(tmp_path / "a", recovery="rules", reasoner="openai:m")
+    told = Reliability(reasoner="openai:m", asked=5, unanswered=unanswered - 1, why="<the server> answered 500")
+    rest = Reliability(reasoner="openai:m", asked=5, unanswered=1)
+    for of, reliability in zip(ROUTES, (told, rest), strict=True):
+        keep(store, of, 1, record(of))
+        store.write_outcome(of, outcome(of, points=101, length_m=100.0, reliability=(reliability,)))
+    assert main(["score", str(store.folder)]) == int(warned)
+    line = f"WARNING: {unanswered} of 10 questions to openai:m had no usable answer"
+    assert (line in capsys.readouterr().out) is warned
+    page = (store.folder / "report.html").read_text()
+    assert (line in page) is warned and "<the server>" not in page
 
 
 @pytest.mark.parametrize("command", [["score", "{}"], ["compare", "{}", "{}"]])

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from stucksolver.decision import Directive
-from stucksolver.evaluate.results.outcome import Intervention, Noted, Query
+from stucksolver.evaluate.results.outcome import Intervention, Noted, Query, Reliability
 from stucksolver.stacks.driver import Driver
 
 
@@ -18,6 +18,7 @@ class ArmLog:
     queries: list[Query] = field(default_factory=list)
     guidance: list[Noted] = field(default_factory=list)
     asked_s: float | None = None
+    reliability: list[Reliability] = field(default_factory=list)
 
 
 @dataclass(frozen=True)

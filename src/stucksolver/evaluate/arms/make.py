@@ -7,7 +7,8 @@ from typing import Any
 
 from stucksolver.detect import DetectorSettings
 from stucksolver.evaluate.arms.arm import Arm, DriverAlone
-from stucksolver.evaluate.arms.solver_arm import Listener, SolverArm, TimedReasoner
+from stucksolver.evaluate.arms.solver_arm import Listener, SolverArm
+from stucksolver.evaluate.arms.timed import TimedReasoner
 from stucksolver.evaluate.arms.timers import TimersArm
 from stucksolver.evaluate.arms.unguarded import Unguarded
 from stucksolver.evaluate.routes.line import RouteLine
@@ -15,7 +16,7 @@ from stucksolver.evaluate.runner.job import ArmSpec
 from stucksolver.ladder import find_ladder
 from stucksolver.reason import Reasoner
 from stucksolver.reason.faulty import FAULTY, make_faulty
-from stucksolver.reason.make import HELP, ReasonerNameError, make_reasoner, sees
+from stucksolver.reason.make import ReasonerNameError, make_reasoner, preflight, sees
 from stucksolver.record import Recorder
 from stucksolver.scene import Scene
 from stucksolver.solver import StuckSolver
@@ -42,6 +43,18 @@ def check_arm(spec: ArmSpec) -> None:
         raise ArmError(f"--reasoner {spec.reasoner} goes with a recovery that asks it, not with {spec.recovery!r}")
     if spec.reasoner:
         _reasoner(spec.reasoner, 0)
+
+
+def preflight_arm(spec: ArmSpec) -> tuple[str, ...]:
+    """Asks each reasoner once whether it can be asked, and gives what a person should know, a line each.
+
+    Raises `ArmError` where one cannot.
+    """
+    words = [one for one in (spec.recovery, spec.reasoner) if one not in ("", NONE, TIMERS)]
+    try:
+        return tuple(note for one in words for note in preflight(_reasoner(one, 0), one))
+    except ReasonerNameError as error:
+        raise ArmError(str(error)) from error
 
 
 def make_arm(
@@ -92,5 +105,4 @@ def _reasoner(words: str, seed: int, exchanges: Path | None = None) -> Reasoner:
     try:
         return make_reasoner(words, exchanges)
     except ReasonerNameError as error:
-        known = f"{NONE}, {TIMERS}, {FAULTY_PREFIX}NAME, {HELP}"
-        raise ArmError(f"unknown recovery {words!r}: use {known}") from error
+        raise ArmError(f"{error}; a recovery may also be {NONE}, {TIMERS} or {FAULTY_PREFIX}NAME") from error

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from stucksolver.decision import Decision, Directive, SafeStop
+from stucksolver.decision import Directive, SafeStop
 from stucksolver.evaluate.arms.arm import ArmLog, Now
+from stucksolver.evaluate.arms.timed import TimedReasoner
 from stucksolver.evaluate.results.outcome import FAILED, REFUSED, Intervention, Query
-from stucksolver.reason import Reasoner
-from stucksolver.reason.reasoner import AsksGuard, Cancellable, PlanCheck, Trace, Traced
 from stucksolver.record import Recorder
-from stucksolver.scene import Scene
 from stucksolver.solver import Event, EventKind, StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.carla_stack.camera import FrontCamera
@@ -20,49 +17,6 @@ from stucksolver.stacks.carla_stack.camera import FrontCamera
 Listener = Callable[[Event], None]
 ASKING = "request_assistance"
 """The behaviour that calls for help."""
-
-
-class TimedReasoner:
-    """Notes how long each answer took, and how many tokens it cost where the reasoner tells."""
-
-    def __init__(self, inner: Reasoner) -> None:
-        self._inner = inner
-        self.took_s = 0.0
-        """Wall time of the last answer."""
-
-    @property
-    def name(self) -> str:
-        return self._inner.name
-
-    def decide(self, scene: Scene) -> Decision:
-        began = time.perf_counter()
-        try:
-            return self._inner.decide(scene)
-        finally:
-            self.took_s = time.perf_counter() - began
-
-    @property
-    def last_trace(self) -> Trace | None:
-        return self._inner.last_trace if isinstance(self._inner, Traced) else None
-
-    @property
-    def tokens(self) -> int:
-        """Of the last answer, read and written."""
-        trace = self.last_trace
-        return 0 if trace is None else (trace.input_tokens or 0) + (trace.output_tokens or 0)
-
-    @property
-    def usd(self) -> float | None:
-        """What the last answer cost; None where that is not known, or nothing was paid for."""
-        return None if self.last_trace is None else self.last_trace.usd
-
-    def cancel(self) -> None:
-        if isinstance(self._inner, Cancellable):
-            self._inner.cancel()
-
-    def check_with(self, check: PlanCheck | None) -> None:
-        if isinstance(self._inner, AsksGuard):
-            self._inner.check_with(check)
 
 
 class SolverArm:
@@ -111,6 +65,8 @@ class SolverArm:
             self._recorder.close()
         if self._running is not None:
             self._end(time_s, False, "the route ended")
+        told = [one.reliability for one in self._reasoners.values()]
+        self.log.reliability = [one for one in told if one is not None]
 
     def _hear(self, event: Event) -> None:
         now = self._now

@@ -24,14 +24,18 @@ CLIENT_TIMEOUT_S = 60.0
 PICTURE_LIMIT_S = 180.0
 ENOUGH_S = 25.0
 """After a first answer without a plan, it is watched for this long."""
+DEADLINE_S, TRIES = 30.0, 20
+"""For an answer, and answers in a row that lead nowhere, where nobody says otherwise."""
 LADDER = """
 [[rung]]
 kind = "model"
-deadline_s = 30.0
-tries = 20
+deadline_s = {deadline_s}
+tries = {tries}
 cooldown_s = 3.0
 """
 """No rules look before the model: the figure shows what the model itself makes of each scene."""
+
+ANSWERED = (EventKind.DECIDED, EventKind.FAILED)
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,16 @@ class CaseResult:
     progress_m: float
     """Along the route, from the moment of the decision to the end."""
     collisions: int
+
+    @property
+    def questions(self) -> int:
+        """How many were put to the reasoner."""
+        return sum(event.kind in ANSWERED for event in self.events)
+
+    @property
+    def unanswered(self) -> int:
+        """How many of them it had no usable answer to."""
+        return sum(event.kind is EventKind.FAILED for event in self.events)
 
     @property
     def ending(self) -> str:
@@ -67,22 +81,27 @@ def run_cases(
     map_name: str = "grid_town",
     maps: str | None = None,
     clock: str = "lockstep",
+    deadline_s: float = DEADLINE_S,
+    tries: int = TRIES,
     say: Callable[[str], None] = lambda text: None,
 ) -> list[CaseResult]:
-    """Each case in a simulator of its own. Raises `CaseError`, `SituationError`, `SiteError`, `ServerError`."""
+    """Each case in a simulator of its own. `deadline_s`, `tries`: as in the ladder's rung `model`.
+
+    Raises `CaseError`, `SituationError`, `SiteError`, `ServerError`.
+    """
     results = []
     for case in cases:
         say(f"{case.title} …")
         with carlette_server(map_name, maps) as server:
-            results.append(_answered(case, reasoner(), server, clock))
+            results.append(_answered(case, reasoner(), server, clock, _ladder(deadline_s, tries)))
         say(f"  {results[-1].ending}")
     return results
 
 
-def _answered(case: Case, reasoner: Reasoner, server: Server, clock: str) -> CaseResult:
+def _answered(case: Case, reasoner: Reasoner, server: Server, clock: str, ladder: Ladder) -> CaseResult:
     """The client library tells of a simulator that is gone by a bare `RuntimeError`."""
     try:
-        return _run(case, reasoner, server, clock)
+        return _run(case, reasoner, server, clock, ladder)
     except SituationError:
         raise
     except RuntimeError as error:
@@ -90,7 +109,7 @@ def _answered(case: Case, reasoner: Reasoner, server: Server, clock: str) -> Cas
         raise ServerError(f"the simulator does not answer: {error}; run again") from error
 
 
-def _run(case: Case, reasoner: Reasoner, server: Server, clock: str) -> CaseResult:
+def _run(case: Case, reasoner: Reasoner, server: Server, clock: str, ladder: Ladder) -> CaseResult:
     world = connect(server, CLIENT_TIMEOUT_S).get_world()
     set_synchronous(world, DT_S)
     carla_map = world.get_map()
@@ -101,7 +120,7 @@ def _run(case: Case, reasoner: Reasoner, server: Server, clock: str) -> CaseResu
         for _ in range(SETTLE_TICKS):
             world.tick()
         _await_picture(world, camera)
-        return _drive(case, reasoner, world, carla_map, staged, camera, bumper, clock)
+        return _drive(case, reasoner, world, carla_map, staged, camera, bumper, clock, ladder)
     finally:
         camera.close()
         bumper.close()
@@ -126,6 +145,7 @@ def _drive(
     camera: FrontCamera,
     bumper: CollisionWatch,
     clock: str,
+    ladder: Ladder,
 ) -> CaseResult:
     driver = BehaviorDriver(staged.ego, "normal", carla_map=carla_map)
     driver.set_destination(staged.destination)
@@ -137,7 +157,7 @@ def _drive(
     with StuckSolver(
         lambda: stack.scene().model_copy(update={"image": camera.image()}),
         models={"model": reasoner},
-        ladder=_ladder(),
+        ladder=ladder,
         clock=clock,
         on_event=events.append,
     ) as solver:
@@ -160,10 +180,10 @@ def _drive(
     return CaseResult(case, decided, tuple(events), progress_m - decided_m, bumper.touched)
 
 
-def _ladder() -> Ladder:
-    """The evaluation profile with one rung."""
+def _ladder(deadline_s: float, tries: int) -> Ladder:
+    """The evaluation profile with one rung. Raises `LadderError` for what is out of its bounds."""
     rules_of_the_house = profile_text("evaluation").split("[[rung]]")[0]
-    return parse_ladder(rules_of_the_house + LADDER, "cases")
+    return parse_ladder(rules_of_the_house + LADDER.format(deadline_s=deadline_s, tries=tries), "cases")
 
 
 def _telling(events: list[Event], from_s: float) -> Event | None:

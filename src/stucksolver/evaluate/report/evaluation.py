@@ -9,7 +9,14 @@ from pathlib import Path
 from stucksolver.evaluate.files import write_text
 from stucksolver.evaluate.report.charts import bars
 from stucksolver.evaluate.report.page import block_digest
-from stucksolver.evaluate.report.tables import guidance_text, infraction_text, per_scenario, routes_csv, summary_json
+from stucksolver.evaluate.report.tables import (
+    banners,
+    guidance_text,
+    infraction_text,
+    per_scenario,
+    routes_csv,
+    summary_json,
+)
 from stucksolver.evaluate.report.write import write_report
 from stucksolver.evaluate.results.store import Store
 from stucksolver.evaluate.runlog import RunLog
@@ -37,6 +44,7 @@ COLUMNS_AT_MOST = 9
 Links = dict[tuple[str, int], str]
 STYLE = """
 body{font:15px/1.45 system-ui,sans-serif;margin:2rem auto;max-width:76rem;padding:0 1rem;color:#1d2430;background:#fff}
+.warning{background:#fde8d7;border-left:.3rem solid #c2410c;padding:.6rem .9rem;font-weight:600}
 h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem}
 table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin:.6rem 0;display:block;overflow-x:auto}
 th,td{padding:.25rem .6rem;border-bottom:1px solid #dfe4ec;text-align:left;white-space:nowrap}
@@ -63,6 +71,7 @@ def evaluation_page(summary: Summary, links: Links, records: Links | None = None
     types = per_scenario(summary)
     parts = [
         f"<h1>{html.escape(title)}</h1>",
+        *(f'<p class="warning">{html.escape(text)}</p>' for text in banners(summary)),
         f'<p class="note">{html.escape(_about(summary))}</p>',
         "<h2>Scores</h2>",
         _table(HEAD, [main_row(summary), corrected_row(summary)], [published_row(row) for row in PUBLISHED]),

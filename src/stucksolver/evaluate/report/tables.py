@@ -20,6 +20,7 @@ from stucksolver.evaluate.scores.columns import (
     run_name,
 )
 from stucksolver.evaluate.scores.summary import RouteRow, Summary
+from stucksolver.reason.make import unanswered_banner
 
 CSV_HEAD = (
     "route_id",
@@ -55,8 +56,17 @@ def summary_text(summaries: list[Summary]) -> str:
         aligned(RECOVERY_HEAD, [recovery_row(s) for s in summaries]),
         "\n".join(f"{run_name(s)}: " + ", ".join(f"{n} {name}" for name, n in _statuses(s)) for s in summaries),
     ]
+    warned = [banner for s in summaries for banner in banners(s)]
     words = [f"guidance to {run_name(s)}: {guidance_text(s)}" for s in summaries if s.recovery.said]
-    return "\n\n".join([*parts, *words])
+    return "\n\n".join([*parts, *words, *warned])
+
+
+def banners(summary: Summary) -> list[str]:
+    """A line for each model that most questions got no usable answer of: the figures say little of it."""
+    f = summary.recovery
+    why = "; ".join(text for text, _ in f.whys.most_common(1) if text)
+    found = [unanswered_banner(f.asked[name], f.unanswered[name], name, why) for name in f.asked]
+    return [text for text in found if text is not None]
 
 
 def guidance_text(summary: Summary) -> str:

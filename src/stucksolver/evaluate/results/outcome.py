@@ -64,6 +64,17 @@ class Query(Model):
     verdict: str = ""
 
 
+class Reliability(Model):
+    """How a reasoner that rests on something outside, such as a model behind a server, did in a run."""
+
+    reasoner: str
+    asked: int
+    """Questions that were put to it and not withdrawn."""
+    unanswered: int
+    why: str = ""
+    """Of the last one that had no usable answer."""
+
+
 class Outcome(Model):
     """One route with one arm and one seed."""
 
@@ -93,6 +104,7 @@ class Outcome(Model):
     spells: tuple[Spell, ...] = ()
     interventions: tuple[Intervention, ...] = ()
     queries: tuple[Query, ...] = ()
+    reliability: tuple[Reliability, ...] = ()
     guidance: tuple[Noted, ...] = ()
     track: tuple[tuple[float, float], ...] = Field(default=())
     """(time, place) once a second."""

@@ -209,6 +209,7 @@ class _Drive:
             spells=tuple(self._spells.spells),
             interventions=tuple(log.interventions),
             queries=tuple(log.queries),
+            reliability=tuple(log.reliability),
             guidance=tuple(log.guidance),
             track=tuple(self._track),
         )

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from stucksolver.evaluate.arms.make import check_arm
+from stucksolver.evaluate.arms.make import check_arm, preflight_arm
 from stucksolver.evaluate.files import require_writable
 from stucksolver.evaluate.guidance import Script, read_script
 from stucksolver.evaluate.results.manifest import Manifest, file_digest, suite_digest
@@ -62,6 +62,8 @@ def evaluate(spec: EvaluationSpec) -> Store:
     script = Script(routes={}) if spec.guidance is None else read_script(spec.guidance, route_ids(spec.suite))
     store, manifest = Store(spec.out), manifest_of(spec, routes)
     alike = None if spec.reuse is None else _alike(spec.reuse, manifest)
+    for note in preflight_arm(spec.arm):
+        print(f"note: {note}", file=sys.stderr, flush=True)
     store.begin(manifest, routes, spec.resume)
     require_writable(spec.out)
     if alike is not None:

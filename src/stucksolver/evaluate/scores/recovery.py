@@ -55,6 +55,11 @@ class RecoveryFigures:
     """Questions whose answer was not waited for any more: the situation cleared."""
     failed: int = 0
     """Questions without an answer: too late, budget spent, or whatever else went wrong."""
+    asked: Counter[str] = field(default_factory=Counter)
+    """Questions that were put to each model, and those of them that it had no usable answer to."""
+    unanswered: Counter[str] = field(default_factory=Counter)
+    whys: Counter[str] = field(default_factory=Counter)
+    """Why not, for the last one of each route."""
     refused: int = 0
     """Answers with a plan against which the guard, or a rule of the ladder, decided."""
     tokens: int = 0
@@ -145,6 +150,10 @@ def _add_queries(f: RecoveryFigures, o: Outcome) -> None:
     f.queries += len(o.queries)
     f.dropped += sum(q.answered_s is None and not q.verdict for q in o.queries)
     f.failed += sum(q.verdict.startswith(FAILED) for q in o.queries)
+    for one in o.reliability:
+        f.asked[one.reasoner] += one.asked
+        f.unanswered[one.reasoner] += one.unanswered
+        f.whys[one.why] += bool(one.why)
     f.refused += sum(q.verdict.startswith(REFUSED) for q in o.queries)
     f.tokens += sum(q.tokens for q in o.queries)
     f.usd += sum(q.usd or 0.0 for q in o.queries)

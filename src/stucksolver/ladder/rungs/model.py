@@ -18,7 +18,7 @@ class ModelRung(Rung):
     kind: Literal["model"] = "model"
     reasoner: str = "model"
     """Its name among the stack's reasoners."""
-    deadline_s: float = Field(default=5.0, gt=0, le=120)
+    deadline_s: float = Field(default=5.0, gt=0, le=600)
     tries: int = Field(default=3, ge=1, le=1000)
     cooldown_s: float = Field(default=3.0, ge=0.1, le=600)
     repair_rounds: int = Field(default=1, ge=0, le=5)

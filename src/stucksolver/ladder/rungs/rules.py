@@ -16,7 +16,7 @@ class RulesRung(Rung):
     summary: ClassVar[str] = "ask the rules for a plan, which the guard checks"
 
     kind: Literal["rules"] = "rules"
-    deadline_s: float = Field(default=5.0, gt=0, le=120)
+    deadline_s: float = Field(default=5.0, gt=0, le=600)
     """An answer later than this after the question is dropped."""
     tries: int = Field(default=5, ge=1, le=1000)
     """After so many plans or answers that led to nothing, the next rung is climbed."""

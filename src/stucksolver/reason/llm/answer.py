@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
-import re
-from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 from pydantic import Field, ValidationError
@@ -25,14 +23,18 @@ from stucksolver.decision import (
 )
 from stucksolver.decision.behaviors import Behavior
 from stucksolver.decision.behaviors.registry import AnyBehavior
+from stucksolver.reason.llm.chain import wrong_chain
+from stucksolver.reason.llm.json_in import NoJsonError, json_in
 from stucksolver.reason.llm.offers import available
-from stucksolver.reason.llm.schema import MOST_BEHAVIORS, steps_of
+from stucksolver.reason.llm.schema import MOST_BEHAVIORS, MOST_CONTROLS, MOST_PARTICIPANTS, steps_of
 from stucksolver.reason.reasoner import PARSERS, ReasonerError
 from stucksolver.scene import ControlKind, LaneRelation, LightState, ObjectKind, Scene, SceneObject, TrafficControl
 from stucksolver.scene.model import Model
 
-FORMAT = "llm-decide-1"
+FORMAT = "llm-decide-2"
 """Of recorded answers; raised when an answer that was right before could no longer be read."""
+FORMAT_1 = "llm-decide-1"
+"""Before the questions of the chain were held against its conclusion."""
 MOST_CHARACTERS = 40_000
 MOST_ERRORS = 3
 
@@ -60,8 +62,8 @@ class _Participant(Model):
 
 
 class _Observation(Model):
-    controls: tuple[_Control, ...]
-    participants: tuple[_Participant, ...]
+    controls: tuple[_Control, ...] = Field(max_length=MOST_CONTROLS)
+    participants: tuple[_Participant, ...] = Field(max_length=MOST_PARTICIPANTS)
     summary: str
 
 
@@ -91,10 +93,21 @@ class _PlanQuestion(Model):
     behaviors: tuple[AnyBehavior, ...] = Field(min_length=1, max_length=MOST_BEHAVIORS)
 
 
-def parse_answer(text: str, scene: Scene) -> Decision:
-    """The decision in an answer. Raises `AnswerError` with everything that is wrong, worded for the model."""
+def parse_answer(text: str, scene: Scene, *, chain: bool = True) -> Decision:
+    """The decision in an answer. Raises `AnswerError` with everything that is wrong, worded for the model.
+
+    `chain`: are the answers to the questions S2.1 to S2.5 held against what is concluded from them?
+    """
     answer = _read(_Answer, text)
     wrong = [*_wrong_steps(answer.analysis, scene), *_wrong_ids(answer, scene), *_contradictions(answer, scene)]
+    if chain and not wrong:
+        wrong = wrong_chain(
+            {name: step.answer for name, step in answer.analysis.steps.items()},
+            immobilized=answer.analysis.immobilized,
+            wait=answer.analysis.wait,
+            intent=answer.analysis.guidance_intent,
+            moves=any(not b.stands_still for b in answer.decision.behaviors or ()),
+        )
     if wrong:
         raise AnswerError("; ".join(wrong[:MOST_ERRORS]))
     return _decision(answer, scene)
@@ -110,6 +123,7 @@ def parse_plan(text: str, scene: Scene) -> RecoveryPlan:
 
 
 PARSERS[FORMAT] = parse_answer
+PARSERS[FORMAT_1] = partial(parse_answer, chain=False)
 
 
 # ---- from text to a typed answer
@@ -119,7 +133,9 @@ def _read(kind: type[Any], text: str) -> Any:
     if len(text) > MOST_CHARACTERS:
         raise AnswerError(f"the answer is longer than {MOST_CHARACTERS} characters")
     try:
-        return kind.model_validate_json(_json_in(text), strict=True)
+        return kind.model_validate_json(json_in(text), strict=True)
+    except NoJsonError as error:
+        raise AnswerError(str(error)) from error
     except ValidationError as error:
         raise AnswerError("; ".join(_worded(e) for e in error.errors()[:MOST_ERRORS])) from error
 
@@ -127,42 +143,6 @@ def _read(kind: type[Any], text: str) -> Any:
 def _worded(error: Any) -> str:
     where = ".".join(str(part) for part in error["loc"])
     return f"{where}: {error['msg']}" if where else str(error["msg"])
-
-
-def _json_in(text: str) -> str:
-    """The one JSON object in a text; prose and code fences around it are overlooked. Raises `AnswerError`."""
-    found = [value for value in _objects(text) if isinstance(value, dict)]
-    answers = [value for value in found if value.keys() & {"decision", "behaviors"}] or found
-    if not answers:
-        raise AnswerError("the answer holds no JSON object")
-    if len(answers) > 1:
-        raise AnswerError("the answer holds more than one JSON object; give one")
-    try:
-        return json.dumps(answers[0], allow_nan=False)
-    except (ValueError, RecursionError) as error:
-        raise AnswerError("the answer holds a number that is not finite, or is nested too deep") from error
-
-
-def _objects(text: str) -> Iterator[Any]:
-    """Every JSON object that stands in a text and in no other; trailing commas are forgiven."""
-    decoder = json.JSONDecoder()
-    text = re.sub(r",(\s*[}\]])", r"\1", text) if not _is_json(text) else text
-    at = text.find("{")
-    while at >= 0:
-        try:
-            value, end = decoder.raw_decode(text, at)
-            yield value
-        except (ValueError, RecursionError):
-            end = at + 1
-        at = text.find("{", end)
-
-
-def _is_json(text: str) -> bool:
-    try:
-        json.loads(text)
-    except (ValueError, RecursionError):
-        return False
-    return True
 
 
 # ---- does it fit the scene?

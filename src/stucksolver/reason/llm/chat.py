@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Any, Literal, Protocol
 
 from stucksolver.reason.reasoner import ReasonerError
@@ -55,14 +56,28 @@ class Usage:
         )
 
 
+class Finish(str, Enum):
+    """Why an answer ends."""
+
+    WHOLE = "whole"
+    CUT_OFF = "cut_off"
+    """At the limit of tokens."""
+    UNTOLD = "untold"
+
+
 @dataclass(frozen=True)
 class Reply:
-    """What came back: text, calls, or both. `usage` is None where the server does not count."""
+    """What came back: text, calls, or both. `usage` is None where the server does not count.
+
+    `saw`: False where the server takes no pictures, so that none was sent.
+    """
 
     text: str
     calls: tuple[ToolCall, ...]
     usage: Usage | None
     model: str
+    finish: Finish = Finish.UNTOLD
+    saw: bool = True
 
 
 class ChatModel(Protocol):
@@ -82,13 +97,33 @@ class ChatModel(Protocol):
         """End the running `chat` from another thread, by `GiveUp`; nothing where none runs."""
 
 
-class TryAgain(ReasonerError):
-    """The server is busy, slow or broken for the moment; `after_s` is how long it asks us to wait, if it does."""
+class Trouble(Enum):
+    """What kind of failure it is that may pass."""
 
-    def __init__(self, text: str, after_s: float | None = None) -> None:
+    BUSY = "busy"
+    """The server says so, and may say for how long."""
+    LATE = "late"
+    """No answer in time; what was asked is paid for all the same."""
+    AWAY = "away"
+    """Nobody there, or the connection broke."""
+    BROKEN = "broken"
+    """It answered an error of its own, or nonsense; once more is enough to see whether that stays."""
+
+
+class TryAgain(ReasonerError):
+    """It may pass by itself; `after_s` is how long the server asks us to wait, if it does."""
+
+    def __init__(self, text: str, trouble: Trouble = Trouble.BUSY, after_s: float | None = None) -> None:
         super().__init__(text)
-        self.after_s = after_s
+        self.trouble, self.after_s = trouble, after_s
 
 
 class GiveUp(ReasonerError):
-    """Asking again will not help; the message says what to set or do."""
+    """Asking again will not help; the message says what to set or do.
+
+    `lasting`: nor will another question, until a person has done that. `paid`: the question was sent, and costs.
+    """
+
+    def __init__(self, text: str, *, lasting: bool = False, paid: bool = False) -> None:
+        super().__init__(text)
+        self.lasting, self.paid = lasting, paid

@@ -11,7 +11,18 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from stucksolver.reason.llm.chat import ChatModel, GiveUp, Message, Reply, Tool, ToolCall, TryAgain, Usage
+from stucksolver.reason.llm.chat import (
+    ChatModel,
+    Finish,
+    GiveUp,
+    Message,
+    Reply,
+    Tool,
+    ToolCall,
+    Trouble,
+    TryAgain,
+    Usage,
+)
 
 FILE = "exchanges.jsonl"
 IMAGES = "images"
@@ -39,8 +50,12 @@ class RecordingChat:
     def chat(self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float) -> Reply:
         try:
             reply = self.inner.chat(messages, tools, must_call, limit_s)
-        except (TryAgain, GiveUp) as error:
-            self._keep(messages, tools, must_call, {"error": type(error).__name__, "text": str(error)})
+        except TryAgain as error:
+            told = {"error": "TryAgain", "text": str(error), "trouble": error.trouble.value}
+            self._keep(messages, tools, must_call, told)
+            raise
+        except GiveUp as error:
+            self._keep(messages, tools, must_call, {"error": "GiveUp", "text": str(error), "paid": error.paid})
             raise
         self._keep(messages, tools, must_call, {"reply": dataclasses.asdict(reply)})
         return reply
@@ -85,8 +100,10 @@ class RecordedChat:
             raise GiveUp("this question is not among the recorded ones; record it anew with --exchanges")
         # The last answer to a question stays: a resumed run asks it once more.
         line = lines.popleft() if len(lines) > 1 else lines[0]
+        if line.get("error") == "TryAgain":
+            raise TryAgain(line["text"], Trouble(line.get("trouble", Trouble.BUSY.value)))
         if "error" in line:
-            raise (TryAgain if line["error"] == "TryAgain" else GiveUp)(line["text"])
+            raise GiveUp(line["text"], paid=line.get("paid", False))
         return _reply(line["reply"])
 
     def cancel(self) -> None:
@@ -143,4 +160,6 @@ def _entry(line: str, where: str) -> dict[str, Any]:
 
 def _reply(data: dict[str, Any]) -> Reply:
     usage = Usage(**data["usage"]) if data["usage"] else None
-    return Reply(data["text"], tuple(ToolCall(**call) for call in data["calls"]), usage, data["model"])
+    calls = tuple(ToolCall(**call) for call in data["calls"])
+    finish = Finish(data.get("finish", Finish.UNTOLD.value))
+    return Reply(data["text"], calls, usage, data["model"], finish, data.get("saw", True))

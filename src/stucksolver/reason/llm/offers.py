@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any, cast
 
 from stucksolver.decision.behaviors import REGISTRY
 from stucksolver.scene import (
@@ -18,10 +19,43 @@ from stucksolver.scene import (
 OFF_LANE_M = 0.5
 
 
+def known(scene: Scene) -> tuple[AvailableBehavior, ...]:
+    """All that the stack offers: the same in every scene of a drive."""
+    return tuple(b for b in scene.behaviors if b.name in REGISTRY)
+
+
 def available(scene: Scene) -> tuple[AvailableBehavior, ...]:
     """The offers that have something to act on here. The guard judges each plan all the same."""
-    known = [b for b in scene.behaviors if b.name in REGISTRY]
-    return tuple(b for b in known if b.name not in NEEDS or NEEDS[b.name](scene))
+    return tuple(b for b in known(scene) if b.name not in NEEDS or NEEDS[b.name](scene))
+
+
+def signature(behavior: AvailableBehavior) -> str:
+    """A behaviour with its parameters and their ranges: `change_lane(side left|right, distance_m 15..150)`."""
+    fields = cast("dict[str, dict[str, Any]]", behavior.parameters["properties"])
+    return f"{behavior.name}({', '.join(_parameter(k, v) for k, v in fields.items() if k != 'name')})"
+
+
+def _parameter(name: str, schema: dict[str, Any]) -> str:
+    parts = [schema, *schema.get("anyOf", [])]
+    if name.endswith("_id") or name == "route_start":
+        return name
+    choices = next((p["enum"] for p in parts if "enum" in p), None)
+    if choices is not None:
+        return f"{name} {'|'.join(map(str, choices))}"
+    low, high = _bound(parts, "minimum"), _bound(parts, "maximum")
+    or_null = " or null" if any(p.get("type") == "null" for p in parts) else ""
+    return name + ("" if low is None and high is None else f" {low or ''}..{high or ''}{or_null}")
+
+
+def _bound(parts: list[dict[str, Any]], which: str) -> str | None:
+    """With a `>` or `<` where the bound itself is not allowed."""
+    for part in parts:
+        if which in part:
+            return f"{part[which]:g}"
+        exclusive = f"exclusive{which.capitalize()}"
+        if exclusive in part:
+            return (">" if which == "minimum" else "<") + f"{part[exclusive]:g}"
+    return None
 
 
 def _neighbour(scene: Scene) -> bool:

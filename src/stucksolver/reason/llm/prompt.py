@@ -8,11 +8,11 @@ import json
 from stucksolver.decision import QUESTIONS
 from stucksolver.decision.behaviors import REGISTRY
 from stucksolver.reason.llm.chat import Message, Tool
-from stucksolver.reason.llm.offers import available
+from stucksolver.reason.llm.offers import available, known, signature
 from stucksolver.reason.llm.scene_text import scene_text
 from stucksolver.scene import Scene
 
-PROMPT_VERSION = 2
+PROMPT_VERSION = 3
 """Raised with every change of the words below, which a test holds together, and of a scene's text."""
 
 ROLE = """\
@@ -36,7 +36,18 @@ better than the oncoming one, which must be seen free for the whole manoeuvre an
 standing obstruction. Drive over nothing but an empty bag or litter, never a living or unknown thing. Do not repeat \
 a plan that failed for the same reason. If in doubt, null."""
 
+FORM = """
+
+Answer with one JSON object and nothing else; each text is one short sentence:
+observation: controls, participants that matter, summary
+analysis: steps (for each question answer and evidence), immobilized, cause (null unless immobilized), wait (why \
+waiting is right, else null), guidance_intent (null without guidance), reason
+decision: rationale, behaviors (a list, or null), replan_route, route_start (null unless replan_route)
+"""
+"""For a server that keeps to a schema without showing it to the model."""
+
 PROSE = """
+
 Answer with one JSON object and nothing else, valid under this JSON Schema:
 """
 
@@ -45,14 +56,19 @@ def messages(scene: Scene) -> list[Message]:
     """System and user turn for a scene; the image goes with the user's turn."""
     return [
         Message("system", system_text(scene)),
-        Message("user", scene_text(scene), image=scene.image),
+        Message("user", user_text(scene), image=scene.image),
     ]
 
 
 def system_text(scene: Scene) -> str:
-    """The fixed prefix, then what the behaviours on offer mean."""
-    meanings = [f"{b.name}: {REGISTRY[b.name].summary}" for b in available(scene)]
-    return "\n".join([ROLE, "", "Behaviors now available:", *meanings])
+    """The fixed words, then what the stack's behaviours take and mean: the same all through a drive."""
+    meanings = [f"{signature(b)}: {REGISTRY[b.name].summary}" for b in known(scene)]
+    return "\n".join([ROLE, "", "Behaviors (parameters with their ranges):", *meanings])
+
+
+def user_text(scene: Scene) -> str:
+    """The scene, and which of the behaviours have something to act on in it."""
+    return f"{scene_text(scene)}\nbehaviors available now: {', '.join(b.name for b in available(scene))}"
 
 
 def prose_appendix(tool: Tool) -> str:
@@ -67,4 +83,4 @@ def prompt_name() -> str:
 
 def prompt_digest() -> str:
     """Of the fixed words; changes with every change of them."""
-    return hashlib.sha256((ROLE + PROSE + json.dumps(QUESTIONS)).encode()).hexdigest()[:12]
+    return hashlib.sha256((ROLE + FORM + PROSE + json.dumps(QUESTIONS)).encode()).hexdigest()[:12]

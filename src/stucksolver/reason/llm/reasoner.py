@@ -10,8 +10,11 @@ from dataclasses import dataclass, field
 
 from stucksolver.decision import Decision
 from stucksolver.reason.llm.answer import FORMAT, AnswerError, parse_answer, parse_plan
-from stucksolver.reason.llm.budget import PRICES, Purse
-from stucksolver.reason.llm.chat import ChatModel, GiveUp, Message, Reply, Tool, TryAgain, Usage
+from stucksolver.reason.llm.budget import CHARACTERS_FOR_A_TOKEN, PRICES, Purse, estimate
+from stucksolver.reason.llm.capabilities import MOST_TOKENS
+from stucksolver.reason.llm.chat import ChatModel, Finish, GiveUp, Message, Reply, Tool, Trouble, TryAgain, Usage
+from stucksolver.reason.llm.json_in import name_in
+from stucksolver.reason.llm.preflight import preflight_model
 from stucksolver.reason.llm.prompt import PROMPT_VERSION, messages
 from stucksolver.reason.llm.schema import CHECK_PLAN, DECIDE, check_tool, decide_tool
 from stucksolver.reason.reasoner import PlanCheck, ReasonerError, Trace
@@ -27,7 +30,7 @@ class ModelSettings:
     """How long and how often a model is asked."""
 
     deadline_s: float = 5.0
-    """For one decision, repair and retries included."""
+    """For one decision, repair and retries included; what `answer_within` says comes before it."""
     repairs: int = 1
     checks: int = 2
     """Questions to the guard before the model must decide; only where a check is given."""
@@ -39,16 +42,22 @@ class _Talk:
 
     scene: Scene
     turns: list[Message]
-    ends_at: float
+    began: float
+    limit_s: float
     check: PlanCheck | None
     checks_left: int
     repairs_left: int
     answers: list[str] = field(default_factory=list)
     usage: Usage | None = None
     model: str | None = None
+    saw: bool = True
+    """Was the picture sent, if there was one?"""
+
+    def add(self, usage: Usage) -> None:
+        self.usage = usage if self.usage is None else self.usage + usage
 
     def left_s(self) -> float:
-        return self.ends_at - time.monotonic()
+        return self.began + self.limit_s - time.monotonic()
 
 
 class LanguageModelReasoner:
@@ -60,6 +69,7 @@ class LanguageModelReasoner:
         self.last_trace: Trace | None = None
         self.purse = purse or Purse(PRICES.get(getattr(model, "model", "")))
         self._settings = settings or ModelSettings()
+        self._deadline_s = self._settings.deadline_s
         self._check: PlanCheck | None = None
         self._cancelled = threading.Event()
         self._last: tuple[float, float | None] | None = None
@@ -68,34 +78,33 @@ class LanguageModelReasoner:
         """Let the model ask the guard before it commits; None takes that away."""
         self._check = check
 
+    def answer_within(self, limit_s: float) -> None:
+        """As in `KeepsDeadline`."""
+        self._deadline_s = limit_s
+
+    def preflight(self) -> tuple[str, ...]:
+        """As in `Preflighted`. Costs one short question, which counts in no budget."""
+        return preflight_model(self.model)
+
     def decide(self, scene: Scene) -> Decision:
         """As in `Reasoner`; raises `ReasonerError` for no answer in time, no budget, or an answer that stays wrong."""
         self._cancelled.clear()
         self._note_episode(scene)
         self.purse.check()
-        began = time.monotonic()
         talk = _Talk(
             scene,
             messages(scene),
-            began + self._settings.deadline_s,
+            time.monotonic(),
+            self._deadline_s,
             self._check,
             self._settings.checks,
             self._settings.repairs,
         )
-        prompt = _prompt_text(talk.turns)
+        first = list(talk.turns)
         try:
             return self._talk(talk)
         finally:
-            self.last_trace = Trace(
-                format=FORMAT,
-                prompt=prompt,
-                answers=tuple(talk.answers),
-                model=talk.model or self.model.name,
-                input_tokens=talk.usage.input_tokens if talk.usage else None,
-                output_tokens=talk.usage.output_tokens if talk.usage else None,
-                usd=self.purse.price.of(talk.usage) if talk.usage and self.purse.price else None,
-                seconds=round(time.monotonic() - began, 4),
-            )
+            self.last_trace = self._trace(talk, first)
 
     def cancel(self) -> None:
         self._cancelled.set()
@@ -112,6 +121,8 @@ class LanguageModelReasoner:
                 self._answer_check(talk, reply, answer)
                 continue
             try:
+                if reply.finish is Finish.CUT_OFF:
+                    raise AnswerError(_cut_off(reply))
                 if asks:
                     raise AnswerError(f"call {DECIDE} now, with the whole answer")
                 return parse_answer(answer, talk.scene)
@@ -120,26 +131,52 @@ class LanguageModelReasoner:
 
     def _ask(self, talk: _Talk) -> Reply:
         """One exchange, again after a pause while the failure may pass and the deadline allows."""
-        pause = FIRST_PAUSE_S
+        pause, broken = FIRST_PAUSE_S, False
+        tools = self._tools(talk)
+        must = DECIDE if len(tools) == 1 else None
         while True:
             if self._cancelled.is_set():
                 raise GiveUp("the question was withdrawn")
-            tools = self._tools(talk)
-            must = DECIDE if len(tools) == 1 else None
             try:
                 reply = self.model.chat(talk.turns, tools, must, talk.left_s())
             except TryAgain as error:
+                self._failed(talk, tools, error)
+                if broken and error.trouble is Trouble.BROKEN:
+                    raise ReasonerError(f"{error}; twice running") from error
+                broken = error.trouble is Trouble.BROKEN
                 wait = max(pause, error.after_s or 0.0)
                 if talk.left_s() <= wait:
-                    raise ReasonerError(f"{error}; the deadline of {self._settings.deadline_s:g} s is over") from error
+                    raise ReasonerError(f"{error}; the deadline of {talk.limit_s:g} s is over") from error
                 self._cancelled.wait(wait)
                 pause *= 2
                 continue
-            self.purse.add(reply.usage)
-            if reply.usage is not None:
-                talk.usage = reply.usage if talk.usage is None else talk.usage + reply.usage
-            talk.model = reply.model
+            except GiveUp as error:
+                self._failed(talk, tools, error)
+                raise
+            usage = reply.usage or estimate(talk.turns, tools, len(reply.text) // CHARACTERS_FOR_A_TOKEN)
+            self.purse.add(usage)
+            talk.add(usage)
+            talk.model, talk.saw = reply.model, reply.saw
             return reply
+
+    def _failed(self, talk: _Talk, tools: list[Tool], error: TryAgain | GiveUp) -> None:
+        """A question that was sent is paid for, also where its answer was not waited for."""
+        paid = error.paid if isinstance(error, GiveUp) else error.trouble is Trouble.LATE
+        if paid:
+            talk.add(estimate(talk.turns, tools, MOST_TOKENS))
+            self.purse.add(estimate(talk.turns, tools, MOST_TOKENS))
+
+    def _trace(self, talk: _Talk, first: list[Message]) -> Trace:
+        return Trace(
+            format=FORMAT,
+            prompt=_prompt_text(first, talk.saw),
+            answers=tuple(talk.answers),
+            model=talk.model or self.model.name,
+            input_tokens=talk.usage.input_tokens if talk.usage else None,
+            output_tokens=talk.usage.output_tokens if talk.usage else None,
+            usd=self.purse.price.of(talk.usage) if talk.usage and self.purse.price else None,
+            seconds=round(time.monotonic() - talk.began, 4),
+        )
 
     def _tools(self, talk: _Talk) -> list[Tool]:
         tools = [decide_tool(talk.scene)]
@@ -180,7 +217,16 @@ def _chosen(reply: Reply) -> tuple[str, bool]:
     for call in reply.calls:
         if call.name in (DECIDE, CHECK_PLAN):
             return call.arguments, call.name == CHECK_PLAN
-    return (reply.calls[0].arguments if reply.calls else reply.text), False
+    text = reply.calls[0].arguments if reply.calls else reply.text
+    return text, not reply.calls and name_in(text) == CHECK_PLAN
+
+
+def _cut_off(reply: Reply) -> str:
+    """Why an answer has no end; one that has not even begun was all thinking."""
+    count = f"{reply.usage.output_tokens} tokens" if reply.usage else "the limit of tokens"
+    if not reply.calls and not reply.text.strip():
+        return f"it was cut off at {count} before it began, while the model was thinking; allow more with #tokens=N"
+    return f"it was cut off at {count}; say less in each text and list"
 
 
 def _told(reply: Reply, text: str) -> list[Message]:
@@ -191,13 +237,13 @@ def _told(reply: Reply, text: str) -> list[Message]:
     return [said, Message("user", text)]
 
 
-def _prompt_text(turns: list[Message]) -> str:
-    """The prompt for the record; the image by its digest."""
+def _prompt_text(turns: list[Message], saw: bool) -> str:
+    """The prompt for the record; the image by its digest, where it was sent."""
     told = [
         {
             "role": turn.role,
             "text": turn.text,
-            **({"image_sha256": hashlib.sha256(turn.image.jpeg).hexdigest()} if turn.image else {}),
+            **({"image_sha256": hashlib.sha256(turn.image.jpeg).hexdigest()} if turn.image and saw else {}),
         }
         for turn in turns
     ]

@@ -7,7 +7,7 @@ import json
 from stucksolver.scene import CandidateWaypoint, LaneDirection, LaneKind, Scene, SceneLane, SceneObject, TrafficControl
 
 MOST_CHARACTERS = 1300
-"""With the system's words it keeps the prompt below 1,500 tokens (dense numbers take one for two characters)."""
+"""With the system's words it keeps the prompt below 2,100 tokens (dense numbers take one for two characters)."""
 LEAST_OBJECTS = 4
 
 

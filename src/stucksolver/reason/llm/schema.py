@@ -1,8 +1,10 @@
 """The one function a model calls, derived from the decision's types, the behaviours on offer and the scene's ids.
 
 An unavailable behaviour, an unknown object or an unknown waypoint cannot be expressed in it. It stays within the subset
-of JSON Schema that strict structured output takes (every field required, no further ones, no defaults), and what
-differs from scene to scene stands last, so that prompt caches hit on what stands before.
+of JSON Schema that strict structured output takes (every field required, no further ones, no defaults), but for
+`maxLength`, which is taken out where a server refuses it. What differs from scene to scene stands among the definitions
+at the end, so that prompt caches hit on what stands before. Lists and texts have bounds: a small model that is left to
+itself repeats one item until its tokens are used up.
 """
 
 from __future__ import annotations
@@ -12,12 +14,16 @@ from typing import Any
 
 from stucksolver.decision import CauseCode, GuidanceIntent, Intent, WaitReason
 from stucksolver.reason.llm.chat import Tool
-from stucksolver.reason.llm.offers import available
+from stucksolver.reason.llm.offers import available, known
 from stucksolver.scene import ControlKind, LaneRelation, LightState, ObjectKind, Scene
 
 DECIDE = "decide"
 CHECK_PLAN = "check_plan"
 MOST_BEHAVIORS = 6
+MOST_CONTROLS = 6
+MOST_PARTICIPANTS = 8
+MOST_TEXT = 240
+"""Characters of a text; one or two sentences."""
 
 Schema = dict[str, Any]
 
@@ -25,7 +31,7 @@ Schema = dict[str, Any]
 def decide_tool(scene: Scene) -> Tool:
     """The final answer: observation, analysis, decision, in the order of the chain."""
     parameters = _object(
-        {"observation": _observation(), "analysis": _analysis(scene), "decision": _decision(scene)},
+        {"observation": _observation(), "analysis": _analysis(), "decision": _decision()},
     )
     parameters["$defs"] = _definitions(scene)
     return Tool(DECIDE, "Answer with what you observe, analyse and decide, in this order.", parameters)
@@ -33,7 +39,7 @@ def decide_tool(scene: Scene) -> Tool:
 
 def check_tool(scene: Scene) -> Tool:
     """Ask the guard about a plan before committing to it."""
-    parameters = _object({"behaviors": _plan(scene)})
+    parameters = _object({"behaviors": _plan()})
     parameters["$defs"] = _definitions(scene)
     return Tool(CHECK_PLAN, "Ask whether the safety guard would accept these behaviors now.", parameters)
 
@@ -55,13 +61,14 @@ def _observation() -> Schema:
             "intent": _enum(Intent),
         }
     )
-    return _object({"controls": _list(control), "participants": _list(participant), "summary": _text()})
+    controls, participants = _list(control, MOST_CONTROLS), _list(participant, MOST_PARTICIPANTS)
+    return _object({"controls": controls, "participants": participants, "summary": _text()})
 
 
-def _analysis(scene: Scene) -> Schema:
+def _analysis() -> Schema:
     return _object(
         {
-            "steps": _object({name: {"$ref": "#/$defs/step"} for name in steps_of(scene)}),
+            "steps": {"$ref": "#/$defs/steps"},
             "immobilized": {"type": "boolean"},
             "cause": _or_null(_enum(CauseCode)),
             "wait": _or_null(_enum(WaitReason)),
@@ -71,24 +78,19 @@ def _analysis(scene: Scene) -> Schema:
     )
 
 
-def _decision(scene: Scene) -> Schema:
+def _decision() -> Schema:
     return _object(
         {
             "rationale": _text(),
-            "behaviors": _or_null(_plan(scene)),
+            "behaviors": _or_null(_plan()),
             "replan_route": {"type": "boolean"},
-            "route_start": _start(scene),
+            "route_start": {"$ref": "#/$defs/route_start"},
         }
     )
 
 
-def _plan(scene: Scene) -> Schema:
-    return {
-        "type": "array",
-        "minItems": 1,
-        "maxItems": MOST_BEHAVIORS,
-        "items": {"anyOf": [_behavior(b.name, b.parameters) for b in available(scene)]},
-    }
+def _plan() -> Schema:
+    return {"type": "array", "minItems": 1, "maxItems": MOST_BEHAVIORS, "items": {"$ref": "#/$defs/behavior"}}
 
 
 def _behavior(name: str, parameters: Schema) -> Schema:
@@ -102,7 +104,7 @@ def _field(key: str, value: Schema) -> Schema:
         return _or_null({"$ref": "#/$defs/waypoint_id"})
     if key.endswith("_id"):
         return {"$ref": "#/$defs/object_id"}
-    return {k: v for k, v in value.items() if k not in ("title", "default", "maxLength", "description")}
+    return {k: v for k, v in value.items() if k not in ("title", "default", "description")}
 
 
 def _start(scene: Scene) -> Schema:
@@ -110,14 +112,19 @@ def _start(scene: Scene) -> Schema:
 
 
 def _definitions(scene: Scene) -> Schema:
-    """What is used more than once, then the scene's ids.
+    """What the rest refers to: first what is the same in every scene of a stack, then what is not.
 
     A list that is empty offers a word that no id has, since an enumeration must not be empty.
     """
+    offered = {b.name for b in available(scene)}
     return {
         "step": _object({"answer": {"type": ["boolean", "null"]}, "evidence": _text()}),
-        "object_id": {"type": "string", "enum": [o.id for o in scene.objects] or ["none"]},
+        **{b.name: _behavior(b.name, b.parameters) for b in known(scene)},
+        "steps": _object({name: {"$ref": "#/$defs/step"} for name in steps_of(scene)}),
+        "behavior": {"anyOf": [{"$ref": f"#/$defs/{b.name}"} for b in known(scene) if b.name in offered]},
+        "route_start": _start(scene),
         "waypoint_id": {"type": "string", "enum": [w.id for w in scene.waypoints] or ["none"]},
+        "object_id": {"type": "string", "enum": [o.id for o in scene.objects] or ["none"]},
     }
 
 
@@ -130,8 +137,8 @@ def _object(properties: Schema) -> Schema:
     }
 
 
-def _list(items: Schema) -> Schema:
-    return {"type": "array", "items": items}
+def _list(items: Schema, most: int) -> Schema:
+    return {"type": "array", "maxItems": most, "items": items}
 
 
 def _enum(kind: type[Enum]) -> Schema:
@@ -145,4 +152,4 @@ def _or_null(schema: Schema) -> Schema:
 
 
 def _text() -> Schema:
-    return {"type": "string"}
+    return {"type": "string", "maxLength": MOST_TEXT}

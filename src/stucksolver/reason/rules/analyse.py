@@ -15,7 +15,6 @@ from stucksolver.decision import (
     WaitLimits,
     WaitReason,
 )
-from stucksolver.reason.rules.guidance import guidance_intent
 from stucksolver.reason.rules.observe import beside_lane_centre, drives, goes_first, intent, no_gap_to_join
 from stucksolver.scene import (
     MOTOR_VEHICLES,
@@ -23,12 +22,26 @@ from stucksolver.scene import (
     ControlKind,
     LightState,
     ObjectKind,
+    Reading,
     Scene,
     SceneObject,
 )
 
 MOVING_MPS = 5 / 3.6
 LIGHT_AHEAD_M = 20.0
+REQUESTS = frozenset(
+    {
+        GuidanceIntent.GO,
+        GuidanceIntent.OVERTAKE,
+        GuidanceIntent.BACK_UP,
+        GuidanceIntent.REROUTE,
+        GuidanceIntent.TURN_ROUND,
+        GuidanceIntent.DRIVE_OVER,
+        GuidanceIntent.PULL_OVER,
+        GuidanceIntent.LET_ME_OUT,
+    }
+)
+"""Intents for which something may be done."""
 PEOPLE_CLEARANCE_M = 15.0
 
 
@@ -49,9 +62,9 @@ def analyse(scene: Scene, observation: Observation, limits: WaitLimits) -> Analy
 
 def _with_guidance(scene: Scene, limits: WaitLimits) -> Analysis:
     assert scene.guidance is not None
-    wanted = guidance_intent(scene.guidance.text)
-    can_be_done = wanted not in (GuidanceIntent.WAIT, GuidanceIntent.UNCLEAR)
-    step = _step("S2.1", can_be_done, f'"{scene.guidance.text}" is read as: {wanted.value}')
+    reading = scene.guidance.reading
+    wanted = GuidanceIntent.UNCLEAR if reading is None else reading.intent
+    step = _step("S2.1", wanted in REQUESTS, f'"{scene.guidance.text}" is read as: {said(reading)}')
     stuck = scene.ego.speed_mps < MOVING_MPS and not scene.ego.at_destination
     # No words release the vehicle from a light, a stop line, or people in front of it.
     hold = _held_by_control(scene, limits) or _held_by_people(scene, limits)
@@ -60,8 +73,16 @@ def _with_guidance(scene: Scene, limits: WaitLimits) -> Analysis:
         immobilized=stuck and hold is None,
         wait=hold.reason if hold else None,
         guidance_intent=wanted,
-        reason=f"the passenger asks: {wanted.value}" + (f"; but {hold.evidence}" if hold else ""),
+        reason=f"the passenger asks: {said(reading)}" + (f"; but {hold.evidence}" if hold else ""),
     )
+
+
+def said(reading: Reading | None) -> str:
+    """A reading in words; nothing that nobody has read is understood."""
+    if reading is None:
+        return "nothing (the words were not read)"
+    side = "" if reading.side is None else f" on the {reading.side.value}"
+    return f"{reading.intent.value.replace('_', ' ')}{side} ({reading.confidence:.0%})"
 
 
 def _without_guidance(scene: Scene, observation: Observation, limits: WaitLimits) -> Analysis:

@@ -13,7 +13,7 @@ from stucksolver.decision import (
     WaitReason,
 )
 from stucksolver.decision.behaviors import RequestAssistance
-from stucksolver.reason.rules.analyse import blocker
+from stucksolver.reason.rules.analyse import REQUESTS, blocker
 from stucksolver.reason.rules.attempts import has_failed
 from stucksolver.reason.rules.closed import by_another_road
 from stucksolver.reason.rules.elsewhere import asked_for, without_lead
@@ -21,13 +21,19 @@ from stucksolver.reason.rules.passing import group_of
 from stucksolver.reason.rules.past import Way, speed_for, way_past
 from stucksolver.reason.rules.room import over_it, to_see_more, to_swing_out, within_the_lane
 from stucksolver.reason.rules.standoff import away_from_who_faces, into_who_joins, towards_who_crosses
-from stucksolver.scene import ObjectKind, Scene, SceneObject
+from stucksolver.scene import VEHICLES, ObjectKind, Scene, SceneObject
 
 LEAD_RANGE_M = 45.0
 SAME_MOMENT_S = 0.5
 NO_WAY_S = 120.0
 """After so long without a safe way a person is asked."""
-FOR_US = (GuidanceIntent.PULL_OVER, GuidanceIntent.BACK_UP)
+FOR_US = (
+    GuidanceIntent.PULL_OVER,
+    GuidanceIntent.LET_ME_OUT,
+    GuidanceIntent.BACK_UP,
+    GuidanceIntent.REROUTE,
+    GuidanceIntent.TURN_ROUND,
+)
 """Words that ask for something that needs nothing ahead."""
 
 
@@ -53,7 +59,7 @@ def _why_nothing(analysis: Analysis) -> str | None:
     if analysis.wait is not None:
         return f"waiting is right: {analysis.reason}"
     wanted = analysis.guidance_intent
-    idle = wanted in (GuidanceIntent.WAIT, GuidanceIntent.UNCLEAR) or (wanted is None and not analysis.immobilized)
+    idle = (wanted is not None and wanted not in REQUESTS) or (wanted is None and not analysis.immobilized)
     return f"nothing to do: {analysis.reason}" if idle else None
 
 
@@ -68,6 +74,9 @@ def _way_on(scene: Scene, analysis: Analysis) -> Way:
     over = over_it(scene, lead)
     if over is not None:
         return over
+    followed = _is_followed(lead, analysis)
+    if followed is not None:
+        return None, (WaitReason.QUEUE, followed)
     standoff = towards_who_crosses(scene, lead) or into_who_joins(scene, lead)
     if standoff is not None:
         return standoff
@@ -87,6 +96,14 @@ def _way_on(scene: Scene, analysis: Analysis) -> Way:
         if look is not None:
             return look
     return to_swing_out(scene, lead, plan), why
+
+
+def _is_followed(lead: SceneObject, analysis: Analysis) -> str | None:
+    """Who moves is passed when the passenger asks to pass, not for any other words."""
+    asked = analysis.guidance_intent
+    if asked in (None, GuidanceIntent.OVERTAKE) or lead.kind not in VEHICLES or lead.speed_along_mps <= 0.5:
+        return None
+    return f"{lead.kind.value} {lead.id} moves: it is followed"
 
 
 def _lead(scene: Scene, analysis: Analysis) -> SceneObject | None:

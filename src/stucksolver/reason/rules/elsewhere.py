@@ -36,6 +36,10 @@ def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
     light = red_light_within(scene, LIGHT_AHEAD_M)
     if wanted is GuidanceIntent.BACK_UP:
         return _one(scene, BackUp(distance_m=3.0), "the passenger asks to back up")
+    if wanted in (GuidanceIntent.REROUTE, GuidanceIntent.TURN_ROUND):
+        if has_failed(scene, "replan"):
+            return None, (None, "a new route has led nowhere")
+        return _one(scene, ReplanRoute(), "the passenger asks for another way")
     if light is not None:
         return None, (WaitReason.LIGHT, light)
     return _one(scene, PullOver(), "the passenger asks to pull over")

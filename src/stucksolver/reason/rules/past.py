@@ -23,11 +23,14 @@ from stucksolver.scene import (
     PASSABLE_KINDS,
     VULNERABLE,
     CandidateWaypoint,
+    GuidanceIntent,
     LaneRelation,
     LineKind,
+    Reading,
     Scene,
     SceneLane,
     SceneObject,
+    Side,
 )
 
 RECOVERY_SPEED_MPS = 5.5
@@ -45,11 +48,17 @@ Way = tuple[RecoveryPlan | None, Why]
 """A plan with its reason, or None with the reason for waiting."""
 
 
+def asked(scene: Scene) -> Reading | None:
+    """What the passenger asked for, as it was read."""
+    return None if scene.guidance is None else scene.guidance.reading
+
+
 def speed_for(scene: Scene, target: Target) -> float:
-    """Walking pace where more was refused for want of clearance; more than usual for what moves, when asked."""
+    """Walking pace where more was refused for want of clearance; quicker past who moves, when asked to pass."""
     if has_failed(scene, "vulnerable_clearance", "door_may_open"):
         return SLOW_MPS
-    if scene.guidance is None or target.speed_mps < 0.5:
+    reading = asked(scene)
+    if reading is None or reading.intent is not GuidanceIntent.OVERTAKE or target.speed_mps < 0.5:
         return RECOVERY_SPEED_MPS
     return round(min(max(scene.speed_limit_mps or 8.0, LEAST_SPEED_MPS), GUIDED_SPEED_MPS), 1)
 
@@ -75,9 +84,14 @@ def way_past(scene: Scene, target: Target, speed: float) -> Way:
     beside = _lane_beside_the_route(scene)
     if beside is not None and {"keep_lane", "change_lane"} <= available:
         return _go_on_beside(scene, beside, target, speed)
-    why: Why = (WaitReason.NO_SAFE_WAY, "there is no lane to go round in")
+    reading = asked(scene)
+    side = reading.side if reading is not None and reading.intent is GuidanceIntent.OVERTAKE else None
+    where_asked = "" if side is None else f" on the {side.value}, as the passenger asks"
+    why: Why = (WaitReason.NO_SAFE_WAY, f"there is no lane to go round in{where_asked}")
     if "change_lane" in available:
         for where in (LaneRelation.LEFT, LaneRelation.RIGHT):
+            if side is not None and where.value != side.value:
+                continue
             lane = lane_of(scene, where)
             if lane is None or lane.line is LineKind.KERB:
                 continue
@@ -87,7 +101,7 @@ def way_past(scene: Scene, target: Target, speed: float) -> Way:
             if why[0] is not WaitReason.YIELD:
                 why = _why_not_beside(ahead)
     oncoming = lane_of(scene, LaneRelation.ONCOMING)
-    is_next = lane_of(scene, LaneRelation.LEFT) is None
+    is_next = lane_of(scene, LaneRelation.LEFT) is None and side is not Side.RIGHT
     if oncoming is not None and is_next and "borrow_oncoming_lane" in available and why[0] is WaitReason.NO_SAFE_WAY:
         narrow = too_narrow(scene, oncoming, target)
         if narrow is not None:

@@ -1,0 +1,64 @@
+"""What a passenger's words allow: the intent that our own reader understood must match the plan.
+
+The reasoner that proposes a plan has no say in this.
+"""
+
+from __future__ import annotations
+
+from stucksolver.decision.behaviors import (
+    BackUp,
+    BorrowOncomingLane,
+    ChangeLane,
+    Creep,
+    DriveOver,
+    KeepLane,
+    Nudge,
+    PullOver,
+    ReplanRoute,
+)
+from stucksolver.decision.decision import RecoveryPlan
+from stucksolver.scene.reading import GuidanceIntent, Reading, Side
+
+DOES: dict[GuidanceIntent, tuple[type, ...]] = {
+    GuidanceIntent.OVERTAKE: (BorrowOncomingLane, ChangeLane, Nudge),
+    GuidanceIntent.GO: (KeepLane, Creep),
+    GuidanceIntent.BACK_UP: (BackUp,),
+    GuidanceIntent.REROUTE: (ReplanRoute,),
+    GuidanceIntent.TURN_ROUND: (ReplanRoute,),
+    GuidanceIntent.DRIVE_OVER: (DriveOver,),
+    GuidanceIntent.PULL_OVER: (PullOver,),
+    GuidanceIntent.LET_ME_OUT: (PullOver,),
+}
+"""The behaviours that do what an intent asks for."""
+LATERAL = (BorrowOncomingLane, ChangeLane, Nudge)
+
+
+def asks_for(reading: Reading | None, plan: RecoveryPlan) -> bool:
+    """Does the plan do what the passenger asked for? Only then may it begin while the vehicle is not immobilized."""
+    if reading is None or reading.intent not in DOES:
+        return False
+    if reading.intent is GuidanceIntent.OVERTAKE:
+        return releases(reading, plan)
+    replans = plan.replan_route and reading.intent in (GuidanceIntent.REROUTE, GuidanceIntent.TURN_ROUND)
+    does = any(isinstance(behavior, DOES[reading.intent]) for behavior in plan.behaviors)
+    aside = reading.intent is GuidanceIntent.GO and any(isinstance(behavior, LATERAL) for behavior in plan.behaviors)
+    return (does or replans) and not aside
+
+
+def releases(reading: Reading | None, plan: RecoveryPlan) -> bool:
+    """Did the passenger ask for this plan's overtaking, on the side on which it goes?
+
+    Words release two things of the guard: passing somebody who moves or has not stood for long, and going quicker than
+    a recovery. Both belong to overtaking alone.
+    """
+    if reading is None or reading.intent is not GuidanceIntent.OVERTAKE:
+        return False
+    sides = [side for side in map(_side, plan.behaviors) if side is not None]
+    return bool(sides) and reading.side in (None, sides[0])
+
+
+def _side(behavior: object) -> Side | None:
+    """On which side a behaviour leaves the lane; None for one that stays in it."""
+    if isinstance(behavior, BorrowOncomingLane):
+        return Side.LEFT
+    return Side(behavior.side) if isinstance(behavior, ChangeLane | Nudge) else None

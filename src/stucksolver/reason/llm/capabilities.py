@@ -1,0 +1,196 @@
+"""What a server and its model take: assumed from their names at first, then learnt from what they answer."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from typing import Any, Literal, get_args
+from urllib.parse import urlsplit
+
+MOST_TOKENS = 1900
+"""Of an answer; a whole one takes 300 to 700, and one that fills every list and text of the schema 1,400."""
+THINKING_TOKENS = 8000
+"""Of an answer together with what a reasoning model thinks before it, which the same limit counts."""
+Effort = Literal["none", "minimal", "low", "medium", "high"]
+REASONING = re.compile(r"(?:^|/)(?:o\d|gpt-[5-9](?!.*chat))")
+"""OpenAI's reasoning models by name: they take neither `temperature` nor `max_tokens`."""
+
+
+class Dialect(Enum):
+    """How the one function call is asked for."""
+
+    STRICT_TOOL = "strict"
+    TOOL = "tool"
+    JSON_SCHEMA = "schema"
+    PROSE = "prose"
+
+
+OPENAI_ORDER = (Dialect.STRICT_TOOL, Dialect.TOOL, Dialect.JSON_SCHEMA, Dialect.PROSE)
+OTHERS_ORDER = (Dialect.JSON_SCHEMA, Dialect.TOOL, Dialect.PROSE)
+"""llama.cpp and Ollama take a named function as a suggestion, but keep to a schema; vLLM keeps to both."""
+ANTHROPIC_ORDER = (Dialect.TOOL, Dialect.PROSE)
+"""Its compatible endpoint documents that a response format is ignored."""
+
+
+@dataclass(frozen=True)
+class ModelOptions:
+    """What a user may say of a model, as `#NAME=VALUE` behind it; None leaves it to us."""
+
+    pictures: bool = True
+    """Send the camera's picture; False also saves rendering it."""
+    effort: Effort | None = None
+    """`reasoning_effort`, for a reasoning model."""
+    tokens: int | None = None
+    """Upper bound of an answer, thinking included."""
+    call: Dialect | None = None
+    """The only dialect to use."""
+
+
+OPTIONS_HELP = "#pictures=off, #effort=low, #tokens=3000, #call=strict|tool|schema|prose"
+
+
+def parse_options(texts: list[str]) -> ModelOptions:
+    """Of `NAME=VALUE` texts. Raises `ValueError` that names the one that is wrong."""
+    options = ModelOptions()
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            options = replace(options, **_OPTIONS[name](value))
+        except (KeyError, ValueError) as error:
+            raise ValueError(f"unknown option #{text}: use {OPTIONS_HELP}") from error
+    return options
+
+
+def _tokens(value: str) -> dict[str, Any]:
+    count = int(value)
+    if not 100 <= count <= 100_000:
+        raise ValueError("out of bounds")
+    return {"tokens": count}
+
+
+def _effort(value: str) -> dict[str, Any]:
+    if value not in get_args(Effort):
+        raise ValueError("no effort")
+    return {"effort": value}
+
+
+_OPTIONS: dict[str, Any] = {
+    "pictures": lambda value: {"pictures": {"on": True, "off": False}[value]},
+    "effort": _effort,
+    "tokens": _tokens,
+    "call": lambda value: {"call": Dialect(value)},
+}
+
+
+@dataclass
+class Capabilities:
+    """What is sent at present. Each thing is given up at most once, so that stepping down comes to an end."""
+
+    dialects: tuple[Dialect, ...]
+    """Those that are left; the first is used."""
+    pictures: bool = True
+    temperature: bool = True
+    token_field: Literal["max_tokens", "max_completion_tokens"] = "max_tokens"
+    effort: Effort | None = None
+    parallel: bool = True
+    """May `parallel_tool_calls` be sent?"""
+    most_tokens: int = MOST_TOKENS
+    strict_subset: bool = False
+    """Does a schema have to stay within what OpenAI's strict mode takes?"""
+    notes: list[str] = field(default_factory=list)
+    """What was given up, and why, for people."""
+    _renamed: bool = False
+
+    @property
+    def dialect(self) -> Dialect:
+        return self.dialects[0]
+
+    def step_down(self, why: str) -> bool:
+        """To the next dialect; False where there is none."""
+        if len(self.dialects) == 1:
+            return False
+        self._note(f"asks by {self.dialects[1].value} instead of {self.dialects[0].value}", why)
+        self.dialects = self.dialects[1:]
+        return True
+
+    def learn(self, said: str, parameter: str | None, request: dict[str, Any]) -> bool:
+        """Give up what a refusal names; True where that was sent, so that asking again makes sense.
+
+        `said`: the server's words; `parameter`: the field that it names, if it does; `request`: what was refused.
+        """
+        if self.pictures and _has_picture(request) and _speaks_of_pictures(said):
+            self.pictures = False
+            self._note("sends no pictures", said)
+            return True
+        names = [parameter, *re.findall(r"[a-z_]+", said.lower())]
+        for name in names:
+            if name in request and name in _PARAMETERS and self._give_up(str(name)):
+                self._note(f"sends no {name}", said)
+                return True
+        return any(word in said.lower() for word in _OF_DIALECTS) and self.step_down(said)
+
+    def _give_up(self, name: str) -> bool:
+        if name == "temperature":
+            self.temperature = False
+        elif name == "reasoning_effort":
+            self.effort = None
+        elif name == "parallel_tool_calls":
+            self.parallel = False
+        elif self._renamed:
+            return False
+        else:
+            self._renamed = True
+            self.token_field = "max_completion_tokens" if name == "max_tokens" else "max_tokens"
+        return True
+
+    def _note(self, what: str, why: str) -> None:
+        self.notes.append(f"{what}: {why[:160]}")
+
+
+_PARAMETERS = ("temperature", "max_tokens", "max_completion_tokens", "reasoning_effort", "parallel_tool_calls")
+_OF_DIALECTS = ("tool", "function", "strict", "schema", "response_format", "guided", "grammar", "json")
+
+
+def capabilities_of(model: str, base_url: str | None, options: ModelOptions) -> Capabilities:
+    """What to try first with a model behind an address; None is OpenAI's own."""
+    host = (urlsplit(base_url).hostname or "") if base_url else "api.openai.com"
+    openai = host == "api.openai.com" or is_azure(base_url)
+    thinks = REASONING.search(model) is not None
+    order = OPENAI_ORDER if openai else ANTHROPIC_ORDER if host == "api.anthropic.com" else OTHERS_ORDER
+    return Capabilities(
+        dialects=order if options.call is None else (options.call,),
+        pictures=options.pictures,
+        temperature=not thinks,
+        token_field="max_completion_tokens" if openai or thinks else "max_tokens",
+        effort=options.effort or ("low" if thinks else None),
+        parallel=not thinks,
+        most_tokens=options.tokens or (THINKING_TOKENS if thinks else MOST_TOKENS),
+        strict_subset=openai,
+    )
+
+
+def is_azure(base_url: str | None) -> bool:
+    """An address of Azure's, with a deployment in its path or without."""
+    if base_url is None:
+        return False
+    parts = urlsplit(base_url)
+    return (parts.hostname or "").endswith(".azure.com") or has_deployment(base_url)
+
+
+def has_deployment(base_url: str | None) -> bool:
+    """Azure's older form, which names the deployment in the path and the version in the query."""
+    return base_url is not None and "/openai/deployments/" in urlsplit(base_url).path
+
+
+def _has_picture(request: dict[str, Any]) -> bool:
+    return any(isinstance(message.get("content"), list) for message in request["messages"])
+
+
+def _speaks_of_pictures(said: str) -> bool:
+    """A refusal of pictures as such, and not of one that is too large."""
+    text = said.lower()
+    if re.search(r"too (?:large|big)|exceed|dimension", text):
+        return False
+    asks_for_text = "content" in text and "string" in text
+    return asks_for_text or re.search(r"image|vision|multi-?modal|modalit|mmproj", text) is not None

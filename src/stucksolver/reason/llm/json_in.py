@@ -1,0 +1,94 @@
+"""Finds the one JSON object in what a model wrote, whatever it put around it."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from typing import Any
+
+THINKING = re.compile(r"<think(?:ing)?>.*?</think(?:ing)?>", re.DOTALL | re.IGNORECASE)
+"""Some servers leave a reasoning model's thoughts in the text, drafts of the answer among them."""
+OF_AN_ANSWER = frozenset({"decision", "behaviors"})
+DEEPEST_WRAPPING = 3
+
+
+class NoJsonError(ValueError):
+    """There is no such object, or more than one; the message is fit to be quoted to the model."""
+
+
+def json_in(text: str) -> str:
+    """The object as JSON text; prose, thoughts, fences, and a call that was written out are overlooked.
+
+    Raises `NoJsonError`.
+    """
+    return _as_text(called(text)[1])
+
+
+def name_in(text: str) -> str | None:
+    """The function that a text calls, where it writes a call out: `{"name": "decide", "arguments": {…}}`.
+
+    None for any other text.
+    """
+    try:
+        return called(text)[0]
+    except NoJsonError:
+        return None
+
+
+def called(text: str) -> tuple[str | None, dict[str, Any]]:
+    """The function that is called in a text, if one is, and the object. Raises `NoJsonError`."""
+    found = [_unwrapped(value) for value in _objects(THINKING.sub("", text)) if isinstance(value, dict)]
+    answers = [one for one in found if one[1].keys() & OF_AN_ANSWER] or found
+    if not answers:
+        raise NoJsonError("the answer holds no JSON object")
+    if len(answers) > 1:
+        raise NoJsonError("the answer holds more than one JSON object; give one")
+    return answers[0]
+
+
+def _unwrapped(value: dict[str, Any], depth: int = 0) -> tuple[str | None, dict[str, Any]]:
+    """What a call that stands as text calls, and with what; another object as it is."""
+    if depth == DEEPEST_WRAPPING or value.keys() & OF_AN_ANSWER:
+        return None, value
+    inner = value.get("function", value.get("arguments", value.get("parameters")))
+    if isinstance(inner, str):
+        inner = next((one for one in _objects(inner) if isinstance(one, dict)), None)
+    if isinstance(inner, dict):
+        name, found = _unwrapped(inner, depth + 1)
+        told = value.get("name")
+        return name or (told if isinstance(told, str) else None), found
+    if len(value) == 1:
+        (name, only), *_ = value.items()
+        if isinstance(only, dict) and only.keys() & OF_AN_ANSWER:
+            return name, only
+    return None, value
+
+
+def _as_text(value: dict[str, Any]) -> str:
+    try:
+        return json.dumps(value, allow_nan=False)
+    except (ValueError, RecursionError) as error:
+        raise NoJsonError("the answer holds a number that is not finite, or is nested too deep") from error
+
+
+def _objects(text: str) -> Iterator[Any]:
+    """Every JSON object that stands in a text and in no other; trailing commas are forgiven."""
+    decoder = json.JSONDecoder()
+    text = re.sub(r",(\s*[}\]])", r"\1", text) if not _is_json(text) else text
+    at = text.find("{")
+    while at >= 0:
+        try:
+            value, end = decoder.raw_decode(text, at)
+            yield value
+        except (ValueError, RecursionError):
+            end = at + 1
+        at = text.find("{", end)
+
+
+def _is_json(text: str) -> bool:
+    try:
+        json.loads(text)
+    except (ValueError, RecursionError):
+        return False
+    return True

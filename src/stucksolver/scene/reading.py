@@ -1,0 +1,79 @@
+"""What a passenger's words were read as: an intent out of a closed list, a side, what is claimed, and how surely."""
+
+from enum import Enum
+
+from pydantic import Field
+
+from stucksolver.scene.model import Model
+
+
+class GuidanceIntent(str, Enum):
+    """What words ask of the driving."""
+
+    GO = "go"
+    OVERTAKE = "overtake"
+    """Pass, or go round, something ahead."""
+    WAIT = "wait"
+    """Stay or stop; also a refusal of a manoeuvre, with `negated`."""
+    BACK_UP = "back_up"
+    REROUTE = "reroute"
+    TURN_ROUND = "turn_round"
+    DRIVE_OVER = "drive_over"
+    PULL_OVER = "pull_over"
+    FOLLOW = "follow"
+    """Stay behind somebody."""
+    LET_ME_OUT = "let_me_out"
+    CANCEL = "cancel"
+    """End what is being done, forget what was said."""
+    YES = "yes"
+    """Consent to a question of the vehicle's."""
+    NO = "no"
+    NONE = "none"
+    """Nothing is asked of the driving: small talk, or a fact."""
+    UNCLEAR = "unclear"
+    UNLAWFUL = "unlawful"
+    """Something forbidden, or an attempt to change the system's rules."""
+
+
+class Side(str, Enum):
+    """The side on which the vehicle is asked to go."""
+
+    LEFT = "left"
+    RIGHT = "right"
+
+
+class Claim(str, Enum):
+    """What a passenger says of the world. Evidence for people and reasoners; it never replaces what is seen."""
+
+    CLEAR = "clear"
+    """Nobody is coming."""
+    NOT_CLEAR = "not_clear"
+    RETURNING_SOON = "returning_soon"
+    """The driver of what is in the way is about to move it."""
+    LONG_STAY = "long_stay"
+    EMPTY = "empty"
+    SOFT_OBJECT = "soft_object"
+    WAVED_THROUGH = "waved_through"
+    BLOCKED_AHEAD = "blocked_ahead"
+    BROKEN_LIGHT = "broken_light"
+    HURRY = "hurry"
+    NO_HURRY = "no_hurry"
+
+
+class Reading(Model):
+    """A passenger's words as the vehicle understood them.
+
+    `intent` is what may be acted on. It is `unclear` where the reader was in doubt about a reading that would move the
+    vehicle; `likely` then tells what it took the words for.
+    """
+
+    intent: GuidanceIntent
+    side: Side | None = None
+    negated: bool = False
+    claims: tuple[Claim, ...] = ()
+    urgent: bool = False
+    confidence: float = Field(ge=0.0, le=1.0)
+    """Calibrated probability that `likely` is what was meant."""
+    likely: GuidanceIntent
+    reader: str
+    """Name and version of what has read the words."""

@@ -1,0 +1,75 @@
+"""Has a passenger's words read off the control loop: the newest only, delivered by the clock."""
+
+from __future__ import annotations
+
+import threading
+import time
+from concurrent.futures import Future
+
+from stucksolver.scene import Guidance, Reading
+from stucksolver.solver.clock import Clock, Lockstep, Measured, Query, Wall
+from stucksolver.words import NoReader, WordsReader
+
+DEADLINE_S = 5.0
+"""Words that are not read by then count as unclear. The first ones wait for the reader to load."""
+
+
+class Listening:
+    """Words on their way to being understood.
+
+    A reading takes tens of milliseconds: a clock that charges a language model's answers with seconds does not apply.
+    A simulated world waits for the reading, a live stack never does.
+    """
+
+    def __init__(self, reader: WordsReader, clock: Clock) -> None:
+        self.reader = reader
+        self._clock: Clock = clock if isinstance(clock, Wall | Measured) else Lockstep()
+        self._said: Guidance | None = None
+        self._query: Query | None = None
+        self._reading: Future[Reading] | None = None
+        self.fault: str | None = None
+        """Why the last words could not be read."""
+
+    @property
+    def busy(self) -> bool:
+        return self._said is not None
+
+    def take(self, text: str, time_s: float, now_s: float, situation: str) -> None:
+        """New words, in place of those not read yet. `time_s` is the stack's time, `now_s` the solver's own."""
+        self._said, self._query = Guidance(text=text, time_s=time_s), Query(now_s, time.monotonic())
+        self._reading = reading = Future[Reading]()
+        work = (self.reader, text, situation, self._query, reading)
+        threading.Thread(target=_read, args=work, name="stucksolver-words", daemon=True).start()
+
+    def poll(self, now_s: float) -> Guidance | None:
+        """The words with their reading, once it is due."""
+        said, query, reading = self._said, self._query, self._reading
+        if said is None or query is None or reading is None:
+            return None
+        query.ticks += 1
+        if not self._clock.due(query, now_s, reading) and now_s - query.asked_s <= DEADLINE_S:
+            return None
+        self._said = None
+        found, self.fault = _result(reading)
+        return said.model_copy(update={"reading": found})
+
+
+def _result(reading: Future[Reading]) -> tuple[Reading, str | None]:
+    """The reading, or an unclear one with what went wrong."""
+    nobody = NoReader().read("", "")
+    if not reading.done():
+        return nobody, f"the reader of words gave no answer within {DEADLINE_S:g} s"
+    error = reading.exception()
+    if error is not None:
+        return nobody, f"the reader of words failed: {error}"
+    return reading.result(), None
+
+
+def _read(reader: WordsReader, text: str, situation: str, query: Query, reading: Future[Reading]) -> None:
+    try:
+        result = reader.read(text, situation)
+    except BaseException as error:  # noqa: BLE001 - kept for the taker, whatever a reader raises
+        reading.set_exception(error)
+    else:
+        reading.set_result(result)
+    query.took_s = time.monotonic() - query.asked_wall_s

@@ -1,0 +1,80 @@
+"""The network's numbers as a reading: calibrated probabilities, and doubt that never moves the vehicle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.scene.reading import Claim, GuidanceIntent, Reading, Side
+
+Numbers = NDArray[np.float32]
+
+INTENTS = tuple(GuidanceIntent)
+SIDES = (None, *Side)
+CLAIMS = tuple(Claim)
+INTENT = slice(0, len(INTENTS))
+SIDE = slice(INTENT.stop, INTENT.stop + len(SIDES))
+NEGATED = SIDE.stop
+URGENT = NEGATED + 1
+CLAIM = slice(URGENT + 1, URGENT + 1 + len(CLAIMS))
+LOGITS = CLAIM.stop
+"""How many numbers the network gives."""
+
+MOVES = frozenset(
+    {
+        GuidanceIntent.GO,
+        GuidanceIntent.OVERTAKE,
+        GuidanceIntent.BACK_UP,
+        GuidanceIntent.REROUTE,
+        GuidanceIntent.TURN_ROUND,
+        GuidanceIntent.DRIVE_OVER,
+        GuidanceIntent.PULL_OVER,
+        GuidanceIntent.LET_ME_OUT,
+        GuidanceIntent.YES,
+    }
+)
+"""Readings that may move the vehicle. `follow` only keeps it from passing."""
+STAYS = frozenset({GuidanceIntent.WAIT, GuidanceIntent.NO, GuidanceIntent.CANCEL, GuidanceIntent.FOLLOW})
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """When a reading counts. All are probabilities; they come from the model's card, where they were calibrated."""
+
+    temperature: float
+    """The logits of the intent are divided by it."""
+    move: float
+    """Least probability of a reading that moves the vehicle."""
+    against: float
+    """Most probability, beside it, of the readings that would have kept the vehicle where it is."""
+    stay: float
+    """Least probability of one that keeps it where it is."""
+
+
+def read_fields(logits: Numbers, doubt: Doubt, reader: str) -> Reading:
+    """A reading from (LOGITS,) numbers."""
+    intents = softmax(logits[INTENT] / doubt.temperature)
+    best = int(intents.argmax())
+    likely, confidence = INTENTS[best], float(intents[best])
+    side = SIDES[int(logits[SIDE].argmax())]
+    held = float(sum(p for one, p in zip(INTENTS, intents, strict=True) if one in STAYS))
+    sure = confidence >= doubt.move and held <= doubt.against if likely in MOVES else confidence >= doubt.stay
+    return Reading(
+        intent=likely if sure or likely is GuidanceIntent.UNLAWFUL else GuidanceIntent.UNCLEAR,
+        side=side,
+        negated=bool(logits[NEGATED] > 0),
+        claims=tuple(claim for claim, logit in zip(CLAIMS, logits[CLAIM], strict=True) if logit > 0),
+        urgent=bool(logits[URGENT] > 0),
+        confidence=round(min(max(confidence, 0.0), 1.0), 4),
+        likely=likely,
+        reader=reader,
+    )
+
+
+def softmax(logits: Numbers) -> Numbers:
+    """Probabilities from logits, over the last axis."""
+    raised = np.exp(logits - logits.max(axis=-1, keepdims=True))
+    result: Numbers = raised / raised.sum(axis=-1, keepdims=True)
+    return result

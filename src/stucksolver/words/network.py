@@ -1,0 +1,105 @@
+"""The network that reads words: word pieces from `tokenizers`, an encoder in onnxruntime, all on one CPU core.
+
+The weights lie in this package; nothing is downloaded. docs/words.md is the model's card.
+"""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.scene.reading import Reading
+from stucksolver.words.fields import Doubt, Numbers, read_fields
+from stucksolver.words.pieces import encoded
+
+DATA = Path(__file__).with_name("data")
+THREADS = 1
+"""A second one waits in a busy loop and slows everything down where the cores have other work."""
+
+
+class ReaderError(RuntimeError):
+    """The reader's files cannot be used; the message names the file and the remedy."""
+
+
+class NetworkReader:
+    """Loads itself at the first words (a third of a second), and then takes some tens of milliseconds for each."""
+
+    def __init__(self, folder: Path = DATA, threads: int = THREADS) -> None:
+        self._folder, self._threads = folder, threads
+        self._lock = threading.Lock()
+
+    @cached_property
+    def card(self) -> dict[str, Any]:
+        """Version, calibration and thresholds. Raises `ReaderError`."""
+        try:
+            card = json.loads((self._folder / "card.json").read_text(encoding="utf-8"))
+            Doubt(**card["doubt"])
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise ReaderError(f"{self._folder / 'card.json'}: {error}; install stucksolver again") from error
+        return dict(card)
+
+    @property
+    def name(self) -> str:
+        """Name and version of the weights."""
+        return f"words-{self.card['version']}"
+
+    def read(self, text: str, situation: str) -> Reading:
+        """What `text` asks for. Raises `ReaderError` where the weights cannot be loaded."""
+        if not text.strip():
+            text = "..."
+        return read_fields(self.logits(text, situation), self._doubt, self.name)
+
+    def logits(self, text: str, situation: str) -> Numbers:
+        """The network's numbers before calibration, (LOGITS,)."""
+        with self._lock:
+            tokenizer, table, scale, session = self._parts
+            ids, kinds = encoded(tokenizer, situation, text)
+            fed = {
+                "vectors": unpacked(table, scale, ids)[None],
+                "kinds": np.array([kinds], np.int64),
+                "mask": np.ones((1, len(ids)), np.float32),
+            }
+            result: Numbers = session.run(None, fed)[0][0]
+            return result
+
+    @cached_property
+    def _doubt(self) -> Doubt:
+        return Doubt(**self.card["doubt"])
+
+    @cached_property
+    def _parts(self) -> tuple[Any, Any, Any, Any]:
+        import onnxruntime
+        from tokenizers import Tokenizer
+
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = self._threads
+        options.inter_op_num_threads = 1
+        options.log_severity_level = 3
+        # The weights are stored as 8-bit numbers and unpacked once, so that each reading costs what float weights cost.
+        options.add_session_config_entry("session.disable_quant_qdq", "1")
+        try:
+            with np.load(self._folder / "pieces.npz") as pieces:
+                table, scale = pieces["table"], pieces["scale"].astype(np.float32)
+            tokenizer = Tokenizer.from_file(str(self._folder / "tokenizer.json"))
+            session = onnxruntime.InferenceSession(
+                str(self._folder / "encoder.onnx"), options, providers=["CPUExecutionProvider"]
+            )
+        except Exception as error:
+            raise ReaderError(
+                f"{self._folder}: the reader's weights cannot be loaded: {error}; install stucksolver again"
+            ) from error
+        return tokenizer, table, scale, session
+
+
+def unpacked(table: NDArray[np.int8], scale: Numbers, ids: Sequence[int] | NDArray[np.uint16]) -> Numbers:
+    """The vectors of word pieces, (pieces, width), from 8-bit numbers and a scale for each block of a row."""
+    blocks = table[ids].reshape(len(ids), scale.shape[1], -1)
+    result: Numbers = (blocks * scale[ids][..., None]).reshape(len(ids), -1).astype(np.float32)
+    return result

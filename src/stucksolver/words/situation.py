@@ -1,0 +1,40 @@
+"""The situation in which words are said, as one or two short sentences for the reader."""
+
+from __future__ import annotations
+
+from stucksolver.scene import ControlKind, LightState, Scene, SceneObject
+
+MOVING_MPS = 5 / 3.6
+AHEAD_M = 45.0
+LIGHT_M = 40.0
+
+
+def situation_of(scene: Scene | None, question: str | None = None) -> str:
+    """What the vehicle does, behind what, before which light; and the question that it has asked the passenger."""
+    parts = [] if scene is None else [_doing(scene), *_light(scene)]
+    if question is not None:
+        parts.append(f"The car asks: {question}")
+    return " ".join(parts)
+
+
+def _doing(scene: Scene) -> str:
+    lead = min((o for o in scene.objects if _ahead(o)), key=lambda o: o.gap_m or 0.0, default=None)
+    doing = "Driving" if scene.ego.speed_mps >= MOVING_MPS else "Standing"
+    if lead is None:
+        return f"{doing}, nothing in the way."
+    what = lead.kind.value.replace("_", " ")
+    how = "slow" if lead.speed_along_mps > 0.5 else "stopped"
+    return f"{doing} behind a {how} {what}{', hazard lights on' if lead.hazard_lights else ''}."
+
+
+def _ahead(o: SceneObject) -> bool:
+    return o.in_path and o.gap_m is not None and -0.5 < o.gap_m < AHEAD_M
+
+
+def _light(scene: Scene) -> list[str]:
+    for control in scene.controls:
+        near = control.applies is not False and -1.0 < control.distance_m < LIGHT_M
+        if near and control.kind is ControlKind.TRAFFIC_LIGHT and control.state is not None:
+            dark = control.state is LightState.OFF
+            return ["The light is out of order." if dark else f"The light is {control.state.value}."]
+    return []

@@ -1,0 +1,79 @@
+"""The shipped network, as it is used: promises that hold whatever is said, and the blind sets as a floor."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stucksolver.scene import GuidanceIntent
+from stucksolver.words import NoReader, ScriptedReader, find_reader
+from stucksolver.words.fields import INTENT, INTENTS, LOGITS, MOVES, STAYS, Doubt, read_fields
+from stucksolver.words.network import NetworkReader, ReaderError
+
+READER = find_reader()
+DOUBT = Doubt(temperature=1.0, move=0.7, against=0.15, stay=0.3)
+BLIND = Path(__file__).parents[2] / "results" / "words"
+
+
+def numbers(**logits):
+    out = np.full(LOGITS, -5.0, np.float32)
+    for name, value in logits.items():
+        out[INTENTS.index(GuidanceIntent(name))] = value
+    return out
+
+
+@given(st.lists(st.floats(-8, 8), min_size=LOGITS, max_size=LOGITS))
+def test_doubt_never_moves_the_vehicle(values):
+    reading = read_fields(np.array(values, np.float32), DOUBT, "test")
+    if reading.intent in MOVES:
+        assert reading.confidence >= DOUBT.move - 1e-3
+        assert reading.intent is reading.likely
+
+
+def test_what_may_also_mean_to_stay_is_asked_back():
+    assert read_fields(numbers(overtake=2.0, wait=1.8), DOUBT, "test").intent is GuidanceIntent.UNCLEAR
+    assert read_fields(numbers(wait=2.0, overtake=1.8), DOUBT, "test").intent is GuidanceIntent.WAIT
+    assert read_fields(numbers(overtake=5.0), DOUBT, "test").intent is GuidanceIntent.OVERTAKE
+
+
+def test_moving_and_staying_have_nothing_in_common():
+    assert not MOVES & STAYS
+    assert len(INTENTS[INTENT]) == len(GuidanceIntent)
+
+
+@settings(max_examples=30, deadline=None)
+@given(text=st.text(max_size=2000), situation=st.text(max_size=2000))
+def test_any_text_gets_a_reading_and_the_same_one_again(text, situation):
+    assert READER.read(text, situation) == READER.read(text, situation)
+
+
+@pytest.mark.parametrize("name", ["blind-1", "blind-2"])
+def test_a_blind_set_is_read_about_as_well_as_published(name):
+    """Every fifth sentence; results/words.md has them all."""
+    said = [json.loads(line) for line in (BLIND / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()][::5]
+    readings = [READER.read(s["text"], s["situation"]) for s in said]
+    right = sum(r.likely.value == s["intent"] for r, s in zip(readings, said, strict=True))
+    assert right / len(said) > 0.7
+
+
+def test_without_its_packages_nothing_is_understood():
+    assert NoReader().read("overtake", "").intent is GuidanceIntent.UNCLEAR
+    assert "stucksolver[words]" in NoReader().why
+
+
+def test_the_scripted_reader_knows_its_sentences_only():
+    reader = ScriptedReader({"go": READER.read("go", "")})
+    assert reader.read("go", "").intent is GuidanceIntent.GO
+    assert reader.read("go on", "").intent is GuidanceIntent.UNCLEAR
+
+
+def test_broken_weights_are_named(tmp_path):
+    with pytest.raises(ReaderError, match="weights cannot be loaded"):
+        NetworkReader(tmp_path).read("go", "")
+    with pytest.raises(ReaderError, match=r"card\.json"):
+        _ = NetworkReader(tmp_path).name
