@@ -64,7 +64,8 @@ def _plain(kind: Any, metadata: tuple[Any, ...]) -> st.SearchStrategy[Any]:
         open_end = any(hasattr(m, "gt") for m in metadata)
         return st.floats(low, high, exclude_min=open_end)
     if kind is int:
-        return st.integers(0, 10**9)
+        least = max([m.ge for m in metadata if hasattr(m, "ge")] + [0])
+        return st.integers(least, min([m.le for m in metadata if hasattr(m, "le")] + [10**9]))
     if kind is type(None):
         return st.none()
     if kind is bool:

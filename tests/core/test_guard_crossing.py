@@ -176,10 +176,11 @@ def test_who_turns_into_the_lane_that_we_borrow_is_seen_to_come(turned_deg):
     assert borrowing(59.0, 4.0, coming).abort in (Abort.RETURN_TO_LANE, Abort.FINISH)
 
 
-def test_in_an_oncoming_lane_nobody_stands_to_give_way():
+def test_in_an_oncoming_lane_nobody_stands_to_give_way_but_for_whom_going_on_would_touch():
     crosser = thing("crosser", 66.0, -14.0, sideways=8.0, yaw=math.pi / 2)
     for x in np.arange(52.0, 66.0, 1.0):
-        assert borrowing(float(x), 2.5, crosser).abort is not Abort.GIVE_WAY
+        verdict = borrowing(float(x), 2.5, crosser)
+        assert verdict.abort is not Abort.GIVE_WAY or verdict.brake_mps2 is not None
 
 
 @pytest.mark.parametrize("speed", [1.0, 2.0, 3.0])
@@ -194,14 +195,15 @@ def test_nobody_stands_to_let_by_what_does_not_move():
     assert GUARD.recheck(proven, world.view()).abort is not Abort.GIVE_WAY
 
 
-def test_a_stop_that_would_end_a_hands_breadth_beside_who_crosses_is_not_made():
+def test_a_stop_that_would_end_a_hands_breadth_beside_who_crosses_is_made_only_against_a_contact():
     world, proven = under_way(66.5, 4.0)
     world.objects.append(crossing(-14.0))
-    assert GUARD.recheck(proven, world.view()).abort is not Abort.GIVE_WAY
+    verdict = GUARD.recheck(proven, world.view())
+    assert verdict.abort is Abort.GIVE_WAY and verdict.brake_mps2 is not None
 
 
 def test_whoever_gives_way_goes_on_only_into_a_longer_gap():
-    world, proven = under_way(61.0, 0.0)
+    world, proven = under_way(61.0, 1.0)
     world.objects.append(crossing(-40.0))
     assert GUARD.recheck(proven, world.view(), giving_way=False).abort in (None, Abort.FINISH)
     assert GUARD.recheck(proven, world.view(), giving_way=True).abort is Abort.GIVE_WAY

@@ -13,6 +13,7 @@ from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane, KeepL
 from stucksolver.guard import Guard
 from stucksolver.guard.case import Case
 from stucksolver.guard.predict import BRAKING_MPS2, CROSSING_MPS
+from stucksolver.guard.tracking import tracked
 from stucksolver.scene import LaneDirection, LightState, LineKind, ObjectKind
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.view import View
@@ -212,7 +213,7 @@ def test_who_comes_from_behind_stops_short_of_what_is_in_their_lane(behind_m, sp
     _, proven = GUARD.accept([ChangeLane(side="left", distance_m=40.0, speed_mps=5.0)], view, False)
     event(f"accepted: {proven is not None}")
     assume(proven is not None)
-    case = Case(view, proven.path, GUARD.policy)
+    case = Case(view, tracked(proven.path, view), GUARD.policy)
     run, path = getattr(case, which), case.path
     entry = float(run.t[np.flatnonzero(case.inside(path.enters[0]))[0]])
     past = 50.0 - behind_m - 2.3 + speed * entry > np.interp(entry, run.t, path.s) + view.ego.length_m / 2

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from worlds import LANE_M, World, red_light, straight_road, thing
@@ -9,7 +11,7 @@ from worlds import LANE_M, World, red_light, straight_road, thing
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, ChangeLane, KeepLane
 from stucksolver.guard import Guard, RejectCode
-from stucksolver.scene import LightState, LineKind, ObjectKind
+from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl
 from stucksolver.solver.execution import Execution, Outcome
 
 TWO_WAY = straight_road()
@@ -33,7 +35,9 @@ def borrowing():
 
 
 def put(world, proven, s, speed=None):
-    """The ego on its path at an arc length, as quick as the path lets it be if not told."""
+    """The ego on its path at an arc length, as one comes there, and as quick as the path lets it be if not told."""
+    body = proven.path.body(0.0, world.ego().limits.wheelbase_m)
+    world.yaw = float(np.interp(s, proven.path.s, body))
     world.x, world.y = s, float(np.interp(s, proven.path.s, proven.path.d))
     world.speed = 3.0 if speed is None else speed
     return world
@@ -129,6 +133,31 @@ def test_a_light_that_turns_red_ahead_is_stopped_for(committed):
     assert RejectCode.RED_LIGHT in {r.code for r in verdict.rejects}
 
 
+def sign(distance):
+    return TrafficControl(kind=ControlKind.STOP_SIGN, distance_m=distance, applies=True)
+
+
+@pytest.mark.parametrize("committed", [False, True])
+@pytest.mark.parametrize("control", [sign, partial(red_light, state=LightState.OFF)])
+def test_a_light_that_goes_dark_or_a_sign_that_comes_into_sight_is_stopped_at(control, committed):
+    world = World(MULTI, controls=(red_light(50.0, LightState.GREEN),))
+    proven = begin([LEFT], world)
+    put(world, proven, proven.path.s[0] + 1.0 if not committed else proven.commit_s + 20.0)
+    world.controls = (control(20.0),)
+    verdict = GUARD.recheck(proven, world.view())
+    assert verdict.abort is Abort.STOP
+    assert {r.code for r in verdict.rejects} == {RejectCode.STOP_LINE}
+
+
+@pytest.mark.parametrize("control", [sign, partial(red_light, state=LightState.OFF)])
+def test_a_line_that_was_stopped_at_is_crept_over(control):
+    world = World(TWO_WAY, controls=(control(3.0),))
+    proven = begin([KeepLane(distance_m=20.0, speed_mps=2.0)], world)
+    for way in np.arange(0.0, 5.0, 0.25):
+        world.controls = (control(3.0 - way),)
+        assert GUARD.recheck(proven, put(world, proven, 50.0 + way, 1.5).view()).accepted, way
+
+
 def test_a_light_too_near_to_stop_at_is_past_mending():
     world = World(TWO_WAY)
     proven = begin([KeepLane(distance_m=40.0, speed_mps=5.0)], world)
@@ -165,7 +194,7 @@ def test_a_walker_who_steps_out_stops_a_way_in_the_own_lane():
     assert verdict.rejects[0].object_id == "walker"
 
 
-def nosing_in(gap_m, speed, reaches_m=0.2, giving_way=False, own_mps=1.5):
+def nosing_in(gap_m, speed, reaches_m=0.3, giving_way=False, own_mps=1.5):
     """A slow change of lanes whose nose is in the next lane, and somebody in it so far behind the nose."""
     world = World(MULTI)
     proven = begin([ChangeLane(side="left", distance_m=60.0, speed_mps=1.5)], world)
@@ -190,7 +219,7 @@ def test_going_on_takes_a_longer_gap_than_giving_way():
     gaps = np.arange(10.0, 110.0, 2.0)
     ends = []
     for giving_way in (False, True):
-        verdicts = [nosing_in(gap, 10.0, 0.4, giving_way, own_mps=0.0) for gap in gaps]
+        verdicts = [nosing_in(gap, 10.0, 0.6, giving_way, own_mps=0.0) for gap in gaps]
         waits = [verdict.abort is Abort.GIVE_WAY for verdict in verdicts]
         ends.append(gaps[int(np.argmin(waits))])
         assert not any(waits[int(np.argmin(waits)) :])
@@ -199,7 +228,7 @@ def test_going_on_takes_a_longer_gap_than_giving_way():
 
 def test_with_way_left_before_their_way_the_nose_goes_on_up_to_it():
     assert nosing_in(12.0, 10.0, 0.1, giving_way=True, own_mps=0.0).accepted
-    assert nosing_in(12.0, 10.0, 0.4, giving_way=True, own_mps=0.0).abort is Abort.GIVE_WAY
+    assert nosing_in(12.0, 10.0, 0.6, giving_way=True, own_mps=0.0).abort is Abort.GIVE_WAY
 
 
 def test_who_speeds_up_a_little_does_not_end_a_plan_begun_in_good_order():
@@ -215,7 +244,7 @@ def test_who_speeds_up_a_little_does_not_end_a_plan_begun_in_good_order():
         refused = [
             gap
             for gap in gaps
-            if not judge(World(MULTI, [thing("behind", 47.55 - gap - 2.3, LANE_M, speed=10.0)]).view()).accepted
+            if not judge(World(MULTI, [thing("behind", 48.05 - gap - 2.3, LANE_M, speed=10.0)], x=50.5).view()).accepted
         ]
         least.append(max(refused))
     assert least[0] - least[1] > 3.0

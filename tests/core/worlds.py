@@ -206,7 +206,8 @@ class World:
         if isinstance(directive, Execute) and directive.path:
             self._along(directive)
         elif isinstance(directive, Execute | SafeStop):
-            self._settle(0.0)
+            hard = directive.brake_mps2 if isinstance(directive, Execute) else None
+            self._settle(0.0, braking=hard or self.ego().limits.comfort_braking_mps2)
         else:
             self._settle(self._free_speed())
             self.y += float(np.clip(-self.y, -0.5, 0.5)) * self.dt
@@ -234,9 +235,9 @@ class World:
         self.speed = -min(wanted, abs(self.speed) + 1.0 * self.dt)
         self.x += self.speed * self.dt
 
-    def _settle(self, wanted: float, turn: float = 1.0) -> None:
+    def _settle(self, wanted: float, turn: float = 1.0, braking: float = 6.0) -> None:
         self.speed = max(self.speed, 0.0)
-        change = float(np.clip(wanted - self.speed, -6.0 * self.dt, 1.5 * self.dt))
+        change = float(np.clip(wanted - self.speed, -braking * self.dt, 1.5 * self.dt))
         self.speed = max(self.speed + change, 0.0)
         self.x += self.speed * turn * self.dt
 

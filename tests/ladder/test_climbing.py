@@ -139,7 +139,7 @@ def test_tries_are_counted_and_pauses_kept():
 def test_traffic_that_will_go_on_uses_up_no_tries():
     """A stream of oncoming cars refuses the plan again and again; that is no reason to call for help."""
     stream = [thing(f"car{k}", 110.0 + 45.0 * k, LANE_M, speed=-9.0) for k in range(8)]
-    world = World(TWO_WAY, [thing("lead", 75.0), *stream], x=66.0, sight_m=600.0)
+    world = World(TWO_WAY, [thing("lead", 75.0), *stream], x=65.3, sight_m=600.0)
     pushy = planning(BorrowOncomingLane(past_object_id="lead", speed_mps=5.0))
     seen = drive(world, 56.0, reasoner=pushy, ladder=ladder(rungs={"rules": {"tries": 2}}))
     refusals = [e.verdict for e in seen.events if e.verdict and not e.verdict.accepted]

@@ -10,7 +10,7 @@ from stucksolver import StuckSolver
 from stucksolver.cli import main
 from stucksolver.decision import WaitReason
 from stucksolver.decision.behaviors import Release
-from stucksolver.guard import Guard
+from stucksolver.guard import Guard, GuardPolicy
 from stucksolver.ladder import PROFILES, LadderError, Resume, find_ladder, parse_ladder, profile, profile_text
 from stucksolver.ladder.rungs import KINDS
 from stucksolver.ladder.where import line_of
@@ -115,7 +115,11 @@ def test_a_user_can_swap_the_ladder_by_file_profile_or_value(tmp_path):
     path.write_text(DEFAULT.replace('solid_line = "passenger"', 'solid_line = "operator"'))
     for given_, expected in ((path, "operator"), ("evaluation", "autonomous"), (profile("default"), "passenger")):
         assert StuckSolver(lambda: None, ladder=given_).guard.policy.solid_line == expected
-    assert StuckSolver(lambda: None, guard=Guard(), ladder=path).guard.policy.solid_line == Guard().policy.solid_line
+    with pytest.raises(LadderError, match="less than ladder 'default' does for: solid_line"):
+        StuckSolver(lambda: None, guard=Guard(), ladder=path)
+    stricter = Guard(GuardPolicy(solid_line="forbid"))
+    assert StuckSolver(lambda: None, guard=stricter, ladder=path).guard is stricter
+    assert StuckSolver(lambda: None, guard=Guard(GuardPolicy(solid_line="autonomous"))).guard.policy != Guard().policy
 
 
 def test_the_command_prints_a_profile_that_reads_back_and_checks_a_file(tmp_path, capsys):

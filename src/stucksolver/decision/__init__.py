@@ -11,6 +11,7 @@ from stucksolver.decision.decision import (
     RecoveryPlan,
 )
 from stucksolver.decision.directive import CONTINUE, Continue, Directive, Execute, PathPoint, Replan, SafeStop
+from stucksolver.decision.lease import Lease
 from stucksolver.decision.release import asks_for, releases
 from stucksolver.scene.reading import GuidanceIntent
 
@@ -26,6 +27,7 @@ __all__ = [
     "Execute",
     "GuidanceIntent",
     "Intent",
+    "Lease",
     "Observation",
     "ObservedControl",
     "Participant",

@@ -9,13 +9,20 @@ from pydantic import Field, TypeAdapter
 from stucksolver.decision.behaviors.registry import AnyBehavior
 from stucksolver.scene.model import Model
 
+EXPIRES_TICKS = 10
+"""Half a second at CARLA's 20 Hz: as old as the guard lets surroundings be."""
+
 
 class PathPoint(Model):
-    """A point of the proven path in the local frame of the surroundings, with an upper bound on the speed."""
+    """A point of the proven path in the local frame of the surroundings, with an upper bound on the speed.
+
+    `no_stop`: a stop from here would not end where a vehicle may stand; finishing the path has been proven.
+    """
 
     x_m: float
     y_m: float
     speed_mps: float
+    no_stop: bool = False
 
 
 class Continue(Model):
@@ -29,6 +36,10 @@ class Execute(Model):
 
     The same object is returned for as long as the same stretch is to be driven. `reverse`: the path leads away behind
     the ego, which backs up along it. `ignore`: ids of objects that the path leads over and that must not be braked for.
+    `brake_mps2`: how hard to brake for a behaviour that stands still; None for as gently as usual.
+
+    An order is good for `expires_ticks` ticks of the stack's clock unless `step` returns it, or another, again. Then
+    the stack performs its fallback (`Lease` does that): to stop, or, where `no_stop` says so, to finish the path.
     """
 
     kind: Literal["execute"] = "execute"
@@ -36,6 +47,13 @@ class Execute(Model):
     path: tuple[PathPoint, ...] = ()
     reverse: bool = False
     ignore: tuple[str, ...] = ()
+    brake_mps2: float | None = Field(default=None, gt=0)
+    expires_ticks: int = Field(default=EXPIRES_TICKS, ge=1, le=200)
+
+    def no_stop_at(self, x_m: float, y_m: float) -> bool:
+        """Is finishing what has been proven for a place near the path, given in the frame of its points?"""
+        nearest = min(self.path, key=lambda p: (p.x_m - x_m) ** 2 + (p.y_m - y_m) ** 2, default=None)
+        return nearest is not None and nearest.no_stop
 
 
 class Replan(Model):

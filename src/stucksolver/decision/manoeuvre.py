@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +24,7 @@ class Manoeuvre:
     `enters`: the lanes that the path moves into or through, in order, the ego's own lane excluded.
     `passes`: ids of the objects that it goes round; `over`: of those it drives over. `returns`: does it end in the
     route's lane? `stops`: does it end at rest? A manoeuvre in reverse is one in the frame of `View.backwards`.
+    `yaw`: headings of the body relative to the road, radians, where they are known not to be the path's own.
     """
 
     s: Array
@@ -33,6 +35,7 @@ class Manoeuvre:
     returns: bool = True
     over: tuple[str, ...] = ()
     stops: bool = False
+    yaw: Array | None = None
 
     @property
     def end_s(self) -> float:
@@ -51,12 +54,16 @@ class Manoeuvre:
         heading: Array = np.arctan2(d[2:] - d[:-2], s[2:] - s[:-2])
         return heading
 
+    def body(self, yaw_rad: float, wheelbase_m: float) -> Array:
+        """Headings of the body of a vehicle whose centre is on the path, and which points so at first."""
+        return self.yaw if self.yaw is not None else body_heading(self.heading(), yaw_rad, wheelbase_m / 2)
+
     def from_station(self, s: float) -> Manoeuvre:
         """What is left of it from `s` on, to its very end; at least its last two stations."""
         left = np.arange(max(s, float(self.s[0])), self.end_s - STEP_M / 2, STEP_M)
         stations: Array = np.append(left, self.end_s) if len(left) else self.s[-2:]
         d, speed = np.interp(stations, self.s, self.d), np.interp(stations, self.s, self.speed)
-        return replace(self, s=stations, d=d, speed=speed)
+        return replace(self, s=stations, d=d, speed=speed, yaw=None)
 
     def then(self, other: Manoeuvre) -> Manoeuvre:
         """This one, followed by another that starts where this ends."""
@@ -77,6 +84,19 @@ class Manoeuvre:
         speed = np.minimum(self.speed, np.maximum(np.sqrt(2 * SOFT_BRAKING_MPS2 * room), LEAST_MPS))
         speed[-1] = 0.0
         return replace(self, speed=speed, stops=True)
+
+
+def body_heading(course_rad: Array, yaw_rad: float, lever_m: float) -> Array:
+    """Headings of a body whose centre moves in the directions `course_rad`, one every `STEP_M`, and points so at first.
+
+    The rear axle, `lever_m` behind the centre, does not slip aside: dyaw/ds = sin(course - yaw) / lever. For a steady
+    bend of radius R that is the slip asin(lever / R) of the kinematic bicycle; here for small angles.
+    """
+    keeps = math.exp(-STEP_M / lever_m)
+    found = [yaw_rad]
+    for course in course_rad[1:].tolist():
+        found.append(course + keeps * (found[-1] - course))
+    return np.array(found)
 
 
 def landing_m(speed_mps: float) -> float:

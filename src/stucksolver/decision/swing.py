@@ -13,8 +13,8 @@ NEARER_M = 0.05
 LATER_M = 5.0
 SHIFT_TIME_S = 3.0
 """A lane change at speed takes about this long."""
-CORNER_CLEARANCES_M = (0.8, 0.65, 0.5, 0.4)
-VULNERABLE_CORNER_CLEARANCES_M = (1.4, 1.3, 1.2, 1.1)
+CORNER_CLEARANCES_M = (0.8, 0.65, 0.5, 0.4, 0.32)
+VULNERABLE_CORNER_CLEARANCES_M = (1.4, 1.3, 1.2, 1.1, 1.05)
 """Planned clearances of the body's corners while swinging out: from what is wished for to what is just enough; the
 second ones beside people and cyclists."""
 
@@ -47,7 +47,7 @@ def touches_standing(view: View, path: Manoeuvre, clearance_m: float, vulnerable
     if not len(standing):
         return False
     gap = separation(
-        (path.s[:, None], path.d[:, None], path.heading()[:, None]),
+        (path.s[:, None], path.d[:, None], path.body(float(path.heading()[0]), view.ego.limits.wheelbase_m)[:, None]),
         (view.ego.length_m / 2, view.ego.width_m / 2),
         (view.s[standing], view.d[standing], view.yaw[standing]),
         (view.half_length[standing], view.half_width[standing]),

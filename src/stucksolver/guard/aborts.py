@@ -106,7 +106,7 @@ def lets_by(case: Case, rejects: list[Reject], giving_way: bool) -> bool:
     met_s = [named[thing.id] for i, thing in enumerate(view.objects) if thing.id in named and goes_straight(case, i)]
     if not met_s or min(met_s) > lasts + (GOES_ON_S if giving_way else GIVES_WAY_S):
         return False
-    stations, t = _braking_now(case)
+    stations, t = braking_now(case)
     if not _may_wait(case, float(stations[-1])):
         return False
     which = relevant(case, float(t[-1]))
@@ -122,7 +122,7 @@ def stops_beside(case: Case, rejects: list[Reject], giving_way: bool) -> bool:
     They are taken to drive on as they do. Not on a level crossing, nor where the body reaches into an oncoming lane.
     """
     view, policy = case.view, case.policy
-    stations, t = _braking_now(case)
+    stations, t = braking_now(case)
     named = {reject.object_id for reject in rejects}
     which = np.array([i for i, thing in enumerate(view.objects) if thing.id in named and view.moving[i] > 0], dtype=int)
     if case.on_rails(float(stations[-1])) or case.in_oncoming_lane or not len(which):
@@ -136,9 +136,9 @@ def _kept(case: Case, giving_way: bool, gap_m: float) -> float:
     return 0.0 if giving_way and abs(case.view.ego.speed_mps) < MOVING_MPS else gap_m
 
 
-def _braking_now(case: Case) -> tuple[Array, Array]:
-    """Arc lengths of the ego when it brakes now, and the instants, until it has stood for a while."""
-    braking, speed = case.view.ego.limits.comfort_braking_mps2, case.view.ego.speed_mps
+def braking_now(case: Case, braking_mps2: float | None = None) -> tuple[Array, Array]:
+    """Arc lengths of the ego when it brakes now, gently if not told, and the instants, until it has stood a while."""
+    braking, speed = braking_mps2 or case.view.ego.limits.comfort_braking_mps2, max(case.view.ego.speed_mps, 0.0)
     t = np.arange(0.0, LAG_S + speed / braking + STANDS_S + STEP_S, STEP_S)
     since = np.clip(t - LAG_S, 0.0, speed / braking)
     return case.path.s[0] + speed * np.minimum(t, LAG_S) + speed * since - braking * since**2 / 2, t

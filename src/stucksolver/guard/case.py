@@ -20,7 +20,8 @@ from stucksolver.scene.view import View
 class Case:
     """Two speed hypotheses are carried: the ego as quick as comfort allows, and a sluggish one.
 
-    `running`: the plan is under way, so that it is also a question what can still be done.
+    `running`: the plan is under way, so that it is also a question what can still be done. `stopped_at_s`: arc lengths
+    of the lines of dark lights and stop signs at which the ego stood when the plan was begun.
     """
 
     view: View
@@ -29,6 +30,7 @@ class Case:
     guided: bool = False
     running: bool = False
     approvals: Approvals = NOBODY
+    stopped_at_s: tuple[float, ...] = ()
 
     @cached_property
     def quick(self) -> Rollout:
@@ -43,7 +45,8 @@ class Case:
 
     @cached_property
     def heading(self) -> Array:
-        return self.path.heading()
+        """Of the body, relative to the road, at each station."""
+        return self.path.heading() if self.path.yaw is None else self.path.yaw
 
     @cached_property
     def reach(self) -> Array:

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.decision.behaviors import Release
+from stucksolver.guard.abreast import will_be_followed
 from stucksolver.guard.case import Case
 from stucksolver.guard.policy import rss_lateral, step_off
 from stucksolver.guard.predict import CROSSING_MPS, moving_gaps, profiles, relevant, standing_gaps, times
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.objects import ObjectKind, TrackedObject
-from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.surroundings import ControlKind, LightState
-from stucksolver.scene.view import MOVING_MPS
+from stucksolver.scene.view import MOVING_MPS, View
 
 STANDS_MPS = 0.3
 NAMED = 3
@@ -42,7 +42,7 @@ def collision(case: Case) -> list[Reject]:
         t = times(case)
         stations = profiles(case, t)
         gap = moving_gaps(case, stations, moving, t)
-        gap = np.where(_will_be_followed(case, stations, moving), np.maximum(gap, gap[:, :1]), gap)
+        gap = np.where(will_be_followed(case, stations, moving, t), np.maximum(gap, gap[:, :1]), gap)
         speed = np.maximum(np.interp(t, case.quick.t, case.quick.v), np.interp(t, case.slow.t, case.slow.v))
         found += _too_near(case, moving, gap.min(axis=0), _margins(case, moving, speed), t)
     return found
@@ -71,7 +71,7 @@ def _margins(case: Case, which: Array, speed: Array) -> Array:
 def _too_near(case: Case, which: Array, gap: Array, margin: Array, t: Array) -> list[Reject]:
     """The objects whose gap (instants, objects) falls below the bound for what they are."""
     # What is already nearer than the bound counts only when the plan brings it nearer still.
-    bad = (gap < margin) & (gap < gap[0] - 0.05)
+    bad = (gap < margin - (case.policy.tracked_gap_m if case.running else 0.0)) & (gap < gap[0] - 0.05)
     if not bad.any():
         return []
     worst = np.where(bad, gap, np.inf).min(axis=0)
@@ -109,24 +109,6 @@ def _reject(case: Case, index: int, time_s: float, gap_m: float) -> Reject:
         code = RejectCode.CLEARANCE
     detail = f"{thing.kind.value} {thing.id}: gap {gap_m:.1f} m after {time_s:.1f} s"
     return Reject(code=code, detail=detail, object_id=thing.id, time_s=time_s, gap_m=gap_m)
-
-
-def _will_be_followed(case: Case, station: Array, which: Array) -> Array:
-    """(profiles, times, objects): traffic ahead in a lane of our direction, which the stack follows rather than hits.
-
-    It does not hold while the ego is in an oncoming lane: there it cannot slow down and follow.
-    """
-    view = case.view
-    leads = (view.vs[which] > 0.5) & (view.s[which] > view.ego_s) & (np.abs(view.vd[which]) < 0.5)
-    leads &= view.elsewhere[which] == 0
-    leads &= np.array([view.objects[int(i)].id not in case.path.passes for i in which])
-    oncoming = np.zeros(len(case.path.s))
-    for lane in case.path.enters:
-        if lane.strip.direction is LaneDirection.OPPOSITE:
-            oncoming = np.maximum(oncoming, case.inside(lane))
-    own_side = np.interp(station, case.path.s, oncoming) < 0.5
-    result: Array = own_side[..., None] & leads
-    return result
 
 
 def drivable_area(case: Case) -> list[Reject]:
@@ -174,13 +156,16 @@ OVER_THE_LINE_M = 1.0
 """A vehicle that stands with its bumper this far past a light's line has not passed the light."""
 AT_THE_LINE_M = 6.0
 """A vehicle that stands no further than this before a line has stopped at it."""
+SAME_LINE_M = 2.0
+"""A line seen so near to where one was is the same."""
 
 
 def stop_line(case: Case) -> list[Reject]:
     """No light's line is crossed unless it is green; a dark light and a stop sign only after a stop, and creeping.
 
     Only an operator may release a red light, for creeping. While a plan runs, a line before which comfortable braking
-    cannot stop any more is past mending.
+    cannot stop any more is past mending; a light that has gone dark, or a sign that has come into sight, ends the plan,
+    since it was not begun from a stop there.
     """
     ego = case.view.ego
     reach = case.path.end_s + ego.length_m / 2 - case.view.ego_front_s
@@ -196,13 +181,32 @@ def stop_line(case: Case) -> list[Reject]:
             state = control.state.value if control.state else "unknown"
             if not (case.approvals.cover("red_light", Release.OPERATOR) and _creeps_over(case, control.distance_m)):
                 return [Reject(code=RejectCode.RED_LIGHT, detail=f"{state} light {control.distance_m:.0f} m ahead")]
-        elif light or control.kind is ControlKind.STOP_SIGN:
-            stopped = ego.speed_mps < STANDS_MPS and control.distance_m < AT_THE_LINE_M
-            if not case.running and not (stopped and _creeps_over(case, control.distance_m)):
-                what = "dark light (an all-way stop)" if light else "stop sign"
-                detail = f"{what} {control.distance_m:.0f} m ahead: stop at it first, then creep"
-                return [Reject(code=RejectCode.STOP_LINE, detail=detail)]
+        elif (light or control.kind is ControlKind.STOP_SIGN) and not _was_stopped_at(case, control.distance_m):
+            what = "dark light (an all-way stop)" if light else "stop sign"
+            detail = f"{what} {control.distance_m:.0f} m ahead: stop at it first, then creep"
+            return [Reject(code=RejectCode.STOP_LINE, detail=detail)]
     return []
+
+
+def stopped_at(view: View) -> tuple[float, ...]:
+    """Arc lengths of the lines of dark lights and stop signs at which the ego stands."""
+    if view.ego.speed_mps >= STANDS_MPS:
+        return ()
+    return tuple(
+        view.ego_front_s + control.distance_m
+        for control in view.surroundings.controls
+        if control.distance_m < AT_THE_LINE_M
+        and (control.kind is ControlKind.STOP_SIGN or control.state is LightState.OFF)
+    )
+
+
+def _was_stopped_at(case: Case, distance_m: float) -> bool:
+    """Has the ego stopped at a line, to creep over it? A running plan has if it was begun so before the same line."""
+    if case.running:
+        line_s = case.view.ego_front_s + distance_m
+        return any(abs(line_s - known_s) < SAME_LINE_M for known_s in case.stopped_at_s)
+    stopped = case.view.ego.speed_mps < STANDS_MPS and distance_m < AT_THE_LINE_M
+    return stopped and _creeps_over(case, distance_m)
 
 
 def _creeps_over(case: Case, distance_m: float) -> bool:

@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan, Check, Start
+from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan, Check, RequestAssistance, Start
+from stucksolver.decision.behaviors.registry import why_foreign
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
 from stucksolver.guard import checks, marking, obstacles, rules, traffic
 from stucksolver.guard.aborts import committed, lets_by, stops_are_safe, stops_beside
+from stucksolver.guard.abreast import from_behind
 from stucksolver.guard.case import Case
 from stucksolver.guard.hand_back import clear_to_hand_back
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
+from stucksolver.guard.sight import seen
+from stucksolver.guard.tracking import tracked
 from stucksolver.guard.verdict import OK, Reject, RejectCode, Verdict
+from stucksolver.guard.ways_out import WayOut, brakes_hard, least_harm
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.road import LaneDirection
+from stucksolver.scene.sound import why_unsound
 from stucksolver.scene.view import View
 
 CHECKS: dict[Check, Callable[[Case], list[Reject]]] = {
-    Check.COLLISION: checks.collision,
+    Check.COLLISION: lambda case: checks.collision(case) + from_behind(case) + seen(case),
     Check.DRIVABLE_AREA: checks.drivable_area,
     Check.SPEED: checks.speed,
     Check.STOP_LINE: checks.stop_line,
@@ -41,6 +47,8 @@ CHECKS: dict[Check, Callable[[Case], list[Reject]]] = {
 
 
 SPEED_TOLERANCE_MPS = 1.0
+MOST = 6
+"""Behaviours of a plan."""
 SETTLED = frozenset({Check.SPEED, Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITHIN_LANE})
 """Checks of the path alone: settled at acceptance."""
 
@@ -62,6 +70,7 @@ class Proven:
     guided: bool
     approvals: Approvals = NOBODY
     start_mps: float = 0.0
+    stopped_at_s: tuple[float, ...] = ()
 
     @property
     def reverse(self) -> bool:
@@ -98,6 +107,9 @@ class Guard:
         self, behaviors: Sequence[Behavior], view: View, guided: bool, approvals: Approvals = NOBODY
     ) -> tuple[Verdict, Proven | None]:
         """Judge behaviours that move, as one path from here. The second value is None when refused."""
+        wrong = _unsound(behaviors, view)
+        if wrong is not None:
+            return Verdict(rejects=(wrong,)), None
         first = [r for r in (self._stale(view), *(self._unreleased(b, approvals) for b in behaviors)) if r]
         if first:
             return Verdict(rejects=tuple(first)), None
@@ -105,16 +117,21 @@ class Guard:
             proven = self.lay_out(behaviors, view, guided, approvals)
         except CannotPlan as error:
             return Verdict(rejects=(Reject(code=RejectCode.NO_PATH, detail=str(error)),)), None
-        case = Case(self._facing(view, proven), proven.path, self.policy, guided, approvals=approvals)
+        view = self._facing(view, proven)
+        way = tracked(proven.path, view, reverse=proven.reverse)
+        case = Case(view, way, self.policy, guided, approvals=approvals)
         rejects = self._run(proven.checks, case) or stops_are_safe(case, proven.no_stop)
         return (Verdict(rejects=tuple(rejects)), None) if rejects else (OK, proven)
 
     def allows_standing(self, behavior: Behavior, view: View, approvals: Approvals = NOBODY) -> Verdict:
         """Judge a behaviour that stands still."""
-        old = self._stale(view) or self._unreleased(behavior, approvals)
+        old = _unsound((behavior,), view) or self._stale(view) or self._unreleased(behavior, approvals)
         why = behavior.precondition(view)
         if old:
             return Verdict(rejects=(old,))
+        if why is None and isinstance(behavior, RequestAssistance) and not self.may_stand(view):
+            detail = "help is waited for where one may stand: not in a junction, crossing or oncoming lane"
+            return Verdict(rejects=(Reject(code=RejectCode.STOPPING_PLACE, detail=detail),))
         return Verdict(rejects=(Reject(code=RejectCode.PRECONDITION, detail=why),)) if why else OK
 
     def recheck(self, proven: Proven, view: View, giving_way: bool = False) -> Verdict:
@@ -124,34 +141,45 @@ class Guard:
         """
         view = self._facing(view, proven)
         off = self._off_path(proven, view) or self._too_fast(proven, view)
-        rest = proven.path.from_station(view.ego_s)
+        rest = tracked(proven.path.from_station(view.ego_s), view, reverse=proven.reverse)
         case = Case(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
+        case = replace(case, stopped_at_s=proven.stopped_at_s)
         if not proven.committed(view.ego_s):
             known = [reject for reject in (self._stale(view), off) if reject]
             rejects = known or self._run(proven.checks_on_tick, case)
-            return Verdict(rejects=tuple(rejects), abort=self._before_commit(view)) if rejects else OK
+            return self._given_up(case, rejects) if rejects else OK
         if not case.in_oncoming_lane:
             red = checks.stop_line(case)
             if red:
-                return Verdict(rejects=tuple(red), abort=Abort.STOP)
+                return Verdict(rejects=tuple(red), abort=Abort.STOP, brake_mps2=brakes_hard(case))
         rejects = ([off] if off else []) + checks.collision(case)
         pressing = [] if proven.reverse else traffic.unyielding(case, giving_way)
         way = self._after_commit(case, proven, rejects, pressing, giving_way)
-        return OK if way is None else Verdict(rejects=tuple(rejects + pressing), abort=way)
+        if way is None:
+            return OK
+        return Verdict(rejects=tuple(rejects + pressing), abort=way.abort, brake_mps2=way.brake_mps2)
 
     def _after_commit(
         self, case: Case, proven: Proven, rejects: list[Reject], pressing: list[Reject], giving_way: bool
-    ) -> Abort | None:
-        """What is best where going on is doubtful: back into the lane, a stop that lets others by, or to go on."""
+    ) -> WayOut | None:
+        """What is best where going on is doubtful: back into the lane, a stop that lets others by, or to go on.
+
+        Where going on would touch somebody, whatever does least harm.
+        """
         off = any(r.code in (RejectCode.DEVIATION, RejectCode.OVERSPEED) for r in rejects)
         wanted = {b.abort_after_commit for b in proven.behaviors}
         if rejects and Abort.RETURN_TO_LANE in wanted and self.way_back(case.view) is not None:
-            return Abort.RETURN_TO_LANE
+            return WayOut(Abort.RETURN_TO_LANE)
         if not off and lets_by(case, rejects, giving_way):
-            return Abort.GIVE_WAY
+            return WayOut(Abort.GIVE_WAY)
         if not off and (pressing or giving_way) and stops_beside(case, rejects + pressing, giving_way):
-            return Abort.GIVE_WAY
-        return Abort.FINISH if rejects else None
+            return WayOut(Abort.GIVE_WAY)
+        return least_harm(case, giving_way) if rejects else None
+
+    def _given_up(self, case: Case, rejects: list[Reject]) -> Verdict:
+        way = self._before_commit(case.view)
+        hard = brakes_hard(case) if way is Abort.STOP else None
+        return Verdict(rejects=tuple(rejects), abort=way, brake_mps2=hard)
 
     def _before_commit(self, view: View) -> Abort:
         """A stop, unless the stack has strayed into an oncoming lane, where a stop is never the way out."""
@@ -174,7 +202,7 @@ class Guard:
         speed = max(view.ego.speed_mps, 3.0)
         length = max(2.0 * speed, shortest_shift(view.ego_d, view.ego.limits.min_turn_radius_m), 4.0)
         path = lateral(view.ego_s, view.ego_d, 0.0, length, speed, view)
-        case = Case(view, path, self.policy, running=True)
+        case = Case(view, tracked(path, view), self.policy, running=True)
         return None if checks.collision(case) or checks.drivable_area(case) else path
 
     def clear_to_hand_back(self, view: View) -> bool:
@@ -209,6 +237,7 @@ class Guard:
             guided,
             approvals,
             abs(view.ego.speed_mps),
+            checks.stopped_at(view),
         )
 
     @staticmethod
@@ -243,3 +272,11 @@ class Guard:
         if error <= self.policy.tracking_error_m:
             return None
         return Reject(code=RejectCode.DEVIATION, detail=f"{error:.1f} m beside the proven path", gap_m=error)
+
+
+def _unsound(behaviors: Sequence[Behavior], view: View) -> Reject | None:
+    """What comes in is looked at here: surroundings that can be true, and behaviours of the closed list, in bounds."""
+    wrong = why_unsound(view.surroundings) or next((why for b in behaviors[:MOST] if (why := why_foreign(b))), None)
+    if wrong is None and len(behaviors) > MOST:
+        wrong = f"{len(behaviors)} behaviours, at most {MOST} are looked at"
+    return None if wrong is None else Reject(code=RejectCode.UNSOUND, detail=wrong)

@@ -6,8 +6,10 @@ import numpy as np
 
 from stucksolver.decision.behaviors import Release
 from stucksolver.guard.case import Case
+from stucksolver.guard.obstacles import in_queue
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Lane
+from stucksolver.scene.objects import MOTOR_VEHICLES
 from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 
 
@@ -75,7 +77,6 @@ def _no_obstruction(case: Case) -> str | None:
         thing = view.objects[int(i)]
         if thing.stationary_s is None or thing.stationary_s < policy.solid_line_standing_s:
             return "what is ahead is not a stationary obstruction"
-        moved = thing.moved_s_ago
-        if not thing.hazard_lights and moved is not None and moved < policy.waits.queue_moved_within_s:
-            return "what is ahead moved a moment ago: it may be a queue"
+        if not thing.hazard_lights and thing.kind in MOTOR_VEHICLES and in_queue(case, int(i)):
+            return "what is ahead may be in a queue"
     return None

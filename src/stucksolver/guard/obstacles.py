@@ -13,6 +13,8 @@ from stucksolver.scene.view import MOVING_MPS
 
 PARKED_OFFSET_M = 0.4
 """A vehicle this far from the lane's centre stands as parked ones do."""
+BEHIND_EACH_OTHER_M = 1.5
+"""Vehicles whose centres are offset by less stand in one line."""
 QUEUE_M = 15.0
 """A light, stop line or standing vehicle this near ahead of a vehicle may be what it waits for."""
 
@@ -52,21 +54,35 @@ def _standing(case: Case, i: int) -> str | None:
 
 
 def in_queue(case: Case, i: int) -> bool:
-    """Has it moved lately, or a light, a stop line or a vehicle that moved lately close ahead of it?"""
-    view, lately = case.view, case.policy.waits.queue_moved_within_s
-    moved = view.objects[i].moved_s_ago
-    if moved is not None and moved < lately:
+    """Does it wait for what is ahead of it, as far as one can tell from what is there now?
+
+    So it does if it has moved lately, if a light or stop line is close ahead of it, or another motor vehicle that has
+    moved lately, or that stands there like itself: in the lane, without hazard or emergency lights. How long they have
+    stood does not tell a queue from an obstruction: it may have stood before we came.
+    """
+    view = case.view
+    if _moved_lately(case, i):
         return True
     front = float(view.gap[i] + 2 * view.along[i])
     for control in view.surroundings.controls:
         holds = control.kind is ControlKind.STOP_SIGN or control.state in (LightState.RED, LightState.YELLOW)
         if control.applies is not False and holds and front - 2.0 <= control.distance_m < front + QUEUE_M:
             return True
-    next_up = (view.gap > front) & (view.gap < front + QUEUE_M) & (np.abs(view.d - view.d[i]) < 1.5)
-    return any(
-        view.objects[int(j)].kind in MOTOR_VEHICLES and (view.objects[int(j)].moved_s_ago or lately) < lately
-        for j in np.flatnonzero(next_up)
-    )
+    next_up = (view.gap > front) & (view.gap < front + QUEUE_M) & (np.abs(view.d - view.d[i]) < BEHIND_EACH_OTHER_M)
+    ahead = [int(j) for j in np.flatnonzero(next_up) if view.objects[int(j)].kind in MOTOR_VEHICLES]
+    return any(_moved_lately(case, j) or (_may_wait(case, i) and _may_wait(case, j)) for j in ahead)
+
+
+def _moved_lately(case: Case, i: int) -> bool:
+    moved = case.view.objects[i].moved_s_ago
+    return moved is not None and moved < case.policy.waits.queue_moved_within_s
+
+
+def _may_wait(case: Case, i: int) -> bool:
+    """Does it stand, or go, as those do who wait their turn: in the lane, with no lights that say otherwise?"""
+    thing = case.view.objects[i]
+    warns = thing.hazard_lights or thing.emergency_lights
+    return not warns and abs(float(case.view.d[i])) <= PARKED_OFFSET_M and thing.kind in MOTOR_VEHICLES
 
 
 def passable(case: Case) -> list[Reject]:
@@ -88,6 +104,11 @@ def _not_passable(case: Case, i: int) -> str | None:
     needed = policy.confirmed_confidence if confirmed else policy.passable_confidence
     if (thing.kind_confidence or 0.0) < needed:
         return f"is a {thing.kind.value} with confidence {thing.kind_confidence or 0.0:.2f}, {needed:.2f} is asked"
+    if np.hypot(case.view.vs[i], case.view.vd[i]) > MOVING_MPS:
+        return "moves"
+    longest = max(thing.length_m, thing.width_m)
+    if longest > policy.passable_size_m:
+        return f"is {longest:.1f} m long, at most {policy.passable_size_m:.1f} m is driven over"
     if thing.height_m > policy.passable_height_m:
         return f"is {thing.height_m:.2f} m high, at most {policy.passable_height_m:.2f} m is driven over"
     if (thing.seen_for_s or 0.0) < policy.passable_seen_s:

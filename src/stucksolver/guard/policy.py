@@ -16,6 +16,9 @@ RULES = ("solid_line", "emergency_scene", "school_bus", "level_crossing", "flagg
 """Besides the names of behaviours, what a person may be asked to release. A red light: an operator only."""
 
 
+SCENES = ("emergency_scene", "school_bus", "level_crossing", "flagger")
+RANKS = ("autonomous", "passenger", "operator", "forbid")
+"""From the least to the most that may be asked for."""
 PERSON_M, SLOW_MPS = 0.5, 1.5
 """Length of a person along the road; below that speed of ours a step off the kerb is answered by stopping."""
 
@@ -70,10 +73,14 @@ class GuardPolicy:
     unknown_oncoming_limit_mps: float = 50 / 3.6
     zone_margin_m: float = 3.0
     tracking_error_m: float = 0.9
+    tracked_gap_m: float = 0.15
+    """So much of each gap is left to tracking errors: while a plan runs it is examined from the ego's real pose."""
     solid_line_standing_s: float = 3.0
     off_route_m: float = 200.0
     off_route_s: float = 60.0
     passable_height_m: float = 0.15
+    passable_size_m: float = 1.2
+    """The longer side of what is driven over: a bin bag, an opened box."""
     passable_seen_s: float = 1.0
     passable_confidence: float = 0.8
     confirmed_confidence: float = 0.5
@@ -93,6 +100,15 @@ class GuardPolicy:
         unknown = sorted(set(self.releases) - set(REGISTRY))
         if unknown:
             raise ValueError(f"release of an unknown behaviour {unknown[0]!r}; there are: {', '.join(REGISTRY)}")
+
+    def laxer_than(self, other: GuardPolicy) -> tuple[str, ...]:
+        """What this policy lets be done with less of a yes than another one asks for."""
+        asked: dict[str, tuple[str, str]] = {
+            name: (self.release(name).value, other.release(name).value) for name in REGISTRY
+        }
+        asked |= {one: (self.scene_release(one).value, other.scene_release(one).value) for one in SCENES}
+        asked["solid_line"] = (self.solid_line, other.solid_line)
+        return tuple(name for name, (ours, theirs) in asked.items() if RANKS.index(ours) < RANKS.index(theirs))
 
     def scene_release(self, scene: str) -> Release:
         """Who must say yes to passing one of the scenes in `RULES`."""

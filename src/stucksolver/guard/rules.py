@@ -8,7 +8,7 @@ from stucksolver.guard.case import Case
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Array, Lane
 from stucksolver.scene.objects import MOTOR_VEHICLES, ObjectKind, TrackedObject
-from stucksolver.scene.road import LaneDirection, LaneKind, ZoneKind
+from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
 
 STANDS_MPS = 0.5
 IN_A_SCENE = (ObjectKind.FLAGGER, ObjectKind.CROSSING_GATE, ObjectKind.SCHOOL_BUS, ObjectKind.EMERGENCY)
@@ -52,7 +52,10 @@ def authority(case: Case) -> list[Reject]:
     found: list[tuple[str, str | None]] = [
         ("level_crossing", None)
         for zone in view.surroundings.road.zones
-        if zone.kind is ZoneKind.LEVEL_CROSSING and start < zone.end_m and zone.start_m < end
+        if zone.kind is ZoneKind.LEVEL_CROSSING
+        and start < zone.end_m
+        and zone.start_m < end
+        and not _leaves(case, zone)
     ]
     for i, thing in enumerate(view.objects):
         rule = _scene_of(thing) if thing.kind in IN_A_SCENE else None
@@ -72,6 +75,12 @@ def authority(case: Case) -> list[Reject]:
         for rule, who in found
         if not case.approvals.cover(rule, policy.scene_release(rule))
     ]
+
+
+def _leaves(case: Case, zone: Zone) -> bool:
+    """Does the ego stand in a zone already, and the path lead out of it?"""
+    half, here, end = case.view.ego.length_m / 2, case.view.ego_s, float(case.path.end_s)
+    return zone.start_m < here + half and here - half < zone.end_m and not zone.start_m - half < end < zone.end_m + half
 
 
 def _moves_over(case: Case, i: int) -> bool:

@@ -104,17 +104,17 @@ def lane_entry(case: Case) -> list[Reject]:
     home = case.start_lane
     for lane in case.path.enters:
         inside = np.flatnonzero(case.inside(lane)) if lane is not home else case.entries(lane)
-        if len(inside) and _is_due(case, int(inside[0])):
+        if len(inside) and is_due(case, int(inside[0])):
             found += _entry(case, lane, int(inside[0]))
     if case.path.returns and home is not None and home not in case.path.enters:
         # The way back begins where the body last reaches into the own lane again after having left it.
         back = case.entries(home)
-        if len(back) and _is_due(case, int(back[-1])):
+        if len(back) and is_due(case, int(back[-1])):
             found += _entry(case, home, int(back[-1]))
     return found
 
 
-def _is_due(case: Case, k: int) -> bool:
+def is_due(case: Case, k: int) -> bool:
     """Must the entry at station `k` be certain now? Always before the start, and where a borrowed lane is left."""
     if not case.running or any(lane.strip.direction is LaneDirection.OPPOSITE for lane in case.path.enters):
         return True
@@ -137,7 +137,7 @@ def _entry(case: Case, lane: Lane, k: int) -> list[Reject]:
             continue
         if view.d[i] + view.across[i] <= right + 0.1 or view.d[i] - view.across[i] >= left - 0.1:
             continue
-        reject = _too_close(case, k, i, tail)
+        reject = too_close(case, k, i, tail)
         if reject is not None:
             return [reject]
     return []
@@ -175,7 +175,7 @@ def _presses(case: Case, i: int, reaches: Array, border: float, giving_way: bool
     if not reaches.any():
         return None
     k = int(reaches.argmax())
-    tail = _inside_of(case, k, np.full(len(case.path.s) - k, border), bool(case.view.d[i] > case.path.d[0]))
+    tail = inside_of(case, k, np.full(len(case.path.s) - k, border), bool(case.view.d[i] > case.path.d[0]))
     # The slower we are, the nearer they have come by then; the quicker, the less they have passed us.
     found = (_could_not_stop(case, run, k, i, tail, 1.0 if giving_way else 0.5) for run in (case.slow, case.quick))
     return next((reject for reject in found if reject is not None), None)
@@ -207,10 +207,10 @@ def _tail(case: Case, lane: Lane, k: int) -> Array:
     """
     s = case.path.s[k:]
     from_right = bool(case.path.d[k] <= np.interp(s[0], lane.s, lane.centre))
-    return _inside_of(case, k, np.interp(s, lane.s, lane.right if from_right else lane.left), from_right)
+    return inside_of(case, k, np.interp(s, lane.s, lane.right if from_right else lane.left), from_right)
 
 
-def _inside_of(case: Case, k: int, border: Array, from_right: bool) -> Array:
+def inside_of(case: Case, k: int, border: Array, from_right: bool) -> Array:
     """The same with a border (its offsets at the stations from `k` on) that the body crosses from the right or left."""
     path, half_length, half_width = case.path, case.view.ego.length_m / 2, case.view.ego.width_m / 2
     s, d, turn = path.s[k:], path.d[k:], case.heading[k:]
@@ -222,7 +222,7 @@ def _inside_of(case: Case, k: int, border: Array, from_right: bool) -> Array:
     return tail[: int(whole[0]) + 1] if len(whole) else tail
 
 
-def _too_close(case: Case, k: int, i: int, tail: Array) -> Reject | None:
+def too_close(case: Case, k: int, i: int, tail: Array) -> Reject | None:
     """An object against the ego that enters at station `k`, for the quick and the slow ego, and for all in between.
 
     Who comes from behind answers from the entry on, by Lemma 2: it stops at the same place whenever one looks, which

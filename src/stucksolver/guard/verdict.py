@@ -10,6 +10,7 @@ from stucksolver.scene.model import Model
 
 class RejectCode(str, Enum):
     STALE = "stale_surroundings"
+    UNSOUND = "unsound_input"
     PRECONDITION = "precondition"
     APPROVAL = "approval_missing"
     NO_PATH = "no_path"
@@ -51,10 +52,11 @@ class Reject(Model):
 
 
 class Verdict(Model):
-    """`abort` is set only while a plan runs: what to do instead."""
+    """`abort` is set only while a plan runs: what to do instead; `brake_mps2`: how hard, where it is to brake."""
 
     rejects: tuple[Reject, ...] = ()
     abort: Abort | None = None
+    brake_mps2: float | None = None
 
     @property
     def accepted(self) -> bool:

@@ -47,6 +47,7 @@ ON_FOOT = frozenset({ObjectKind.PEDESTRIAN, ObjectKind.FLAGGER, ObjectKind.ANIMA
 """Those who may step into the road from a standstill."""
 VULNERABLE = ON_FOOT | {ObjectKind.BICYCLE}
 """Vulnerable road users: passed with a wider clearance."""
+TWO_WHEELED = frozenset({ObjectKind.MOTORCYCLE, ObjectKind.BICYCLE})
 PASSABLE_KINDS = frozenset({ObjectKind.BAG, ObjectKind.LITTER})
 """Soft by class: an empty bag, paper, cardboard. All that may ever be driven over."""
 STATIC_KINDS = PASSABLE_KINDS | {

@@ -9,7 +9,7 @@ import numpy as np
 
 from stucksolver.scene.frenet import Array, Lane, RoadFrame, road_frame, wrap_angle
 from stucksolver.scene.mirror import backwards
-from stucksolver.scene.objects import ON_FOOT, STATIC_KINDS, VULNERABLE, TrackedObject
+from stucksolver.scene.objects import ON_FOOT, STATIC_KINDS, TWO_WHEELED, VULNERABLE, TrackedObject
 from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
 from stucksolver.scene.surroundings import Surroundings
 
@@ -63,6 +63,11 @@ class View:
     def vulnerable(self) -> Array:
         """1.0 for vulnerable road users, else 0.0."""
         return np.array([float(o.kind in VULNERABLE) for o in self.objects])
+
+    @cached_property
+    def two_wheeled(self) -> Array:
+        """1.0 for those on two wheels, else 0.0."""
+        return np.array([float(o.kind in TWO_WHEELED) for o in self.objects])
 
     @cached_property
     def moving(self) -> Array:
@@ -125,6 +130,10 @@ class View:
     def sight_ahead_m(self, lane: Lane) -> float:
         """How far a lane is seen ahead of the ego; 0 where the surroundings do not say."""
         return next((x.ahead_m for x in self.surroundings.sight if x.lane_id == lane.strip.id), 0.0)
+
+    def sight_behind_m(self, lane: Lane) -> float:
+        """How far a lane is seen behind the ego; 0 where the surroundings do not say."""
+        return next((x.behind_m for x in self.surroundings.sight if x.lane_id == lane.strip.id), 0.0)
 
     def free_ahead_m(self) -> float:
         """From the front bumper to the nearest thing in the ego's way along the route; infinite where there is none."""

@@ -59,7 +59,10 @@ class Asking:
         check: PlanCheck | None = None,
     ) -> None:
         """Start a question; `status` is in the solver's own time. Raises `ReasonerError` where that cannot be."""
-        scene = self._scene()
+        try:
+            scene = self._scene()
+        except Exception as error:  # a stack's own fault, of whatever type, must not end the control loop
+            raise ReasonerError(f"the stack's scene raised {type(error).__name__}: {error}") from error
         if scene is None:
             raise ReasonerError("the stack has no scene to give")
         scene, self.camera_fault = self._camera.checked(scene, status.progress_m)

@@ -9,7 +9,7 @@ from pathlib import Path
 from stucksolver.decision import CONTINUE, Continue, RecoveryPlan, SafeStop
 from stucksolver.detect import Detector, DetectorSettings, Trigger
 from stucksolver.guard import Approvals, Guard, Verdict
-from stucksolver.ladder import Ladder, find_ladder
+from stucksolver.ladder import Ladder, LadderError, find_ladder
 from stucksolver.reason import Reasoner, RuleReasoner
 from stucksolver.scene import Guidance, Scene, Status
 from stucksolver.solver.asking import Asking
@@ -51,6 +51,12 @@ class Core:
     ) -> None:
         self.ladder = find_ladder(ladder)
         self.guard = guard or Guard(self.ladder.guard_policy())
+        laxer = () if ladder is None else self.guard.policy.laxer_than(self.ladder.guard_policy())
+        if laxer:
+            raise LadderError(
+                f"the guard given asks for less than ladder {self.ladder.name!r} does for: {', '.join(laxer)}; "
+                "give a stricter one, or Guard(ladder.guard_policy())"
+            )
         self.clock = make_clock(clock) if isinstance(clock, str) else clock
         reasoners = {"rules": reasoner or RuleReasoner(self.ladder.waits.limits()), **(models or {})}
         self.reasoners: Mapping[str, Reasoner] = reasoners

@@ -245,6 +245,9 @@ class Deliberation(People):
         if spoken is not None and spoken is self._words.now:
             self._end_words(now, "done")
         self._done = (plan, self._begun_m)
+        move = self._climb.move
+        if self._driven is None and isinstance(move, Assist) and self._running.may_stop(read, now):
+            return self._halt(move, now)  # at once: the stack would drive back to where it was blocked
         self._climb.failed(now)
         self._detector.forget()
         return Replan(route_start=plan.route_start) if plan.replan_route else CONTINUE
@@ -278,11 +281,15 @@ class Deliberation(People):
         return self._judge(answer, question.plan, status, trigger, read)
 
     def _help(self, move: Assist, status: Status, read: Read) -> Directive:
-        """The last rung: off the road first, where a plan for that is accepted; then stop."""
+        """The last rung: to the best place in reach, where a plan for that is accepted; then stop, where one may stand.
+
+        Where nobody may, help is called, the vehicle is not held, and a way out is looked for again and again.
+        """
         now = status.time_s
-        if move.pull_over and not self._tried_aside:
+        may_stop = self._running.may_stop(read, now)
+        if not may_stop or (move.pull_over and not self._tried_aside):
             self._tried_aside = True
             judged = self._running.aside(read, now, scene=self._asking.scene, failures=self._failures)
             if judged is not None and judged.verdict.accepted:
                 return self._start(judged, status, read)
-        return self._halt(move, now)
+        return self._halt(move, now) if may_stop else self._not_held(move, now)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -11,15 +12,14 @@ from stucksolver.decision.behaviors import (
     Abort,
     Behavior,
     Check,
-    HazardLights,
     KeepLane,
-    PullOver,
     ReplanRoute,
     RequestAssistance,
     Wait,
 )
 from stucksolver.decision.manoeuvre import Manoeuvre, landing_m
 from stucksolver.guard import NOBODY, Approvals, Guard, Proven, Reject, RejectCode, Verdict
+from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import View
 
 ARRIVED_M = 1.5
@@ -43,6 +43,12 @@ class Outcome:
 Step = Execute | Replan | SafeStop
 STAND = Execute(behavior=Wait(duration_s=1.0))
 """Brake and stand, until whoever crosses is by, or the stack can drive on by itself."""
+
+
+@lru_cache(maxsize=8)
+def stand(brake_mps2: float) -> Execute:
+    """The same with a deceleration to brake with."""
+    return STAND.model_copy(update={"brake_mps2": brake_mps2})
 
 
 class Execution:
@@ -114,7 +120,7 @@ class Execution:
                 # The stack knows how to get through a junction, too; it is not left standing there by a plan.
                 return Outcome(False, f"it gave way for longer than its time allowance: {verdict}")
             self._gives_way = True
-            return STAND
+            return STAND if verdict.brake_mps2 is None else stand(verdict.brake_mps2)
         if self._gives_way:
             self._gives_way, self._directive = False, self._direct(view)
         if not verdict.accepted and verdict.abort is not Abort.FINISH:
@@ -156,11 +162,11 @@ class Execution:
             if self._way_back is None:
                 return self._ending
         if self._way_back is None:
-            self._directive = Execute(behavior=Wait(duration_s=2.0))
+            self._directive = Execute(behavior=Wait(duration_s=2.0), brake_mps2=self.last_verdict.brake_mps2)
         else:
             distance = min(max(self._way_back.end_s - view.ego_s, 5.0), 150.0)
             behavior = KeepLane(distance_m=distance, speed_mps=min(max(view.ego.speed_mps, 3.0), 11.0))
-            self._directive = Execute(behavior=behavior, path=path_points(self._way_back, view))
+            self._directive = Execute(behavior=behavior, path=path_points(self._way_back, view, no_stop=True))
         return self._end(view)
 
     def _end(self, view: View) -> Step | Outcome:
@@ -184,19 +190,9 @@ class Execution:
         if proven is None:
             return Execute(behavior=behavior)  # type: ignore[arg-type]
         seen = _facing(view, proven)
-        path = path_points(proven.path.from_station(seen.ego_s), seen)
+        rest = proven.path.from_station(seen.ego_s)
+        path = path_points(rest, seen, np.array([proven.committed(float(s)) for s in rest.s]))
         return Execute(behavior=behavior, path=path, reverse=proven.reverse, ignore=proven.path.over)  # type: ignore[arg-type]
-
-
-def minimal_risk(guard: Guard, view: View, reason: str) -> RecoveryPlan:
-    """The way to the minimal risk condition from here: hazard lights, to the roadside if that is safe, stop, call."""
-    lights, call = HazardLights(), RequestAssistance(reason=reason[:200])
-    aside = next((p for p in map(_pull_over, (20.0, 12.0)) if guard.accept([p], view, False)[0].accepted), None)
-    return RecoveryPlan(behaviors=(lights, call) if aside is None else (lights, aside, call))
-
-
-def _pull_over(distance_m: float) -> PullOver:
-    return PullOver(distance_m=distance_m)
 
 
 def _facing(view: View, proven: Proven) -> View:
@@ -224,8 +220,9 @@ def _segments(behaviors: tuple[Behavior, ...]) -> list[list[Behavior]]:
     return segments
 
 
-def path_points(path: Manoeuvre, view: View) -> tuple[PathPoint, ...]:
-    """A path in the local frame."""
+def path_points(path: Manoeuvre, view: View, no_stop: Array | bool = False) -> tuple[PathPoint, ...]:
+    """A path in the local frame; `no_stop` where finishing, and no stop, is the safe way out."""
     x, y, _ = view.frame.to_local(path.s, path.d)
     rows = np.stack([x, y, path.speed], axis=1).round(3).tolist()
-    return tuple(PathPoint(x_m=a, y_m=b, speed_mps=v) for a, b, v in rows)
+    bound = np.broadcast_to(no_stop, len(rows)).tolist()
+    return tuple(PathPoint(x_m=a, y_m=b, speed_mps=v, no_stop=c) for (a, b, v), c in zip(rows, bound, strict=True))

@@ -189,6 +189,14 @@ class People(Core):
         self._climb.pause(now + move.look_every_s)
         return self._stop
 
+    def _not_held(self, move: Assist, now: float) -> Directive:
+        """No place to stand, and no way to one: call for help, and leave the stack free to drive off."""
+        why = why_stopped(self._asking.scene, self._failures.attempts)
+        if self._desk.pending is None:
+            self._call_for_help(now, f"it stands where nobody should: {why}")
+        self._climb.pause(now + move.look_every_s)
+        return CONTINUE
+
     def _call_for_help(self, now: float, why: str) -> None:
         self._question(now, QuestionKind.ASSISTANCE, "operator", f"The vehicle needs help: {why}")
 

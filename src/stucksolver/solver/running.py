@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stucksolver.decision import Directive, RecoveryPlan, releases
-from stucksolver.decision.behaviors import PullOver
 from stucksolver.guard import NOBODY, Approvals, Guard, Verdict
 from stucksolver.reason.reasoner import PlanCheck
 from stucksolver.scene import Reading, Scene, Surroundings
 from stucksolver.scene.view import View
 from stucksolver.solver.events import Judgement, Tick
-from stucksolver.solver.execution import Execution, Outcome, minimal_risk
+from stucksolver.solver.execution import Execution, Outcome
 from stucksolver.solver.failures import Failures, passes
+from stucksolver.solver.minimal_risk import minimal_risk, stops_where_one_may_stand
 from stucksolver.solver.senses import Read, Senses
 from stucksolver.solver.telling import Teller
 from stucksolver.solver.trial import Need, against_offers, against_releases, missing_yes
@@ -90,14 +90,19 @@ class Running:
         return check
 
     def aside(self, read: Read, now_s: float, *, scene: Scene | None, failures: Failures) -> Judged | None:
-        """The way to the roadside, judged; None where there is none, or nothing is known."""
+        """The way to a better place to stand, judged; None where there is none, or nothing is known."""
         seen = self.senses.look(read, now_s)
         plan = None if seen is None else minimal_risk(self.guard, View(seen), "")
         behaviors = () if plan is None else plan.behaviors[:-1]
-        if not any(isinstance(b, PullOver) for b in behaviors):
+        if all(b.stands_still for b in behaviors):
             return None
         way = RecoveryPlan(behaviors=behaviors)
         return self.judge(way, read, now_s, scene=scene, failures=failures, guided=False, approvals=NOBODY)
+
+    def may_stop(self, read: Read, now_s: float) -> bool:
+        """Would a stop here end where one may stand? Where nothing is known it must do."""
+        seen = self.senses.look(read, now_s)
+        return seen is None or stops_where_one_may_stand(self.guard, View(seen))
 
     def start(self, judged: Judged) -> None:
         self.execution, self.withdrawn = judged.execution, False

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from stucksolver.scene import EgoState, Surroundings, TrackedObject
+from stucksolver.scene.sound import why_unsound
 
 HOLD_S = 1.0
 """An object that is not seen any more is taken to be there for so long, going on as it did."""
@@ -50,9 +51,9 @@ class Senses:
 
     def look(self, read: Read, now_s: float) -> Surroundings | None:
         """The surroundings at this tick, None when nothing has ever been seen."""
-        raw = read()
+        raw, why = _read(read)
         if raw is None:
-            return self._missing(now_s)
+            return self._missing(now_s, why)
         age, self.fault = self._doubt(raw, now_s)
         ego = self._believed(raw.ego, now_s, jumped=age == DOUBTFUL_AGE_S)
         self._last = _Look(now_s, raw)
@@ -65,8 +66,8 @@ class Senses:
         """For how long nothing new has been seen."""
         return now_s - self._fresh_s
 
-    def _missing(self, now_s: float) -> Surroundings | None:
-        self.fault = "there are no surroundings"
+    def _missing(self, now_s: float, why: str) -> Surroundings | None:
+        self.fault = why
         if self._last is None:
             return None
         raw = self._last.raw
@@ -123,12 +124,37 @@ class Senses:
         return (*objects, *held) if held else objects
 
 
+def _read(read: Read) -> tuple[Surroundings | None, str]:
+    """What the stack hands over, None where it cannot be used, and why not. Nothing that it raises gets further."""
+    try:
+        raw: object = read()
+    except Exception as error:  # noqa: BLE001 - a stack's own fault, of whatever type, must not end the control loop
+        return None, f"the stack's surroundings raised {type(error).__name__}: {error}"
+    if raw is None:
+        return None, "there are no surroundings"
+    if not isinstance(raw, Surroundings):
+        return None, f"the stack gave a {type(raw).__name__} for surroundings"
+    wrong = why_unsound(raw)
+    return (raw, "") if wrong is None else (None, f"the surroundings cannot be true: {wrong}")
+
+
 def _same(one: Surroundings, other: Surroundings) -> bool:
-    """The same frame again: by its number, or by a moving ego that has not moved."""
+    """The same frame again: by its number, or by a moving ego, or moving others, that have not moved."""
     if one is other or (one.frame == other.frame and one.time_s == other.time_s):
         return True
     a, b = one.ego, other.ego
+    if _frozen(one, other):
+        return True
     return abs(b.speed_mps) > MOVING_MPS and (a.x_m, a.y_m, a.yaw_rad) == (b.x_m, b.y_m, b.yaw_rad)
+
+
+def _frozen(one: Surroundings, other: Surroundings) -> bool:
+    """Is everybody who moves where they were, under another frame number? Then the list has stood still, not they."""
+    if len(one.objects) != len(other.objects):
+        return False
+    pairs = list(zip(one.objects, other.objects, strict=True))
+    moving = [(a, b) for a, b in pairs if math.hypot(b.vx_mps, b.vy_mps) > MOVING_MPS]
+    return bool(moving) and all(a.id == b.id and (a.x_m, a.y_m) == (b.x_m, b.y_m) for a, b in moving)
 
 
 def _off_course(before: EgoState, after: EgoState, dt_s: float) -> float:

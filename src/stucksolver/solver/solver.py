@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from stucksolver.decision import CONTINUE, Directive
@@ -10,6 +11,7 @@ from stucksolver.ladder.moves import Person
 from stucksolver.scene import Status, Surroundings
 from stucksolver.solver.deliberation import Deliberation
 from stucksolver.solver.events import EventKind
+from stucksolver.solver.execution import STAND
 from stucksolver.solver.questions import Question
 from stucksolver.solver.senses import Read
 
@@ -31,6 +33,8 @@ class StuckSolver(Deliberation):
 
     def step(self, status: Status, surroundings: Read | Callable[[], Surroundings]) -> Directive:
         """What the stack is to do at this tick. Returns at once (a lockstep clock waits for the reasoner)."""
+        if not math.isfinite(status.time_s + status.speed_mps + status.progress_m):
+            return self._without_status()
         status = self._timeline.follow(status)
         trigger = self._detector.update(status)
         if trigger is None and not self._engaged and self._said is None and self._timeline.jump_s is None:
@@ -72,6 +76,12 @@ class StuckSolver(Deliberation):
         self.close()
 
     # ---- the tick
+
+    def _without_status(self) -> Directive:
+        """Nothing is known of this tick: nothing begins, and a plan that runs stands still."""
+        if self._timeline.now_s is not None:
+            self._tell_fault(self._timeline.now_s, "the status has a value that is no number")
+        return self._resting if self._running.execution is None else STAND
 
     def _attend(self, status: Status, trigger: Trigger | None, read: Read) -> Directive:
         """A tick on which something is, or may be, the matter."""

@@ -18,6 +18,11 @@ class Timeline:
         """By how much the clock jumped at this tick, None where it did not."""
         self._last_s = FIRST_S
 
+    @property
+    def now_s(self) -> float | None:
+        """The solver's own time at the last tick, None before the first."""
+        return None if self._last_s == FIRST_S else self._last_s + self.offset_s
+
     def follow(self, status: Status) -> Status:
         """The status in the solver's own time; the same object for as long as the clock has never jumped."""
         now = status.time_s

@@ -77,7 +77,6 @@ class Behavior(Model, ABC):
     """One entry of the closed list. Instances hold the parameters of one call."""
 
     checks: ClassVar[tuple[Check, ...]] = ()
-    abort_before_commit: ClassVar[Abort] = Abort.STOP
     abort_after_commit: ClassVar[Abort] = Abort.FINISH
     stands_still: ClassVar[bool] = False
     reverse: ClassVar[bool] = False

@@ -46,14 +46,14 @@ class Nudge(Behavior):
         for share in SHARES:
             aside = share * (target - start.d_m)
             out = swing_out(view, start, start.d_m + aside, self.speed_mps)
-            if float((turn * out.d + corners(out, view)).max()) <= (left if turn > 0 else -right) + 2 * EDGE_M:
+            if float((turn * out.d + body_reach(out, view)).max()) <= (left if turn > 0 else -right) + 2 * EDGE_M:
                 rest = max(start.s_m + self.distance_m - out.end_s, 0.5)
                 return out.then(straight(out.end_s, out.end_d, rest, self.speed_mps)).stopping()
         raise CannotPlan(f"the lane leaves no room to turn to the {self.side}")
 
 
-def corners(path: Manoeuvre, view: View) -> Array:
+def body_reach(path: Manoeuvre, view: View) -> Array:
     """Half extent of the ego's body across the road at each station."""
-    heading = path.heading()
+    heading = path.body(float(path.heading()[0]), view.ego.limits.wheelbase_m)
     reach: Array = view.ego.width_m / 2 * np.cos(heading) + view.ego.length_m / 2 * np.abs(np.sin(heading))
     return reach

@@ -6,6 +6,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
+from stucksolver.decision.behaviors.nudge import body_reach
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift, straight
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
@@ -37,6 +38,10 @@ class PullOver(Behavior):
         end = start.s_m + self.distance_m
         target = min(lane.at(end)[0] for lane in lanes) + view.ego.width_m / 2 + EDGE_M
         length = min(max(shortest_shift(start.d_m - target, 1.5 * view.ego.limits.min_turn_radius_m), 4.0), 30.0)
+        out = lateral(start.s_m, start.d_m, target, length, self.speed_mps, view)
+        # The body turns back later than the path does: its nose must not swing beyond the edge.
+        over = target - view.ego.width_m / 2 - float((out.d - body_reach(out, view)).min())
+        target += max(over - EDGE_M, 0.0)
         out = lateral(start.s_m, start.d_m, target, length, self.speed_mps, view)
         rest = max(end - out.end_s, 1.0)
         path = out.then(straight(out.end_s, target, rest, self.speed_mps)).stopping()

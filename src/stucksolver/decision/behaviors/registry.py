@@ -54,6 +54,21 @@ def parse_behavior(data: object) -> Behavior:
     return _adapter.validate_python(data)
 
 
+def why_foreign(behavior: object) -> str | None:
+    """Why something is no behaviour of the closed list within its bounds, None if it is one.
+
+    A subclass may have other checks, and a copy other figures, than what the guard knows by that name.
+    """
+    known = REGISTRY.get(str(getattr(behavior, "name", "")))
+    if known is None or type(behavior) is not known:
+        return f"{type(behavior).__name__} is no behaviour of the closed list"
+    try:
+        again = known.model_validate(behavior.model_dump())
+    except ValueError:
+        return f"{known.__name__} with figures out of its bounds"
+    return None if again == behavior else f"{known.__name__} that does not read back as it is"
+
+
 @lru_cache(maxsize=32)
 def describe(names: tuple[str, ...]) -> tuple[AvailableBehavior, ...]:
     """What a reasoner is told of behaviours. Raises `KeyError` for a name that is not in the list."""

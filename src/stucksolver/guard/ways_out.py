@@ -1,0 +1,147 @@
+"""After the commit point: which way out is best when going on would meet somebody.
+
+Preferred in this order: no contact foretold; none with a person or two-wheeler; no stop on rails; the lowest speed of
+impact. Among equals: to finish, to brake gently, to brake hard.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stucksolver.decision.behaviors import Abort
+from stucksolver.guard.aborts import GIVES_WAY_S, GOES_ON_S, braking_now
+from stucksolver.guard.abreast import will_be_followed
+from stucksolver.guard.case import Case
+from stucksolver.guard.predict import moving_gaps, profiles, relevant, standing_gaps, times
+from stucksolver.scene.frenet import Array
+from stucksolver.scene.view import MOVING_MPS
+
+TOUCH_M = 0.1
+"""A gap below this counts as contact: what perception measures is not better."""
+NEARER_M = 0.05
+"""What is nearer than that already counts only when the way leads nearer still."""
+RESTS_MPS = 0.3
+"""Slower, the ego is at rest: setting off is then a choice, and is not made into anybody."""
+
+
+GENTLER_MPS = 1.0
+"""A stop must lower the impact by more than that: less is not known, and who drives on is out of the way sooner."""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """What a way out would end in: a contact with a person or two-wheeler or not, at a relative speed."""
+
+    person: bool
+    speed_mps: float
+
+
+@dataclass(frozen=True)
+class WayOut:
+    """`brake_mps2`: how hard to brake, None for no stop."""
+
+    abort: Abort
+    brake_mps2: float | None = None
+
+
+FINISH = WayOut(Abort.FINISH)
+
+
+def least_harm(case: Case, giving_way: bool) -> WayOut:
+    """To finish the plan, or to brake for who would be met. `giving_way`: it brakes, or stands, already."""
+    limits = case.view.ego.limits
+    on = _finishing(case, giving_way)
+    if on is None:
+        return FINISH
+    found = [(_rank(on, on_rails=False), FINISH)]
+    for braking in (limits.comfort_braking_mps2, limits.max_braking_mps2):
+        met, end_s = _stopping(case, braking)
+        found.append((_rank(met, case.on_rails(end_s), GENTLER_MPS), WayOut(Abort.GIVE_WAY, braking)))
+    return min(found, key=lambda one: one[0])[1]
+
+
+def brakes_hard(case: Case) -> float | None:
+    """How hard to brake for a stop that is due now: None where braking gently meets nobody."""
+    limits = case.view.ego.limits
+    return None if _stopping(case, limits.comfort_braking_mps2)[0] is None else limits.max_braking_mps2
+
+
+def _rank(met: Contact | None, on_rails: bool, worse_mps: float = 0.0) -> tuple[bool, bool, bool, float]:
+    if met is None:
+        return False, False, on_rails, 0.0
+    return True, met.person, on_rails, met.speed_mps + worse_mps
+
+
+def _finishing(case: Case, giving_way: bool) -> Contact | None:
+    """The contact that going on would end in, if it is time to act on it.
+
+    Those who move may be elsewhere by then: they are braked for when they are near. At rest there is no haste.
+    """
+    speed, braking = abs(case.view.ego.speed_mps), case.view.ego.limits.comfort_braking_mps2
+    rests = giving_way or speed < RESTS_MPS
+    near_s = GOES_ON_S if rests else speed / braking + GIVES_WAY_S
+    t = times(case)
+    t = t[t <= near_s + case.policy.step_s]
+    until_s = np.inf if rests else near_s
+    standing = _with_standing(case, np.where(case.slow.t <= until_s, case.quick.v, np.nan))
+    return _worse(standing, _with_moving(case, profiles(case, t), t))
+
+
+def _stopping(case: Case, braking_mps2: float) -> tuple[Contact | None, float]:
+    """The contact that braking now would end in, and the arc length at which it would end."""
+    stations, t = braking_now(case, braking_mps2)
+    speed = np.interp(case.path.s, stations, np.gradient(stations, t), right=np.nan)
+    speed[case.path.s > stations[-1]] = np.nan
+    return _worse(_with_standing(case, speed), _with_moving(case, stations[None, :], t)), float(stations[-1])
+
+
+def _worse(one: Contact | None, other: Contact | None) -> Contact | None:
+    if one is None or other is None:
+        return one or other
+    return Contact(one.person or other.person, max(one.speed_mps, other.speed_mps))
+
+
+def _with_standing(case: Case, speed_mps: Array) -> Contact | None:
+    """The first contact with what stands; `speed_mps` of the ego at the path's stations, NaN where it will not be."""
+    view = case.view
+    which = relevant(case)
+    which = which[np.hypot(view.vs[which], view.vd[which]) <= MOVING_MPS]
+    if not len(which):
+        return None
+    gap = standing_gaps(case, which)
+    hit = (gap < TOUCH_M) & (gap < gap[0] - NEARER_M) & ~np.isnan(speed_mps)[:, None]
+    who = np.flatnonzero(hit.any(axis=0))
+    if not len(who):
+        return None
+    return Contact(_living(case, which[who]), float(speed_mps[hit[:, who].argmax(axis=0)].max()))
+
+
+def _with_moving(case: Case, stations: Array, t: Array) -> Contact | None:
+    """The first contacts with those who move on ways along the path.
+
+    `stations` (ways, instants): arc lengths of the ego at the instants `t`. A person on foot does not run into a
+    vehicle that stands; a vehicle may.
+    """
+    view, which = case.view, relevant(case, float(t[-1]))
+    which = which[np.hypot(view.vs[which], view.vd[which]) > MOVING_MPS]
+    if not len(which):
+        return None
+    gap = moving_gaps(case, stations, which, t)
+    gap = np.where(will_be_followed(case, stations, which, t), np.maximum(gap, gap[:, :1]), gap)
+    own = np.gradient(stations, t, axis=1)
+    hit = (gap < TOUCH_M) & (gap < gap[:, :1] - NEARER_M)
+    hit &= ~((view.on_foot[which] > 0) & (own < MOVING_MPS)[..., None])
+    ways, who = np.nonzero(hit.any(axis=1))
+    if not len(ways):
+        return None
+    first = hit.argmax(axis=1)[ways, who]
+    heading = np.interp(stations[ways, first], case.path.s, case.heading)
+    along, across = own[ways, first] * np.cos(heading), own[ways, first] * np.sin(heading)
+    speed = np.hypot(along - view.vs[which[who]], across - view.vd[which[who]])
+    return Contact(_living(case, which[who]), float(speed.max()))
+
+
+def _living(case: Case, who: Array) -> bool:
+    return bool((case.view.two_wheeled[who] + case.view.vulnerable[who] > 0).any())

@@ -1,0 +1,68 @@
+"""The minimal risk condition: the best place to stand that can be reached, with hazard lights, and a call for help."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from stucksolver.decision import RecoveryPlan
+from stucksolver.decision.behaviors import (
+    BackUp,
+    Behavior,
+    Creep,
+    HazardLights,
+    KeepLane,
+    PullOver,
+    RejoinRoute,
+    RequestAssistance,
+)
+from stucksolver.guard import Guard
+from stucksolver.scene.view import View
+
+CLEAR_M = 1.0
+"""Left between the body and a zone that it has left."""
+CREEPS_M, BACKS_M, FURTHEST_M = 15.0, 8.0, 60.0
+"""The furthest that is crept, backed up, and driven for the sake of a place to stand."""
+SPEED_MPS = 3.0
+
+
+def minimal_risk(guard: Guard, view: View, reason: str) -> RecoveryPlan:
+    """The way to the minimal risk condition from here: hazard lights, to the best place in reach, stop, call."""
+    lights, call = HazardLights(), RequestAssistance(reason=reason[:200])
+    way = way_to_stand(guard, view)
+    return RecoveryPlan(behaviors=(lights, call) if way is None else (lights, way, call))  # type: ignore[arg-type]
+
+
+def way_to_stand(guard: Guard, view: View) -> Behavior | None:
+    """The first way that the guard accepts: to the roadside; else, where nobody may stand, to where one may.
+
+    None where the ego may as well stay, and where there is no such way.
+    """
+    return next((one for one in _ways(guard, view) if guard.accept([one], view, False)[0].accepted), None)
+
+
+def stops_where_one_may_stand(guard: Guard, view: View) -> bool:
+    """Would a stop that begins now end at a place to stand? No junction, crosswalk, level crossing or oncoming lane."""
+    if not guard.may_stand(view):
+        return False
+    speed = max(view.ego.speed_mps, 0.0)
+    way = speed**2 / (2 * view.ego.limits.comfort_braking_mps2)
+    return view.zone_at(view.ego_s + way) is None
+
+
+def _ways(guard: Guard, view: View) -> Iterator[Behavior]:
+    yield from (PullOver(distance_m=distance) for distance in (20.0, 12.0))
+    if guard.may_stand(view):
+        return
+    half, zone = view.ego.length_m / 2, view.zone_at(view.ego_s)
+    if zone is None:
+        yield RejoinRoute()
+        return
+    ahead = math.ceil(zone.end_m + CLEAR_M - (view.ego_s - half))
+    if ahead <= CREEPS_M:
+        yield Creep(distance_m=float(ahead))
+    elif ahead <= FURTHEST_M:
+        yield KeepLane(distance_m=float(ahead), speed_mps=SPEED_MPS)
+    back = math.ceil(view.ego_s + half + CLEAR_M - zone.start_m)
+    if back <= BACKS_M:
+        yield BackUp(distance_m=float(back))

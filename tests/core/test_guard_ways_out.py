@@ -1,0 +1,102 @@
+"""After the commit point: which way out is taken when going on would meet somebody."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from worlds import LANE_M, World, straight_road, thing
+
+from stucksolver.decision import RecoveryPlan
+from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, KeepLane
+from stucksolver.guard import Guard
+from stucksolver.scene import LineKind, ObjectKind, Zone, ZoneKind
+from stucksolver.solver.execution import Execution, Outcome
+
+K = ObjectKind
+GUARD = Guard()
+ON = KeepLane(distance_m=60.0, speed_mps=5.0)
+
+
+def zone(kind=ZoneKind.JUNCTION, start_m=55.0, end_m=95.0):
+    return straight_road(left=LineKind.BROKEN, zones=(Zone(kind=kind, start_m=start_m, end_m=end_m),))
+
+
+def closed_loop(world, behaviors, appears_at, what, seconds=15.0):
+    """Drives a plan on; from `appears_at` on, something is there. Returns the least gap and what the speed was then."""
+    execution = Execution(RecoveryPlan(behaviors=tuple(behaviors)), GUARD, False)
+    verdict = execution.start(world.view(), 0.0)
+    assert verdict.accepted, str(verdict)
+    told, nearest, world.dt = None, [], 0.1
+    while not isinstance(told, Outcome) and world.time_s < seconds:
+        if world.x >= appears_at and what is not None:
+            world.objects.append(what)
+            what = None
+        told = execution.tick(world.view(), world.time_s)
+        if not isinstance(told, Outcome):
+            world.drive(told)
+        nearest.append((world.clearance(), world.speed))
+    return min(nearest), told
+
+
+@pytest.mark.parametrize("kind", [ZoneKind.JUNCTION, ZoneKind.CROSSWALK])
+@pytest.mark.parametrize("what", [K.PEDESTRIAN, K.BICYCLE, K.CAR])
+@pytest.mark.parametrize("ahead_m", [10.0, 12.0, 20.0])
+def test_who_stands_ahead_after_the_commit_point_is_not_driven_into(kind, what, ahead_m):
+    world = World(zone(kind), speed=5.0)
+    (gap, _), _ = closed_loop(world, [ON], 62.0, thing("x", 62.0 + 2.45 + ahead_m, kind=what))
+    assert gap > 0.0
+
+
+@pytest.mark.parametrize("ahead_m", [0.6, 1.5, 3.0, 6.0, 12.0])
+def test_from_rest_it_never_sets_off_into_a_predicted_collision(ahead_m):
+    world = World(zone(), speed=5.0)
+    proven = GUARD.accept([ON], world.view(), False)[1]
+    world.x, world.speed = 65.0, 0.0
+    world.objects.append(thing("walker", 65.0 + 2.45 + ahead_m, kind=K.PEDESTRIAN))
+    assert proven.committed(65.0)
+    assert GUARD.recheck(proven, world.view()).abort is Abort.GIVE_WAY
+
+
+def test_in_an_oncoming_lane_a_stop_is_better_than_a_wreck():
+    world = World(straight_road(), [thing("lead", 72.0)])
+    (gap, _), told = closed_loop(
+        world,
+        [BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)],
+        66.0,
+        thing("wreck", 85.0, LANE_M, kind=K.BARRIER, length=1.0, width=3.0),
+    )
+    assert gap > 0.0
+    assert isinstance(told, Outcome) or told.behavior.name == "wait"
+
+
+def test_on_rails_it_goes_on_where_that_touches_nobody_and_stops_only_where_it_would():
+    world = World(zone(ZoneKind.JUNCTION), speed=5.0)
+    proven = GUARD.accept([ON], world.view(), False)[1]
+    rails = World(zone(ZoneKind.LEVEL_CROSSING), x=70.0, speed=4.0)
+    beside = thing("walker", 78.0, -1.9, kind=K.PEDESTRIAN)
+    rails.objects = [beside]
+    assert GUARD.recheck(proven, rails.view()).abort is Abort.FINISH
+    rails.objects = [thing("walker", 84.0, kind=K.PEDESTRIAN)]
+    assert GUARD.recheck(proven, rails.view()).abort is Abort.GIVE_WAY
+
+
+def test_where_contact_cannot_be_helped_the_brakes_bite_hard():
+    world = World(zone(), speed=5.0)
+    proven = GUARD.accept([ON], world.view(), False)[1]
+    world.x = 65.0
+    world.objects.append(thing("walker", 65.0 + 2.45 + 3.2, kind=K.PEDESTRIAN))
+    verdict = GUARD.recheck(proven, world.view())
+    assert verdict.abort is Abort.GIVE_WAY
+    assert verdict.brake_mps2 == pytest.approx(world.ego().limits.max_braking_mps2)
+
+
+def test_a_person_is_spared_before_a_thing():
+    """Going on would run over a walker; the stop is hit from the side by a slow car."""
+    world = World(zone(), speed=4.0)
+    proven = GUARD.accept([ON], world.view(), False)[1]
+    world.x = 65.0
+    world.objects += [
+        thing("walker", 76.0, kind=K.PEDESTRIAN),
+        thing("crossing", 68.5, -9.0, sideways=3.0, yaw=np.pi / 2),
+    ]
+    assert GUARD.recheck(proven, world.view()).abort is Abort.GIVE_WAY
