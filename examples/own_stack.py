@@ -5,6 +5,8 @@ Run it: python examples/own_stack.py. No simulator is needed.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from stucksolver import Directive, Execute, Scene, Status, StuckSolver, Surroundings
@@ -58,14 +60,14 @@ class PointStack:
     """A point on rails: drives straight on, stops 5 m behind the parked car, and follows paths exactly."""
 
     def __init__(self) -> None:
-        self.time_s, self.x, self.y, self.speed = 0.0, 0.0, 0.0, 0.0
+        self.time_s, self.x, self.y, self.yaw, self.speed = 0.0, 0.0, 0.0, 0.0, 0.0
         self.parked_x = 60.0
 
     def status(self) -> Status:
         return Status(time_s=self.time_s, speed_mps=self.speed, progress_m=self.x, at_destination=self.x > 120.0)
 
     def surroundings(self) -> Surroundings:
-        ego = EgoState(x_m=self.x, y_m=self.y, yaw_rad=0.0, speed_mps=self.speed, length_m=4.9, width_m=1.85)
+        ego = EgoState(x_m=self.x, y_m=self.y, yaw_rad=self.yaw, speed_mps=self.speed, length_m=4.9, width_m=1.85)
         parked = TrackedObject(
             id="parked",
             kind=ObjectKind.CAR,
@@ -92,8 +94,11 @@ class PointStack:
             ys = [p.y_m for p in directive.path] or [self.y]
             bounds = [p.speed_mps for p in directive.path] or [0.0]
             self.y = float(np.interp(self.x, xs, ys))
+            # The guard examines the path from the vehicle's real heading, so a stack must report it.
+            self.yaw = math.atan2(float(np.interp(self.x + 0.5, xs, ys)) - self.y, 0.5)
             wanted = float(np.interp(self.x, xs, bounds))
         else:
+            self.yaw = 0.0
             room = self.parked_x - 9.8 - self.x if self.x < self.parked_x else 1e3
             wanted = min(8.0, (4.0 * max(room, 0.0)) ** 0.5)
         self.speed += float(np.clip(wanted - self.speed, -6.0 * DT_S, 1.5 * DT_S))
