@@ -10,8 +10,8 @@ from worlds import READER, World, red_light, said, straight_road, thing
 
 from stucksolver.decision import Decision, GuidanceIntent, WaitReason
 from stucksolver.reason import RuleReasoner
-from stucksolver.reason.rules.analyse import REQUESTS
 from stucksolver.scene import (
+    REQUESTS,
     Guidance,
     LaneRelation,
     LightState,

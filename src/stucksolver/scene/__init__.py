@@ -10,7 +10,7 @@ from stucksolver.scene.objects import (
     ObjectKind,
     TrackedObject,
 )
-from stucksolver.scene.reading import Claim, GuidanceIntent, Reading, Side
+from stucksolver.scene.reading import REQUESTS, Claim, GuidanceIntent, Reading, Side
 from stucksolver.scene.road import (
     LaneDirection,
     LaneKind,
@@ -47,6 +47,7 @@ __all__ = [
     "MOTOR_VEHICLES",
     "ON_FOOT",
     "PASSABLE_KINDS",
+    "REQUESTS",
     "STATIC_KINDS",
     "VEHICLES",
     "VULNERABLE",

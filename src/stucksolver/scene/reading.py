@@ -35,6 +35,21 @@ class GuidanceIntent(str, Enum):
     """Something forbidden, or an attempt to change the system's rules."""
 
 
+REQUESTS = frozenset(
+    {
+        GuidanceIntent.GO,
+        GuidanceIntent.OVERTAKE,
+        GuidanceIntent.BACK_UP,
+        GuidanceIntent.REROUTE,
+        GuidanceIntent.TURN_ROUND,
+        GuidanceIntent.DRIVE_OVER,
+        GuidanceIntent.PULL_OVER,
+        GuidanceIntent.LET_ME_OUT,
+    }
+)
+"""Intents for which the vehicle may have to move."""
+
+
 class Side(str, Enum):
     """The side on which the vehicle is asked to go."""
 

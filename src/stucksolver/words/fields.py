@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver.scene.reading import Claim, GuidanceIntent, Reading, Side
+from stucksolver.scene.reading import REQUESTS, Claim, GuidanceIntent, Reading, Side
 
 Numbers = NDArray[np.float32]
 
@@ -22,19 +22,7 @@ CLAIM = slice(URGENT + 1, URGENT + 1 + len(CLAIMS))
 LOGITS = CLAIM.stop
 """How many numbers the network gives."""
 
-MOVES = frozenset(
-    {
-        GuidanceIntent.GO,
-        GuidanceIntent.OVERTAKE,
-        GuidanceIntent.BACK_UP,
-        GuidanceIntent.REROUTE,
-        GuidanceIntent.TURN_ROUND,
-        GuidanceIntent.DRIVE_OVER,
-        GuidanceIntent.PULL_OVER,
-        GuidanceIntent.LET_ME_OUT,
-        GuidanceIntent.YES,
-    }
-)
+MOVES = REQUESTS | {GuidanceIntent.YES}
 """Readings that may move the vehicle. `follow` only keeps it from passing."""
 STAYS = frozenset({GuidanceIntent.WAIT, GuidanceIntent.NO, GuidanceIntent.CANCEL, GuidanceIntent.FOLLOW})
 

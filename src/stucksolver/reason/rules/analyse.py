@@ -18,6 +18,7 @@ from stucksolver.decision import (
 from stucksolver.reason.rules.observe import beside_lane_centre, drives, goes_first, intent, no_gap_to_join
 from stucksolver.scene import (
     MOTOR_VEHICLES,
+    REQUESTS,
     VEHICLES,
     ControlKind,
     LightState,
@@ -29,19 +30,6 @@ from stucksolver.scene import (
 
 MOVING_MPS = 5 / 3.6
 LIGHT_AHEAD_M = 20.0
-REQUESTS = frozenset(
-    {
-        GuidanceIntent.GO,
-        GuidanceIntent.OVERTAKE,
-        GuidanceIntent.BACK_UP,
-        GuidanceIntent.REROUTE,
-        GuidanceIntent.TURN_ROUND,
-        GuidanceIntent.DRIVE_OVER,
-        GuidanceIntent.PULL_OVER,
-        GuidanceIntent.LET_ME_OUT,
-    }
-)
-"""Intents for which something may be done."""
 PEOPLE_CLEARANCE_M = 15.0
 
 

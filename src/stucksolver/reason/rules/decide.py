@@ -13,7 +13,7 @@ from stucksolver.decision import (
     WaitReason,
 )
 from stucksolver.decision.behaviors import RequestAssistance
-from stucksolver.reason.rules.analyse import REQUESTS, blocker
+from stucksolver.reason.rules.analyse import blocker
 from stucksolver.reason.rules.attempts import has_failed
 from stucksolver.reason.rules.closed import by_another_road
 from stucksolver.reason.rules.elsewhere import asked_for, without_lead
@@ -21,7 +21,7 @@ from stucksolver.reason.rules.passing import group_of
 from stucksolver.reason.rules.past import Way, speed_for, way_past
 from stucksolver.reason.rules.room import over_it, to_see_more, to_swing_out, within_the_lane
 from stucksolver.reason.rules.standoff import away_from_who_faces, into_who_joins, towards_who_crosses
-from stucksolver.scene import VEHICLES, ObjectKind, Scene, SceneObject
+from stucksolver.scene import REQUESTS, VEHICLES, ObjectKind, Scene, SceneObject
 
 LEAD_RANGE_M = 45.0
 SAME_MOMENT_S = 0.5
