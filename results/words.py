@@ -22,7 +22,7 @@ from stucksolver.words.fields import INTENTS, MOVES
 from stucksolver.words.network import NetworkReader
 
 HERE = Path(__file__).resolve().parent
-SETS = ("blind-1", "blind-2")
+SETS = ("blind-1", "blind-2", "blind-3")
 BINS = ((0.0, 0.5), (0.5, 0.7), (0.7, 0.8), (0.8, 0.85), (0.85, 0.9), (0.9, 1.01))
 PATTERNS = (
     ("wait", r"\b(do ?n.?t|do not|(?<!will )(?<!will never )(never(?! mind)|stop|wait|stay)|hold on|not yet)\b"),
@@ -36,8 +36,10 @@ PATTERNS = (
 """What read the words before; no pattern of theirs told small talk from an unclear request."""
 
 TITLE = "# What the reader of words understands"
-ABOUT = """Two sets of 500 sentences, written by two authors who had seen neither the grammar nor the training
-sentences; none of them was trained on. "Understood" is the likeliest intent. "Acted on as meant" is
+ABOUT = """Three sets of 500 sentences, written by three authors who had seen neither the grammar nor the training
+sentences; none of them was trained on. The misses of the first two were known when the training sentences
+grew from 10,800 to 21,900; the third was read only after the training. The thresholds of doubt follow the
+1,149 training sentences kept apart. "Understood" is the likeliest intent. "Acted on as meant" is
 what is left after doubt: a reading that would move the vehicle counts only where it is sure enough
 ([docs/words.md](../docs/words.md)), else the passenger is asked back. "Moves wrongly" counts the
 readings that may move the vehicle where the sentence asked for no motion, or forbade that one. The
@@ -149,7 +151,7 @@ def main() -> None:
         parts += [
             "Most frequent mistakes: " + ", ".join(f"{meant} as {read} {n}" for (meant, read), n in confused) + "."
         ]
-    parts += ["", "## Calibration, both sets", "", *calibration(every)]
+    parts += ["", "## Calibration, all sets", "", *calibration(every)]
     for name in SETS:
         some = [r for r in every if str(r.said["id"]).startswith(f"b{name[-1]}")]
         parts += ["", f"## Every miss of {name}", "", "Bold: moves wrongly.", "", *misses(some)]

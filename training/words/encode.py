@@ -23,7 +23,7 @@ from training.words.compose import Composer, Sentence, composed, corpus
 from training.words.grammar import load
 from training.words.noise import disturb
 
-COPIES = 14
+COPIES = 10
 """Each hand-written sentence is seen so many times, disturbed and in other situations."""
 DEV_SHARE = 0.05
 """Of the hand-written sentences, kept apart to calibrate on."""

@@ -23,8 +23,8 @@ from stucksolver.words.network import NetworkReader, unpacked
 from training.words.model import WIDTH, Reader
 from training.words.train import load_parts
 
-MOVE = 0.7
-AGAINST = 0.15
+MOVE = 0.8
+AGAINST = 0.08
 STAY = 0.3
 """Least and most probabilities of a reading that counts; docs/words.md says how they were chosen."""
 BLOCK = 16

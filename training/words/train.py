@@ -12,6 +12,7 @@ import argparse
 import copy
 import math
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,8 @@ HIDE_SHARE = 0.04
 """Of the word pieces, hidden at random."""
 SMOOTHING = 0.05
 WEIGHTS = {"intent": 1.0, "side": 0.5, "flags": 0.5, "claims": 1.0}
+ALIKE = 16
+"""Batches are drawn so many at a time and sorted by length."""
 PART_BYTES = 15_000_000
 N_INTENTS = 16
 FLAGS_AT = N_INTENTS + 3
@@ -40,9 +43,9 @@ FLAGS_AT = N_INTENTS + 3
 class Net(nn.Module):
     """Word vectors and reader together, as they are trained."""
 
-    def __init__(self, words: int, logits: int) -> None:
+    def __init__(self, words: int, logits: int, dropout: float = 0.1) -> None:
         super().__init__()
-        self.words, self.reader = nn.Embedding(words, WIDTH), Reader(logits)
+        self.words, self.reader = nn.Embedding(words, WIDTH), Reader(logits, dropout)
 
     def forward(self, ids: Tensor, kinds: Tensor, mask: Tensor) -> Tensor:
         logits: Tensor = self.reader(self.words(ids), kinds, mask)
@@ -62,6 +65,14 @@ class Data:
 
     def __len__(self) -> int:
         return len(self.parts["intent"])
+
+    def drawn(self, batch: int) -> Iterator[Tensor]:
+        """Batches without end, each of sentences of like length, since the longest one sets what a batch costs."""
+        length = self.parts["length"]
+        while True:
+            some = torch.randint(len(self), (batch * ALIKE,), device=length.device)
+            some = some[length[some].argsort()].view(ALIKE, batch)
+            yield from some[torch.randperm(ALIKE, device=length.device)]
 
     def batch(self, which: Tensor) -> dict[str, Tensor]:
         b = {name: part[which] for name, part in self.parts.items()}
@@ -109,10 +120,10 @@ def fit(
     groups = [{"params": rest, "lr": rate, "top": rate}, {"params": heads, "lr": HEAD_RATE, "top": HEAD_RATE}]
     optimizer = torch.optim.AdamW(groups, weight_decay=0.01, betas=(0.9, 0.98))
     begun = time.monotonic()
-    for step in range(options.steps):
+    for step, which in zip(range(options.steps), data.drawn(options.batch), strict=False):
         net.train()
-        b = data.batch(torch.randint(len(data), (options.batch,), device=device))
-        hide = (torch.rand(b["ids"].shape, device=device) < HIDE_SHARE) & (b["ids"] > 999)
+        b = data.batch(which)
+        hide = (torch.rand(b["ids"].shape, device=device) < options.hide) & (b["ids"] > 999)
         ids = torch.where(hide, torch.full_like(b["ids"], hidden), b["ids"])
         share = min((step + 1) / WARM_STEPS, 0.5 * (1 + math.cos(math.pi * step / options.steps)))
         for group in optimizer.param_groups:
@@ -171,6 +182,9 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=6000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--batch", type=int, default=BATCH)
+    parser.add_argument("--rate", type=float, default=RATE)
+    parser.add_argument("--hide", type=float, default=HIDE_SHARE, help="share of the word pieces hidden at random")
+    parser.add_argument("--dropout", type=float, default=0.1)
     parser.add_argument("--hidden", type=int, default=103, help="the id of [MASK]")
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
@@ -178,10 +192,10 @@ def main() -> None:
     device = "cuda" if torch.cuda.is_available() else "cpu"
     data, dev = Data(options.data / "train.npz", device), Data(options.data / "dev.npz", device)
     start = {name: torch.from_numpy(a.astype(np.float32)) for name, a in np.load(options.start).items()}
-    net = Net(len(start["embeddings.word_embeddings.weight"]), data.logits)
+    net = Net(len(start["embeddings.word_embeddings.weight"]), data.logits, options.dropout)
     start_from(net.reader, net.words, start)
     heads = [*net.reader.hidden.parameters(), *net.reader.fields.parameters()]
-    save(fit(net.to(device), heads, data, dev, options, RATE), options.out)
+    save(fit(net.to(device), heads, data, dev, options, options.rate), options.out)
 
 
 if __name__ == "__main__":
