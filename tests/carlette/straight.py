@@ -44,8 +44,10 @@ def on_lane(x: float, z: float = 0.0, yaw: float = 0.0, y: float = LANE_Y_M) -> 
 
 
 def add(world: World, type_id: str = CAR, x: float = 50.0, **place: float):
-    """Spawns an actor on the lane."""
-    return spawn(world, type_id, {}, on_lane(x, **place))
+    """Spawns an actor on the lane; a vehicle has driven before, and is in gear."""
+    actor = spawn(world, type_id, {}, on_lane(x, **place))
+    world.fleet.engage_s[:] = 0.0
+    return actor
 
 
 def drive(world: World, car, throttle=0.0, steer=0.0, brake=0.0, hand_brake=0.0, reverse=0.0) -> None:

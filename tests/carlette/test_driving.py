@@ -12,6 +12,9 @@ from straight import CAR, add, drive, launch, on_lane, speed_of, straight_world,
 
 from carlette.blueprints import load_catalogue
 from carlette.geometry import Rotation
+from carlette.physics.fleet import ENGAGE_S, MANUAL
+from carlette.world.spawn import spawn
+from carlette.world.world import World
 
 KMH_50 = 50 / 3.6
 
@@ -176,3 +179,33 @@ def test_two_cars_do_not_disturb_each_other() -> None:
         drive(world, car, throttle=0.6, steer=0.02)
         list(ticks(world, 60))
     assert alone.pose(first) == both.pose(second)
+
+
+def first_moves_s(world: World, car) -> float:
+    """Seconds until a vehicle moves."""
+    for tick in range(100):
+        if speed_of(world, car) > 0.01:
+            return tick * 0.05
+        list(ticks(world, 1))
+    return math.inf
+
+
+def test_a_new_vehicle_gets_into_gear_with_its_first_throttle_and_only_then_moves() -> None:
+    world = straight_world()
+    car = spawn(world, CAR, {}, on_lane(50.0))
+    list(ticks(world, 40))  # time alone does not do it
+    drive(world, car, throttle=1.0)
+    assert first_moves_s(world, car) == pytest.approx(ENGAGE_S, abs=0.11)
+    drive(world, car, brake=1.0)
+    list(ticks(world, 40))
+    drive(world, car, throttle=1.0)
+    assert first_moves_s(world, car) == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("by", [{"gear": 1.0}, {"reverse": 1.0}])
+def test_by_hand_or_in_reverse_a_new_vehicle_is_in_gear_at_once(by: dict[str, float]) -> None:
+    world = straight_world()
+    car = spawn(world, CAR, {}, on_lane(50.0))
+    drive(world, car, throttle=1.0, reverse=by.get("reverse", 0.0))
+    world.fleet.control[car.index, MANUAL:] = ("gear" in by, by.get("gear", 0.0))
+    assert first_moves_s(world, car) == pytest.approx(0.05)

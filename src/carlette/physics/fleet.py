@@ -50,6 +50,9 @@ COAST_MPS2 = 3.9
 """Engine drag without throttle at its largest, for a vehicle that launches with `LAUNCH_MOST_MPS2`."""
 COAST_RISE_MPS, COAST_FALL_MPS = 2.5, 18.0
 NEUTRAL_COAST = 0.1
+ENGAGE_S = 0.8
+"""A vehicle is spawned in neutral, and its gearbox takes so long from the first throttle to the first gear. That it
+takes a while is known (CARLA issues #1640, #3256, #6477); how long is fitted to the tuning half in docs/real-carla.md."""
 HOLD_MPS2 = 5.0
 """Keeps a vehicle at rest on a slope while nobody touches a pedal or the wheel: Unreal puts it to sleep."""
 HOLD_BELOW_MPS = 0.1
@@ -119,13 +122,20 @@ class Fleet(Table):
     """Keeps its control until a new one comes (as CARLA's vehicles do unless told otherwise)."""
     light_state: NDArray[np.int64] = field(default_factory=indices())
     """Flags of `carla.VehicleLightState`."""
+    engage_s: Floats = field(default_factory=numbers())
+    """Seconds of throttle that are missing until the automatic gearbox is in gear for the first time."""
     limit_kmh: Floats = field(default_factory=numbers())
     """That of the last speed sign that the vehicle passed."""
 
     def add(self, row: int, model: VehicleModel, sheet: Sheet) -> int:
         """Adds a vehicle of `model` whose body is `row`."""
         index = self.append(
-            row=row, wheelbase=model.wheelbase_m, control=NO_CONTROL, sticky=True, limit_kmh=UNSIGNED_KMH
+            row=row,
+            wheelbase=model.wheelbase_m,
+            control=NO_CONTROL,
+            sticky=True,
+            engage_s=ENGAGE_S,
+            limit_kmh=UNSIGNED_KMH,
         )
         self.take(index, model, sheet)
         return index
@@ -176,6 +186,7 @@ class Fleet(Table):
         rate = np.radians(bodies.angular[row, 2])
         pitch = np.radians(bodies.rotation[row, 0])
 
+        self._engage(control, active, dt)
         self._turn_wheel(control, dt)
         angle = self.wheel_angle(ahead)
         wanted = self._steered_rate(angle, ahead)
@@ -199,6 +210,12 @@ class Fleet(Table):
         self._publish(bodies, control, ahead)
         if not self.sticky.all():
             self.control[~self.sticky] = NO_CONTROL
+
+    def _engage(self, control: Floats, active: NDArray[np.bool_], dt: float) -> None:
+        """Brings new vehicles into gear: with throttle in a while, by hand or in reverse at once, as in CARLA."""
+        chosen = (control[:, MANUAL] > 0) & (control[:, GEAR] != 0) | (control[:, REVERSE] > 0)
+        pressed = active & (control[:, THROTTLE] > 0)
+        self.engage_s = np.where(chosen, 0.0, np.maximum(self.engage_s - dt * pressed, 0.0))
 
     def wheel_angle(self, ahead: Floats) -> Floats:
         """Angle of the front wheels in radians; less of it at speed, by the vehicle's steering curve."""
@@ -244,7 +261,7 @@ class Fleet(Table):
         manual = control[:, MANUAL] > 0
         gear = control[:, GEAR]
         backward = np.where(manual, gear < 0, control[:, REVERSE] > 0)
-        neutral = manual & (gear == 0)
+        neutral = np.where(manual, gear == 0, self.engage_s > 1e-6)
         speed = np.abs(ahead)
         push = np.minimum(throttle**2 * self._full_push(speed), grip)
         if manual.any():

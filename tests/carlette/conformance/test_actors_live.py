@@ -141,7 +141,7 @@ def test_a_transform_that_is_not_finite_never_enters_the_world(world, spots) -> 
 def test_throttle_moves_the_car_ahead_and_brake_stops_it(world, spots) -> None:
     car = settled(world, spots[0])
     car.apply_control(carla.VehicleControl(throttle=0.5))
-    run(world, 40)
+    run(world, 60)
     assert car.get_velocity().length() > 2.0
     way = car.get_transform().get_forward_vector()
     assert car.get_velocity().dot(way) == pytest.approx(car.get_velocity().length(), abs=0.2)
