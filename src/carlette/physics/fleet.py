@@ -51,8 +51,8 @@ COAST_MPS2 = 3.9
 COAST_RISE_MPS, COAST_FALL_MPS = 2.5, 18.0
 NEUTRAL_COAST = 0.1
 ENGAGE_S = 0.8
-"""A vehicle is spawned in neutral, and its gearbox takes so long from the first throttle to the first gear. That it
-takes a while is known (CARLA issues #1640, #3256, #6477); how long is fitted to the tuning half in docs/real-carla.md."""
+"""A vehicle is spawned in neutral; so long after the first throttle its gearbox is in first gear. That it does is
+known (CARLA issues #1640, #3256, #6477); how long is the median lead on the tuning half of docs/real-carla.md."""
 HOLD_MPS2 = 5.0
 """Keeps a vehicle at rest on a slope while nobody touches a pedal or the wheel: Unreal puts it to sleep."""
 HOLD_BELOW_MPS = 0.1
