@@ -132,7 +132,9 @@ def misses(reads: list[Read]) -> list[str]:
     """Every sentence that is not acted on as meant."""
     rows = ["| meant | read as | confidence | words | situation |", "|---|---|---|---|---|"]
     for r in sorted((r for r in reads if not r.acted), key=lambda r: (r.meant, str(r.said["id"]))):
-        read = r.reading.likely.value + (" (asked back)" if r.reading.likely is not r.reading.intent else "")
+        read = r.reading.likely.value
+        if r.reading.likely is not r.reading.intent:
+            read += " (waits)" if r.reading.intent is GuidanceIntent.WAIT else " (asked back)"
         mark = "**" if r.moved_wrongly else ""
         text, situation = (str(r.said[key]).replace("|", "\\|") for key in ("text", "situation"))
         rows.append(f"| {r.meant} | {mark}{read}{mark} | {r.reading.confidence:.2f} | {text} | {situation} |")

@@ -46,13 +46,26 @@ def test_moving_and_staying_have_nothing_in_common():
     assert len(INTENTS[INTENT]) == len(GuidanceIntent)
 
 
+SHOUTS = (
+    "no, stop, wait", "wait wait wait", "Wait, WAIT!", "no no no stop", "stop stop", "whoa whoa", "hold on hold on",
+    "espera, espera", "¡no, para!", "para para para", "nein nein, warte", "stopp, halt!", "warte warte",
+    "non non, attends", "arrête, arrête", "停停停", "别别别", "等等等等",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("situation", ["Driving round a parked bus in the oncoming lane.", "Driving."])
+@pytest.mark.parametrize("text", SHOUTS)
+def test_who_shouts_to_hold_back_is_never_left_with_not_understood(text, situation):
+    assert READER.read(text, situation).intent in STAYS
+
+
 @settings(max_examples=12, deadline=None)
 @given(text=st.text(max_size=600), situation=st.text(max_size=300))
 def test_any_text_gets_a_reading_and_the_same_one_again(text, situation):
     assert READER.read(text, situation) == READER.read(text, situation)
 
 
-@pytest.mark.parametrize("name", ["blind-1", "blind-2"])
+@pytest.mark.parametrize("name", ["blind-1", "blind-2", "blind-3"])
 def test_a_blind_set_is_read_about_as_well_as_published(name):
     """Every tenth sentence; results/words.md has them all."""
     said = [json.loads(line) for line in (BLIND / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()][::10]

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver.scene.reading import Reading
+from stucksolver.scene.reading import GuidanceIntent, Reading
 from stucksolver.words.fields import Doubt, Numbers, read_fields
+from stucksolver.words.halting import halts
 from stucksolver.words.pieces import encoded
 
 DATA = Path(__file__).with_name("data")
@@ -54,7 +55,10 @@ class NetworkReader:
         """What `text` asks for. Raises `ReaderError` where the weights cannot be loaded."""
         if not text.strip():
             text = "..."
-        return read_fields(self.logits(text, situation), self._doubt, self.name)
+        reading = read_fields(self.logits(text, situation), self._doubt, self.name)
+        if reading.intent is GuidanceIntent.UNCLEAR and halts(text):
+            return reading.model_copy(update={"intent": GuidanceIntent.WAIT})
+        return reading
 
     def logits(self, text: str, situation: str) -> Numbers:
         """The network's numbers before calibration, (LOGITS,)."""

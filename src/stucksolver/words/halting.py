@@ -1,0 +1,26 @@
+"""Words that hold the vehicle back when nothing else is understood: doubt falls to waiting, never to going on."""
+
+from __future__ import annotations
+
+import re
+
+WORDS = (
+    "stop|stopp|wait|halt|whoa|hold on|hold it|no|don'?t|do not|never|careful|watch out|"  # English
+    "para|pare|alto|espera|espere|cuidado|"  # Spanish
+    "warte|warten|wart|nein|nicht|anhalten|vorsicht|achtung|"  # German
+    "arr[êe]te|arr[êe]tez|attends|attendez|non|pas|doucement"  # French
+)
+SIGNS = "[停等别別慢]|不[要行能可]|小心"
+"""Chinese is written without spaces."""
+SHORT = 40
+"""Characters. Who calls out is brief; a longer sentence that is unclear is asked back."""
+HALTING = re.compile(rf"(?<!\w)(?:{WORDS})(?!\w)|{SIGNS}", re.IGNORECASE)
+
+
+def halts(text: str) -> bool:
+    """Is `text` short, and is there a word in it that people hold somebody back with?
+
+    It is asked only of what the network finds unclear, and can only keep the vehicle where it is.
+    """
+    said = text.strip().replace("\u2019", "'")
+    return len(said) <= SHORT and HALTING.search(said) is not None
