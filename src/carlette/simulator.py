@@ -9,8 +9,10 @@ from typing import Any
 
 from carlette.blueprints import load_catalogue
 from carlette.memory import hand_back
-from carlette.opendrive.document import MapFile, available_towns, find_map
+from carlette.opendrive.bounds import check_bounds
+from carlette.opendrive.document import MapFile, available_towns, check_opendrive, find_town
 from carlette.opendrive.roads import RoadNetwork
+from carlette.opendrive.trial import try_out
 from carlette.recorder import Recorder, Replay, ReplayOptions, default_folder
 from carlette.sensors.suite import Suite
 from carlette.stream.hub import Hub
@@ -89,11 +91,13 @@ class Simulator:
         roads = self.world.roads
         if name and name.rsplit("/", 1)[-1] != roads.file.name:
             is_sent = name.rsplit("/", 1)[-1] == SENT_MAP and self._sent is not None
-            roads = RoadNetwork(self._sent if is_sent and self._sent else find_map(name, self.folders))
+            roads = RoadNetwork(self._sent if is_sent and self._sent else find_town(name, self.folders))
         self.start_episode(roads, None if reset_settings else self.world.settings)
 
     def load_text(self, text: str) -> None:
         """Starts an episode on an OpenDRIVE text that a client sent; raises `MapError`."""
+        check_bounds(check_opendrive(text, SENT_MAP), SENT_MAP)
+        try_out(text)
         sent = MapFile(SENT_MAP, text)
         self.start_episode(RoadNetwork(sent), self.world.settings)
         self._sent = sent
