@@ -29,6 +29,7 @@ class Subscriber:
 
     def __init__(self, sock: socket.socket) -> None:
         self.socket = sock
+        self.came = time.monotonic()
         self.stream_id = 0
         """0 until the client has sent the id."""
         self._received = b""
@@ -41,6 +42,11 @@ class Subscriber:
     def wants_to_write(self) -> bool:
         """True while a message could not be sent completely."""
         return bool(self._unsent)
+
+    @property
+    def is_paused(self) -> bool:
+        """Never: a subscriber has nothing to say that could wait."""
+        return False
 
     def read(self) -> bool:
         """Takes the stream id; False when the connection is over."""
