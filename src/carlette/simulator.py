@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
 from carlette.blueprints import load_catalogue
+from carlette.errors import RequestError
 from carlette.memory import hand_back
 from carlette.opendrive.bounds import check_bounds
 from carlette.opendrive.document import MapFile, available_towns, check_opendrive, find_town
@@ -29,6 +31,8 @@ SENT_MAP = "OpenDriveMap"
 """What a map is called that a client sent as text."""
 STREAMS_OF_AN_EPISODE = 1 << 20
 EPISODES_BEFORE_STREAMS_REPEAT = 1 << 11
+
+log = logging.getLogger(__name__)
 
 
 class Simulator:
@@ -130,13 +134,22 @@ class Simulator:
         """Moves the world on, lets the sensors measure and returns the new frame number."""
         frame = self.world.tick()
         if self.replay is not None:
-            self.replay.step(self.world)
-            if self.replay.is_over:
-                self.end_replay(keep_actors=True)
+            self._play(self.replay)
         if self.recorder is not None:
             self.recorder.note(self.world)
         self.sensors.measure(self.world)
         return frame
+
+    def _play(self, replay: Replay) -> None:
+        try:
+            replay.step(self.world)
+        except (RequestError, ValueError) as error:
+            # An actor of a log may find no room in this world. The tick goes on without it.
+            log.error("the replay ends here: %s", error)
+            self.end_replay(keep_actors=False)
+        else:
+            if replay.is_over:
+                self.end_replay(keep_actors=True)
 
     def end_replay(self, keep_actors: bool) -> None:
         """Lets go of a replay's actors, if one is playing."""

@@ -15,6 +15,8 @@ MAX_WAIT_S = 2.0
 """How long the world stands still for a reader of large messages that is far behind, before that happens."""
 MOST_KEPT = 8
 """Messages for a reader that nobody waits for any more, but who may still come (a client on a busy machine)."""
+MOST_AWAITED = 4096
+"""Streams whose token was asked for in one tick."""
 MOST_LATE = 256
 """Of such readers."""
 MOST_PARTS = 64
@@ -130,7 +132,8 @@ class Hub:
 
     def expect(self, stream_id: int) -> None:
         """A client asked for the token of a stream: it is about to subscribe."""
-        self.awaited.add(stream_id)
+        if len(self.awaited) < MOST_AWAITED:
+            self.awaited.add(stream_id)
 
     def arrived(self, subscriber: Subscriber) -> None:
         """A subscriber has announced its stream."""
