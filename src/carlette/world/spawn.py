@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from carlette.blueprints import Catalogue, load_catalogue
+from carlette.blueprints.paint import painted
 from carlette.blueprints.sensors import IN_THE_CLIENT
 from carlette.errors import RequestError, SpawnCollision
 from carlette.geometry import Box, Pose, Vector
@@ -70,7 +71,8 @@ def _enter(world: World, catalogue: Catalogue, type_id: str, attributes: Attribu
 def _enter_vehicle(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
     model = catalogue.vehicles[type_id]
     _require_free(world, pose, model.box, VEHICLE_CLEARANCE_M)
-    actor = world.enter(type_id, Kind.VEHICLE, pose, model.box, attributes)
+    chosen = painted(catalogue.definitions[type_id], attributes, world.next_id)
+    actor = world.enter(type_id, Kind.VEHICLE, pose, model.box, chosen)
     actor.tags = bytes([_VEHICLE_TAGS.get(model.base_type, CAR_TAG)])
     _make_solid(world, actor, model.mass_kg, VEHICLE_CLEARANCE_M)
     actor.sheet = sheet_of(model)
