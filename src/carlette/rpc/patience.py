@@ -7,7 +7,7 @@ from typing import Protocol, TypeVar
 
 UNFINISHED_S = 60.0
 """A request must be complete this long after its first byte: time for the largest map at 20 Mbit/s."""
-UNNAMED_S = 10.0
+UNNAMED_S = 60.0
 """A peer of the streaming port must say which stream it wants; the client does so at once."""
 MOST_HELD_BYTES = 256 << 20
 """Of all connections together: one map of the largest size and as much again."""
