@@ -12,20 +12,20 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from carlette.errors import UsageError
 from carlette.pacing import ASK_LIMIT_S, PARTING_LIMIT_S, PARTING_REST_S, Pacing
 from carlette.rescue import Rescue
 from carlette.rpc.connection import RpcConnection
 from carlette.rpc.handlers import ALL
 from carlette.rpc.held import HeldAnswers
+from carlette.rpc.patience import overstayed, unnamed
 from carlette.rpc.session import Session
 from carlette.simulator import Simulator
+from carlette.sockets import listen_pair, prepared
 from carlette.stream.hub import Subscriber
 from carlette.wire.token import WORLD_STREAM
 
 IDLE_S = 0.5
 """Longest sleep of the loop; bounds how late it notices that it shall stop."""
-FREE_PORT_TRIES = 50
 SHORTEST_PERIOD_S = 0.001
 """Between two ticks in asynchronous mode, however short the step is: others want to be served, too."""
 SWITCHING_POLL_S = 0.001
@@ -40,7 +40,7 @@ class Server:
         """Listens on `port` and `port + 1` (0 = any free pair); raises `UsageError` where it cannot."""
         self.simulator = simulator
         self.host = host
-        self._rpc_socket, self._stream_socket = _listen_pair(host, port)
+        self._rpc_socket, self._stream_socket = listen_pair(host, port)
         self.port = int(self._rpc_socket.getsockname()[1])
         simulator.stream_port = self.port + 1
         self._selector = selectors.DefaultSelector()
@@ -82,8 +82,13 @@ class Server:
             self._close()
 
     def _turn(self) -> None:
-        self._handle_ready(self._held.wait_s(time.monotonic(), self._wait_s()))
+        behind = [one for one in self._sessions if one.is_behind and not one.is_paused]
+        self._handle_ready(0.0 if behind else self._held.wait_s(time.monotonic(), self._wait_s()))
+        for one in behind:
+            if one in self._sessions:
+                self._handle(self._selector.get_key(one.socket), 0)
         now = time.monotonic()
+        self._send_away_overstayed(now)
         self._held.release(now)
         if self._is_cued and not self._pacing.awaits_worker(now, len(self.simulator.traffic_managers)):
             self._tick()
@@ -210,7 +215,7 @@ class Server:
                 self._send_away(listener)
             # Else the peer gave up between its request and now.
             return None
-        return _prepared(sock)
+        return prepared(sock)
 
     def _send_away(self, listener: socket.socket) -> None:
         """No file is left for a peer: takes it with the spare one, as it would wait, and be seen, for ever."""
@@ -234,7 +239,8 @@ class Server:
         def handle(events: int) -> None:
             if events & selectors.EVENT_WRITE:
                 connection.write()
-            if events & selectors.EVENT_READ and not connection.read():
+            wants_more = events & selectors.EVENT_READ or connection.is_behind
+            if wants_more and not connection.is_paused and not connection.read():
                 self._drop_client(connection)
             else:
                 self._watch(connection, handle)
@@ -295,6 +301,13 @@ class Server:
         self._selector.unregister(connection.socket)
         connection.socket.close()
 
+    def _send_away_overstayed(self, now: float) -> None:
+        for client, reason in overstayed(list(self._sessions), now):
+            log.warning("a client at %s is dropped: %s", client.host, reason)
+            self._drop_client(client)
+        for subscriber in unnamed(self.simulator.hub.subscribers, now):
+            self._drop_subscriber(subscriber)
+
     # -- streams
 
     def _accept_stream(self, events: int) -> None:
@@ -327,7 +340,9 @@ class Server:
 
     def _watch(self, peer: RpcConnection | Subscriber, handle: Callable[[int], None]) -> None:
         """Waits for room to write only while there is something left to write."""
-        wanted = selectors.EVENT_READ | (selectors.EVENT_WRITE if peer.wants_to_write else 0)
+        wanted = 0 if peer.is_paused else selectors.EVENT_READ
+        if peer.wants_to_write:
+            wanted |= selectors.EVENT_WRITE
         key = self._selector.get_key(peer.socket)
         if key.events != wanted:
             self._selector.modify(peer.socket, wanted, handle)
@@ -340,49 +355,3 @@ class Server:
         self._selector.close()
         self._held.close()
         os.close(self._spare_file)
-
-
-def _prepared(sock: socket.socket) -> socket.socket | None:
-    sock.setblocking(False)
-    try:
-        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        # A machine that went away without a word is noticed in the end.
-        sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    except OSError:
-        sock.close()
-        return None
-    return sock
-
-
-def _listen_pair(host: str, port: int) -> tuple[socket.socket, socket.socket]:
-    """Sockets on `port` and the one after it."""
-    if port:
-        first = _listen(host, port)
-        try:
-            return first, _listen(host, port + 1)
-        except UsageError:
-            first.close()
-            raise
-    for _ in range(FREE_PORT_TRIES):
-        first = _listen(host, 0)
-        number = int(first.getsockname()[1])
-        try:
-            return first, _listen(host, number + 1)
-        except UsageError:
-            first.close()
-    raise UsageError(f"no two neighbouring ports are free on {host}; name one with --port")
-
-
-def _listen(host: str, port: int) -> socket.socket:
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    sock = socket.socket(family, socket.SOCK_STREAM)
-    try:
-        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        sock.bind((host, port))
-        sock.listen(64)
-    except (OSError, OverflowError) as error:
-        sock.close()
-        reason = getattr(error, "strerror", None) or str(error)
-        raise UsageError(f"cannot listen on {host}:{port}: {reason}; choose another with --port or --host") from None
-    sock.setblocking(False)
-    return sock

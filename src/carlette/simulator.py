@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
 from carlette.blueprints import load_catalogue
+from carlette.errors import RequestError
 from carlette.memory import hand_back
-from carlette.opendrive.document import MapFile, available_towns, find_map
+from carlette.opendrive.bounds import check_bounds
+from carlette.opendrive.document import MapFile, available_towns, check_opendrive, find_town
 from carlette.opendrive.roads import RoadNetwork
+from carlette.opendrive.trial import try_out
 from carlette.recorder import Recorder, Replay, ReplayOptions, default_folder
 from carlette.sensors.suite import Suite
 from carlette.stream.hub import Hub
@@ -27,6 +31,8 @@ SENT_MAP = "OpenDriveMap"
 """What a map is called that a client sent as text."""
 STREAMS_OF_AN_EPISODE = 1 << 20
 EPISODES_BEFORE_STREAMS_REPEAT = 1 << 11
+
+log = logging.getLogger(__name__)
 
 
 class Simulator:
@@ -89,11 +95,13 @@ class Simulator:
         roads = self.world.roads
         if name and name.rsplit("/", 1)[-1] != roads.file.name:
             is_sent = name.rsplit("/", 1)[-1] == SENT_MAP and self._sent is not None
-            roads = RoadNetwork(self._sent if is_sent and self._sent else find_map(name, self.folders))
+            roads = RoadNetwork(self._sent if is_sent and self._sent else find_town(name, self.folders))
         self.start_episode(roads, None if reset_settings else self.world.settings)
 
     def load_text(self, text: str) -> None:
         """Starts an episode on an OpenDRIVE text that a client sent; raises `MapError`."""
+        check_bounds(check_opendrive(text, SENT_MAP), SENT_MAP)
+        try_out(text)
         sent = MapFile(SENT_MAP, text)
         self.start_episode(RoadNetwork(sent), self.world.settings)
         self._sent = sent
@@ -126,13 +134,22 @@ class Simulator:
         """Moves the world on, lets the sensors measure and returns the new frame number."""
         frame = self.world.tick()
         if self.replay is not None:
-            self.replay.step(self.world)
-            if self.replay.is_over:
-                self.end_replay(keep_actors=True)
+            self._play(self.replay)
         if self.recorder is not None:
             self.recorder.note(self.world)
         self.sensors.measure(self.world)
         return frame
+
+    def _play(self, replay: Replay) -> None:
+        try:
+            replay.step(self.world)
+        except (RequestError, ValueError) as error:
+            # An actor of a log may find no room in this world. The tick goes on without it.
+            log.error("the replay ends here: %s", error)
+            self.end_replay(keep_actors=False)
+        else:
+            if replay.is_over:
+                self.end_replay(keep_actors=True)
 
     def end_replay(self, keep_actors: bool) -> None:
         """Lets go of a replay's actors, if one is playing."""

@@ -22,6 +22,8 @@ MAPS = ("grid_town", "interurban", "motorway")
 CARRIAGEWAYS = {"grid_town": 1, "interurban": 1, "motorway": 2}
 BROKEN, SOLID = carla.LaneMarkingType.Broken, carla.LaneMarkingType.Solid
 DRIVING = carla.LaneType.Driving
+CARLAS_SPEED_SIGNS = {"30", "40", "50", "60", "70", "80", "90", "100", "110", "120"}
+"""Subtypes of type 274 for which CARLA has a sign to put up (`TrafficLightManager.cpp`)."""
 
 
 @cache
@@ -178,6 +180,16 @@ def test_the_signs_state_the_limits_of_their_roads_and_the_server_has_a_box_for_
         boxes += last - first + 1
         assert 20 <= landmark.value <= 130
     assert len(network.speed_boxes) == boxes
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_a_speed_signs_subtype_is_its_limit_as_carla_puts_up_no_sign_for_any_other(name):
+    signs = town(name).map.get_all_landmarks_of_type("274")
+    assert signs
+    assert {sign.sub_type for sign in signs} <= CARLAS_SPEED_SIGNS
+    assert all(float(sign.sub_type) == sign.value for sign in signs)
+    others = {one.get("subtype") for one in document(name).iter("signal") if one.get("type") != "274"}
+    assert others <= {"-1"}, "none of the other types has a subtype"
 
 
 @pytest.mark.parametrize("name", MAPS)

@@ -16,6 +16,7 @@ from carlette.blueprints.definitions import (
     role_name,
     text,
 )
+from carlette.blueprints.paint import COLOR, UNPAINTED
 from carlette.blueprints.sensors import sensor_definitions
 from carlette.blueprints.tables import (
     PropModel,
@@ -149,7 +150,7 @@ def _speed(model: WalkerModel) -> Attribute:
 
 
 def _color(values: tuple[str, ...]) -> Attribute:
-    return Attribute("color", AttributeType.COLOR, values[0], values, is_modifiable=True)
+    return Attribute(COLOR, AttributeType.COLOR, UNPAINTED, values, is_modifiable=True)
 
 
 def _size_class(size_m: float) -> str:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.etree import ElementTree
 
 from carlette.errors import MapError
+from carlette.files import read_regular
+from carlette.opendrive.bounds import check_bounds
 
 MAPS_VARIABLE = "STUCKSOLVER_MAPS"
 LAYOUTS = (
@@ -21,6 +23,8 @@ LAYOUTS = (
     "Unreal/CarlaUE4/Content/Carla/Maps/*/OpenDrive/*.xodr",
 )
 """Where towns lie in a folder: loose, or as in CARLA's `Maps` folder, in its packages, or in its sources."""
+LARGEST_MAP_BYTES = 128 << 20
+"""Of an OpenDRIVE text; Town04 has 3.4 MB."""
 OPTIMISED = "_Opt"
 """CARLA's variants with layers have this after the town's name, and the same roads."""
 
@@ -43,11 +47,31 @@ def map_folders(extra: Sequence[str]) -> list[Path]:
 def available_towns(folders: Sequence[Path]) -> dict[str, Path]:
     """Town name to file; the first folder that has a town wins. A folder may be a CARLA installation."""
     towns: dict[str, Path] = {}
+    for path in _files(folders):
+        towns.setdefault(path.stem, path)
+    return towns
+
+
+def _files(folders: Sequence[Path]) -> Iterator[Path]:
     for folder in folders:
         for layout in LAYOUTS:
-            for path in sorted(folder.glob(layout)):
-                towns.setdefault(path.stem, path)
-    return towns
+            yield from (path for path in sorted(folder.glob(layout)) if path.is_file())
+
+
+def find_town(town_or_path: str, folders: Sequence[Path]) -> MapFile:
+    """The map that a client names: by its town, or by the path of a town's file in one of the folders.
+
+    Raises `MapError`, with the same words for a file that lies elsewhere as for one that does not exist: what else
+    there is on this machine is nobody's business.
+    """
+    if town_or_path.endswith(".xodr"):
+        wanted = os.path.normpath(town_or_path)
+        path = next((one for one in _files(folders) if os.path.normpath(one) == wanted), None)
+        if path is None:
+            known = ", ".join(sorted(available_towns(folders))) or "none"
+            raise MapError(f"'{town_or_path}' is no town of this server (it has {known}); name one of them")
+        return load_map(path)
+    return find_map(town_or_path, folders)
 
 
 def find_map(town_or_file: str, folders: Sequence[Path]) -> MapFile:
@@ -70,13 +94,13 @@ def find_map(town_or_file: str, folders: Sequence[Path]) -> MapFile:
 def load_map(path: Path) -> MapFile:
     """Reads and checks a file; raises `MapError`."""
     try:
-        text = path.read_text("utf-8")
+        text = read_regular(path, LARGEST_MAP_BYTES).decode("utf-8")
     except FileNotFoundError:
         raise MapError(f"map file '{path}' does not exist; give the path of an OpenDRIVE .xodr file") from None
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
         raise MapError(f"map file '{path}' cannot be read: {reason}; give a readable OpenDRIVE file") from None
-    check_opendrive(text, str(path))
+    check_bounds(check_opendrive(text, str(path)), str(path))
     return MapFile(path.stem, text)
 
 
@@ -84,6 +108,9 @@ def check_opendrive(text: str, source: str) -> ElementTree.Element:
     """The root element; raises `MapError` when `text` is not a map with driving lanes."""
     if not text.strip():
         raise MapError(f"map file '{source}' is empty; give an OpenDRIVE file with roads")
+    if "<!DOCTYPE" in text:
+        # The library's parser knows no entities: it would read other numbers than this one.
+        raise MapError(f"map file '{source}' declares a document type; give an OpenDRIVE file without <!DOCTYPE>")
     try:
         root = ElementTree.fromstring(text.encode("utf-8", "surrogateescape"))
     except ElementTree.ParseError as error:

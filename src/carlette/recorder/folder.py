@@ -8,6 +8,11 @@ from pathlib import Path
 
 from carlette.errors import RequestError
 
+LONGEST_NAME, LONGEST_PATH = 255, 1024
+"""Bytes of a name and of a path within the folder, which with the folder stays below the system's 4,096."""
+LONGEST_TOLD = 200
+"""Characters of a name that an error repeats."""
+
 
 def default_folder() -> Path:
     """`carlette/recordings` in the user's folder for state (XDG base directories)."""
@@ -23,12 +28,16 @@ def path_in(folder: Path, name: str) -> Path:
 
     Raises `RequestError` for all that leads elsewhere, also through `..` or a link.
     """
-    if not name or "\0" in name:
-        raise RequestError(f"'{name}' is no name of a file; give one such as run.log")
+    encoded = os.fsencode(name)
+    if not name or "\0" in name or len(encoded) > LONGEST_PATH or max(map(len, encoded.split(b"/"))) > LONGEST_NAME:
+        raise RequestError(f"'{_short(name)}' is no name of a file; give one such as run.log")
     root = folder.resolve()
     if ".." in Path(name).parts:
         raise RequestError(_refusal(name, root))
-    path = (root / name).resolve()
+    try:
+        path = (root / name).resolve()
+    except (OSError, RuntimeError):  # links that go round
+        raise RequestError(f"'{_short(name)}' is no name of a file; give one such as run.log") from None
     if path == root or not path.is_relative_to(root):
         raise RequestError(_refusal(name, root))
     return path
@@ -44,5 +53,9 @@ def make_room(path: Path) -> None:
         ) from None
 
 
+def _short(name: str) -> str:
+    return name if len(name) <= LONGEST_TOLD else f"{name[:LONGEST_TOLD]}…"
+
+
 def _refusal(name: str, root: Path) -> str:
-    return f"'{name}' is no file within '{root}', where this server keeps its logs; give a name such as run.log"
+    return f"'{_short(name)}' is no file within '{root}', where this server keeps its logs; give a name such as run.log"

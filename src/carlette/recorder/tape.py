@@ -12,6 +12,7 @@ middle of an array (its disk was full, its server was killed) is read up to ther
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,6 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.errors import RequestError
+from carlette.files import read_regular
+from carlette.geometry import FARTHEST
 
 MAGIC = b"carlette log 1\n"
 NUMBERS = 9
@@ -91,9 +94,7 @@ def read_tape(path: Path) -> Tape:
     try:
         if not path.is_file():
             raise FileNotFoundError
-        if path.stat().st_size > LARGEST_BYTES:
-            raise RequestError(f"the log '{path}' is larger than {LARGEST_BYTES >> 30} GiB; record shorter runs")
-        data = path.read_bytes()
+        data = read_regular(path, LARGEST_BYTES)
     except FileNotFoundError:
         raise RequestError(f"File '{path}' not found on server") from None
     except OSError as error:
@@ -113,6 +114,16 @@ def read_tape(path: Path) -> Tape:
     return tape
 
 
+def _check(tape: Tape, frame: Frame) -> None:
+    """Raises `ValueError` for a frame that could not be played."""
+    if len(frame.ids) != len(frame.motion) or len(frame.light_ids) != len(frame.light_colors):
+        raise ValueError("a frame has another number of actors than of their motions")
+    if not math.isfinite(frame.time_s) or not (np.abs(frame.motion) < FARTHEST).all():
+        raise ValueError("a frame has a number that is none, or too large")
+    if not (tape.entries.keys() >= set(frame.ids.tolist())):
+        raise ValueError("a frame has an actor that was never seen")
+
+
 def _take(tape: Tape, kind: str, *values: Any) -> None:
     if kind == "start":
         tape.map_name, tape.date = values
@@ -124,13 +135,13 @@ def _take(tape: Tape, kind: str, *values: Any) -> None:
         tape.hits.append(Hit(*values))
     elif kind == "frame":
         number, time_s, ids, motion, light_ids, colors = values
-        tape.frames.append(
-            Frame(
-                number,
-                time_s,
-                np.frombuffer(ids, np.uint32),
-                np.frombuffer(motion, np.float32).reshape(-1, NUMBERS),
-                np.frombuffer(light_ids, np.uint32),
-                np.frombuffer(colors, np.uint8),
-            )
+        frame = Frame(
+            number,
+            time_s,
+            np.frombuffer(ids, np.uint32),
+            np.frombuffer(motion, np.float32).reshape(-1, NUMBERS),
+            np.frombuffer(light_ids, np.uint32),
+            np.frombuffer(colors, np.uint8),
         )
+        _check(tape, frame)
+        tape.frames.append(frame)

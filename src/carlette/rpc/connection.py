@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import logging
 import socket
+import time
 from collections.abc import Callable
 from typing import Any
 
 import msgpack
 
-MAX_MESSAGE_BYTES = 256 * 1024 * 1024
-"""OpenDRIVE texts arrive in one message."""
-READ_BYTES = 1 << 20
-MAX_UNREAD_BYTES = 256 * 1024 * 1024
-"""A client that asks and never reads its answers is dropped here."""
+from carlette.rpc.frames import BAD_BYTES, Frames
 
-BAD_BYTES = (msgpack.UnpackException, ValueError, TypeError, OverflowError, RecursionError, MemoryError)
-"""What reading bytes that are no request raises; a map with a list as its key, for one, is a TypeError."""
+READ_BYTES = 1 << 20
+MOST_UNREAD_BYTES = 16 << 20
+"""While a client leaves more than this of its answers unread, its further requests wait."""
+LONGEST_TURN_S = 0.25
+"""After this the requests of others come first."""
 
 log = logging.getLogger(__name__)
 
@@ -26,15 +26,18 @@ Dispatch = Callable[["RpcConnection", int, str, list[Any]], None]
 class RpcConnection:
     """Reads requests, hands them to `dispatch` in order, and writes replies."""
 
-    def __init__(self, sock: socket.socket, dispatch: Dispatch) -> None:
+    def __init__(self, sock: socket.socket, dispatch: Dispatch, clock: Callable[[], float] = time.monotonic) -> None:
         self.socket = sock
         self.host = _peer(sock)
         self.dispatch = dispatch
         self.traffic_managers: set[int] = set()
         """Ports of the traffic managers that this client registered."""
-        self._unpacker = msgpack.Unpacker(
-            raw=False, unicode_errors="surrogateescape", strict_map_key=False, max_buffer_size=MAX_MESSAGE_BYTES
-        )
+        self.is_behind = False
+        """Requests of it are complete and not handled yet."""
+        self.unfinished_since: float | None = None
+        """By the clock: when the request began that is not complete yet."""
+        self._clock = clock
+        self._frames = Frames()
         self._packer = msgpack.Packer(unicode_errors="surrogateescape")
         self._unsent = bytearray()
 
@@ -43,41 +46,59 @@ class RpcConnection:
         """True while a reply could not be sent completely."""
         return bool(self._unsent)
 
+    @property
+    def is_paused(self) -> bool:
+        """True while so many answers are unread that no more requests are taken."""
+        return len(self._unsent) > MOST_UNREAD_BYTES
+
+    @property
+    def held_bytes(self) -> int:
+        """What it costs to keep: requests that are not handled, answers that are not read."""
+        return self._frames.held_bytes + len(self._unsent)
+
     def read(self) -> bool:
-        """Handles what has arrived; False when the connection is over."""
-        try:
-            data = self.socket.recv(READ_BYTES)
-        except BlockingIOError:
-            return True
-        except OSError:
-            return False
-        if not data:
-            return False
-        try:
-            self._unpacker.feed(data)
-        except BAD_BYTES as error:
-            log.warning("closing a connection that sends too much at once: %s", error)
-            return False
-        while True:
+        """Handles what has arrived, for a while; False when the connection is over."""
+        if not self.is_behind:
             try:
-                number, method, parameters = self._next_request()
-            except msgpack.OutOfData:
-                return len(self._unsent) <= MAX_UNREAD_BYTES
+                data = self.socket.recv(READ_BYTES)
+            except BlockingIOError:
+                return True
+            except OSError:
+                return False
+            if not data:
+                return False
+            try:
+                self._frames.feed(data)
+            except BAD_BYTES as error:
+                log.warning("closing a connection that sends too much at once: %s", error)
+                return False
+        return self._handle()
+
+    def _handle(self) -> bool:
+        until = self._clock() + LONGEST_TURN_S
+        finished = self.is_behind
+        self.is_behind = True
+        while not self.is_paused and self._clock() <= until:
+            try:
+                frame = self._frames.next()
+                if frame is None:
+                    self.is_behind = False
+                    break
+                number, method, parameters = _request(frame)
             except BAD_BYTES as error:
                 log.warning("closing a connection that does not speak msgpack-rpc: %s", error)
                 return False
+            finished = True
             # The first parameter is the caller's metadata: whether it waits for the reply.
             self.dispatch(self, number, method, parameters[1:])
+        self._note_the_unfinished(finished)
+        return True
 
-    def _next_request(self) -> tuple[int, str, list[Any]]:
-        """Id, method and parameters; raises `OutOfData` where none is complete, and `BAD_BYTES` for anything else."""
-        message = self._unpacker.unpack()
-        if not (isinstance(message, list) and len(message) == 4 and message[0] == 0):
-            raise ValueError("a message is not a request [0, id, method, parameters]")
-        _, number, method, parameters = message
-        if not (isinstance(method, str) and isinstance(number, int) and isinstance(parameters, list)):
-            raise ValueError("a request's id, method or parameters have the wrong type")
-        return number, method, parameters
+    def _note_the_unfinished(self, has_finished_one: bool) -> None:
+        if self.is_behind or not self._frames.held_bytes:
+            self.unfinished_since = None
+        elif has_finished_one or self.unfinished_since is None:
+            self.unfinished_since = self._clock()
 
     def reply(self, number: int, result: Any, error: str | None = None) -> None:
         """Answers request `number`."""
@@ -95,6 +116,17 @@ class RpcConnection:
             self._unsent.clear()
             return
         del self._unsent[:sent]
+
+
+def _request(frame: bytes) -> tuple[int, str, list[Any]]:
+    """Id, method and parameters; raises `BAD_BYTES` for anything else than a request."""
+    message = msgpack.unpackb(frame, raw=False, unicode_errors="surrogateescape", strict_map_key=False)
+    if not (isinstance(message, list) and len(message) == 4 and message[0] == 0):
+        raise ValueError("a message is not a request [0, id, method, parameters]")
+    _, number, method, parameters = message
+    if not (isinstance(method, str) and isinstance(number, int) and isinstance(parameters, list)):
+        raise ValueError("a request's id, method or parameters have the wrong type")
+    return number, method, parameters
 
 
 def _peer(sock: socket.socket) -> str:

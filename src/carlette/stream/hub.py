@@ -15,6 +15,8 @@ MAX_WAIT_S = 2.0
 """How long the world stands still for a reader of large messages that is far behind, before that happens."""
 MOST_KEPT = 8
 """Messages for a reader that nobody waits for any more, but who may still come (a client on a busy machine)."""
+MOST_AWAITED = 4096
+"""Streams whose token was asked for in one tick."""
 MOST_LATE = 256
 """Of such readers."""
 MOST_PARTS = 64
@@ -29,6 +31,7 @@ class Subscriber:
 
     def __init__(self, sock: socket.socket) -> None:
         self.socket = sock
+        self.came = time.monotonic()
         self.stream_id = 0
         """0 until the client has sent the id."""
         self._received = b""
@@ -41,6 +44,11 @@ class Subscriber:
     def wants_to_write(self) -> bool:
         """True while a message could not be sent completely."""
         return bool(self._unsent)
+
+    @property
+    def is_paused(self) -> bool:
+        """Never: a subscriber has nothing to say that could wait."""
+        return False
 
     def read(self) -> bool:
         """Takes the stream id; False when the connection is over."""
@@ -124,7 +132,8 @@ class Hub:
 
     def expect(self, stream_id: int) -> None:
         """A client asked for the token of a stream: it is about to subscribe."""
-        self.awaited.add(stream_id)
+        if len(self.awaited) < MOST_AWAITED:
+            self.awaited.add(stream_id)
 
     def arrived(self, subscriber: Subscriber) -> None:
         """A subscriber has announced its stream."""

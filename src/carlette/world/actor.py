@@ -39,7 +39,7 @@ class Actor:
     """Semantic tags (`CityObjectLabel`)."""
     parent_id: int = 0
     attached: Pose | None = None
-    """Pose in the parent's frame, where there is a parent."""
+    """Pose in the parent's frame, where there is a parent that was not destroyed."""
     stream_id: int = 0
     """The stream of a sensor; 0 = none."""
     index: int = -1

@@ -94,3 +94,7 @@ def _joints(height_m: float) -> list[tuple[str, str, Vector]]:
             place = Vector(ahead * height_m, right * beside * height_m, up * height_m)
             middle.append((name + side, above, place))
     return middle
+
+
+BONES = frozenset(name for name, _, _ in _joints(1.0))
+"""The names of all joints."""

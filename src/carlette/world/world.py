@@ -129,9 +129,17 @@ class World:
             self.surface.delete(actor.surface)
         self.doors.forget(actor.row)
         self.ackermanns.pop(actor_id, None)
+        self._let_go(actor_id)
         self.bodies.delete(actor.row)
         self._close_gaps(actor)
         return True
+
+    def _let_go(self, parent_id: int) -> None:
+        """What was attached to an actor stays where it is, as Unreal detaches it; it keeps its parent's id."""
+        for child in self.actors.values():
+            if child.parent_id == parent_id and child.attached is not None:
+                child.attached = None
+                self.bodies.velocity[child.row] = self.bodies.angular[child.row] = 0.0
 
     def _close_gaps(self, gone: Actor) -> None:
         for other in self.actors.values():

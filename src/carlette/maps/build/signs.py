@@ -128,7 +128,8 @@ def _signal(
     element.attrib.update(zOffset="0.0", roll="0.0", pitch="0.0", dynamic="yes" if dynamic else "no")
     element.attrib.update(country="OpenDRIVE", type=kind, subtype="-1", value=number(value), text="")
     if kind == LIMIT:
-        element.set("unit", "km/h")
+        # The German catalogue numbers speed signs 274-30 and so on, and CARLA puts up a sign for these subtypes alone.
+        element.attrib.update(subtype=f"{value:g}", unit="km/h")
     element.attrib.update(height="1.16" if dynamic else "2.5", width="0.525" if dynamic else "0.8")
     SubElement(element, "validity", fromLane=str(min(lanes)), toLane=str(max(lanes)))
     return element

@@ -17,6 +17,9 @@ from carlette.world.spawn import spawn
 
 methods = Methods()
 
+MOST_TEXT = 20_000
+"""Characters of all of an actor's attributes; a colour camera has 1,000."""
+
 
 @methods.value("get_actor_definitions")
 def get_actor_definitions(session: Session) -> Any:
@@ -33,7 +36,7 @@ def get_spectator(session: Session) -> Any:
 @methods.value("get_actors_by_id")
 def get_actors_by_id(session: Session, ids: list[int]) -> Any:
     actors = session.world.actors
-    return [session.wire(actors[one]) for one in ids if one in actors]
+    return [session.wire(actors[one]) for one in dict.fromkeys(ids) if one in actors]
 
 
 @methods.value("spawn_actor")
@@ -52,6 +55,8 @@ def spawn_actor_with_parent(
 def bring_in(session: Session, description: list[Any], transform: list[Any], parent: int = 0) -> Actor:
     """Spawns what the wire describes."""
     type_id, attributes = description[1], encode.read_attributes(description[2], session.simulator.version)
+    if sum(len(name) + len(text) for name, (_, text) in attributes.items()) > MOST_TEXT:
+        raise RequestError(f"Spawn of '{type_id}' refused: its attributes have more than {MOST_TEXT:,} characters")
     if type_id.startswith("sensor.") and type_id not in IN_THE_CLIENT:
         # What cannot be made is refused before it is there.
         scenery = make_sensor(type_id, attributes).load(session.world)

@@ -14,6 +14,8 @@ from carlette.wire import encode
 methods = Methods()
 
 Payload = list[Any]
+MOST_COMMANDS = 10_000
+"""In one batch: the world stands still until it is carried out."""
 SPAWN_ACTOR, DESTROY_ACTOR, VEHICLE_CONTROL, CONSOLE_COMMAND = 0, 1, 2, 20
 
 
@@ -53,10 +55,32 @@ COMMANDS: dict[int, Callable[..., Any]] = {
 
 @methods.bare("apply_batch")
 def apply_batch(session: Session, commands: Sequence[Sequence[Any]], do_tick: bool = False) -> Any:
+    number = _count(commands)
+    if number > MOST_COMMANDS:
+        # One answer for each command, as the client takes nothing else.
+        refusal = encode.failure(f"{number:,} commands in one batch; send at most {MOST_COMMANDS}")
+        return [refusal] * len(commands)
     responses = [_run(session, *command[0]) for command in commands]
     if do_tick:
         session.simulator.ticks_wanted += 1
     return responses
+
+
+def _count(commands: Sequence[Sequence[Any]]) -> int:
+    """With those that are to be carried out after a spawn, and after theirs; raises `BAD_ARGUMENTS` for no list."""
+    number, left = 0, [commands]
+    while left:
+        here = left.pop()
+        number += len(here)
+        # Those that are no commands get their own answers later.
+        spawns = (one[0][1] for one in here if _is_spawn(one))
+        left += [payload[-1] for payload in spawns if payload and isinstance(payload[-1], list)]
+    return number
+
+
+def _is_spawn(command: Any) -> bool:
+    inner = command[0] if isinstance(command, list) and command else None
+    return isinstance(inner, list) and len(inner) > 1 and inner[0] == SPAWN_ACTOR and isinstance(inner[1], list)
 
 
 def _run(session: Session, index: int, payload: Payload) -> Any:

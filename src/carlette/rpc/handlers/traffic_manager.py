@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+from carlette.errors import RequestError
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import Session
 
 methods = Methods()
+
+LONGEST_ADDRESS = 255
+LAST_PORT = 65535
 
 
 @methods.value("is_traffic_manager_running")
@@ -24,6 +28,11 @@ def get_traffic_manager_running(session: Session, port: int) -> Any:
 @methods.value("add_traffic_manager_running")
 def add_traffic_manager_running(session: Session, endpoint: list[Any]) -> bool:
     address, port = str(endpoint[0]), int(endpoint[1])
+    if not 0 < port <= LAST_PORT or len(address) > LONGEST_ADDRESS:
+        raise RequestError(
+            f"add_traffic_manager_running: port {port} at '{address[:40]}'; give a port from 1 to {LAST_PORT} "
+            f"and an address of at most {LONGEST_ADDRESS} characters"
+        )
     if port in session.simulator.traffic_managers:
         return False
     session.simulator.traffic_managers[port] = address

@@ -9,7 +9,7 @@ from carlette.errors import RequestError
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import Session
 from carlette.wire import encode
-from carlette.world.skeleton import bones
+from carlette.world.skeleton import BONES, bones
 
 methods = Methods()
 
@@ -46,6 +46,9 @@ def set_bones_transform(session: Session, actor_id: int, control: Sequence[Any])
     posed = {str(name): encode.read_pose(transform) for name, transform in control[0]}
     if not all(one.is_finite() for one in posed.values()):
         raise RequestError("set_bones_transform: a transform is not finite; give real coordinates")
+    unknown = [name for name in posed if name not in BONES]
+    if unknown:
+        raise RequestError(f"set_bones_transform: a walker has no bone '{unknown[0][:40]}'; get_bones() names them")
     actor.posed = {**actor.posed, **posed}
 
 

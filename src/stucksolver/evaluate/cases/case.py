@@ -16,6 +16,8 @@ from stucksolver.evaluate.situation import SituationError, spawn
 APPROACH_M = 30.0
 BEYOND_M = 70.0
 WALK_MPS = 0.9
+WALKERS = ("walker.pedestrian.0001", "walker.pedestrian.0017", "walker.pedestrian.0022")
+"""Three adults of one size who look different: in CARLA each blueprint has one look."""
 
 
 class CaseError(SituationError):
@@ -51,7 +53,10 @@ def _pedestrians(world: Any, carla_map: Any) -> Staged:
     light.freeze(True)
     ego = spawn(world, "vehicle.lincoln.mkz_2020", stop.previous(APPROACH_M)[0], "hero")
     places = ((2.5, -5.5), (4.0, 6.5), (3.2, -8.0))
-    walkers = [_walker(world, stop.next(ahead)[0], side) for ahead, side in places]
+    walkers = [
+        _walker(world, blueprint, stop.next(ahead)[0], side)
+        for blueprint, (ahead, side) in zip(WALKERS, places, strict=True)
+    ]
 
     def walk(seconds: float) -> None:
         for walker, (_, side) in zip(walkers, places, strict=True):
@@ -120,9 +125,9 @@ def _onward(waypoint: Any, distance_m: float) -> Any:
     return waypoint
 
 
-def _walker(world: Any, waypoint: Any, side_m: float) -> Any:
+def _walker(world: Any, blueprint: str, waypoint: Any, side_m: float) -> Any:
     """A person beside the lane; positive to the left, as seen in the lane's direction."""
-    definition = sorted(world.get_blueprint_library().filter("walker.pedestrian.*"), key=lambda b: b.id)[0]
+    definition = world.get_blueprint_library().find(blueprint)
     transform = waypoint.transform
     transform.location += transform.get_right_vector() * -side_m + carla.Location(z=1.0)
     walker = world.try_spawn_actor(definition, transform)

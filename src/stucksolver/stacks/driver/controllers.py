@@ -85,6 +85,9 @@ class PedalController:
 
     FULL_THROTTLE_MPS2 = 5.5
     FULL_BRAKE_MPS2 = 9.0
+    """Mean of a full stop from 15 m/s, which takes 12.7 m by the public fit of CARLA's Lincoln and on carlette.
+
+    From 25 m/s it is 7.6, from 10 m/s 11.6; the PI term takes that up. Larger values stop later in an emergency."""
     EMERGENCY_MPS2 = 4.0
     """Decelerations above this may use the whole brake."""
     _GAIN_P = 0.35

@@ -1,0 +1,75 @@
+"""The numbers of a map, before the client's library sees them.
+
+That library takes NaN for a coordinate, walks along a road of 10^15 m for hours and asks for every lane of a sign's
+range, so each number must be one, and in its bounds.
+"""
+
+from __future__ import annotations
+
+import math
+from xml.etree import ElementTree
+
+from carlette.errors import MapError
+
+FARTHEST_M = 1e6
+"""Coordinates: beyond it float32 resolves no more than 6 cm. Towns with real coordinates lie within."""
+LONGEST_ROAD_M = 1e5
+LONGEST_OF_ALL_M = 5e6
+"""All roads together; the server samples them every few metres."""
+WIDEST_M = 100.0
+"""A lane, at the begin of each of its stretches."""
+MOST_LANE = 1000
+SHARPEST_PER_M = 100.0
+"""Curvature; connecting roads may turn on the spot, but not more often than that."""
+
+_COORDINATES = dict.fromkeys(("x", "y", "z", "s", "t", "u", "v", "sOffset", "zOffset", "length"), FARTHEST_M)
+_ANGLES = dict.fromkeys(("hdg", "pitch", "roll", "hOffset"), 1e4)
+_CURVES = dict.fromkeys(("curvature", "curvStart", "curvEnd"), SHARPEST_PER_M)
+_POLYNOMIALS = dict.fromkeys(("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV", "a", "b", "c", "d"), FARTHEST_M)
+_BOUNDS = _COORDINATES | _ANGLES | _CURVES | _POLYNOMIALS
+"""The largest amount of each attribute, wherever it stands."""
+_OF_ELEMENTS = {
+    ("road", "length"): LONGEST_ROAD_M,
+    ("geometry", "length"): LONGEST_ROAD_M,
+    ("width", "a"): WIDEST_M,
+    ("lane", "id"): MOST_LANE,
+    ("validity", "fromLane"): MOST_LANE,
+    ("validity", "toLane"): MOST_LANE,
+}
+"""Tighter ones, and those of attributes that are numbers in these elements alone."""
+_LOOSE = {"width": FARTHEST_M, "height": FARTHEST_M, "radius": FARTHEST_M, "value": FARTHEST_M, "max": FARTHEST_M}
+"""May be words, such as `undefined`; as numbers they have bounds, too."""
+
+
+def check_bounds(root: ElementTree.Element, source: str) -> None:
+    """Raises `MapError`, naming element and attribute, for a number that is none or out of its bounds."""
+    for element in root.iter():
+        for name, text in element.attrib.items():
+            most = _OF_ELEMENTS.get((element.tag, name)) or _BOUNDS.get(name)
+            if most is not None or name in _LOOSE:
+                _check(element.tag, name, text, most or _LOOSE[name], name in _LOOSE, source)
+    total_m = 0.0
+    for road in root.iter("road"):
+        if road.find("planView/geometry") is None:
+            raise MapError(f"map '{source}': road {road.get('id', '')[:40]} has no <geometry>; give each road its line")
+        total_m += float(road.get("length") or 0.0)
+    if total_m > LONGEST_OF_ALL_M:
+        raise MapError(
+            f"map '{source}' has {total_m / 1e3:,.0f} km of roads; at most {LONGEST_OF_ALL_M / 1e3:,.0f} are served"
+        )
+
+
+def _check(tag: str, name: str, text: str, most: float, may_be_word: bool, source: str) -> None:
+    if not text:
+        return
+    try:
+        value = float(text)
+    except ValueError:
+        if may_be_word:
+            return
+        value = math.nan
+    # Written so that NaN, which compares false with everything, fails.
+    if not abs(value) <= most:
+        raise MapError(
+            f"map '{source}': <{tag}> has {name}=\"{text[:40]}\"; give a number of at most {most:g} either way"
+        )
