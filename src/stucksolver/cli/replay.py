@@ -28,7 +28,7 @@ def add_replay(commands: Any) -> argparse.ArgumentParser:
 
 
 def run_replay(options: argparse.Namespace) -> int:
-    """0 when everything matches, 1 when something does not. Raises `UsageError` for a record that was changed."""
+    """0 when all are whole and match, else 1. Raises `UsageError` for a record that was changed."""
     if options.picture is not None:
         _picture(options)
     agree = True
@@ -38,7 +38,7 @@ def run_replay(options: argparse.Namespace) -> int:
         except RecordError as error:
             raise UsageError(str(error)) from error
         _print(report)
-        agree = agree and report.matches
+        agree = agree and report.matches and report.ended is not None
     return 0 if agree else 1
 
 
@@ -64,11 +64,12 @@ def _print(report: Report) -> None:
     print(f"{report.path}: {report.lines} lines, unbroken chain; derived again: {', '.join(told)}")
     if report.underivable:
         print(f"  {report.underivable} decisions came from a reasoner that leaves no trace")
-    print(f"  ended: {report.ended}" if report.ended else "  it breaks off: the process ended, or the disk was full")
+    print(f"  ended: {report.ended}" if report.ended else "  it breaks off: the run failed, its process was killed, or the disk was full")
     for finding in report.findings[:SHOWN]:
         print(f"  line {finding.line}, {finding.what}: recorded {finding.recorded!r}, derived {finding.derived!r}")
     if len(report.findings) > SHOWN:
         print(f"  and {len(report.findings) - SHOWN} more")
-    print("  everything matches" if report.matches else f"  {len(report.findings)} do not match; see `versions`:")
+    whole = "everything matches" if report.ended else "everything up to there matches"
+    print(f"  {whole}" if report.matches else f"  {len(report.findings)} do not match; see `versions`:")
     if not report.matches:
         print(f"  written by {', '.join(f'{name} {version}' for name, version in report.versions.items())}")

@@ -11,6 +11,7 @@ from typing import Any
 
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.ladder import chosen_ladder
+from stucksolver.record import RecordError
 
 SHOW_EVERY_S = 0.5
 
@@ -30,7 +31,7 @@ def add_watch(commands: Any) -> argparse.ArgumentParser:
 
 
 def run_watch(options: argparse.Namespace) -> int:
-    """Look on until told to end. Raises `UsageError`."""
+    """Look on until told to end. Raises `UsageError`, also where a record could not be written to its end."""
     from stucksolver.evaluate.files import OutputError, require_writable
     from stucksolver.evaluate.server import ServerError, connect, remote_server
     from stucksolver.stacks.observer import NoSuchCar, Watching
@@ -49,12 +50,17 @@ def run_watch(options: argparse.Namespace) -> int:
             while until is None or time.monotonic() < until:
                 status = watching.look()
                 line.show(f"{status.time_s:8.1f} s  {status.speed_mps:5.1f} m/s  ", watching.state)
-    except NoSuchCar as error:
+    except BaseException as error:
         line.end()
-        raise UsageError(str(error)) from error
-    finally:
-        watching.close()
+        watching.break_off()
+        if isinstance(error, NoSuchCar):
+            raise UsageError(str(error)) from error
+        raise
     line.end()
+    try:
+        watching.close()
+    except RecordError as error:
+        raise UsageError(str(error)) from error
     print(f"{watching.interventions} times stuck", *(f"record: {path}" for path in watching.files), sep="\n")
     return 0
 
