@@ -56,7 +56,9 @@ def write_heads(path: Path, records: Iterable[Path]) -> Mapping[Path, Anchor]:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except OSError as error:
-        raise RecordError(f"cannot write {path}: {error.strerror}; name a new file in a folder that is there") from error
+        raise RecordError(
+            f"cannot write {path}: {error.strerror}; name a new file in a folder that is there"
+        ) from error
     return heads
 
 

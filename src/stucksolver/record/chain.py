@@ -79,7 +79,7 @@ def _checked(path: Path) -> Iterator[tuple[bytes, str]]:
     except OSError as error:
         raise RecordError(f"cannot read {path}: {error.strerror}; give a file `intervention-….jsonl`") from error
     last = lines.pop()
-    if lines + [last] != [b""] and not any(_hash_stands_in(line) for line in (*lines, last)):
+    if [*lines, last] != [b""] and not any(_hash_stands_in(line) for line in (*lines, last)):
         raise RecordError(f"{path} is no record: {_LOOKS_LIKE}; give a file `intervention-….jsonl`")
     for number, line in enumerate(lines, 1):
         body, digest = line[:-_TAIL] + b"}", line[-_TAIL + len(_MARK) : -2].decode("ascii", "replace")

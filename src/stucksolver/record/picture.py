@@ -55,7 +55,9 @@ def draw_record(record: Path, picture: Path, at_s: Sequence[float] = ()) -> Path
     first, last = moments[0].time_s, moments[-1].time_s
     for time_s in at_s:
         if not first - AT_ABOUT_S <= time_s <= last + AT_ABOUT_S:
-            raise RecordError(f"{record}: nothing was recorded at {time_s:g} s; choose from {first:.1f} to {last:.1f} s")
+            raise RecordError(
+                f"{record}: nothing was recorded at {time_s:g} s; choose from {first:.1f} to {last:.1f} s"
+            )
     times = sorted(at_s) or list(np.linspace(first, last, MOMENTS))
     chosen = [min(moments, key=lambda m: abs(m.time_s - t)) for t in times]
     figure = Figure(figsize=(11, 1.9 * len(chosen)), layout="constrained")

@@ -112,7 +112,7 @@ class Recorder:
         self._work.put(None)
         self._thread.join(LEAVE_S)
         if self._thread.is_alive() and self.error is None:
-            self.error = RecordError(f"the record in {self.folder} was not written within {LEAVE_S:g} s: try a faster disk")
+            self.error = RecordError(f"the record in {self.folder} was not written within {LEAVE_S:g} s")
 
     def _write(self) -> None:
         """The thread: do what is to be done until told to leave; after a failure nothing more is written."""
