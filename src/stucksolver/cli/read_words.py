@@ -13,9 +13,11 @@ from stucksolver.cli.errors import UsageError
 from stucksolver.scene import Scene
 from stucksolver.words import NoReader, WordsReader, find_reader, situation_of
 
+ABOUT = "read a passenger's words: lines of situation and text in, readings out"
+
 
 def add_words(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
-    parser = commands.add_parser("words", help="read a passenger's words: lines of situation and text in, readings out")
+    parser = commands.add_parser("words", help=ABOUT, description=ABOUT)
     parser.add_argument(
         "file",
         type=Path,

@@ -13,13 +13,12 @@ from stucksolver.record import Anchor, RecordError, Report, check_anchor, read_h
 from stucksolver.record.picture import draw_record
 
 SHOWN = 20
+ABOUT = "derive every decision and verdict of a record again, offline"
 
 
 def add_replay(commands: Any) -> argparse.ArgumentParser:
     """Register the command."""
-    parser: argparse.ArgumentParser = commands.add_parser(
-        "replay", help="derive every decision and verdict of a record again, offline"
-    )
+    parser: argparse.ArgumentParser = commands.add_parser("replay", help=ABOUT, description=ABOUT)
     parser.add_argument("records", nargs="*", type=Path, metavar="FILE", help="a record, intervention-….jsonl")
     parser.add_argument(
         "--save-heads", type=Path, metavar="FILE", help="write line and hash of each record's end, to be kept elsewhere"

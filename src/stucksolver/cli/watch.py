@@ -9,24 +9,24 @@ import time
 from pathlib import Path
 from typing import Any
 
+from stucksolver.cli.arguments import above_zero, port
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.ladder import chosen_ladder
 from stucksolver.record import RecordError
 
 SHOW_EVERY_S = 0.5
+ABOUT = "observe a running car in CARLA or carlette: detect, reason, check and record, never act"
 
 
 def add_watch(commands: Any) -> argparse.ArgumentParser:
     """Register the command."""
-    parser: argparse.ArgumentParser = commands.add_parser(
-        "watch", help="observe a running car in CARLA or carlette: detect, reason, check and record, never act"
-    )
-    parser.add_argument("--host", default="127.0.0.1", help="of the server (default: %(default)s)")
-    parser.add_argument("--port", type=int, default=2000, help="of the server (default: %(default)s)")
-    parser.add_argument("--role", default="hero", help="role name of the car (default: %(default)s)")
+    parser: argparse.ArgumentParser = commands.add_parser("watch", help=ABOUT, description=ABOUT)
+    parser.add_argument("--host", default="127.0.0.1", help="of the server")
+    parser.add_argument("--port", type=port, default=2000, help="of the server")
+    parser.add_argument("--role", default="hero", help="role name of the car")
     parser.add_argument("--out", type=Path, help="folder for the records; without it nothing is written")
-    parser.add_argument("--ladder", default="default", help="a profile or a file (default: %(default)s)")
-    parser.add_argument("--seconds", type=float, help="end after this much wall time (default: until Ctrl-C)")
+    parser.add_argument("--ladder", default="default", help="a profile or a file")
+    parser.add_argument("--seconds", type=above_zero, help="end after this much wall time (default: until Ctrl-C)")
     return parser
 
 
