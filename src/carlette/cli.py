@@ -25,8 +25,8 @@ DEFAULT_MAP = "demo_town"
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 EXIT_USAGE = 2
 LAST_PORT = 65534
-NEEDED = ("carla", "msgpack", "numba", "PIL", "raylib")
-"""Modules that the extra `sim` brings; without one of them some request would fail late."""
+NEEDED = ("carla", "msgpack", "numba")
+"""Modules of the extra `sim` that no map can be served without. Cameras need more, and say so."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -74,7 +74,7 @@ def _parser() -> argparse.ArgumentParser:
         "--seed",
         type=int,
         default=0,
-        help="for what is left to chance, such as the first phases (default: %(default)s)",
+        help="for what is left to chance, such as first phases (default: %(default)s)",
     )
     parser.add_argument(
         "--recordings", type=Path, metavar="DIR", help="where clients record to (default: a folder for state of yours)"

@@ -86,9 +86,8 @@ def test_the_help_names_every_default_and_explains_every_argument(name):
     assert parser.description, "a command says what it does"
     for action in parser._actions:
         assert action.help, action.dest
-        if action.option_strings and action.default not in (None, False, argparse.SUPPRESS) and action.default != []:
-            assert "default" in (action.help % vars(action) if "%(" in action.help else told), action.dest
-            assert re.search(rf"default: {re.escape(str(action.default))}\b", told) or action.default == (), action.dest
+        if action.option_strings and action.default not in (None, False, (), argparse.SUPPRESS, []):
+            assert re.search(rf"default: {re.escape(str(action.default))}\b", told), action.dest
 
 
 def test_the_help_of_compare_says_what_a_and_b_are_and_what_is_told(capsys):

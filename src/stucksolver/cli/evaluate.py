@@ -6,6 +6,7 @@ import argparse
 import shlex
 import sys
 from pathlib import Path
+from typing import Any
 
 from stucksolver.cli.arguments import at_least, port, whole
 from stucksolver.cli.errors import UsageError
@@ -13,13 +14,14 @@ from stucksolver.cli.score import show_scores, show_sweep
 from stucksolver.cli.words import clock_name, driver_profile
 
 PERCEPTIONS = ("privileged",)
+REPLAYS = ("none", "failed", "all")
 INTERRUPTED = "interrupted; what has been driven is kept: the same command with --resume goes on"
 
 
-def add_evaluate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
+def add_evaluate(commands: Any) -> argparse.ArgumentParser:
     """The command's options."""
     about = "drive a suite of routes with scenarios, and score it"
-    parser = commands.add_parser("evaluate", help=about, description=about)
+    parser: argparse.ArgumentParser = commands.add_parser("evaluate", help=about, description=about)
     parser.add_argument("--suite", required=True, help="bench220, dev, immobilized, or a leaderboard route file")
     parser.add_argument("--routes", default="", metavar="ID,ID", help="only these routes of the suite")
     parser.add_argument("--driver", default="behavior", help="behavior, or behavior:cautious|normal|aggressive")
@@ -44,9 +46,7 @@ def add_evaluate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
         metavar="DIR",
         help="take the routes without guidance from DIR, the same arm unguided",
     )
-    parser.add_argument(
-        "--replays", choices=("none", "failed", "all"), default="failed", help="routes whose replay is kept"
-    )
+    parser.add_argument("--replays", choices=REPLAYS, default="failed", help="routes whose replay is kept")
     parser.add_argument("--record", action="store_true", help="keep a hash-chained record of each intervention")
     parser.add_argument("--unguarded", action="store_true", help="experiment: drive what is proposed, unproven")
     parser.add_argument("--maps", help="folders to search for towns, separated by ':'")

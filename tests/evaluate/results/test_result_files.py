@@ -64,7 +64,7 @@ def test_results_are_not_overwritten(tmp_path: Path) -> None:
     ("changes", "told"),
     [
         ({"recovery": "rules"}, "recovery is 'none', not 'rules'"),
-        ({"suite_digest": "0"}, "suite digest is"),
+        ({"suite_digest": "0"}, "the routes differ"),
         ({"seeds": (1, 2)}, "seeds is"),
         ({"clock": "latency:2"}, "clock is"),
     ],
