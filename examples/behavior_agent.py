@@ -8,20 +8,30 @@ from __future__ import annotations
 
 import sys
 
-import carla
-from agents.navigation.behavior_agent import BehaviorAgent
+try:
+    import carla
+except ModuleNotFoundError:
+    sys.exit("the carla package is not installed: pip install 'stucksolver[sim]'")
+try:
+    from agents.navigation.behavior_agent import BehaviorAgent
+except ModuleNotFoundError as error:
+    sys.exit(f"no module {error.name!r}: it comes with CARLA; add CARLA's folder PythonAPI/carla to PYTHONPATH")
 
 import stucksolver
 from stucksolver.solver import Event
 
 LIMIT_TICKS = 2400
+ANSWER_S = 20.0
 
 
 def main(host: str = "127.0.0.1", port: int = 2000) -> bool:
     """Drives 120 m past a car that stands 40 m ahead; True when it came there."""
     client = carla.Client(host, port)
-    client.set_timeout(20.0)
-    world = client.get_world()
+    client.set_timeout(ANSWER_S)
+    try:
+        world = client.get_world()
+    except RuntimeError:
+        sys.exit(f"no CARLA server at {host}:{port}; start one, or carlette, or give HOST PORT")
     world.apply_settings(carla.WorldSettings(synchronous_mode=True, fixed_delta_seconds=0.05))
     blueprint = world.get_blueprint_library().find("vehicle.lincoln.mkz_2020")
     start = straight_start(world.get_map())
@@ -65,4 +75,6 @@ def straight_start(town: carla.Map) -> carla.Waypoint:
 
 if __name__ == "__main__":
     host, port = sys.argv[1:3] if len(sys.argv) > 2 else ("127.0.0.1", "2000")
+    if not port.isdecimal():
+        sys.exit(f"'{port}' is no port; give HOST PORT, such as 127.0.0.1 2000")
     print("arrived" if main(host, int(port)) else "did not arrive")

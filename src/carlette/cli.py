@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import importlib.metadata
+import importlib.util
 import logging
 import os
 import select
@@ -10,7 +12,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from carlette.errors import UsageError
 from carlette.versions import DEFAULT_VERSION, VERSIONS
@@ -23,6 +25,8 @@ DEFAULT_MAP = "demo_town"
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 EXIT_USAGE = 2
 LAST_PORT = 65534
+NEEDED = ("carla", "msgpack", "numba")
+"""Modules of the extra `sim` that no map can be served without. Cameras need more, and say so."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -31,16 +35,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     logging.basicConfig(level=logging.WARNING, format="carlette: %(message)s", stream=sys.stderr)
     try:
         _require_python()
+        if options.as_carla_root is None:
+            _require_packages()
         return _serve(options) if options.as_carla_root is None else _write_root(options)
     except UsageError as error:
         print(f"carlette: error: {error}", file=sys.stderr)
         return EXIT_USAGE
 
 
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        """End with one line; the help has the rest."""
+        self.exit(EXIT_USAGE, f"carlette: error: {message}; see `carlette --help`\n")
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="carlette", description="A headless simulator for the unmodified CARLA client.", allow_abbrev=False
     )
+    parser.add_argument("--version", action="version", version=f"%(prog)s {_version()}")
     parser.add_argument(
         "--port", type=_port, default=DEFAULT_PORT, help="request port; the next one streams; 0 = any (default: 2000)"
     )
@@ -50,9 +63,19 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--maps", action="append", default=[], metavar="DIRS", help=f"folders with towns, separated by '{os.pathsep}'"
     )
-    parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: loopback)")
-    parser.add_argument("--client-version", choices=sorted(VERSIONS), default=DEFAULT_VERSION)
-    parser.add_argument("--seed", type=int, default=0, help="for what is left to chance, such as the first phases")
+    parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s)")
+    parser.add_argument(
+        "--client-version",
+        choices=sorted(VERSIONS),
+        default=DEFAULT_VERSION,
+        help="of the carla package that connects (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--seed",
+        type=int,
+        default=0,
+        help="for what is left to chance, such as first phases (default: %(default)s)",
+    )
     parser.add_argument(
         "--recordings", type=Path, metavar="DIR", help="where clients record to (default: a folder for state of yours)"
     )
@@ -65,16 +88,36 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _port(text: str) -> int:
-    port = int(text)
-    if not 0 <= port <= LAST_PORT:
-        raise argparse.ArgumentTypeError(f"{port} is not between 0 and {LAST_PORT}")
-    return port
+    if not text.isdecimal() or int(text) > LAST_PORT:
+        raise argparse.ArgumentTypeError(f"'{text}' is no port; give a number from 0 to {LAST_PORT}")
+    return int(text)
+
+
+def _version() -> str:
+    """Of the distribution that it comes with."""
+    try:
+        return importlib.metadata.version("stucksolver")
+    except importlib.metadata.PackageNotFoundError:
+        return "0 (not installed)"
 
 
 def _require_python() -> None:
     if not (3, 10) <= sys.version_info[:2] <= (3, 12):
         found = ".".join(map(str, sys.version_info[:2]))
         raise UsageError(f"Python {found} has no wheel of the 'carla' package; run carlette with Python 3.10-3.12")
+
+
+def _require_packages() -> None:
+    missing = [name for name in NEEDED if not _is_there(name)]
+    if missing:
+        raise UsageError(f"not installed: {', '.join(missing)}; pip install 'stucksolver[sim]'")
+
+
+def _is_there(module: str) -> bool:
+    try:
+        return importlib.util.find_spec(module) is not None
+    except ModuleNotFoundError:
+        return False
 
 
 def _write_root(options: argparse.Namespace) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import socket
 import subprocess
@@ -13,7 +14,8 @@ from stucksolver_bridge.wire import VERSION, Wire, WireError
 START_LIMIT_S = 120.0
 ANSWER_LIMIT_S = 120.0
 """With the clock `lockstep` a step takes as long as the reasoner does."""
-END_LIMIT_S = 5.0
+END_LIMIT_S = 15.0
+"""Longer than the 10 s that the solver gives its record."""
 OTHERS_PATHS = ("PYTHONPATH", "PYTHONHOME")
 """Where this process finds its modules is not where another Python finds its own."""
 
@@ -76,7 +78,10 @@ class SolverProcess:
         return answer
 
     def close(self) -> None:
-        """End it; it ends by itself too when this end of the socket closes."""
+        """End it. It ends by itself too when this end of the socket closes, but then its record breaks off."""
+        if self.fault is None:
+            with contextlib.suppress(WireError):
+                self._wire.send({"bye": True})
         self._wire.close()
         if self.fault is None:
             self.fault = "closed"

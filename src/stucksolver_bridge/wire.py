@@ -7,7 +7,7 @@ import socket
 import struct
 from typing import Any
 
-VERSION = 1
+VERSION = 2
 LARGEST_BYTES = 64 * 1024 * 1024
 """A town's OpenDRIVE text is the largest thing sent; the largest of CARLA's has 30 MB."""
 _LENGTH = struct.Struct(">I")

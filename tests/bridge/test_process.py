@@ -13,6 +13,8 @@ import time
 import pytest
 from own_street import Street
 
+from stucksolver.record import replay
+from stucksolver.record.recorder import RUN_ENDED
 from stucksolver_bridge import SolverError, SolverProcess
 from stucksolver_bridge.wire import Wire, WireError
 
@@ -75,6 +77,25 @@ def test_the_solver_ends_when_the_stack_does():
     )
     said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=LIMIT_S, check=False)
     assert _gone(int(said.stdout))
+
+
+def test_a_stack_that_ends_in_the_middle_of_a_plan_leaves_a_whole_record_and_one_that_dies_a_broken_one(tmp_path):
+    ended = {}
+    for how in ("close", "die"):
+        settings = {**SETTINGS, "record": str(tmp_path / how)}
+        solver, street = SolverProcess(sys.executable, {"settings": settings}), Street()
+        for _ in range(2000):
+            street.perform(solver.step({"status": street.status()}, street.give).get("directive"))
+            if street.directive["kind"] == "execute":
+                break
+        if how == "close":
+            solver.close()
+        else:
+            solver._wire.close()
+        assert solver.process.wait(LIMIT_S) == (0 if how == "close" else 1)
+        (file,) = (tmp_path / how).glob("*.jsonl")
+        ended[how] = replay(file).ended
+    assert ended == {"close": RUN_ENDED, "die": None}
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from serving import READY, running_server
 from straight import straight_road
 
 COMMAND = [sys.executable, "-m", "carlette"]
+pytestmark = pytest.mark.integration
 
 
 def start(*arguments: str, **options) -> subprocess.Popen[str]:

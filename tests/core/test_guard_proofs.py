@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 from hypothesis import HealthCheck, assume, event, given, settings
 from hypothesis import strategies as st
@@ -21,7 +23,10 @@ from stucksolver.scene.view import View
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN)
 GUARD = Guard()
-many = settings(max_examples=150, suppress_health_check=list(HealthCheck))
+MANY = int(os.environ.get("GUARD_EXAMPLES", "50"))
+FEW = MANY // 2
+"""`make integration` looks at more of them than `make unit`: the count is arbitrary, the promise is not."""
+many = settings(max_examples=MANY, suppress_health_check=list(HealthCheck))
 
 speeds = st.floats(2.0, 11.0)
 behaviors = st.one_of(
@@ -121,7 +126,7 @@ def test_no_accepted_path_leads_into_what_stands(world, behavior):
             assert not own.intersects(other) or start.distance(other) < 0.3
 
 
-@settings(max_examples=100, suppress_health_check=list(HealthCheck))
+@settings(max_examples=MANY, suppress_health_check=list(HealthCheck))
 @given(sight=st.floats(0.0, 400.0), x=st.floats(60.0, 80.0), speed=st.floats(2.0, 11.0), limit=st.floats(5.0, 25.0))
 def test_no_borrow_is_accepted_with_less_sight_than_the_rule_asks_for(sight, x, speed, limit):
     lanes = tuple(lane.model_copy(update={"speed_limit_mps": limit}) for lane in TWO_WAY.lanes)
@@ -134,7 +139,7 @@ def test_no_borrow_is_accepted_with_less_sight_than_the_rule_asks_for(sight, x, 
     assert sight >= own_way + limit * time + GUARD.policy.sight_margin_m - 1e-6
 
 
-@settings(max_examples=60, suppress_health_check=list(HealthCheck))
+@settings(max_examples=FEW, suppress_health_check=list(HealthCheck))
 @given(
     world=worlds,
     behavior=behaviors,
@@ -172,7 +177,7 @@ def test_the_guard_answers_every_plan_in_every_world(world, behavior, guided):
         assert GUARD.recheck(proven, world.view()).accepted
 
 
-@settings(max_examples=60, suppress_health_check=list(HealthCheck))
+@settings(max_examples=FEW, suppress_health_check=list(HealthCheck))
 @given(world=worlds, behavior=behaviors, age=st.floats(0.51, 100.0))
 def test_nothing_is_accepted_on_old_news(world, behavior, age):
     world.age_s = age

@@ -21,7 +21,7 @@ TYPES = {"status": Status, "surroundings": Surroundings, "scene": Scene, "decisi
 
 
 @pytest.mark.parametrize("name", TYPES)
-@settings(max_examples=40, suppress_health_check=list(HealthCheck))
+@settings(max_examples=15, suppress_health_check=list(HealthCheck))
 @given(data=st.data())
 def test_round_trip_through_json_changes_nothing(name, data):
     value = data.draw(of(TYPES[name]))
@@ -33,7 +33,7 @@ def test_round_trip_through_json_changes_nothing(name, data):
 
 
 @pytest.mark.parametrize("behavior", REGISTRY.values(), ids=REGISTRY)
-@settings(max_examples=40)
+@settings(max_examples=15)
 @given(data=st.data())
 def test_every_behaviour_survives_json_inside_a_directive(behavior, data):
     directive = Execute(behavior=data.draw(of(behavior)))

@@ -159,7 +159,7 @@ PLAUSIBLE = model(
 )
 
 
-@settings(max_examples=300, suppress_health_check=list(HealthCheck))
+@settings(max_examples=100, suppress_health_check=list(HealthCheck))
 @given(scene=PLAUSIBLE | model(Scene))
 def test_every_scene_gets_a_valid_decision_that_uses_only_what_is_offered(scene):
     decision = RuleReasoner().decide(scene)
@@ -169,14 +169,14 @@ def test_every_scene_gets_a_valid_decision_that_uses_only_what_is_offered(scene)
         assert decision.analysis.wait is None
 
 
-@settings(max_examples=100, suppress_health_check=list(HealthCheck))
+@settings(max_examples=50, suppress_health_check=list(HealthCheck))
 @given(scene=PLAUSIBLE)
 def test_the_same_scene_gets_the_same_decision(scene):
     again = Scene.model_validate_json(scene.model_dump_json())
     assert RuleReasoner().decide(scene) == RuleReasoner().decide(again)
 
 
-@settings(max_examples=150, suppress_health_check=list(HealthCheck))
+@settings(max_examples=60, suppress_health_check=list(HealthCheck))
 @given(scene=PLAUSIBLE, distance=st.floats(-0.9, 8.0), words=st.none() | st.sampled_from(["overtake", HOSTILE]))
 def test_no_scene_and_no_words_lead_past_a_red_light(scene, distance, words):
     guidance = None if words is None else said(words)

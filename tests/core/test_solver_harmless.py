@@ -89,8 +89,19 @@ def test_nonsense_touches_nobody(behaviors, road):
     assert len(seen.directives) == 600
 
 
-@pytest.mark.parametrize("clock", ["lockstep", "latency:0.7", "latency:3"])
-@pytest.mark.parametrize("phase", [0.0, 13.0, 27.0, 41.0])
+CLOCKS, PHASES_M = ("lockstep", "latency:0.7", "latency:3"), (0.0, 13.0, 27.0, 41.0)
+QUICK = {("lockstep", 0.0), ("lockstep", 41.0), ("latency:0.7", 27.0), ("latency:3", 13.0)}
+"""Each clock and each phase once; the other pairs drive as long, among the integration tests."""
+
+
+@pytest.mark.parametrize(
+    ("clock", "phase"),
+    [
+        pytest.param(clock, phase, marks=() if (clock, phase) in QUICK else pytest.mark.integration)
+        for clock in CLOCKS
+        for phase in PHASES_M
+    ],
+)
 def test_a_reasoner_that_always_borrows_never_meets_the_oncoming_traffic(clock, phase):
     world = busy_road()
     world.objects = world.objects[:2] + [

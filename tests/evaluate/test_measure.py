@@ -1,14 +1,11 @@
-"""What is measured of a run: contacts, near misses, standing still, and the time to recover."""
+"""What is measured of a run: standing still, and the time to recover."""
 
 from __future__ import annotations
 
-import math
-from types import SimpleNamespace
-
 import pytest
 
-from stucksolver.evaluate.measure import BLOCKED_S, CollisionWatch, Measures
-from stucksolver.scene import EgoState, ObjectKind, Status, TrackedObject
+from stucksolver.evaluate.measure import BLOCKED_S, Measures
+from stucksolver.scene import Status
 
 DT = 0.05
 
@@ -93,111 +90,3 @@ def test_completion_is_the_share_of_the_route_and_100_only_there():
     trip.measures.update(told(trip.time_s + DT, 3.0, trip.place_m, there=True))
     assert trip.measures.completion_pct == 100.0
     assert Measures(length_m=10.0, start_m=0.0).completion_pct == 0.0
-
-
-EGO = EgoState(x_m=0, y_m=0, yaw_rad=0, speed_mps=5, length_m=4.8, width_m=2.0)
-
-
-def other(name: str, y: float, speed: float = 3.0, x: float = 0.0, yaw: float = 0.0) -> TrackedObject:
-    return TrackedObject(
-        id=name,
-        kind=ObjectKind.CAR,
-        x_m=x,
-        y_m=y,
-        yaw_rad=yaw,
-        vx_mps=speed * math.cos(yaw),
-        vy_mps=speed * math.sin(yaw),
-        length_m=4.0,
-        width_m=2.0,
-        height_m=1.5,
-    )
-
-
-@pytest.mark.parametrize(("gap", "count"), [(0.31, 0), (0.29, 1), (0.0, 1)])
-def test_a_near_miss_is_a_gap_below_0_3_m(gap, count):
-    measures = Measures(length_m=1, start_m=0)
-    news = measures.look(EGO, (other("9", 2.0 + gap),))
-    assert measures.near_misses == len(news) == count
-    assert all("9" in text for text in news)
-
-
-def test_a_near_miss_is_to_a_moving_actor():
-    measures = Measures(length_m=1, start_m=0)
-    assert measures.look(EGO, (other("9", 2.1, speed=0.05),)) == []
-
-
-def test_a_near_miss_counts_once_while_it_lasts_and_again_after_a_parting():
-    measures = Measures(length_m=1, start_m=0)
-    for y in (2.1, 2.2, 2.25, 3.0, 2.1):
-        measures.look(EGO, (other("9", y), other("8", 5.0)))
-    assert measures.near_misses == 2
-
-
-def test_the_gap_is_between_turned_boxes_not_between_circles():
-    measures = Measures(length_m=1, start_m=0)
-    assert measures.look(EGO, (other("9", 2.5),)) == []
-    assert len(measures.look(EGO, (other("9", 2.5, yaw=math.pi / 2),))) == 1
-
-
-def watch() -> CollisionWatch:
-    """One without a sensor: its events are made here."""
-    found = CollisionWatch.__new__(CollisionWatch)
-    found._last, found.counts, found.news = {}, {}, []
-    return found
-
-
-def hit(other_id: int, time_s: float, type_id: str = "vehicle.audi.a2") -> SimpleNamespace:
-    return SimpleNamespace(other_actor=SimpleNamespace(id=other_id, type_id=type_id), timestamp=time_s)
-
-
-def test_one_contact_counts_once_however_long_it_lasts():
-    seen = watch()
-    for tick in range(200):
-        seen._hit(hit(4, 10.0 + tick * DT))
-    assert seen.counts == {"collision_vehicle": 1}
-    assert seen.news == ["collision with vehicle.audi.a2"]
-
-
-@pytest.mark.parametrize(("pause_s", "count"), [(4.9, 1), (5.1, 2)])
-def test_a_contact_after_5_s_without_one_is_another(pause_s, count):
-    seen = watch()
-    seen._hit(hit(4, 10.0))
-    seen._hit(hit(4, 10.0 + pause_s))
-    assert seen.counts == {"collision_vehicle": count}
-
-
-def test_contacts_are_counted_by_whom():
-    seen = watch()
-    for number, kind in enumerate(("walker.pedestrian.0001", "vehicle.audi.a2", "vehicle.bh.crossbike", "static.wall")):
-        seen._hit(hit(number, 3.0, kind))
-    assert seen.counts == {"collision_pedestrian": 1, "collision_vehicle": 2, "collision_layout": 1}
-
-
-def test_a_real_crash_is_one_collision_and_no_callback_comes_after_close():
-    carla = pytest.importorskip("carla")
-    from stucksolver.evaluate.server import carlette_server
-
-    with carlette_server("demo_town") as server:
-        client = carla.Client(server.host, server.port)
-        client.set_timeout(15.0)
-        world = client.get_world()
-        settings = world.get_settings()
-        settings.synchronous_mode, settings.fixed_delta_seconds = True, DT
-        world.apply_settings(settings)
-        library, town = world.get_blueprint_library(), world.get_map()
-
-        def put(s: float):
-            transform = town.get_waypoint_xodr(11, -1, s).transform
-            transform.location.z += 0.2
-            return world.spawn_actor(library.find("vehicle.tesla.model3"), transform)
-
-        ego, _ = put(40.0), put(55.0)
-        seen = CollisionWatch(world, ego)
-        ego.enable_constant_velocity(carla.Vector3D(6.0, 0.0, 0.0))
-        for _ in range(120):
-            world.tick()
-        assert seen.counts == {"collision_vehicle": 1}
-        seen.close()
-        for _ in range(20):
-            world.tick()
-        assert seen.counts == {"collision_vehicle": 1}

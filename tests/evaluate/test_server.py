@@ -19,6 +19,8 @@ import msgpack
 from stucksolver.evaluate import server as servers
 from stucksolver.evaluate.server import ServerError, carlette_server, remote_server
 
+pytestmark = pytest.mark.integration
+
 
 def reached(host: str, port: int) -> bool:
     try:

@@ -22,6 +22,7 @@ from stucksolver.evaluate.server import Server, carlette_server  # noqa: E402
 from stucksolver.ladder import profile  # noqa: E402
 from stucksolver.reason.faulty import make_faulty  # noqa: E402
 from stucksolver.record import replay  # noqa: E402
+from stucksolver.record.recorder import RUN_ENDED  # noqa: E402
 from stucksolver.solver import EventKind  # noqa: E402
 from stucksolver.stacks.observer import NoSuchCar, Watching  # noqa: E402
 
@@ -165,6 +166,20 @@ def test_the_command_shows_the_state_and_ends_cleanly_on_ctrl_c(server: Server, 
     assert "m/s" in first
     assert "times stuck" in out
     assert "Traceback" not in err
+
+
+def test_a_watch_of_so_many_seconds_writes_the_end_of_its_record(server: Server, ride: Ride, tmp_path: Path) -> None:
+    ride.place()
+    code = "import sys; from stucksolver.cli import main; sys.exit(main(sys.argv[1:]))"
+    command = [sys.executable, "-c", code, "watch", "--host", server.host, "--port", str(server.port)]
+    command += ["--seconds", "12", "--out", str(tmp_path)]
+    watch = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    out, err = while_ticking(ride, lambda: watch.communicate(timeout=60))
+    assert watch.returncode == 0, err
+    assert "1 times stuck" in out
+    (file,) = tmp_path.glob("*.jsonl")
+    report = replay(file)
+    assert report.matches and report.ended == RUN_ENDED
 
 
 def test_a_car_that_is_not_there_is_named_with_those_that_are(server: Server, ride: Ride) -> None:

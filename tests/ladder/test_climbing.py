@@ -136,6 +136,7 @@ def test_tries_are_counted_and_pauses_kept():
     assert seen.texts(EventKind.ESCALATED) == ["to the rung passenger"]
 
 
+@pytest.mark.integration
 def test_traffic_that_will_go_on_uses_up_no_tries():
     """A stream of oncoming cars refuses the plan again and again; that is no reason to call for help."""
     stream = [thing(f"car{k}", 110.0 + 45.0 * k, LANE_M, speed=-9.0) for k in range(8)]

@@ -294,7 +294,7 @@ def test_the_command_says_whether_it_matches_and_names_a_changed_line(one, tmp_p
 def test_the_picture_shows_the_moments_asked_for(one, tmp_path, capsys):
     pytest.importorskip("matplotlib")
     few, many = tmp_path / "few.png", tmp_path / "new" / "many.png"
-    assert main(["replay", str(one), "--picture", str(few), "--at", "12", "14"]) == 0
+    assert main(["replay", str(one), "--picture", str(few), "--at", "10", "12"]) == 0
     assert main(["replay", str(one), "--picture", str(many)]) == 0
     sizes = [Image.open(file).size for file in (few, many)]
     assert sizes[0][0] == sizes[1][0]
@@ -306,3 +306,18 @@ def test_the_picture_shows_the_moments_asked_for(one, tmp_path, capsys):
 def test_a_picture_of_two_records_is_refused(one, tmp_path, capsys):
     assert main(["replay", str(one), str(one), "--picture", str(tmp_path / "two.png")]) == 2
     assert "name one FILE" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("at", ["9999", "-3", "nan", "inf"])
+def test_a_moment_that_was_not_recorded_is_refused_with_those_that_were(one, tmp_path, capsys, at):
+    pytest.importorskip("matplotlib")
+    assert main(["replay", str(one), "--picture", str(tmp_path / "no.png"), f"--at={at}"]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert f"nothing was recorded at {at} s; choose from 1" in error
+    assert not (tmp_path / "no.png").exists()
+
+
+def test_a_moment_without_a_picture_is_refused(one, capsys):
+    assert main(["replay", str(one), "--at", "12"]) == 2
+    assert "--picture" in capsys.readouterr().err

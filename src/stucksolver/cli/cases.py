@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from stucksolver.cli.arguments import above_zero, at_least
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.words import tell_notes
 from stucksolver.ladder import LadderError
@@ -16,27 +17,24 @@ from stucksolver.reason.llm.exchanges import ExchangesError
 from stucksolver.reason.make import HELP, ReasonerNameError, make_reasoner, preflight, unanswered_banner
 
 FIGURE = "cases.png"
+ABOUT = "act out the paper's three cases with a reasoner, and draw what it saw and decided"
 
 
 def add_cases(commands: Any) -> argparse.ArgumentParser:
     """Register the command."""
-    parser: argparse.ArgumentParser = commands.add_parser(
-        "cases", help="act out the paper's three cases with a reasoner, and draw what it saw and decided"
-    )
-    parser.add_argument("--reasoner", default="rules", help=f"{HELP} (default: %(default)s)")
+    parser: argparse.ArgumentParser = commands.add_parser("cases", help=ABOUT, description=ABOUT)
+    parser.add_argument("--reasoner", default="rules", help=f"{HELP}")
     parser.add_argument("--clock", default="lockstep", help="lockstep, latency:SECONDS or latency:measured")
-    parser.add_argument("--map", default="grid_town", help="a town's name or an OpenDRIVE file (default: %(default)s)")
+    parser.add_argument("--map", default="grid_town", help="a town's name or an OpenDRIVE file")
     parser.add_argument("--maps", help="folders to search for towns, separated by ':'")
-    parser.add_argument("--out", type=Path, default=Path("out/cases"), help="folder for results (default: %(default)s)")
-    parser.add_argument(
-        "--deadline", type=float, default=30.0, metavar="S", help="seconds for an answer (default: %(default)g)"
-    )
+    parser.add_argument("--out", type=Path, default=Path("out/cases"), help="folder for results")
+    parser.add_argument("--deadline", type=above_zero, default=30.0, metavar="S", help="seconds for an answer")
     parser.add_argument(
         "--tries",
-        type=int,
+        type=at_least(1),
         default=20,
         metavar="N",
-        help="answers in a row that may lead nowhere (default: %(default)s)",
+        help="answers in a row that may lead nowhere",
     )
     parser.add_argument("--exchanges", action="store_true", help="keep every request and answer in OUT/exchanges")
     return parser

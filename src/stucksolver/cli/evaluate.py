@@ -6,17 +6,22 @@ import argparse
 import shlex
 import sys
 from pathlib import Path
+from typing import Any
 
+from stucksolver.cli.arguments import at_least, port, whole
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.score import show_scores, show_sweep
 from stucksolver.cli.words import clock_name, driver_profile
 
 PERCEPTIONS = ("privileged",)
+REPLAYS = ("none", "failed", "all")
+INTERRUPTED = "interrupted; what has been driven is kept: the same command with --resume goes on"
 
 
-def add_evaluate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
+def add_evaluate(commands: Any) -> argparse.ArgumentParser:
     """The command's options."""
-    parser = commands.add_parser("evaluate", help="drive a suite of routes with scenarios, and score it")
+    about = "drive a suite of routes with scenarios, and score it"
+    parser: argparse.ArgumentParser = commands.add_parser("evaluate", help=about, description=about)
     parser.add_argument("--suite", required=True, help="bench220, dev, immobilized, or a leaderboard route file")
     parser.add_argument("--routes", default="", metavar="ID,ID", help="only these routes of the suite")
     parser.add_argument("--driver", default="behavior", help="behavior, or behavior:cautious|normal|aggressive")
@@ -30,8 +35,8 @@ def add_evaluate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     parser.add_argument("--clock", default="lockstep", help="lockstep, latency:SECONDS or latency:measured")
     parser.add_argument("--perception", default="privileged", choices=PERCEPTIONS, help="where scenes come from")
-    parser.add_argument("--jobs", type=int, default=2, help="routes driven at a time (default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=1, help="of traffic and wordings (default: %(default)s)")
+    parser.add_argument("--jobs", type=at_least(1), default=2, help="routes driven at a time")
+    parser.add_argument("--seed", type=whole, default=1, help="of traffic and wordings")
     parser.add_argument("--seeds", metavar="N,N", help="several of them, in place of --seed")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for results")
     parser.add_argument("--resume", action="store_true", help="go on with what is in DIR")
@@ -41,12 +46,12 @@ def add_evaluate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
         metavar="DIR",
         help="take the routes without guidance from DIR, the same arm unguided",
     )
-    parser.add_argument("--replays", choices=("none", "failed", "all"), default="failed", help="default: %(default)s")
+    parser.add_argument("--replays", choices=REPLAYS, default="failed", help="routes whose replay is kept")
     parser.add_argument("--record", action="store_true", help="keep a hash-chained record of each intervention")
     parser.add_argument("--unguarded", action="store_true", help="experiment: drive what is proposed, unproven")
     parser.add_argument("--maps", help="folders to search for towns, separated by ':'")
     parser.add_argument("--host", help="use the CARLA server at this address instead of starting carlette")
-    parser.add_argument("--port", type=int, default=2000, help="of that server (default: %(default)s)")
+    parser.add_argument("--port", type=port, default=2000, help="of that server")
     parser.add_argument("--cluster", metavar="ADDRESS", help="run the routes on the workers of a dask scheduler")
     parser.add_argument(
         "--sweep",
@@ -91,7 +96,7 @@ def run_evaluate(options: argparse.Namespace) -> int:
             only=tuple(filter(None, options.routes.split(","))),
             guidance=shipped_guidance(options.suite) if options.guidance == Path("shipped") else options.guidance,
             maps=options.maps,
-            jobs=_jobs(options.jobs),
+            jobs=options.jobs,
             replays=options.replays,
             record=_record(options),
             resume=options.resume,
@@ -104,6 +109,9 @@ def run_evaluate(options: argparse.Namespace) -> int:
         if options.sweep:
             return show_sweep(run_sweep(spec, parse_sweep(options.sweep)), spec.out)
         return show_scores([evaluate(spec).folder])
+    except KeyboardInterrupt:
+        print(f"\n{INTERRUPTED}", file=sys.stderr)
+        return 130
     except (*errors, ScenarioError, LadderError, SweepError) as error:
         raise UsageError(str(error)) from error
 
@@ -131,9 +139,3 @@ def _seeds(options: argparse.Namespace) -> tuple[int, ...]:
     if len(set(seeds)) != len(seeds):
         raise UsageError(f"--seeds {options.seeds}: a seed is there twice")
     return seeds
-
-
-def _jobs(jobs: int) -> int:
-    if jobs < 1:
-        raise UsageError(f"--jobs {jobs}: give 1 or more")
-    return jobs

@@ -9,12 +9,12 @@ from typing import Any
 from stucksolver.cli.errors import UsageError
 from stucksolver.ladder import PROFILES, Ladder, LadderError, find_ladder, profile_text
 
+ABOUT = "print a ladder that ships, to start from, or check one of your own"
+
 
 def add_ladder(commands: Any) -> argparse.ArgumentParser:
     """Register the command."""
-    parser: argparse.ArgumentParser = commands.add_parser(
-        "ladder", help="print a ladder that ships, to start from, or check one of your own"
-    )
+    parser: argparse.ArgumentParser = commands.add_parser("ladder", help=ABOUT, description=ABOUT)
     parser.add_argument("ladder", nargs="?", default="default", help=f"{', '.join(PROFILES)} or a file")
     return parser
 

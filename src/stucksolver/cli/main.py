@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from stucksolver.cli.arguments import Parser, at_least, installed_version, port, whole
 from stucksolver.cli.cases import add_cases, run_cases_command
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.evaluate import add_evaluate, run_evaluate
@@ -35,29 +36,31 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="stucksolver", description="Gets immobilized vehicles moving again.")
+    parser = Parser(prog="stucksolver", description="Gets immobilized vehicles moving again.")
+    parser.add_argument("--version", action="version", version=f"%(prog)s {installed_version()}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    demo = commands.add_parser("demo", help="drive a parked car and two cyclists without and with help, and report")
-    demo.add_argument("--map", default="demo_town", help="a town's name or an OpenDRIVE file (default: %(default)s)")
+    about = "drive past a parked car and two cyclists, without and with help, and report"
+    demo = commands.add_parser("demo", help=about, description=about)
+    demo.add_argument("--map", default="demo_town", help="a town's name or an OpenDRIVE file")
     demo.add_argument("--maps", help="folders to search for towns, separated by ':'")
-    demo.add_argument("--seed", type=int, default=1, help="of places and traffic (default: %(default)s)")
+    demo.add_argument("--seed", type=whole, default=1, help="of places and traffic")
     demo.add_argument(
         "--driver",
         default="behavior",
-        help="behavior, or behavior:cautious, behavior:normal, behavior:aggressive (default: %(default)s)",
+        help="behavior, or behavior:cautious, behavior:normal, behavior:aggressive",
     )
     demo.add_argument("--road", choices=("any", "one_lane", "multi_lane"), default="any", help="kind of street")
     demo.add_argument(
         "--oncoming",
-        type=int,
+        type=at_least(0),
         default=3,
         metavar="N",
-        help="cars that come towards us where there is one lane each way (default: %(default)s)",
+        help="cars that come towards us where there is one lane each way",
     )
     demo.add_argument("--clock", default="lockstep", help="lockstep, latency:SECONDS or latency:measured")
-    demo.add_argument("--out", type=Path, default=Path("out/demo"), help="folder for results (default: %(default)s)")
+    demo.add_argument("--out", type=Path, default=Path("out/demo"), help="folder for results")
     demo.add_argument("--host", help="use the CARLA server at this address instead of starting carlette")
-    demo.add_argument("--port", type=int, default=2000, help="of that server (default: %(default)s)")
+    demo.add_argument("--port", type=port, default=2000, help="of that server")
     demo.set_defaults(run=_demo)
     add_evaluate(commands).set_defaults(run=_evaluate)
     add_score(commands).set_defaults(run=run_score)

@@ -14,10 +14,12 @@ from stucksolver.reason.llm.prompt import messages, prompt_name
 from stucksolver.reason.llm.schema import decide_tool
 from stucksolver.scene import Scene
 
+ABOUT = "show what a model would be sent for a scene"
+
 
 def add_prompt(commands: Any) -> argparse.ArgumentParser:
     """Register the command."""
-    parser: argparse.ArgumentParser = commands.add_parser("prompt", help="show what a model would be sent for a scene")
+    parser: argparse.ArgumentParser = commands.add_parser("prompt", help=ABOUT, description=ABOUT)
     parser.add_argument("scene", type=Path, metavar="SCENE.json", help="a scene, or a record of an intervention")
     parser.add_argument("--json", action="store_true", help="messages and tool as JSON, the image left out")
     return parser

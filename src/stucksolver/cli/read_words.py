@@ -6,6 +6,7 @@ import argparse
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -13,9 +14,11 @@ from stucksolver.cli.errors import UsageError
 from stucksolver.scene import Scene
 from stucksolver.words import NoReader, WordsReader, find_reader, situation_of
 
+ABOUT = "read a passenger's words: lines of situation and text in, readings out"
 
-def add_words(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
-    parser = commands.add_parser("words", help="read a passenger's words: lines of situation and text in, readings out")
+
+def add_words(commands: Any) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = commands.add_parser("words", help=ABOUT, description=ABOUT)
     parser.add_argument(
         "file",
         type=Path,

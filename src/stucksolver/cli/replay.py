@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from stucksolver.cli.errors import UsageError
 from stucksolver.plotting import can_plot
-from stucksolver.record import RecordError, Report, replay
+from stucksolver.record import Anchor, RecordError, Report, check_anchor, read_heads, replay, write_heads
 from stucksolver.record.picture import draw_record
 
 SHOWN = 20
+ABOUT = "derive every decision and verdict of a record again, offline"
 
 
 def add_replay(commands: Any) -> argparse.ArgumentParser:
     """Register the command."""
-    parser: argparse.ArgumentParser = commands.add_parser(
-        "replay", help="derive every decision and verdict of a record again, offline"
+    parser: argparse.ArgumentParser = commands.add_parser("replay", help=ABOUT, description=ABOUT)
+    parser.add_argument("records", nargs="*", type=Path, metavar="FILE", help="a record, intervention-….jsonl")
+    parser.add_argument(
+        "--save-heads", type=Path, metavar="FILE", help="write line and hash of each record's end, to be kept elsewhere"
     )
-    parser.add_argument("records", nargs="+", type=Path, metavar="FILE", help="a record, intervention-….jsonl")
+    parser.add_argument(
+        "--anchors", type=Path, metavar="FILE", help="heads saved before: the records must agree with them"
+    )
     parser.add_argument("--picture", type=Path, metavar="PNG", help="draw it from above (one record; needs matplotlib)")
     parser.add_argument(
         "--at", type=float, nargs="+", default=(), metavar="S", help="moments to draw, by the stack's clock"
@@ -28,29 +34,43 @@ def add_replay(commands: Any) -> argparse.ArgumentParser:
 
 
 def run_replay(options: argparse.Namespace) -> int:
-    """0 when everything matches, 1 when something does not. Raises `UsageError` for a record that was changed."""
-    if options.picture is not None:
-        _picture(options)
-    agree = True
-    for path in options.records:
-        try:
-            report = replay(path)
-        except RecordError as error:
-            raise UsageError(str(error)) from error
-        _print(report)
-        agree = agree and report.matches
-    return 0 if agree else 1
+    """0 when all are whole and match, else 1. Raises `UsageError` for a record that was changed."""
+    try:
+        anchors = {} if options.anchors is None else read_heads(options.anchors)
+        records = options.records or list(anchors)
+        if not records:
+            raise UsageError("name a record, intervention-….jsonl, or --anchors FILE")
+        if options.anchors is not None and (unknown := [path for path in records if path not in anchors]):
+            raise UsageError(f"{options.anchors} has no anchor of {unknown[0]}; name it as it was named there")
+        if options.picture is not None:
+            _picture(options, records)
+        elif options.at:
+            raise UsageError("--at chooses moments of a picture: add --picture PNG")
+        reports = [_replayed(path, anchors) for path in records]
+        if options.save_heads is not None:
+            write_heads(options.save_heads, records)
+            print(f"heads: {options.save_heads}; sign it, or keep it where nobody can change it")
+    except RecordError as error:
+        raise UsageError(str(error)) from error
+    return 0 if all(report.matches and report.ended is not None for report in reports) else 1
 
 
-def _picture(options: argparse.Namespace) -> None:
-    if len(options.records) > 1:
+def _replayed(path: Path, anchors: dict[Path, Anchor]) -> Report:
+    report = replay(path)
+    _print(report)
+    if path in anchors:
+        check_anchor(path, anchors[path])
+        print(f"  as anchored at line {anchors[path].line}")
+    return report
+
+
+def _picture(options: argparse.Namespace, records: Sequence[Path]) -> None:
+    if len(records) > 1:
         raise UsageError("--picture draws one record; name one FILE")
     if not can_plot():
         raise UsageError("--picture needs matplotlib: pip install 'stucksolver[report]'")
     try:
-        print(f"picture: {draw_record(options.records[0], options.picture, options.at)}")
-    except RecordError as error:
-        raise UsageError(str(error)) from error
+        print(f"picture: {draw_record(records[0], options.picture, options.at)}")
     except OSError as error:
         raise UsageError(f"cannot write {options.picture}: {error.strerror}; name another place") from error
 
@@ -64,11 +84,13 @@ def _print(report: Report) -> None:
     print(f"{report.path}: {report.lines} lines, unbroken chain; derived again: {', '.join(told)}")
     if report.underivable:
         print(f"  {report.underivable} decisions came from a reasoner that leaves no trace")
-    print(f"  ended: {report.ended}" if report.ended else "  it breaks off: the process ended, or the disk was full")
+    broken = "it breaks off: the run failed, its process was killed, or the disk was full"
+    print(f"  ended: {report.ended}" if report.ended else f"  {broken}")
     for finding in report.findings[:SHOWN]:
         print(f"  line {finding.line}, {finding.what}: recorded {finding.recorded!r}, derived {finding.derived!r}")
     if len(report.findings) > SHOWN:
         print(f"  and {len(report.findings) - SHOWN} more")
-    print("  everything matches" if report.matches else f"  {len(report.findings)} do not match; see `versions`:")
+    whole = "everything matches" if report.ended else "everything up to there matches"
+    print(f"  {whole}" if report.matches else f"  {len(report.findings)} do not match; see `versions`:")
     if not report.matches:
         print(f"  written by {', '.join(f'{name} {version}' for name, version in report.versions.items())}")

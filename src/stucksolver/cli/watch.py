@@ -9,28 +9,29 @@ import time
 from pathlib import Path
 from typing import Any
 
+from stucksolver.cli.arguments import above_zero, port
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.ladder import chosen_ladder
+from stucksolver.record import RecordError
 
 SHOW_EVERY_S = 0.5
+ABOUT = "observe a running car in CARLA or carlette: detect, reason, check and record, never act"
 
 
 def add_watch(commands: Any) -> argparse.ArgumentParser:
     """Register the command."""
-    parser: argparse.ArgumentParser = commands.add_parser(
-        "watch", help="observe a running car in CARLA or carlette: detect, reason, check and record, never act"
-    )
-    parser.add_argument("--host", default="127.0.0.1", help="of the server (default: %(default)s)")
-    parser.add_argument("--port", type=int, default=2000, help="of the server (default: %(default)s)")
-    parser.add_argument("--role", default="hero", help="role name of the car (default: %(default)s)")
+    parser: argparse.ArgumentParser = commands.add_parser("watch", help=ABOUT, description=ABOUT)
+    parser.add_argument("--host", default="127.0.0.1", help="of the server")
+    parser.add_argument("--port", type=port, default=2000, help="of the server")
+    parser.add_argument("--role", default="hero", help="role name of the car")
     parser.add_argument("--out", type=Path, help="folder for the records; without it nothing is written")
-    parser.add_argument("--ladder", default="default", help="a profile or a file (default: %(default)s)")
-    parser.add_argument("--seconds", type=float, help="end after this much wall time (default: until Ctrl-C)")
+    parser.add_argument("--ladder", default="default", help="a profile or a file")
+    parser.add_argument("--seconds", type=above_zero, help="end after this much wall time (default: until Ctrl-C)")
     return parser
 
 
 def run_watch(options: argparse.Namespace) -> int:
-    """Look on until told to end. Raises `UsageError`."""
+    """Look on until told to end. Raises `UsageError`, also where a record could not be written to its end."""
     from stucksolver.evaluate.files import OutputError, require_writable
     from stucksolver.evaluate.server import ServerError, connect, remote_server
     from stucksolver.stacks.observer import NoSuchCar, Watching
@@ -49,12 +50,17 @@ def run_watch(options: argparse.Namespace) -> int:
             while until is None or time.monotonic() < until:
                 status = watching.look()
                 line.show(f"{status.time_s:8.1f} s  {status.speed_mps:5.1f} m/s  ", watching.state)
-    except NoSuchCar as error:
+    except BaseException as error:
         line.end()
-        raise UsageError(str(error)) from error
-    finally:
-        watching.close()
+        watching.break_off()
+        if isinstance(error, NoSuchCar):
+            raise UsageError(str(error)) from error
+        raise
     line.end()
+    try:
+        watching.close()
+    except RecordError as error:
+        raise UsageError(str(error)) from error
     print(f"{watching.interventions} times stuck", *(f"record: {path}" for path in watching.files), sep="\n")
     return 0
 

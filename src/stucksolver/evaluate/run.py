@@ -8,7 +8,8 @@ from typing import Any
 from stucksolver.decision import CONTINUE, Directive
 from stucksolver.evaluate.jobs import CLIENT_TIMEOUT_S, PROGRESS_EVERY_S, Job
 from stucksolver.evaluate.mapview import map_view
-from stucksolver.evaluate.measure import BLOCKED_S, CollisionWatch, Measures
+from stucksolver.evaluate.measure import BLOCKED_S, Measures
+from stucksolver.evaluate.mishaps import Mishaps
 from stucksolver.evaluate.runlog import RunLog, RunResult
 from stucksolver.evaluate.scribe import Scribe
 from stucksolver.evaluate.server import Server, connect, set_synchronous
@@ -59,18 +60,18 @@ def _run(
     driver = BehaviorDriver(situation.ego, job.profile, carla_map=carla_map)
     driver.set_destination(site.destination.transform.location)
     stack = CarlaStack(situation.ego, driver, carla_map)
-    collisions = CollisionWatch(world, situation.ego)
+    mishaps = Mishaps(world, situation.ego)
     scribe = Scribe(world, situation.ego, situation.role_of)
     solver = _solver(job, stack, scribe) if job.with_solver else None
     try:
-        loop = _Loop(job, world, situation, stack, solver, scribe, collisions)
+        loop = _Loop(job, world, situation, stack, solver, scribe, mishaps)
         status = loop.go(progress)
         title = f"{NAMES[job.scenario]}, {KINDS[site.kind]}" + (f", {oncoming} oncoming" if oncoming else "")
         return _log(job, title, site, carla_map, loop, status)
     finally:
         if solver is not None:
             solver.close()
-        collisions.close()
+        mishaps.close()
 
 
 def _fresh_world(client: Any, job: Job) -> Any:
@@ -97,11 +98,11 @@ class _Loop:
         stack: CarlaStack,
         solver: StuckSolver | None,
         scribe: Scribe,
-        collisions: CollisionWatch,
+        mishaps: Mishaps,
     ) -> None:
         self._world, self._ego = world, situation.ego
         self._stack, self._solver = stack, solver
-        self.scribe, self.collisions = scribe, collisions
+        self.scribe, self.mishaps = scribe, mishaps
         first = stack.status()
         self.start_s = first.time_s
         self.measures = Measures(length_m=stack.route_length_m, start_m=first.progress_m)
@@ -131,13 +132,9 @@ class _Loop:
 
     def _note(self, status: Status) -> str | None:
         self.measures.update(status)
-        for text in self.collisions.news:
-            self.scribe.event(self.elapsed_s, "infraction", text)
-        self.collisions.news.clear()
-        ego, objects = self.scribe.frame(self.elapsed_s, status.speed_mps)
-        if ego is not None:
-            for text in self.measures.look(ego, objects):
-                self.scribe.event(self.elapsed_s, "infraction", text)
+        for told in self.mishaps.update(self.elapsed_s):
+            self.scribe.event(told.time_s, "infraction", told.text)
+        self.scribe.frame(self.elapsed_s, status.speed_mps)
         if status.at_destination:
             return "completed"
         if self.measures.standing_run_s > BLOCKED_S:
@@ -147,15 +144,14 @@ class _Loop:
 
 def _log(job: Job, title: str, site: Site, carla_map: Any, loop: _Loop, status: str) -> RunLog:
     m, scribe = loop.measures, loop.scribe
+    for told in loop.mishaps.finish():
+        scribe.event(told.time_s, "infraction", told.text)
     scribe.event(loop.elapsed_s, "run", status)
     route = [(w.transform.location.x, -w.transform.location.y) for w in site.waypoints]
-    infractions = dict(loop.collisions.counts)
-    if m.near_misses:
-        infractions["near_miss"] = m.near_misses
     result = RunResult(
         status=status,
         route_completion_pct=m.completion_pct,
-        infractions=infractions,
+        infractions=loop.mishaps.counts,
         stopped_s=round(m.standing_s, 2),
         time_to_recover_s=round(m.recovery_times_s[0], 2) if m.recovery_times_s else None,
         immobilizations=m.immobilizations,

@@ -7,10 +7,10 @@ from typing import Any, Literal
 
 from stucksolver.decision import Directive, Execute, Replan, SafeStop
 from stucksolver.evaluate.runlog import ActorInfo, ActorRole, DecisionMoment, Frame, LogEvent, Polyline
-from stucksolver.scene import EgoState, TrackedObject
+from stucksolver.scene import TrackedObject
 from stucksolver.solver import Event, EventKind
 from stucksolver.stacks.carla_stack.contact import footprint
-from stucksolver.stacks.carla_stack.frames import to_local, yaw_to_local
+from stucksolver.stacks.carla_stack.frames import to_local
 from stucksolver.stacks.carla_stack.tracker import Tracker
 
 FRAME_EVERY_S = 0.1
@@ -54,14 +54,13 @@ class Scribe:
         self.decisions: list[DecisionMoment] = []
         self.events: list[LogEvent] = []
 
-    def frame(self, time_s: float, speed_mps: float) -> tuple[EgoState | None, tuple[TrackedObject, ...]]:
-        """Note where everybody is, when it is time for a frame; gives back what was seen."""
+    def frame(self, time_s: float, speed_mps: float) -> None:
+        """Note where everybody is, when it is time for a frame."""
         if time_s < self._next_frame_s - 1e-6:
-            return None, ()
+            return
         self._next_frame_s = time_s + self._frame_every_s
         transform = self._ego.get_transform()
         x, y = to_local(transform.location)
-        yaw = yaw_to_local(transform.rotation.yaw)
         objects = self._tracker.update(footprint(self._ego), self._start_s + time_s)
         poses = [(0, round(x, 2), round(y, 2), round(-transform.rotation.yaw, 1))]
         poses += [(self._actor(o), round(o.x_m, 2), round(o.y_m, 2), round(o.yaw_rad * 57.29578, 1)) for o in objects]
@@ -79,8 +78,6 @@ class Scribe:
                 path=self._path,
             )
         )
-        ego = EgoState(x_m=x, y_m=y, yaw_rad=yaw, speed_mps=speed_mps, length_m=self._size[0], width_m=self._size[1])
-        return ego, objects
 
     def _actor(self, o: TrackedObject) -> int:
         if o.id not in self._index:

@@ -1,7 +1,19 @@
 """The event log of each intervention: hash-chained, and derived again offline."""
 
+from stucksolver.record.anchor import Anchor, check_anchor, head_of, read_heads, write_heads
 from stucksolver.record.chain import RecordError
 from stucksolver.record.recorder import Recorder
 from stucksolver.record.replay import Finding, Report, replay
 
-__all__ = ["Finding", "RecordError", "Recorder", "Report", "replay"]
+__all__ = [
+    "Anchor",
+    "Finding",
+    "RecordError",
+    "Recorder",
+    "Report",
+    "check_anchor",
+    "head_of",
+    "read_heads",
+    "replay",
+    "write_heads",
+]

@@ -13,6 +13,7 @@ from typing import Any
 _MARK = b',"hash":"'
 _TAIL = len(_MARK) + 64 + len(b'"}')
 START = "0" * 64
+_LOOKS_LIKE = "no line of it ends in a hash, as each line of a record does"
 
 
 class RecordError(RuntimeError):
@@ -61,20 +62,37 @@ def read_chain(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
     Raises `RecordError` with the number of the first line that was changed. A last line that breaks off, as a killed
     process could leave it, ends the reading without an error.
     """
+    for number, (body, _) in enumerate(_checked(path), 1):
+        yield number, json.loads(body)
+
+
+def read_digests(path: Path) -> list[str]:
+    """The hash of each whole line. Raises `RecordError`, as `read_chain` does."""
+    return [digest for _, digest in _checked(path)]
+
+
+def _checked(path: Path) -> Iterator[tuple[bytes, str]]:
+    """What each whole line says, and its hash."""
     before = START
     try:
         lines = path.read_bytes().split(b"\n")
     except OSError as error:
         raise RecordError(f"cannot read {path}: {error.strerror}; give a file `intervention-….jsonl`") from error
     last = lines.pop()
+    if [*lines, last] != [b""] and not any(_hash_stands_in(line) for line in (*lines, last)):
+        raise RecordError(f"{path} is no record: {_LOOKS_LIKE}; give a file `intervention-….jsonl`")
     for number, line in enumerate(lines, 1):
         body, digest = line[:-_TAIL] + b"}", line[-_TAIL + len(_MARK) : -2].decode("ascii", "replace")
-        if line[-_TAIL : -_TAIL + len(_MARK)] != _MARK or line[-2:] != b'"}' or _digest(before, body) != digest:
+        if not _hash_stands_in(line) or _digest(before, body) != digest:
             raise RecordError(f"{path}, line {number}: changed after writing (this line, or one missing before it)")
         before = digest
-        yield number, json.loads(body)
+        yield body, digest
     if last and _looks_whole(last):
         raise RecordError(f"{path}, line {len(lines) + 1}: the end of this line was changed after writing")
+
+
+def _hash_stands_in(line: bytes) -> bool:
+    return line[-_TAIL : -_TAIL + len(_MARK)] == _MARK and line[-2:] == b'"}'
 
 
 def _looks_whole(last: bytes) -> bool:

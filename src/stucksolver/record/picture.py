@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOMENTS = 5
+AT_ABOUT_S = 0.5
+"""A moment asked for may lie this much before the first that was recorded, or after the last."""
 BACK_M, AHEAD_M = 25.0, 55.0
 ASIDE_M, BESIDE_M = 12.0, 1.5
 """What is shown of the lanes on either side at most, and of what lies beside them."""
@@ -42,7 +44,8 @@ class _Moment:
 def draw_record(record: Path, picture: Path, at_s: Sequence[float] = ()) -> Path:
     """Draw the moments nearest to `at_s` (the stack's clock), else some from the first look at a plan to the last.
 
-    Raises `RecordError` for a record that cannot be read, or in which nothing was seen, and `OSError`.
+    Raises `RecordError` for a record that cannot be read, or in which nothing was seen, at all or at the moment asked
+    for, and `OSError`.
     """
     from matplotlib.figure import Figure
 
@@ -50,6 +53,11 @@ def draw_record(record: Path, picture: Path, at_s: Sequence[float] = ()) -> Path
     if not moments:
         raise RecordError(f"{record}: no plan was judged in it, so there is nothing to draw")
     first, last = moments[0].time_s, moments[-1].time_s
+    for time_s in at_s:
+        if not first - AT_ABOUT_S <= time_s <= last + AT_ABOUT_S:
+            raise RecordError(
+                f"{record}: nothing was recorded at {time_s:g} s; choose from {first:.1f} to {last:.1f} s"
+            )
     times = sorted(at_s) or list(np.linspace(first, last, MOMENTS))
     chosen = [min(moments, key=lambda m: abs(m.time_s - t)) for t in times]
     figure = Figure(figsize=(11, 1.9 * len(chosen)), layout="constrained")

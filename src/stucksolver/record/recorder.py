@@ -13,6 +13,7 @@ from stucksolver.solver.events import Event, EventKind, Facts, Judgement, Tick
 
 Entry = Event | Judgement | Tick
 LEAVE_S = 10.0
+RUN_ENDED = "the run ended with this intervention under way"
 
 
 class Recorder:
@@ -20,7 +21,8 @@ class Recorder:
 
     What changed is found in the control loop; lines are made and written in a thread of its own. When that fails (a
     full disk), what has been written stays whole, and the next call raises `RecordError`: the solver tells of it once
-    and drives on without a record.
+    and drives on without a record. As a context manager it closes after a run that ended, and breaks off after one
+    that raised. Look at `error` after that: it is None where everything was written.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -63,18 +65,25 @@ class Recorder:
         self._put(tick)
 
     def close(self) -> None:
-        """Write what is left. An intervention that is not over yet gets no last line."""
-        if self._scroll is not None:
-            self._work.put(self._scroll.leave)
-            self._scroll = None
-        self._work.put(None)
-        self._thread.join(LEAVE_S)
+        """The run has ended: write what is left. The last line of an intervention under way says so."""
+        self._finish(RUN_ENDED)
+        self._leave()
+
+    def break_off(self) -> None:
+        """The run has failed: write what is left. An intervention under way gets no last line."""
+        scroll, self._scroll = self._scroll, None
+        if scroll is not None:
+            self._work.put(scroll.leave)
+        self._leave()
 
     def __enter__(self) -> Recorder:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, failed: type[BaseException] | None, *_: object) -> None:
+        if failed is None:
+            self.close()
+        else:
+            self.break_off()
 
     # ---- within
 
@@ -98,6 +107,12 @@ class Recorder:
         scroll, self._scroll = self._scroll, None
         if scroll is not None:
             self._work.put(lambda: scroll.end(how))
+
+    def _leave(self) -> None:
+        self._work.put(None)
+        self._thread.join(LEAVE_S)
+        if self._thread.is_alive() and self.error is None:
+            self.error = RecordError(f"the record in {self.folder} was not written within {LEAVE_S:g} s")
 
     def _write(self) -> None:
         """The thread: do what is to be done until told to leave; after a failure nothing more is written."""

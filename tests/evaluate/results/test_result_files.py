@@ -64,7 +64,7 @@ def test_results_are_not_overwritten(tmp_path: Path) -> None:
     ("changes", "told"),
     [
         ({"recovery": "rules"}, "recovery is 'none', not 'rules'"),
-        ({"suite_digest": "0"}, "suite digest is"),
+        ({"suite_digest": "0"}, "the routes differ"),
         ({"seeds": (1, 2)}, "seeds is"),
         ({"clock": "latency:2"}, "clock is"),
     ],
@@ -170,7 +170,7 @@ def test_two_evaluations_are_compared_by_route(tmp_path: Path) -> None:
 
 def test_only_the_same_routes_and_seeds_are_compared(tmp_path: Path) -> None:
     first = compared(tmp_path / "a")
-    with pytest.raises(ComparisonError, match="suites differ"):
+    with pytest.raises(ComparisonError, match="routes differ"):
         comparison(first, summarize(begun(tmp_path / "b", suite_digest="0")))
     with pytest.raises(ComparisonError, match="no seed in common"):
         comparison(first, summarize(begun(tmp_path / "c", seeds=(2,))))

@@ -68,3 +68,46 @@ def test_a_model_that_hardly_answered_shows_in_table_page_and_exit_code(
 def test_what_is_no_evaluation_is_named(tmp_path: Path, command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main([part.format(tmp_path) for part in command]) == 2
     assert "is no result of `stucksolver evaluate`" in capsys.readouterr().err
+
+
+def test_evaluations_of_other_routes_are_told_apart_by_words_not_digests(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first, second = evaluation(tmp_path / "a", "none", 50.0), begun(tmp_path / "b", suite_digest="0" * 64).folder
+    assert main(["compare", str(first), str(second)]) == 2
+    error = capsys.readouterr().err
+    assert "the routes differ: " in error and error.count("\n") == 1
+    assert "00000000" not in error
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"suite_digest": "0" * 64, "suite": "dev", "routes": 22}, "the routes differ: 22 of dev there, 2 of"),
+        ({"suite_digest": "0" * 64}, "the routes differ: 2 of two on both sides, but not the same ones"),
+        ({"guidance": "say.toml", "guidance_digest": "1" * 64}, "the guidance differs: say.toml there, none here"),
+        ({"ladder": "l.toml", "ladder_digest": "2" * 64}, "the ladder differs: l.toml there, the usual here"),
+        ({"seeds": (1, 2)}, "its seeds"),
+    ],
+)
+def test_what_cannot_be_resumed_is_said_in_words(tmp_path: Path, changes: dict[str, object], told: str) -> None:
+    from stucksolver.evaluate.results.store import StoreError
+
+    store = begun(tmp_path / "a", **changes)
+    ours = begun(tmp_path / "b").manifest()
+    with pytest.raises(StoreError) as refused:
+        store.begin(ours, ROUTES, resume=True)
+    assert told in str(refused.value)
+    assert "0000" not in str(refused.value) and "1111" not in str(refused.value)
+
+
+def test_the_limit_on_ticks_is_explained_where_it_is_printed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    store = begun(tmp_path / "a")
+    for of in ROUTES:
+        keep(store, of, 1, record(of, 40.0).model_copy(update={"status": "Failed - TickRuntime"}))
+    assert main(["score", str(store.folder)]) == 0
+    explained = "Failed - TickRuntime (not done after 4000 ticks, 200 s)"
+    assert explained in capsys.readouterr().out
+    assert explained in (store.folder / "report.html").read_text()

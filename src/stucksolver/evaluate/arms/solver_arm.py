@@ -58,11 +58,14 @@ class SolverArm:
         self._solver.guide(text)
 
     def close(self, time_s: float) -> None:
+        """Raises `RecordError` where a record was asked for and could not be written."""
         self._solver.close()
         if self._camera is not None:
             self._camera.close()
         if self._recorder is not None:
             self._recorder.close()
+            if self._recorder.error is not None:
+                raise self._recorder.error
         if self._running is not None:
             self._end(time_s, False, "the route ended")
         told = [one.reliability for one in self._reasoners.values()]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stucksolver.evaluate.cases.case import Case, CaseError, Staged
-from stucksolver.evaluate.measure import CollisionWatch
+from stucksolver.evaluate.mishaps import Mishaps
 from stucksolver.evaluate.server import Server, ServerError, carlette_server, connect, set_synchronous
 from stucksolver.evaluate.situation import SituationError
 from stucksolver.ladder import Ladder, parse_ladder, profile_text
@@ -115,15 +115,15 @@ def _run(case: Case, reasoner: Reasoner, server: Server, clock: str, ladder: Lad
     carla_map = world.get_map()
     staged = case.stage(world, carla_map)
     camera = FrontCamera(staged.ego)
-    bumper = CollisionWatch(world, staged.ego)
+    mishaps = Mishaps(world, staged.ego)
     try:
         for _ in range(SETTLE_TICKS):
             world.tick()
         _await_picture(world, camera)
-        return _drive(case, reasoner, world, carla_map, staged, camera, bumper, clock, ladder)
+        return _drive(case, reasoner, world, carla_map, staged, camera, mishaps, clock, ladder)
     finally:
         camera.close()
-        bumper.close()
+        mishaps.close()
 
 
 def _await_picture(world: Any, camera: FrontCamera) -> None:
@@ -143,7 +143,7 @@ def _drive(
     carla_map: Any,
     staged: Staged,
     camera: FrontCamera,
-    bumper: CollisionWatch,
+    mishaps: Mishaps,
     clock: str,
     ladder: Ladder,
 ) -> CaseResult:
@@ -166,6 +166,7 @@ def _drive(
             status = stack.status()
             now, progress_m = status.time_s - start_s, status.progress_m
             staged.every_tick(now)
+            mishaps.update(now)
             if words is not None and now >= words[0]:
                 solver.guide(words[1])
                 words = None
@@ -177,7 +178,8 @@ def _drive(
             if over or status.at_destination or now > case.drive_s:
                 break
             world.tick()
-    return CaseResult(case, decided, tuple(events), progress_m - decided_m, bumper.touched)
+    mishaps.finish()
+    return CaseResult(case, decided, tuple(events), progress_m - decided_m, mishaps.collisions)
 
 
 def _ladder(deadline_s: float, tries: int) -> Ladder:

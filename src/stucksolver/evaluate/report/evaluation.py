@@ -18,6 +18,7 @@ from stucksolver.evaluate.report.tables import (
     summary_json,
 )
 from stucksolver.evaluate.report.write import write_report
+from stucksolver.evaluate.results.record import status_text
 from stucksolver.evaluate.results.store import Store
 from stucksolver.evaluate.runlog import RunLog
 from stucksolver.evaluate.scores.ability import ABILITIES
@@ -138,7 +139,7 @@ def _route_table(rows: tuple[RouteRow, ...], links: Links, records: Links) -> st
     head = ("Route", "Scenario", "Seed", "Status", "DS", "Infractions", "Plans", "Replay", "Record")
     lines = ["<tr>" + "".join(f"<th>{cell}</th>" for cell in head) + "</tr>"]
     for row in rows:
-        status = row.record.status if row.record else row.outcome.state if row.outcome else "missing"
+        status = status_text(row.record.status) if row.record else row.outcome.state if row.outcome else "missing"
         why = row.outcome.reason.splitlines()[-1] if row.outcome and row.outcome.reason else ""
         key = row.route.id, row.seed
         cells = [

@@ -8,6 +8,7 @@ import io
 import json
 from typing import Any
 
+from stucksolver.evaluate.results.record import status_text
 from stucksolver.evaluate.scores.columns import (
     ABILITY_HEAD,
     HEAD,
@@ -54,7 +55,7 @@ def summary_text(summaries: list[Summary]) -> str:
         aligned(HEAD, main),
         aligned(ABILITY_HEAD, [ability_row(s) for s in summaries]),
         aligned(RECOVERY_HEAD, [recovery_row(s) for s in summaries]),
-        "\n".join(f"{run_name(s)}: " + ", ".join(f"{n} {name}" for name, n in _statuses(s)) for s in summaries),
+        "\n".join(f"{run_name(s)}: {_statuses(s)}" for s in summaries),
     ]
     warned = [banner for s in summaries for banner in banners(s)]
     words = [f"guidance to {run_name(s)}: {guidance_text(s)}" for s in summaries if s.recovery.said]
@@ -75,8 +76,8 @@ def guidance_text(summary: Summary) -> str:
     return ", ".join(f"{kind} {count} said, {f.followed[kind]} followed" for kind, count in f.said.most_common())
 
 
-def _statuses(summary: Summary) -> list[tuple[str, int]]:
-    return summary.statuses.most_common()
+def _statuses(summary: Summary) -> str:
+    return ", ".join(f"{count} {status_text(status)}" for status, count in summary.statuses.most_common())
 
 
 def summary_json(summary: Summary) -> str:

@@ -43,11 +43,25 @@ class Manifest(Model):
 
     def differs_from(self, other: Manifest) -> str:
         """The first field in which they differ, in words; empty where they agree."""
+        if routes := self.routes_differ(other):
+            return routes
+        if self.guidance_digest != other.guidance_digest:
+            return f"the guidance differs: {other.guidance or 'none'} there, {self.guidance or 'none'} here"
+        if self.ladder_digest != other.ladder_digest:
+            return f"the ladder differs: {other.ladder or 'the usual'} there, {self.ladder or 'the usual'} here"
         for name in type(self).model_fields:
             ours, theirs = getattr(self, name), getattr(other, name)
             if name not in ("command", "suite", "guidance", "ladder") and ours != theirs:
                 return f"its {name.replace('_', ' ')} is {theirs!r}, not {ours!r}"
         return ""
+
+    def routes_differ(self, other: Manifest) -> str:
+        """How the routes differ, in words; empty where they are the same."""
+        if self.suite_digest == other.suite_digest:
+            return ""
+        if (self.routes, self.suite) == (other.routes, other.suite):
+            return f"the routes differ: {self.routes} of {self.suite} on both sides, but not the same ones"
+        return f"the routes differ: {other.routes} of {other.suite} there, {self.routes} of {self.suite} here"
 
 
 def suite_digest(routes: tuple[Route, ...]) -> str:

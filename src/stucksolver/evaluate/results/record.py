@@ -7,9 +7,12 @@ from collections.abc import Iterable
 from pydantic import BaseModel, ConfigDict, Field
 
 from stucksolver.evaluate.criteria.base import Infraction
+from stucksolver.evaluate.criteria.route_timeout import TICK_RUNTIME, TICKS
 from stucksolver.evaluate.scores.penalties import KINDS, score_route
 
 COMPLETED, PERFECT = "Completed", "Perfect"
+TICK_S = 0.05
+"""Simulated time of a tick, in the benchmark and here."""
 
 
 class Scores(BaseModel):
@@ -105,6 +108,11 @@ def make_record(
         meta=Meta(route_length=round(length_m, 3), duration_game=round(game_s, 3), duration_system=round(wall_s, 3)),
         town_name=town,
     )
+
+
+def status_text(status: str) -> str:
+    """A status as people are shown it: the leaderboard's own words, explained where they need it."""
+    return status.replace(TICK_RUNTIME, f"{TICK_RUNTIME} (not done after {TICKS} ticks, {TICKS * TICK_S:.0f} s)")
 
 
 def save_name(route_id: str, town: str, scenario: str) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TextIO
 
 from stucksolver.evaluate.results.outcome import Outcome
-from stucksolver.evaluate.results.record import RouteRecord
+from stucksolver.evaluate.results.record import RouteRecord, status_text
 from stucksolver.evaluate.runner.work import Task
 from stucksolver.evaluate.scores.ability import ABILITIES
 
@@ -78,7 +78,7 @@ class Board:
         if record is None:
             return f"{label}: {outcome.state}: {(outcome.reason.splitlines() or ['?'])[-1]}"
         rate = outcome.ticks / max(outcome.wall_s, 1e-9)
-        return f"{label}: {record.status}, DS {record.scores.score_composed:.1f} ({rate:.0f} ticks/s)"
+        return f"{label}: {status_text(record.status)}, DS {record.scores.score_composed:.1f} ({rate:.0f} ticks/s)"
 
     def _say(self, text: str) -> None:
         self._wipe()

@@ -16,13 +16,14 @@ from stucksolver.evaluate.criteria import Moment
 from stucksolver.evaluate.criteria.jury import Jury
 from stucksolver.evaluate.guidance.speaker import Speaker
 from stucksolver.evaluate.jobs import CLIENT_TIMEOUT_S, PROGRESS_EVERY_S
+from stucksolver.evaluate.near_miss import NearMissWatch
 from stucksolver.evaluate.results.metric_info import MetricInfo
 from stucksolver.evaluate.results.outcome import Noted, Outcome
 from stucksolver.evaluate.results.record import RouteRecord, make_record
 from stucksolver.evaluate.routes.line import RouteLine
 from stucksolver.evaluate.runlog import RunLog
 from stucksolver.evaluate.runner.job import RouteJob
-from stucksolver.evaluate.runner.watch import NearMissWatch, SpellWatch, TrafficSpeeds
+from stucksolver.evaluate.runner.watch import SpellWatch, TrafficSpeeds
 from stucksolver.evaluate.runner.weather import Weather
 from stucksolver.evaluate.scenarios.play import Play
 from stucksolver.evaluate.scenarios.setting import Setting

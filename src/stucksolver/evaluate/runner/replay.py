@@ -10,7 +10,7 @@ from stucksolver.evaluate.arms.arm import Now
 from stucksolver.evaluate.arms.solver_arm import SolverArm
 from stucksolver.evaluate.mapview import map_view
 from stucksolver.evaluate.results.outcome import Outcome
-from stucksolver.evaluate.results.record import RouteRecord
+from stucksolver.evaluate.results.record import RouteRecord, status_text
 from stucksolver.evaluate.runlog import ActorRole, RunLog, RunResult
 from stucksolver.evaluate.runner.job import RouteJob
 from stucksolver.evaluate.scenarios.setting import Setting
@@ -49,7 +49,7 @@ class ReplayKeeper:
                 scribe.event(noted.time_s, "infraction", noted.text)
         for said in outcome.guidance if job.arm.recovery in ("none", "timers") else ():
             scribe.event(said.time_s, "guidance", f"{said.text} (nobody listens)")
-        scribe.event(outcome.ticks * self._setting.dt_s, "run", record.status)
+        scribe.event(outcome.ticks * self._setting.dt_s, "run", status_text(record.status))
         places = [(w.transform.location.x, -w.transform.location.y) for w in self._setting.route.waypoints]
         return RunLog(
             scenario=f"{job.scenario}, route {job.route.id}",

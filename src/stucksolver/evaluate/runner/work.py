@@ -16,6 +16,7 @@ from stucksolver.evaluate.results.outcome import Outcome, State
 from stucksolver.evaluate.results.store import Store
 from stucksolver.evaluate.runner.job import RouteJob
 from stucksolver.evaluate.server import Server, ServerError, carlette_server, remote_server
+from stucksolver.record import RecordError
 
 TRIES = 2
 """A process that was killed by a signal (the client library can crash) is tried once more."""
@@ -101,7 +102,7 @@ def _driven(store: Store, job: RouteJob, theirs: Connection) -> Outcome | None:
         return _not_driven(job, "unsupported", str(error))
     except (ScenarioError, DriveError, RouteError) as error:
         return _not_driven(job, "invalid", str(error))
-    except ServerError as error:
+    except (ServerError, RecordError) as error:
         return _not_driven(job, "crashed", str(error))
     except (BrokenPipeError, OutputError):
         raise

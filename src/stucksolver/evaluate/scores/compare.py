@@ -28,8 +28,8 @@ def comparison(first: Summary, second: Summary) -> Compared:
     ours, theirs = first.manifest, second.manifest
     if ours.suite_digest != theirs.suite_digest:
         raise ComparisonError(
-            f"the suites differ: {ours.suite} ({ours.suite_digest[:8]}) and {theirs.suite} "
-            f"({theirs.suite_digest[:8]}); compare evaluations of the same routes"
+            f"the routes differ: A has {ours.routes} of {ours.suite}, B has {theirs.routes} of {theirs.suite}; "
+            "compare evaluations of the same routes"
         )
     if not set(ours.seeds) & set(theirs.seeds):
         raise ComparisonError(f"no seed in common: {ours.seeds} and {theirs.seeds}; run both with the same seeds")

@@ -76,9 +76,18 @@ class Watching:
         return [] if self._recorder is None else self._recorder.files
 
     def close(self) -> None:
+        """Nobody wants to look on any more. Raises `RecordError` where a record could not be written."""
         self.solver.close()
         if self._recorder is not None:
             self._recorder.close()
+            if self._recorder.error is not None:
+                raise self._recorder.error
+
+    def break_off(self) -> None:
+        """Looking on failed: the record of an intervention under way ends where it is."""
+        self.solver.close()
+        if self._recorder is not None:
+            self._recorder.break_off()
 
     def _await_tick(self) -> None:
         try:

@@ -1,7 +1,8 @@
-"""One stack on one wire, from `hello` until it hangs up."""
+"""One stack on one wire, from `hello` to `bye`."""
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any
 
 from pydantic import ValidationError
@@ -16,7 +17,7 @@ from stucksolver_bridge.wire import VERSION, Wire
 
 
 class Session:
-    """Raises `WireError` when the stack has gone."""
+    """A stack that hangs up without `bye` has died: its record breaks off."""
 
     def __init__(self, wire: Wire) -> None:
         self._wire = wire
@@ -24,7 +25,10 @@ class Session:
         self._directive: Directive | None = None
 
     def run(self) -> None:
-        """Serve until the stack hangs up."""
+        """Serve until `bye`.
+
+        Raises `WireError` when the stack has gone without it, `RecordError` when the record is not whole at the end.
+        """
         hello = self._wire.receive().get("hello")
         if not isinstance(hello, dict) or hello.get("version") != VERSION:
             self._wire.send(
@@ -34,14 +38,17 @@ class Session:
         try:
             settings = Settings.model_validate(hello.get("settings", {}))
             side: _Forms | _Carla = _Carla(hello["carla"], self._ask) if hello.get("carla") else _Forms(self._ask)
-            solver = settings.solver(side.scene, self._hear)
+            recorder = settings.recorder()
+            solver = settings.solver(side.scene, self._hear, recorder)
         except (ValidationError, LadderError, ReasonerNameError, ValueError) as error:
             self._wire.send({"error": f"the solver's settings cannot be used: {error}"})
             return
         self._wire.send({"ready": VERSION})
-        with solver:
-            while True:
-                self._wire.send(self._step(solver, side, self._wire.receive()["tick"]))
+        with recorder or contextlib.nullcontext(), solver:
+            while "bye" not in (told := self._wire.receive()):
+                self._wire.send(self._step(solver, side, told["tick"]))
+        if recorder is not None and recorder.error is not None:
+            raise recorder.error
 
     def _step(self, solver: StuckSolver, side: _Forms | _Carla, tick: dict[str, Any]) -> dict[str, Any]:
         if "say" in tick:

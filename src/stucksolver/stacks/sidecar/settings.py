@@ -33,7 +33,13 @@ class Settings(Model):
     perception: Literal["privileged"] = "privileged"
     """Where the objects come from; results must say it."""
 
-    def solver(self, scene: Callable[[], Scene | None], on_event: Callable[[Event], None]) -> StuckSolver:
+    def recorder(self) -> Recorder | None:
+        """Where a record is asked for; to be closed, or broken off, when the stack has gone."""
+        return None if self.record is None else Recorder(self.record)
+
+    def solver(
+        self, scene: Callable[[], Scene | None], on_event: Callable[[Event], None], recorder: Recorder | None
+    ) -> StuckSolver:
         """Raises what `find_ladder` and `make_reasoner` raise."""
         models: dict[str, Reasoner] = {} if self.reasoner is None else {"model": make_reasoner(self.reasoner)}
         return StuckSolver(
@@ -44,5 +50,5 @@ class Settings(Model):
             detector=DetectorSettings(**self.detector),
             clock=self.clock,
             on_event=on_event,
-            record=None if self.record is None else Recorder(self.record),
+            record=recorder,
         )

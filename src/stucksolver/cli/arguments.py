@@ -1,0 +1,82 @@
+"""How all commands read their arguments: what is wrong is one line, and the help names every default."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.metadata
+import math
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+EXIT_USAGE = 2
+LAST_PORT = 65535
+
+
+class _Formatter(argparse.ArgumentDefaultsHelpFormatter):
+    """Adds the default to the help of each option that has one."""
+
+    def _get_help_string(self, action: argparse.Action) -> str | None:
+        if action.default in (None, False, (), argparse.SUPPRESS) or action.default == []:
+            return action.help
+        return super()._get_help_string(action)
+
+
+class Parser(argparse.ArgumentParser):
+    """Of a command, and of the commands below it."""
+
+    def __init__(self, **options: Any) -> None:
+        options.setdefault("formatter_class", _Formatter)
+        super().__init__(**options)
+
+    def error(self, message: str) -> NoReturn:
+        """End with one line; the help has the rest."""
+        self.exit(EXIT_USAGE, f"error: {message}; see `{self.prog} --help`\n")
+
+
+def installed_version() -> str:
+    """Of this distribution."""
+    try:
+        return importlib.metadata.version("stucksolver")
+    except importlib.metadata.PackageNotFoundError:
+        return "0 (not installed)"
+
+
+def port(text: str) -> int:
+    """A TCP port that can be connected to."""
+    if not text.isdecimal() or not 1 <= int(text) <= LAST_PORT:
+        raise argparse.ArgumentTypeError(f"'{text}' is no port; give a number from 1 to {LAST_PORT}")
+    return int(text)
+
+
+def whole(text: str) -> int:
+    """A whole number."""
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not possible; give a whole number") from None
+
+
+def at_least(least: int) -> Callable[[str], int]:
+    """Whole numbers from this one on."""
+
+    def read(text: str) -> int:
+        try:
+            found = int(text)
+        except ValueError:
+            found = least - 1
+        if found < least:
+            raise argparse.ArgumentTypeError(f"'{text}' is not possible; give a whole number, {least} or more")
+        return found
+
+    return read
+
+
+def above_zero(text: str) -> float:
+    """A finite number above 0."""
+    try:
+        found = float(text)
+    except ValueError:
+        found = 0.0
+    if not (math.isfinite(found) and found > 0.0):
+        raise argparse.ArgumentTypeError(f"'{text}' is not possible; give a number above 0")
+    return found

@@ -1,0 +1,79 @@
+"""Heads of records kept elsewhere: a chain made anew from its first line is found by the hash that somebody else holds.
+
+A file of heads has one line for each record, `HASH  LINE  PATH`, like the files of `sha256sum`. Whoever signs it, has
+it stamped with the time, or keeps it where the writer of the records cannot reach it, can prove later that up to that
+line nothing has been changed. A record may go on growing after its head was taken.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from stucksolver.record.chain import RecordError, read_digests
+
+_LINE = re.compile(r"([0-9a-f]{64})  ([1-9][0-9]*)  (.+)")
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """The hash that stands in a line (counted from 1) of a record."""
+
+    line: int
+    digest: str
+
+
+def head_of(record: Path) -> Anchor:
+    """The last whole line of a record. Raises `RecordError`."""
+    digests = read_digests(record)
+    if not digests:
+        raise RecordError(f"{record}: there is no whole line in it, so it has no head")
+    return Anchor(len(digests), digests[-1])
+
+
+def check_anchor(record: Path, anchor: Anchor) -> None:
+    """Raises `RecordError` where the record is not the one that the anchor was taken of, or has been cut off."""
+    digests = read_digests(record)
+    if len(digests) < anchor.line:
+        raise RecordError(
+            f"{record}: its anchor is of line {anchor.line}, but it has only {len(digests)} lines; the end was cut off"
+        )
+    found = digests[anchor.line - 1]
+    if found != anchor.digest:
+        raise RecordError(
+            f"{record}, line {anchor.line}: its hash is {found[:16]}…, its anchor says {anchor.digest[:16]}…; "
+            "the record was written anew, or the anchor is of another one"
+        )
+
+
+def write_heads(path: Path, records: Iterable[Path]) -> Mapping[Path, Anchor]:
+    """Keep the heads of records in a new file. Raises `RecordError`; a file that is there is never written over."""
+    heads = {record: head_of(record) for record in records}
+    text = "".join(f"{head.digest}  {head.line}  {record.as_posix()}\n" for record, head in heads.items())
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except OSError as error:
+        raise RecordError(
+            f"cannot write {path}: {error.strerror}; name a new file in a folder that is there"
+        ) from error
+    return heads
+
+
+def read_heads(path: Path) -> dict[Path, Anchor]:
+    """The records named in a file of heads, as they are named there. Raises `RecordError`."""
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise RecordError(f"cannot read {path}: {error}; give a file made with `replay --save-heads`") from error
+    heads: dict[Path, Anchor] = {}
+    for number, line in enumerate(lines, 1):
+        found = _LINE.fullmatch(line)
+        if found is None or Path(found[3]) in heads:
+            raise RecordError(f"{path}, line {number}: expected `HASH  LINE  PATH`, each record once")
+        heads[Path(found[3])] = Anchor(int(found[2]), found[1])
+    if not heads:
+        raise RecordError(f"{path}: names no record")
+    return heads
