@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -32,18 +33,18 @@ def setting_of(seed: int, number: int) -> tuple[str, Setting]:
     return name, CLASSES[name](draw)
 
 
-def scene_rows(seed: int, number: int) -> Iterator[Row]:
-    """A row for each proposal in a scene; none where the scene is impossible."""
+def scene_rows(seed: int, number: int, judge_only: bool = False) -> Iterator[Row]:
+    """A row for each proposal in a scene; none where the scene is impossible. `judge_only`: none is driven."""
     name, setting = setting_of(seed, number)
     if not World(setting, Manner()).is_possible():
         return
     for k in range(RANDOM_PLANS + 1):
-        row = one(seed, number, k)
+        row = one(seed, number, k, judge_only)
         if row is not None:
             yield {"scene": number, "k": k, "class": name, **row}
 
 
-def one(seed: int, number: int, k: int) -> Row | None:
+def one(seed: int, number: int, k: int, judge_only: bool = False) -> Row | None:
     """Proposal `k` of a scene, judged and, if accepted, driven. Proposal 0 is the rules' own; None if they wait."""
     draw = random.Random(f"{seed}/{number}/{k}")
     _, setting = setting_of(seed, number)
@@ -53,16 +54,16 @@ def one(seed: int, number: int, k: int) -> Row | None:
     if plan is None:
         return None
     guided = draw.random() < GUIDED and any(isinstance(b, BorrowOncomingLane) for b in plan.behaviors)
-    return judge_and_drive(world, plan, guided, silent, "rules" if k == 0 else "random")
+    return judge_and_drive(world, plan, guided, math.nan if judge_only else silent, "rules" if k == 0 else "random")
 
 
 def judge_and_drive(world: World, plan: RecoveryPlan, guided: bool, silent: float, source: str) -> Row:
-    """The row of a proposal."""
+    """The row of a proposal; it is not driven if `silent` is no number."""
     execution, verdict = judged(world, plan, guided)
     row: Row = {"source": source, "plan": plan.model_dump(mode="json")["behaviors"], "accepted": verdict.accepted}
     if not verdict.accepted:
         return {**row, "codes": sorted({r.code.value for r in verdict.rejects}), "why": str(verdict)[:200]}
-    if all(b.stands_still for b in plan.behaviors):
+    if math.isnan(silent) or all(b.stands_still for b in plan.behaviors):
         return {**row, "driven": False}
     ended = drive(world, execution, silent)
     row |= {"driven": True, "end": ended.how, "t": round(ended.t, 2), "missed": ended.missed}
