@@ -33,12 +33,12 @@ def setting_of(seed: int, number: int) -> tuple[str, Setting]:
     return name, CLASSES[name](draw)
 
 
-def scene_rows(seed: int, number: int, judge_only: bool = False) -> Iterator[Row]:
-    """A row for each proposal in a scene; none where the scene is impossible. `judge_only`: none is driven."""
+def scene_rows(seed: int, number: int, judge_only: bool = False, only: int | None = None) -> Iterator[Row]:
+    """A row for each proposal in a scene, or for one; none where the scene is impossible. `judge_only`: drive none."""
     name, setting = setting_of(seed, number)
     if not World(setting, Manner()).is_possible():
         return
-    for k in range(RANDOM_PLANS + 1):
+    for k in range(RANDOM_PLANS + 1) if only is None else (only,):
         row = one(seed, number, k, judge_only)
         if row is not None:
             yield {"scene": number, "k": k, "class": name, **row}
