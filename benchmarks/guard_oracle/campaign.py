@@ -10,10 +10,11 @@ from typing import Any
 
 import benchmarks.guard_oracle.scenes  # noqa: F401
 from benchmarks.guard_oracle.causes import excluded_by
-from benchmarks.guard_oracle.drive import World, drive, judged, manner, silence
+from benchmarks.guard_oracle.drive import drive, judged, manner, silence
 from benchmarks.guard_oracle.plans import at_random, from_rules
 from benchmarks.guard_oracle.scene import CLASSES, Setting
 from benchmarks.guard_oracle.vehicle import Manner
+from benchmarks.guard_oracle.world import World
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import BorrowOncomingLane
 from stucksolver.scene.view import View

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.guard_oracle.drive import Contact
+from benchmarks.guard_oracle.contact import Contact
 
 ANSWERS_S, HARD_MPS2 = 0.5, 6.0
 AT_REST_MPS = 0.1

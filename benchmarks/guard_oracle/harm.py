@@ -13,9 +13,11 @@ from typing import Any
 
 from benchmarks.guard_oracle.campaign import setting_of
 from benchmarks.guard_oracle.causes import excluded_by
-from benchmarks.guard_oracle.drive import DT, MOST_S, World, _contact
+from benchmarks.guard_oracle.contact import contact_with
+from benchmarks.guard_oracle.drive import EVERY, MOST_S
 from benchmarks.guard_oracle.others import AlongLane
 from benchmarks.guard_oracle.vehicle import Manner
+from benchmarks.guard_oracle.world import DT, World
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.directive import CONTINUE
 from stucksolver.guard import NOBODY, Guard, Verdict
@@ -69,7 +71,7 @@ def _driven(world: World, plan: RecoveryPlan) -> Harm:
         return harm
     order: Any = CONTINUE
     for k in range(round(MOST_S / DT)):
-        if k % 2 == 0:
+        if k % EVERY == 0:
             order = execution.tick(View(world.surroundings()), world.t)
             if isinstance(order, Outcome):
                 return harm
@@ -77,7 +79,7 @@ def _driven(world: World, plan: RecoveryPlan) -> Harm:
         harm.brakes_mps2 = max(harm.brakes_mps2, _must_brake(world))
         hit = world.touched()
         if hit is not None:
-            contact = _contact(world, hit, "", False)
+            contact = contact_with(world, hit, "", False)
             if excluded_by(contact) is None:
                 harm.contact = f"{contact.role}, at our {contact.part}"
             return harm

@@ -14,10 +14,10 @@ import pytest
 from benchmarks.guard_oracle.__main__ import campaign
 from benchmarks.guard_oracle.bodies import Body, distance, part_touched
 from benchmarks.guard_oracle.campaign import scene_rows, setting_of
-from benchmarks.guard_oracle.drive import World
 from benchmarks.guard_oracle.road import Road, lanes_of
 from benchmarks.guard_oracle.scene import CLASSES, Setting, at_the_kerb, driving
 from benchmarks.guard_oracle.vehicle import LENGTH_M, WHEELBASE_M, Ego, Manner
+from benchmarks.guard_oracle.world import World
 
 from stucksolver.decision import Execute
 from stucksolver.decision.behaviors import Check, KeepLane, Wait
