@@ -27,7 +27,9 @@ worst within the assumptions of [docs/SAFETY.md](../docs/SAFETY.md). Bodies, con
 own ([benchmarks/guard_oracle](../benchmarks/guard_oracle)); behaviours, `Execution` and `Lease` are the product's."""
 REFUSED = """The same proposals before both guards. Each new refusal is driven with nobody looking on, sluggish and
 eager, beside others who answer to what enters their lane or their way: a contact, or somebody who must brake by more
-than 3.5 m/s², is harm shown. No harm shown does not make a refusal wrong: the guard asks for gaps and for sight."""
+than 3.5 m/s², is harm shown (bold), and so is a body off the road or out of its lane where that was the reason. Where
+somebody may come out of what is not seen behind, somebody does, at the limit. No harm shown does not make a refusal
+wrong: the guard asks for gaps and for sight."""
 
 
 def keep(path: Path, name: str) -> None:
@@ -121,11 +123,22 @@ def refusal_tables(data: dict[str, Any]) -> list[str]:
         )
     rows += ["", "| scene, plan | class | behaviours | refused, since | driven all the same |", "|---|---|---|---|---|"]
     for one in data["refused"]:
-        came = f"contact: {one['contact']}" if one["contact"] else f"they brake by {one['brakes_mps2']} m/s²"
-        came = came if one["contact"] or one["brakes_mps2"] else "nothing"
+        came = "; ".join(_came_of(one)) or "nothing"
+        came = f"**{came}**" if one["harm"] else came
         names = ", ".join(one["behaviors"])
         rows.append(f"| {one['scene']}, {one['k']} | {one['groups'][0]} | {names} | {one['why']} | {came} |")
     return rows
+
+
+def _came_of(one: dict[str, Any]) -> list[str]:
+    """What came of driving a refused plan all the same."""
+    found = [f"contact: {one['contact']}"] if one["contact"] else []
+    if one["brakes_mps2"]:
+        found.append(f"they brake by {one['brakes_mps2']} m/s²")
+    for what, why in (("off_lane_m", "leaves_its_lane"), ("off_road_m", "off_road")):
+        if why in one["why"]:
+            found.append(f"{one[what]:.1f} m {'out of its lane' if what == 'off_lane_m' else 'off the road'}")
+    return found
 
 
 def main() -> None:

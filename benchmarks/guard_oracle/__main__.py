@@ -16,6 +16,7 @@ from collections import Counter
 from pathlib import Path
 
 from benchmarks.guard_oracle.campaign import one, scene_rows
+from benchmarks.guard_oracle.scene import CLASSES
 
 REPORT_S = 30.0
 
@@ -50,7 +51,14 @@ def count(row: dict[str, object], counts: Counter[str]) -> None:
     counts["missed"] += bool(row.get("missed"))
 
 
-def campaign(out: Path, seed: int, plans: int, scenes: int | None, judge_only: bool = False) -> Counter[str]:
+def campaign(
+    out: Path,
+    seed: int,
+    plans: int,
+    scenes: int | None,
+    judge_only: bool = False,
+    classes: tuple[str, ...] = tuple(CLASSES),
+) -> Counter[str]:
     """Drive on until so many accepted plans have been driven, or so many scenes are done."""
     out.mkdir(parents=True, exist_ok=True)
     path = out / f"seed-{seed}.jsonl"
@@ -58,7 +66,8 @@ def campaign(out: Path, seed: int, plans: int, scenes: int | None, judge_only: b
     reported = time.monotonic()
     with path.open("a", encoding="utf-8") as file:
         while counts["driven"] < plans and (scenes is None or number < scenes):
-            for row in scene_rows(seed, number, judge_only):
+            wanted = list(CLASSES)[number % len(CLASSES)] in classes
+            for row in scene_rows(seed, number, judge_only) if wanted else ():
                 count(row, counts)
                 file.write(json.dumps(row) + "\n")
             file.write(json.dumps({"done": number}) + "\n")
@@ -77,14 +86,18 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--plans", type=int, default=20000, help="accepted plans to be driven")
     parser.add_argument("--scenes", type=int, help="ends after so many scenes at the latest")
+    parser.add_argument("--classes", nargs="+", choices=list(CLASSES), help="scenes of these classes (default: all)")
     parser.add_argument("--judge-only", action="store_true", help="put the plans before the guard, drive none")
     parser.add_argument("--show", type=int, nargs=2, metavar=("SCENE", "K"), help="one proposal, driven again")
     options = parser.parse_args()
+    classes = tuple(options.classes or CLASSES)
     if options.show:
         print(json.dumps(one(options.seed, *options.show), indent=1))
         return
     print(
-        json.dumps(dict(campaign(options.out, options.seed, options.plans, options.scenes, options.judge_only))),
+        json.dumps(
+            dict(campaign(options.out, options.seed, options.plans, options.scenes, options.judge_only, classes))
+        ),
         flush=True,
     )
 

@@ -68,10 +68,11 @@ def compare(before: Path, after: Path) -> dict[str, Any]:
             counts[group]["after"] += now["accepted"]
             counts[group]["newly accepted"] += now["accepted"] and not was["accepted"]
         if was["accepted"] and not now["accepted"]:
-            harm = harm_of(seed, *key, RecoveryPlan.model_validate({"behaviors": was["plan"]}))
+            harm = harm_of(seed, key[0], RecoveryPlan.model_validate({"behaviors": was["plan"]}), now["why"])
+            shown = harm.shown(now["why"])
             for group in groups:
                 counts[group]["newly refused"] += 1
-                counts[group]["with harm shown"] += harm.shown
+                counts[group]["with harm shown"] += shown
             refused.append(
                 {
                     "scene": key[0],
@@ -81,7 +82,9 @@ def compare(before: Path, after: Path) -> dict[str, Any]:
                     "why": now["why"],
                     "contact": harm.contact,
                     "brakes_mps2": round(harm.brakes_mps2, 1),
-                    "harm": harm.shown,
+                    "off_lane_m": round(harm.off_lane_m, 2),
+                    "off_road_m": round(harm.off_road_m, 2),
+                    "harm": shown,
                 }
             )
     return {"seed": seed, "counts": {name: dict(found) for name, found in counts.items()}, "refused": refused}
