@@ -44,20 +44,20 @@ def test_what_it_once_found_stays_mended(found):
     assert "contact" not in row or row["excluded"], row
 
 
-def contacts(numbers):
-    return [
-        row for number in numbers for row in scene_rows(3, number, only=2) if "contact" in row and not row["excluded"]
-    ]
+def sees_contact(numbers):
+    """Is somebody touched in one of these scenes? It stops at the first."""
+    rows = (row for number in numbers for row in scene_rows(3, number))
+    return any("contact" in row and not row["excluded"] for row in rows)
 
 
 def test_the_oracle_sees_a_guard_that_looks_for_no_collision(monkeypatch):
     monkeypatch.setitem(guard_module.CHECKS, Check.COLLISION, lambda case: [])
-    assert contacts((NAMES.index("people"), NAMES.index("swing-out beside parked cars")))
+    assert sees_contact(range(NAMES.index("people"), 45, len(NAMES)))
 
 
 def test_the_oracle_sees_a_guard_that_never_looks_again(monkeypatch):
     monkeypatch.setattr(guard_module.Guard, "recheck", lambda *_, **__: guard_module.OK)
-    assert contacts((NAMES.index("people"),))
+    assert sees_contact(range(NAMES.index("people"), 45, len(NAMES)))
 
 
 def test_a_scene_is_made_of_its_number_alone():
