@@ -55,6 +55,15 @@ def test_nobody_who_filters_past_in_our_lane_is_cut_up(x, speed):
     assert not drives_into(ASIDE, World(straight_road(), [bike], y=0.6))
 
 
+@pytest.mark.parametrize("x", np.arange(30.0, 48.0, 2.0))
+@pytest.mark.parametrize("y", [-1.3, -1.4, -1.55, -1.7])
+def test_nor_is_one_who_comes_up_with_less_room_beside_us_than_we_would_leave(x, y):
+    """Beside our body, if only just, they have a way past us; it is not taken from them."""
+    cyclist = thing("cyclist", x, y, kind=K.BICYCLE, speed=6.0)
+    slowly = PullOver(distance_m=45.0, speed_mps=2.2)
+    assert not drives_into(slowly, World(straight_road(), [cyclist]))
+
+
 @pytest.mark.parametrize("x", np.arange(20.0, 75.0, 2.5))
 @pytest.mark.parametrize("speed", [1.0, 4.0, 9.0])
 def test_a_lane_is_not_changed_into_who_is_in_it(x, speed):

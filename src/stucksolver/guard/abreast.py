@@ -17,6 +17,8 @@ HEADWAY_S, HEADWAY_M = 0.5, 0.5
 """Kept, beside a way to brake down to their speed, from whom a path moves in behind."""
 BESIDE_M, BESIDE_PEOPLE_M = 0.3, 0.5
 """Room that those need who come up beside us, and cyclists among them."""
+NEARER_M = 0.05
+"""Where they have less at the start, so much less counts as coming into their way."""
 
 
 def will_be_followed(case: Case, station: Array, which: Array, t: Array) -> Array:
@@ -73,10 +75,13 @@ def from_behind(case: Case) -> list[Reject]:
     view, path = case.view, case.path
     for i in np.flatnonzero((view.vs > MOVING_MPS) & (view.elsewhere == 0) & (view.s - view.along < view.ego_front_s)):
         left_of_us = bool(view.d[i] > path.d[0])
-        room_m = BESIDE_PEOPLE_M if view.vulnerable[i] else BESIDE_M
-        border = float(view.d[i]) + (-1.0 if left_of_us else 1.0) * (float(view.across[i]) + room_m)
-        meets = path.d + case.reach > border if left_of_us else path.d - case.reach < border
-        if meets[0] or not meets.any() or path.s[int(meets.argmax())] < view.ego_s:
+        side = 1.0 if left_of_us else -1.0
+        beside = side * (view.d[i] - path.d) - view.across[i] - case.reach
+        # Where there is less room from the start, who is beside us still has it; what is nearer still takes it away.
+        room_m = min(BESIDE_PEOPLE_M if view.vulnerable[i] else BESIDE_M, float(beside[0]) - NEARER_M)
+        border = float(view.d[i]) - side * (float(view.across[i]) + room_m)
+        meets = beside < room_m
+        if beside[0] <= 0.0 or not meets.any() or path.s[int(meets.argmax())] < view.ego_s:
             continue
         k = int(meets.argmax())
         if not is_due(case, k):

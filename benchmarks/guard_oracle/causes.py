@@ -1,0 +1,30 @@
+"""Which contacts the written assumptions of `docs/SAFETY.md` exclude, and by which sentence."""
+
+from __future__ import annotations
+
+from benchmarks.guard_oracle.contact import Contact
+
+ANSWERS_S, HARD_MPS2 = 0.5, 6.0
+AT_REST_MPS = 0.1
+GO_OUR_WAY = ("leads", "queues", "comes up in the lane entered", "goes beside us", "filters past us")
+RESTS, SIDE, LEADS, UNSEEN = (
+    "runs into the standing vehicle: those who meet one that stands keep their own distance",
+    "steps off into our side: a step off the kerb is promised never to be met by the front",
+    "traffic ahead in our lane: the stack follows it",
+    "not in sight until it was too late to stop, by 6 m/s² after half a second",
+)
+
+
+def excluded_by(contact: Contact) -> str | None:
+    """The assumption that excludes a contact, None where none does."""
+    stop_m = contact.seen_mps * ANSWERS_S + contact.seen_mps**2 / (2 * HARD_MPS2)
+    if not contact.from_start and contact.seen_m < stop_m:
+        return UNSEEN
+    if contact.role in GO_OUR_WAY and contact.their_part == "rear" and not contact.follows:
+        return LEADS
+    walks = contact.kind == "pedestrian"
+    if abs(contact.ego_speed) < AT_REST_MPS and (walks or contact.role in ("follows us",)):
+        return RESTS
+    if contact.role.startswith("steps") and contact.part != "front":
+        return SIDE
+    return None

@@ -1,0 +1,101 @@
+"""One accepted plan, driven in closed loop: the guard looks on every tick, the ego obeys, the others do their worst."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+from benchmarks.guard_oracle.contact import Contact, contact_with
+from benchmarks.guard_oracle.scene import Drawn
+from benchmarks.guard_oracle.vehicle import Manner
+from benchmarks.guard_oracle.watch import Watch
+from benchmarks.guard_oracle.world import AT_REST_MPS, DT, World
+from stucksolver.decision import Directive, RecoveryPlan
+from stucksolver.decision.directive import CONTINUE
+from stucksolver.guard import Guard
+from stucksolver.scene.view import View
+from stucksolver.solver.execution import Execution, Outcome
+
+EVERY = 2
+"""So many ticks from one look of the guard's to the next."""
+MOST_S = 40.0
+
+
+@dataclass
+class Ended:
+    """How a drive ended. `missed`: lines, rails and places that were run over or stood on against the rules."""
+
+    how: str
+    t: float
+    contact: Contact | None = None
+    missed: list[str] = field(default_factory=list)
+    nearest: float = math.inf
+    furthest_off: float = 0.0
+
+
+def manner(draw: Drawn) -> Manner:
+    """How the vehicle drives this time."""
+    drift = 0.0
+    if draw.random() < 0.65:
+        drift = draw.choice([-1, 1]) * (draw.uniform(0.05, 0.3) if draw.random() < 0.4 else draw.uniform(0.3, 1.0))
+    return Manner(
+        eager=draw.random(),
+        keen=draw.random(),
+        lag=draw.uniform(0.0, 0.3),
+        drift=drift,
+        drift_rate=draw.uniform(0.05, 0.25),
+        drifts_from=draw.uniform(0.0, 6.0),
+        follows=draw.random() < 0.6,
+    )
+
+
+def silence(draw: Drawn) -> float:
+    """From when on the solver says nothing more (s)."""
+    return draw.uniform(0.5, 8.0) if draw.random() < 0.06 else math.inf
+
+
+def judged(world: World, plan: RecoveryPlan, guided: bool) -> tuple[Execution, Any]:
+    """A plan put before the guard, and its verdict."""
+    execution = Execution(plan, Guard(), guided)
+    return execution, execution.start(View(world.surroundings()), 0.0)
+
+
+def drive(world: World, execution: Execution, silent_from: float) -> Ended:
+    """Drive a plan that has been started, to its end."""
+    lease = _lease()
+    order: Directive = CONTINUE
+    watch = Watch(world)
+    nearest, off = math.inf, 0.0
+    for k in range(round(MOST_S / DT)):
+        if k % EVERY == 0 and world.t < silent_from:
+            told = execution.tick(View(world.surroundings()), world.t)
+            if isinstance(told, Outcome):
+                return Ended("finished" if told.finished else "given up", world.t, None, watch.missed, nearest, off)
+            order = told
+            if lease is not None:
+                lease.renew(order)
+        done, rests = world.ego.path_is_done, abs(world.ego.speed) < AT_REST_MPS
+        now = order if lease is None else lease.tick(world.ego.x, world.ego.y, path_is_done=done, at_rest=rests)
+        if world.t >= silent_from and (now is CONTINUE or (lease is None and done)):
+            return Ended("silent, then handed over", world.t, None, watch.missed, nearest, off)
+        world.step(now)
+        watch.look()
+        hit = world.touched()
+        if hit is not None:
+            contact = contact_with(
+                world, hit, type(now).__name__ if now is order else "fallback", world.t > silent_from
+            )
+            return Ended("contact", world.t, contact, watch.missed, 0.0, off)
+        if k % EVERY == 0:
+            nearest = min(nearest, world.nearest())
+    return Ended("too long", world.t, None, watch.missed, nearest, off)
+
+
+def _lease() -> Any:
+    """A lease as the stack keeps it; None with a solver from before there were any."""
+    try:
+        from stucksolver.decision.lease import Lease
+    except ImportError:
+        return None
+    return Lease()

@@ -1,0 +1,140 @@
+"""Was a refusal right? A plan is driven with nobody looking on, and what would have come of it is seen.
+
+That says less than the guard's promise asks for: it drives a few ways of doing it beside others who do one thing each.
+A refusal that shows no harm here may be right all the same; one that does is.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from benchmarks.guard_oracle.campaign import setting_of
+from benchmarks.guard_oracle.causes import excluded_by
+from benchmarks.guard_oracle.contact import contact_with
+from benchmarks.guard_oracle.drive import EVERY, MOST_S
+from benchmarks.guard_oracle.others import AlongLane
+from benchmarks.guard_oracle.scene import Setting, driving
+from benchmarks.guard_oracle.vehicle import Manner
+from benchmarks.guard_oracle.world import DT, World
+from stucksolver.decision import RecoveryPlan
+from stucksolver.decision.behaviors import ChangeLane
+from stucksolver.decision.directive import CONTINUE
+from stucksolver.guard import NOBODY, Guard, Verdict
+from stucksolver.scene.view import View
+from stucksolver.solver.execution import Execution, Outcome
+
+BRAKES_MPS2 = 3.5
+"""Nobody may be made to brake harder, to begin a plan."""
+LANE_M, ROAD_M = 0.1, 0.15
+"""The body may reach so far out of the lane that it is to keep, and off the road."""
+
+
+class Unguarded(Guard):
+    """Accepts whatever has a path, and never ends it."""
+
+    def accept(self, behaviors: Any, view: Any, guided: bool, approvals: Any = NOBODY) -> Any:
+        return Verdict(), self.lay_out(behaviors, view, guided, approvals)
+
+    def recheck(self, *_: Any, **__: Any) -> Verdict:
+        return Verdict()
+
+
+@dataclass
+class Harm:
+    """What came of it: the first contact, the hardest that somebody behind us had to brake (m/s²), and how far the
+    body came out of its lane and off the road, beyond where it began (m)."""
+
+    contact: str | None = None
+    brakes_mps2: float = 0.0
+    off_lane_m: float = 0.0
+    off_road_m: float = 0.0
+
+    def shown(self, why: str) -> bool:
+        """Is there any, such as a refusal for that reason is to prevent?"""
+        off_lane = "leaves_its_lane" in why and self.off_lane_m > LANE_M
+        off_road = "off_road" in why and self.off_road_m > ROAD_M
+        return off_lane or off_road or self.contact is not None or self.brakes_mps2 > BRAKES_MPS2
+
+
+def harm_of(seed: int, number: int, plan: RecoveryPlan, why: str) -> Harm:
+    """Of a plan in a scene, over an eager and a sluggish way of driving it and both ways in which others answer.
+
+    Where it was refused since somebody may come out of what is not seen behind, somebody does, at the limit.
+    """
+    worst = Harm()
+    for how, answers in itertools.product((0.0, 1.0), ("lane", "way")):
+        _, setting = setting_of(seed, number)
+        if "way_not_seen" in why:
+            _add_unseen(setting, plan)
+        for other in setting.others:
+            if isinstance(other, AlongLane):
+                other.answers = answers
+        found = _driven(World(setting, Manner(how, how, follows=True)), plan)
+        worst.contact = worst.contact or found.contact
+        for what in ("brakes_mps2", "off_lane_m", "off_road_m"):
+            setattr(worst, what, max(getattr(worst, what), getattr(found, what)))
+    return worst
+
+
+def _add_unseen(setting: Setting, plan: RecoveryPlan) -> None:
+    """Somebody at the limit in the lane to be entered, just out of sight behind us."""
+    world = World(setting, Manner())
+    side = next((b.side for b in plan.behaviors if isinstance(b, ChangeLane)), "")
+    lane = next((lane for lane in setting.road.lanes if lane.name == side), None)
+    if lane is None:
+        return
+    behind_m = next(x.behind_m for x in world.surroundings().sight if x.lane_id == side)
+    s = setting.ego_s - behind_m - 2.5
+    setting.others.append(driving("unseen", setting.road, s, lane.offset, setting.road.limit, "was not seen"))
+
+
+def _driven(world: World, plan: RecoveryPlan) -> Harm:
+    execution = Execution(plan, Unguarded(), False)
+    harm = Harm()
+    if not execution.start(View(world.surroundings()), 0.0).accepted:
+        return harm
+    order: Any = CONTINUE
+    began = _out(world, DRIVING), _out(world, ("own",))
+    for k in range(round(MOST_S / DT)):
+        if k % EVERY == 0:
+            order = execution.tick(View(world.surroundings()), world.t)
+            if isinstance(order, Outcome):
+                return harm
+        world.step(order)
+        harm.off_road_m = max(harm.off_road_m, _out(world, DRIVING) - max(began[0], 0.0))
+        harm.off_lane_m = max(harm.off_lane_m, _out(world, ("own",)) - max(began[1], 0.0))
+        harm.brakes_mps2 = max(harm.brakes_mps2, _must_brake(world))
+        hit = world.touched()
+        if hit is not None:
+            contact = contact_with(world, hit, "", False)
+            if excluded_by(contact) is None:
+                harm.contact = f"{contact.role}, at our {contact.part}"
+            return harm
+    return harm
+
+
+DRIVING = ("own", "left", "right", "oncoming")
+
+
+def _out(world: World, names: tuple[str, ...]) -> float:
+    """How far the body reaches out of lanes beside each other (m)."""
+    lanes = [lane for lane in world.road.lanes if lane.name in names]
+    _, _, right, left = world.ego_span()
+    return max(left - max(lane.left for lane in lanes), min(lane.right for lane in lanes) - right)
+
+
+def _must_brake(world: World) -> float:
+    """The hardest that anybody behind us in a lane that we have entered must brake now, to stay behind us (m/s²)."""
+    most = 0.0
+    for other in world.others:
+        if not isinstance(other, AlongLane) or other.way < 0 or other.was_behind:
+            continue
+        rear = world.rear_within(other.d - other.body.width / 2, other.d + other.body.width / 2)
+        quicker = other.v - max(world.ego_speed, 0.0)
+        if rear is None or quicker <= 0.0 or other.front > rear:
+            continue
+        most = max(most, quicker**2 / (2 * max(rear - other.front, 0.05)))
+    return most if math.isfinite(most) else 99.0

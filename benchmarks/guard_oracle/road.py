@@ -1,0 +1,137 @@
+"""The oracle's own roads: a line of given curvature with lanes beside it, and the record of it that the guard reads."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stucksolver.scene import (
+    LaneDirection,
+    LaneKind,
+    LaneStrip,
+    LineKind,
+    RoadGeometry,
+    Zone,
+    ZoneKind,
+)
+
+FINE_M, SPACING_M = 0.5, 2.0
+SAME, OPPOSITE = LaneDirection.SAME, LaneDirection.OPPOSITE
+
+
+@dataclass(frozen=True)
+class OwnLane:
+    """A lane of the oracle's: offset of its centre to the left of the line, and its width (m)."""
+
+    name: str
+    offset: float
+    width: float
+    direction: LaneDirection = SAME
+    kind: LaneKind = LaneKind.DRIVING
+    line: LineKind = LineKind.BROKEN
+
+    @property
+    def right(self) -> float:
+        return self.offset - self.width / 2
+
+    @property
+    def left(self) -> float:
+        return self.offset + self.width / 2
+
+
+@dataclass
+class Road:
+    """Pieces of (length m, curvature 1/m) one after the other from the origin along x, lanes and zones beside them."""
+
+    key: str
+    pieces: list[tuple[float, float]]
+    lanes: list[OwnLane]
+    zones: list[tuple[ZoneKind, float, float]] = field(default_factory=list)
+    limit: float = 13.9
+    """Of the speed, on all lanes (m/s)."""
+
+    def __post_init__(self) -> None:
+        bends = np.concatenate([np.full(round(length / FINE_M), bend) for length, bend in self.pieces])
+        turned = np.concatenate([[0.0], np.cumsum(bends * FINE_M)])
+        middle = (turned[:-1] + turned[1:]) / 2
+        self._s = FINE_M * np.arange(len(turned))
+        self._x = np.concatenate([[0.0], np.cumsum(FINE_M * np.cos(middle))])
+        self._y = np.concatenate([[0.0], np.cumsum(FINE_M * np.sin(middle))])
+        self._turned = turned
+        self.end = float(self._s[-1])
+
+    def place(self, s: float, d: float = 0.0) -> tuple[float, float, float]:
+        """(x, y, heading) of the point `s` metres along and `d` to the left; straight on beyond the ends."""
+        inside = min(max(s, 0.0), self.end)
+        k = min(int(inside / FINE_M), len(self._s) - 2)
+        part = inside / FINE_M - k
+        heading = self._turned[k] + part * (self._turned[k + 1] - self._turned[k])
+        x = self._x[k] + part * (self._x[k + 1] - self._x[k])
+        y = self._y[k] + part * (self._y[k + 1] - self._y[k])
+        c, n, beyond = math.cos(heading), math.sin(heading), s - inside
+        return float(x + beyond * c - d * n), float(y + beyond * n + d * c), float(heading)
+
+    def find(self, x: float, y: float, near: float) -> tuple[float, float]:
+        """(s, d) of a point that is not far from arc length `near`."""
+        s = near
+        for _ in range(6):
+            px, py, heading = self.place(s)
+            step = (x - px) * math.cos(heading) + (y - py) * math.sin(heading)
+            s += step
+            if abs(step) < 1e-3:
+                break
+        px, py, heading = self.place(s)
+        return s, (y - py) * math.cos(heading) - (x - px) * math.sin(heading)
+
+    def places(self, s: np.ndarray, d: float) -> tuple[np.ndarray, np.ndarray]:
+        """(x, y) of many points on the line's own length."""
+        heading = np.interp(s, self._s, self._turned)
+        x, y = np.interp(s, self._s, self._x), np.interp(s, self._s, self._y)
+        return x - d * np.sin(heading), y + d * np.cos(heading)
+
+    def lane(self, name: str) -> OwnLane:
+        """A lane by its name."""
+        return next(lane for lane in self.lanes if lane.name == name)
+
+    def geometry(self) -> RoadGeometry:
+        """What the stack would tell of it."""
+        count = int(self.end / SPACING_M) + 1
+        points = tuple(self.place(SPACING_M * k)[:2] for k in range(count))
+        strips = tuple(
+            LaneStrip(
+                id=lane.name,
+                kind=lane.kind,
+                direction=lane.direction,
+                start=0,
+                offset_m=(lane.offset,) * count,
+                width_m=(lane.width,) * count,
+                line=(LineKind.NONE if abs(lane.offset) < 0.1 else lane.line,) * count,
+                speed_limit_mps=self.limit,
+            )
+            for lane in self.lanes
+        )
+        zones = tuple(Zone(kind=kind, start_m=start, end_m=end) for kind, start, end in self.zones)
+        return RoadGeometry(key=self.key, spacing_m=SPACING_M, reference=points, lanes=strips, zones=zones)
+
+
+def lanes_of(layout: str, width: float = 3.5) -> list[OwnLane]:
+    """The lanes of a layout: "two_way", "multi" (a lane of ours on the left), "both", "right" (one on the right);
+    with "_shoulder" or "_parking" a strip of that kind on the right."""
+    base, _, beside = layout.partition("_")
+    if base == "two":
+        base, _, beside = "two_way", "", beside.removeprefix("way").removeprefix("_")
+    found = [OwnLane("own", 0.0, width)]
+    left = width
+    if base in ("multi", "both"):
+        found.append(OwnLane("left", left, width))
+        left += width
+    if base in ("two_way", "both"):
+        found.append(OwnLane("oncoming", left, width, OPPOSITE))
+    if base == "right":
+        found.append(OwnLane("right", -width, width))
+    if beside:
+        kind = LaneKind.PARKING if beside == "parking" else LaneKind.SHOULDER
+        found.append(OwnLane("roadside", -width / 2 - 1.15, 2.3, kind=kind))
+    return found

@@ -1,0 +1,134 @@
+"""A scene of the oracle: road, others, controls, and how the ego stands in it; and the registry of its classes."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from benchmarks.guard_oracle.bodies import Body
+from benchmarks.guard_oracle.others import AlongLane, Other, StepsOff, Straight, made
+from benchmarks.guard_oracle.road import Road
+from stucksolver.decision.behaviors import Behavior
+from stucksolver.scene import ControlKind, LightState, ObjectKind
+
+Drawn = random.Random
+
+
+@dataclass
+class Control:
+    """A light or sign at arc length `line`, that is seen from `seen_from` metres before it.
+
+    A light shows `first` until `changes_at` (s), `then` from there on.
+    """
+
+    kind: ControlKind
+    line: float
+    first: LightState | None = None
+    then: LightState | None = None
+    changes_at: float = math.inf
+    seen_from: float = math.inf
+
+    def state(self, t: float) -> LightState | None:
+        return self.then if t >= self.changes_at else self.first
+
+
+@dataclass
+class Setting:
+    """Everything as it is when a plan is proposed."""
+
+    road: Road
+    others: list[Other] = field(default_factory=list)
+    walls: list[tuple[Body, float]] = field(default_factory=list)
+    """What hides others and is no object: houses, hedges; with their heights."""
+    controls: list[Control] = field(default_factory=list)
+    ego_s: float = 60.0
+    ego_d: float = 0.0
+    ego_yaw: float = 0.0
+    ego_speed: float = 0.0
+    ahead_m: float = 120.0
+    behind_m: float = 60.0
+    stopped_s: float = 25.0
+    propose: Callable[[Drawn], list[Behavior]] | None = None
+    """Proposals that suit the class, beside those of everywhere."""
+
+
+Side = Literal["left", "right"]
+SIDES: tuple[Side, Side] = ("left", "right")
+Maker = Callable[[Drawn], Setting]
+CLASSES: dict[str, Maker] = {}
+
+
+def scene_class(name: str) -> Callable[[Maker], Maker]:
+    """Registers a class of scenes. Raises `ValueError` for a name that is taken."""
+
+    def register(maker: Maker) -> Maker:
+        if name in CLASSES:
+            raise ValueError(f"two classes of scenes are called {name!r}")
+        CLASSES[name] = maker
+        return maker
+
+    return register
+
+
+def standing(
+    name: str, road: Road, s: float, d: float, kind: ObjectKind = ObjectKind.CAR, *, turn: float = 0.0, role: str = ""
+) -> Other:
+    """Something that stands on the road, turned by so much from its direction."""
+    body, height = made(kind)
+    x, y, heading = road.place(s, d)
+    body.x, body.y, body.yaw = x, y, heading + turn
+    return Other(name, kind, body, height, role or "standing")
+
+
+def driving(
+    name: str,
+    road: Road,
+    s: float,
+    d: float,
+    v: float,
+    role: str,
+    kind: ObjectKind = ObjectKind.CAR,
+    *,
+    way: int = 1,
+    **more: Any,
+) -> AlongLane:
+    """Someone who goes along a lane of the road."""
+    body, height = made(kind)
+    inside = next((lane for lane in road.lanes if lane.right <= d <= lane.left), None)
+    lane = (inside.right, inside.left) if inside else (d - 1.75, d + 1.75)
+    return AlongLane(name, kind, body, height, role, s=s, d=d, v=v, way=way, lane=lane, **more)
+
+
+def crossing(
+    name: str,
+    road: Road,
+    s: float,
+    d: float,
+    turn: float,
+    v: float,
+    role: str,
+    kind: ObjectKind = ObjectKind.CAR,
+    size: tuple[float, float, float] | None = None,
+    **more: Any,
+) -> Straight:
+    """Someone at a place by the road who goes straight on, at an angle to it."""
+    body, height = made(kind, size)
+    x, y, heading = road.place(s, d)
+    body.x, body.y = x, y
+    return Straight(name, kind, body, height, role, heading=heading + turn, v=v, **more)
+
+
+def at_the_kerb(name: str, s: float, d: float, trigger: float, pace: float = 1.4, *, height: float = 1.7) -> StepsOff:
+    """Someone on foot who may step off."""
+    body, _ = made(ObjectKind.PEDESTRIAN)
+    return StepsOff(name, ObjectKind.PEDESTRIAN, body, height, "steps off", s=s, d=d, trigger=trigger, pace=pace)
+
+
+def brakes(draw: Drawn, share: float = 0.4) -> dict[str, Any]:
+    """When and how hard somebody brakes of their own accord; mostly they do not."""
+    if draw.random() > share:
+        return {}
+    return {"brakes_at": draw.uniform(0.0, 10.0), "brakes_by": draw.uniform(0.5, 3.5)}

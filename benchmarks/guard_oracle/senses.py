@@ -1,0 +1,79 @@
+"""What a perception without faults would report: who is in sight, and how far each lane is seen."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from benchmarks.guard_oracle.bodies import Body
+from benchmarks.guard_oracle.others import Other
+from benchmarks.guard_oracle.road import Road
+from stucksolver.scene import LaneSight
+
+TALL_M = 2.0
+"""Lower things do not hide a lane from sensors on the roof."""
+TALLER_M = 0.3
+"""Something hides who is behind it and so much lower."""
+STEP_M = 3.0
+OWN_M = 4.0
+"""Nearer than this nothing on the lanes is hidden by what stands beside."""
+
+
+def crosses(eye: tuple[float, float], x: np.ndarray, y: np.ndarray, body: Body) -> np.ndarray:
+    """Which lines from an eye to points lead through a body."""
+    c, n = math.cos(body.yaw), math.sin(body.yaw)
+    ex, ey = eye[0] - body.x, eye[1] - body.y
+    px, py = x - body.x, y - body.y
+    ax, ay = ex * c + ey * n, ey * c - ex * n
+    dx, dy = px * c + py * n - ax, py * c - px * n - ay
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t1, t2 = (-body.length / 2 - ax) / dx, (body.length / 2 - ax) / dx
+        u1, u2 = (-body.width / 2 - ay) / dy, (body.width / 2 - ay) / dy
+    first = np.maximum(np.maximum(np.minimum(t1, t2), np.minimum(u1, u2)), 0.0)
+    last = np.minimum(np.minimum(np.maximum(t1, t2), np.maximum(u1, u2)), 1.0)
+    result: np.ndarray = first < last - 1e-9
+    return result
+
+
+def in_sight(eye: tuple[float, float], other: Other, hiding: Sequence[tuple[Body, float]], reach_m: float) -> bool:
+    """Is any corner or the middle of somebody seen?"""
+    if math.hypot(other.body.x - eye[0], other.body.y - eye[1]) > reach_m:
+        return False
+    between = [body for body, height in hiding if body is not other.body and height >= other.height + TALLER_M]
+    if not between:
+        return True
+    points = np.array([*other.body.corners(), (other.body.x, other.body.y)])
+    hidden = np.zeros(len(points), dtype=bool)
+    for body in between:
+        hidden |= crosses(eye, points[:, 0], points[:, 1], body)
+    return not bool(hidden.all())
+
+
+def sights(
+    road: Road,
+    eye: tuple[float, float],
+    eye_s: float,
+    hiding: Sequence[tuple[Body, float]],
+    ahead_m: float,
+    behind_m: float,
+) -> tuple[LaneSight, ...]:
+    """How far each lane is seen without a break, ahead and behind."""
+    tall = [body for body, height in hiding if height > TALL_M]
+    found = []
+    for lane in road.lanes:
+        seen = []
+        for way, most in ((1.0, min(ahead_m, road.end - eye_s)), (-1.0, min(behind_m, eye_s))):
+            reach = max(most, 0.0)
+            if tall and reach > STEP_M:
+                along = np.arange(STEP_M, reach, STEP_M)
+                x, y = road.places(eye_s + way * along, lane.offset)
+                hidden = np.zeros(len(along), dtype=bool)
+                for body in tall:
+                    hidden |= crosses(eye, x, y, body)
+                first = np.flatnonzero(hidden)
+                reach = float(along[first[0]] - STEP_M) if len(first) else reach
+            seen.append(reach)
+        found.append(LaneSight.model_construct(lane_id=lane.name, ahead_m=seen[0], behind_m=seen[1]))
+    return tuple(found)

@@ -1,0 +1,193 @@
+"""The ego of the oracle: a bicycle whose rear axle does not slip, and a follower that obeys orders and nothing else.
+
+No emergency braking: it brakes for nobody but on an order. With `follows` it keeps its distance to who goes ahead of it
+in our direction, as `docs/SAFETY.md` assumes of a stack, with comfortable braking only.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from benchmarks.guard_oracle.bodies import Body
+from stucksolver.decision import Directive, Execute
+
+LENGTH_M, WIDTH_M, WHEELBASE_M, RADIUS_M = 4.9, 1.85, 2.9, 6.0
+ACCELERATES_MPS2, BRAKES_MPS2, BRAKES_HARD_MPS2 = 1.5, 3.0, 6.0
+LOCK_RAD = math.atan(WHEELBASE_M / RADIUS_M)
+STEERS_RADPS = 0.6
+"""Of the front wheels: about a turn and a half of a steering wheel in a second."""
+REACH_M, APPROACH_RAD = 2.0, 0.4
+"""The follower comes back to its path over about so much way, at no steeper an angle."""
+
+
+@dataclass(frozen=True)
+class Manner:
+    """How well and how quickly the vehicle does what it is told.
+
+    `eager`, `keen` in [0, 1]: how much of its acceleration and of the allowed speed it uses. `lag`: from an order to
+    brake until the brakes bite (s). `drift`: it comes to drive so far beside its path (m, left positive), from
+    `drifts_from` (s) on, at `drift_rate` (m/s). `follows`: does it keep its distance to who goes ahead?
+    """
+
+    eager: float = 1.0
+    keen: float = 1.0
+    lag: float = 0.0
+    drift: float = 0.0
+    drift_rate: float = 0.1
+    drifts_from: float = 0.0
+    follows: bool = False
+
+    def beside(self, t: float) -> float:
+        """By how much it means to drive beside the path."""
+        grown = max(t - self.drifts_from, 0.0) * self.drift_rate
+        return math.copysign(min(grown, abs(self.drift)), self.drift)
+
+
+@dataclass
+class Track:
+    """An order's path as arrays: points (m), their arc lengths from the first, bounds on the speed (m/s)."""
+
+    x: np.ndarray
+    y: np.ndarray
+    s: np.ndarray
+    speed: np.ndarray
+    at: float = 0.0
+    """Where the vehicle is along it."""
+
+    @staticmethod
+    def of(order: Execute) -> Track:
+        """The path of an order."""
+        x = np.array([p.x_m for p in order.path])
+        y = np.array([p.y_m for p in order.path])
+        s = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+        return Track(x, y, s, np.array([p.speed_mps for p in order.path]))
+
+    @property
+    def end(self) -> float:
+        return float(self.s[-1])
+
+    def advance(self, x: float, y: float) -> tuple[float, float, float]:
+        """(distance to the left of the path, its direction, its curvature) where a point is abreast of it."""
+        near = np.flatnonzero((self.s >= self.at - 1.0) & (self.s <= self.at + 3.0))
+        first = int(near[0]) if len(near) else len(self.s) - 2
+        last = int(near[-1]) if len(near) else len(self.s) - 2
+        best = (math.inf, 0.0, 0.0, 0.0, 0)
+        for k in range(min(first, len(self.s) - 2), min(last, len(self.s) - 2) + 1):
+            dx, dy = float(self.x[k + 1] - self.x[k]), float(self.y[k + 1] - self.y[k])
+            length = max(math.hypot(dx, dy), 1e-9)
+            along = ((x - self.x[k]) * dx + (y - self.y[k]) * dy) / length
+            beside = (dx * (y - self.y[k]) - dy * (x - self.x[k])) / length
+            low = -math.inf if k == 0 else 0.0
+            high = math.inf if k == len(self.s) - 2 else length
+            out = along - min(max(along, low), high)
+            if math.hypot(out, beside) < best[0]:
+                place = float(self.s[k]) + min(max(along, low), high)
+                best = (math.hypot(out, beside), place, float(beside), math.atan2(dy, dx), k)
+        self.at = max(best[1], self.at - 0.5)
+        k = best[4]
+        after = self._direction(min(k + 2, len(self.s) - 2))
+        before = self._direction(max(k - 1, 0))
+        span = 0.5 * (min(k + 2, len(self.s) - 2) - max(k - 1, 0)) or 1.0
+        return best[2], best[3], wrapped(after - before) / span
+
+    def _direction(self, k: int) -> float:
+        return math.atan2(float(self.y[k + 1] - self.y[k]), float(self.x[k + 1] - self.x[k]))
+
+    def allowed(self, share: float) -> float:
+        """The speed at which every bound ahead can be kept with comfortable braking."""
+        room = self.s - self.at
+        ahead = room > -0.5
+        if not ahead.any():
+            return share * float(self.speed[-1])
+        squares = (share * self.speed[ahead]) ** 2 + 2 * BRAKES_MPS2 * np.maximum(room[ahead], 0.0)
+        return math.sqrt(float(squares.min()))
+
+
+def wrapped(angle: float) -> float:
+    """An angle in [-pi, pi]."""
+    return math.remainder(angle, math.tau)
+
+
+@dataclass
+class Ego:
+    """The vehicle: pose of its body's centre, speed (negative in reverse), and the angle of its front wheels."""
+
+    x: float
+    y: float
+    yaw: float
+    speed: float
+    manner: Manner
+    steer: float = 0.0
+    _track: Track | None = None
+    _order: Execute | None = None
+    _braking_for: float = field(default=0.0)
+
+    def body(self) -> Body:
+        return Body(self.x, self.y, self.yaw, LENGTH_M, WIDTH_M)
+
+    @property
+    def path_is_done(self) -> bool:
+        return self._track is None or self._track.at >= self._track.end - 0.1
+
+    def obey(self, order: Directive, t: float, dt: float, room: float = math.inf, ahead: float = 0.0) -> None:
+        """One step of `dt` seconds under an order. `room`, `ahead`: gap to, and speed of, whom it follows."""
+        if isinstance(order, Execute) and order.path:
+            if order is not self._order:
+                self._order, self._track = order, Track.of(order)
+            self._braking_for = 0.0
+            self._drive(order, t, dt, room, ahead)
+            return
+        self._braking_for += dt
+        hard = order.brake_mps2 if isinstance(order, Execute) and hasattr(order, "brake_mps2") else None
+        slower = (hard or BRAKES_MPS2) * dt if self._braking_for > self.manner.lag else 0.0
+        self._set(math.copysign(max(abs(self.speed) - slower, 0.0), self.speed), dt)
+        self._steer(t, dt)
+
+    def _drive(self, order: Execute, t: float, dt: float, room: float, ahead: float) -> None:
+        assert self._track is not None
+        if order.reverse:
+            left = self._track.end - self._track.at
+            most = min(self._track.allowed(1.0), math.sqrt(2 * max(left - 0.05, 0.0)))
+            self._set(-min(most, abs(self.speed) + 1.0 * dt), dt)
+            self._steer(t, dt)
+            return
+        manner = self.manner
+        most = self._track.allowed(0.85 + 0.15 * manner.keen)
+        if manner.follows:
+            most = min(most, math.sqrt(max(ahead, 0.0) ** 2 + 2 * BRAKES_MPS2 * max(room - 1.5, 0.0)))
+        quicker = self.speed + (0.6 + 0.4 * manner.eager) * ACCELERATES_MPS2 * dt
+        self._set(max(min(quicker, most), self.speed - BRAKES_MPS2 * dt, 0.0), dt)
+        self._steer(t, dt)
+
+    def _set(self, speed: float, dt: float) -> None:
+        """Move with the mean speed of a step; the rear axle goes where it points."""
+        way = (self.speed + speed) / 2 * dt
+        self.speed = speed
+        lever = WHEELBASE_M / 2
+        bend = math.tan(self.steer) / WHEELBASE_M
+        rear_x, rear_y = self.x - lever * math.cos(self.yaw), self.y - lever * math.sin(self.yaw)
+        middle = self.yaw + bend * way / 2
+        rear_x, rear_y = rear_x + way * math.cos(middle), rear_y + way * math.sin(middle)
+        self.yaw += bend * way
+        self.x, self.y = rear_x + lever * math.cos(self.yaw), rear_y + lever * math.sin(self.yaw)
+
+    def _steer(self, t: float, dt: float) -> None:
+        """Turn the front wheels towards where the centre comes back to the path."""
+        if self._track is None or self._order is None:
+            return
+        if self._order.reverse:
+            self._track.advance(self.x, self.y)
+            self.steer = 0.0
+            return
+        beside, direction, curvature = self._track.advance(self.x, self.y)
+        lever = WHEELBASE_M / 2
+        course = self.yaw + math.atan(lever / WHEELBASE_M * math.tan(self.steer))
+        error = beside - self.manner.beside(t)
+        approach = min(max(-error / REACH_M, -APPROACH_RAD), APPROACH_RAD)
+        bend = curvature + wrapped(direction + approach - course) * 2.0 / REACH_M
+        wanted = min(max(math.atan(WHEELBASE_M * bend), -LOCK_RAD), LOCK_RAD)
+        most = STEERS_RADPS * dt
+        self.steer += min(max(wanted - self.steer, -most), most)

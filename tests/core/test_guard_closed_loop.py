@@ -1,0 +1,151 @@
+"""A small, fixed part of the oracle's campaign, and that the oracle itself sees what it should.
+
+The whole is `python -m benchmarks.guard_oracle`; what it found is in `results/guard_oracle.md`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from dataclasses import replace
+
+import pytest
+from benchmarks.guard_oracle.__main__ import campaign
+from benchmarks.guard_oracle.bodies import Body, distance, part_touched
+from benchmarks.guard_oracle.campaign import scene_rows, setting_of
+from benchmarks.guard_oracle.road import Road, lanes_of
+from benchmarks.guard_oracle.scene import CLASSES, Setting, at_the_kerb, driving
+from benchmarks.guard_oracle.vehicle import LENGTH_M, WHEELBASE_M, Ego, Manner
+from benchmarks.guard_oracle.world import World
+
+from stucksolver.decision import Execute
+from stucksolver.decision.behaviors import Check, KeepLane, Wait
+from stucksolver.decision.directive import PathPoint
+from stucksolver.guard import guard as guard_module
+
+SEED, PLANS_OF_A_SCENE = 1, (0, 1, 2)
+NAMES = list(CLASSES)
+STREET = Road("street", [(330.0, 0.0)], lanes_of("multi"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_nobody_is_touched_and_no_line_passed_whom_the_assumptions_do_not_exclude(name):
+    for k in PLANS_OF_A_SCENE:
+        for row in scene_rows(SEED, NAMES.index(name), only=k):
+            assert "contact" not in row or row["excluded"], row
+            assert not row.get("missed"), row
+
+
+@pytest.mark.parametrize("found", [(78, 3)], ids=["pulls over before a cyclist who is beside us with little room"])
+def test_what_it_once_found_stays_mended(found):
+    scene, k = found
+    row = next(row for row in scene_rows(SEED, scene, only=k))
+    assert "contact" not in row or row["excluded"], row
+
+
+def sees_contact(numbers):
+    """Is somebody touched in one of these scenes? It stops at the first."""
+    rows = (row for number in numbers for row in scene_rows(3, number))
+    return any("contact" in row and not row["excluded"] for row in rows)
+
+
+def test_the_oracle_sees_a_guard_that_looks_for_no_collision(monkeypatch):
+    monkeypatch.setitem(guard_module.CHECKS, Check.COLLISION, lambda case: [])
+    assert sees_contact(range(NAMES.index("people"), 45, len(NAMES)))
+
+
+def test_the_oracle_sees_a_guard_that_never_looks_again(monkeypatch):
+    monkeypatch.setattr(guard_module.Guard, "recheck", lambda *_, **__: guard_module.OK)
+    assert sees_contact(range(NAMES.index("people"), 45, len(NAMES)))
+
+
+def test_a_scene_is_made_of_its_number_alone():
+    rows = [json.dumps(list(scene_rows(4, 9, judge_only=True))) for _ in range(2)]
+    assert rows[0] == rows[1]
+
+
+def test_a_campaign_goes_on_where_it_was(tmp_path):
+    whole = campaign(tmp_path / "whole", 1, 10**6, 3, judge_only=True)
+    campaign(tmp_path / "cut", 1, 10**6, 2, judge_only=True)
+    file = tmp_path / "cut" / "seed-1.jsonl"
+    file.write_text(file.read_text() + '{"scene": 2, "k": 0, "accep', encoding="utf-8")
+    assert campaign(tmp_path / "cut", 1, 10**6, 3, judge_only=True) == whole
+    assert file.read_text() == (tmp_path / "whole" / "seed-1.jsonl").read_text()
+
+
+def test_bodies_touch_where_they_overlap_and_nowhere_else():
+    car = Body(0.0, 0.0, 0.0, 4.0, 2.0)
+    assert distance(car, Body(5.0, 0.0, 0.0, 4.0, 2.0)) == pytest.approx(1.0)
+    assert distance(car, Body(0.0, 3.0, math.pi / 2, 2.0, 4.0)) == pytest.approx(1.0)
+    assert distance(car, Body(3.9, 0.0, 0.0, 4.0, 2.0)) == 0.0
+    assert part_touched(car, Body(3.9, 0.0, 0.0, 4.0, 2.0)) == "front"
+    assert part_touched(car, Body(0.0, 1.9, 0.0, 2.0, 2.0)) == "side"
+    assert part_touched(car, Body(-3.9, 0.0, 0.0, 4.0, 2.0)) == "rear"
+
+
+def path(points):
+    return Execute(
+        behavior=KeepLane(distance_m=50.0, speed_mps=5.0),
+        path=tuple(PathPoint(x_m=x, y_m=y, speed_mps=4.0) for x, y in points),
+    )
+
+
+def test_the_rear_axle_never_slips_and_the_drift_is_what_was_asked_for():
+    ego = Ego(0.0, 0.0, 0.4, 0.0, Manner(drift=0.7, drift_rate=0.2))
+    order = path([(0.5 * k, 0.0) for k in range(160)])
+    for k in range(300):
+        x, y, yaw = ego.x, ego.y, ego.yaw
+        ego.obey(order, 0.05 * k, 0.05)
+        lever = WHEELBASE_M / 2
+        moved = (
+            (ego.x - lever * math.cos(ego.yaw) - x + lever * math.cos(yaw)),
+            (ego.y - lever * math.sin(ego.yaw) - y + lever * math.sin(yaw)),
+        )
+        middle = (yaw + ego.yaw) / 2
+        assert abs(moved[1] * math.cos(middle) - moved[0] * math.sin(middle)) < 1e-6
+    assert ego.y == pytest.approx(0.7, abs=0.1) and ego.speed > 3.0
+
+
+def test_it_brakes_on_an_order_as_hard_as_told_after_its_lag_and_for_nothing_else():
+    ego = Ego(0.0, 0.0, 0.0, 4.0, Manner(lag=0.2))
+    for k in range(10):
+        ego.obey(Execute(behavior=Wait(duration_s=1.0), brake_mps2=6.0), 0.05 * k, 0.05)
+    assert ego.speed == pytest.approx(4.0 - 6.0 * 0.3, abs=0.31)
+    driving_on = Ego(0.0, 0.0, 0.0, 4.0, Manner())
+    driving_on.obey(path([(0.5 * k, 0.0) for k in range(60)]), 0.0, 0.05, room=0.0)
+    assert driving_on.speed >= 4.0
+
+
+def world(*others, **more):
+    return World(Setting(STREET, list(others), **more), Manner())
+
+
+def test_who_comes_from_behind_answers_after_a_second_and_not_harder_than_assumed():
+    other = driving("other", STREET, 30.0, 3.5, 10.0, "comes up in the lane entered")
+    there = world(other, ego_d=2.5, ego_speed=1.0)
+    there.others[0].was_behind = False
+    speeds = []
+    for _ in range(60):
+        speeds.append(other.v)
+        other.step(there, 0.05)
+        there.t += 0.05
+    assert speeds[15] == 10.0 and speeds[-1] < 10.0
+    assert max(a - b for a, b in itertools.pairwise(speeds)) <= 4.5 * 0.05 + 1e-9
+
+
+def test_who_may_step_off_does_so_before_our_front_only():
+    walker = at_the_kerb("walker", 75.0, -3.0, trigger=4.0)
+    there = world(walker, ego_s=60.0)
+    walker.step(there, 0.05)
+    assert not walker.walks
+    there = world(replace(walker), ego_s=75.0 - LENGTH_M / 2 - 2.0)
+    there.others[0].step(there, 0.05)
+    assert there.others[0].walks and there.others[0].speed == pytest.approx(1.4)
+
+
+def test_every_class_has_scenes_in_which_nobody_is_touched_from_the_start():
+    for k in range(len(NAMES)):
+        possible = [World(setting_of(8, k + len(NAMES) * j)[1], Manner()).is_possible() for j in range(6)]
+        assert any(possible), NAMES[k]
+    assert len(NAMES) >= 15
