@@ -83,8 +83,8 @@ class Recovery:
 
     @property
     def fault(self) -> str | None:
-        """Why the solver is gone, or what of its orders was refused first; None where all is well."""
-        return self.solver.fault or self._refused
+        """Why the solver is gone; None while it is there."""
+        return self.solver.fault
 
     def say(self, text: str) -> None:
         """A passenger's words."""

@@ -40,7 +40,7 @@ class FakeSolver:
 
     alive, fault = True, None
 
-    def __init__(self, python, hello, path=None):
+    def __init__(self, python, hello, path=None, **limits):
         self.answers = []
 
     def step(self, tick, give):

@@ -14,6 +14,7 @@ from test_agent_plan import driver_on  # noqa: E402
 from test_carla_stack import KEEP, STREET, STREET_END, WAIT, speed_of, swerve  # noqa: E402
 from townstage import TICK_S  # noqa: E402
 
+import stucksolver  # noqa: E402
 from stucksolver.decision import CONTINUE, Execute, PathPoint, SafeStop  # noqa: E402
 from stucksolver.decision.directive import EXPIRES_TICKS  # noqa: E402
 
@@ -202,3 +203,33 @@ def test_an_order_that_cannot_be_performed_is_stood_still_at_and_said_once(stage
     assert capsys.readouterr().err.count("stands still") == 1
     stage.drive(car, stack, 3.0, CONTINUE)
     assert speed_of(car) > 1.0
+
+
+# ---- beside an agent
+
+
+def test_a_solver_that_fails_in_the_agents_process_does_not_end_its_loop(stage, capsys):
+    car, driver = driver_on(stage, FakeAgent, end=(11, -1, 110.0), keeps_going=False)
+    helped = stucksolver.attach(driver.agent, ladder="evaluation", clock="lockstep")
+    order = None
+
+    def path(status, surroundings):
+        nonlocal order
+        order = order or swerve(helped._stack, LEFT_M, 60.0)
+        return order
+
+    helped.solver.step = path
+    for _ in range(2 * SECOND):
+        car.apply_control(helped.run_step())
+        stage.world.tick()
+    assert speed_of(car) > 2.0
+    helped.solver.step = lambda status, surroundings: 1 / 0
+    speeds = []
+    for _ in range(3 * SECOND):
+        car.apply_control(helped.run_step())
+        stage.world.tick()
+        speeds.append(speed_of(car))
+    assert min(speeds) < 0.1, "it has stopped"
+    assert "ZeroDivisionError" in helped.fault
+    assert capsys.readouterr().err.count("the solver has failed") == 1
+    helped.close()
