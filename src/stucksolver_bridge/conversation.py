@@ -39,6 +39,8 @@ class Conversation:
         """When the tick was told that is not answered yet; None where none is."""
         self._ticks = 0
         """Since then."""
+        self.late_ticks = 0
+        """How many ticks ago that was told which the last answer is to."""
         self._words: list[str] = []
         self._again = False
 
@@ -51,11 +53,13 @@ class Conversation:
         begun_s = time.monotonic()
         if self._asked_s is None:
             self._tell(tick, begun_s)
+            self.late_ticks = 0
             return self._answer(begun_s + self._longest_s, give, waits=True)
         self._ticks += 1
         answer = self._answer(begun_s + self._longest_s, give, waits=False)
         if answer is None:
             return None
+        self.late_ticks = self._ticks
         old = self._ticks >= OLD_TICKS
         self._again = self._again or old
         # It thinks about this tick meanwhile; the answer is there on the next.

@@ -31,18 +31,19 @@ class Lease:
         self.fault: str | None = None
         """What was wrong with the first directive that could not be performed."""
 
-    def renew(self, form: Form | None) -> None:
+    def renew(self, form: Form | None, late_ticks: int = 0) -> None:
         """The solver has spoken: this directive holds from now on; None: the one that it has said before.
 
-        What cannot be performed is stood still at. One that has expired is not renewed by None: send `again`.
+        `late_ticks`: it answers a tick so long ago (`SolverProcess.late_ticks`). What cannot be performed is stood
+        still at. One that has expired is not renewed by None: send `again`.
         """
         if form is None:
-            self._ticks = self._ticks if self._fallen else 0
+            self._ticks = self._ticks if self._fallen else min(self._ticks, late_ticks)
             return
         wrong = why_unfit(form)
         if wrong is not None:
             self.fault = self.fault or wrong
-        self._order, self._ticks = (form if wrong is None else STAND), 0
+        self._order, self._ticks = (form if wrong is None else STAND), late_ticks
         self._fallen, self._rests = False, 0
 
     def expire(self) -> None:

@@ -78,6 +78,11 @@ class SolverProcess:
     def alive(self) -> bool:
         return self.fault is None
 
+    @property
+    def late_ticks(self) -> int:
+        """How many ticks ago that was told which the last answer is to; 0 where the world waits."""
+        return self._conversation.late_ticks
+
     def step(self, tick: dict[str, Any], give: Give) -> dict[str, Any] | None:
         """One tick: what the solver says, or None where it says nothing: it is dead, or, live, not ready yet.
 

@@ -101,20 +101,21 @@ class Recovery:
         if wrong is None:
             try:
                 self._obey(answer)
-                return
             except Exception as error:  # noqa: BLE001 - of whatever type, it must not end the agent's own loop
                 wrong, self._begun = f"{type(error).__name__}: {error}", UNKNOWN
-        self._stand(wrong, time_s)
+        if wrong is not None:
+            self._stand(wrong, time_s)
+            return
+        for event in answer.get("events", ()):
+            self._tell(event)
 
     def _obey(self, answer: dict[str, Any]) -> None:
         told = answer.get("directive")
         for name, order in answer.get("orders", ()):
             self._order(name, order)
-        self._lease.renew(told)
+        self._lease.renew(told, self.solver.late_ticks)
         if told is not None:
             self._begun, self._again = self._lease.order, False
-        for event in answer.get("events", ()):
-            self._tell(event)
 
     def _order(self, name: str, order: Any) -> None:
         if name == "follow":

@@ -151,6 +151,7 @@ def test_what_is_late_by_a_few_ticks_is_taken_then(other, clock):
         assert ticks(clock, talk, late)[0] == [None] * late
         other.says({"late": late})
         assert ticks(clock, talk, 1)[0] == [{"late": late}]
+        assert late <= talk.late_ticks <= late + 1
         other.says({"on": "time"})
         assert ticks(clock, talk, 1)[0] == [{"on": "time"}]
 

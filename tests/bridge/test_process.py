@@ -110,7 +110,7 @@ def test_a_stack_of_ones_own_stops_when_the_solver_is_stopped_and_goes_on_with_i
         status = street.status()
         answer = live.step({"status": status, "again": lease.expired}, street.give)
         if answer is not None:
-            lease.renew(answer.get("directive"))
+            lease.renew(answer.get("directive"), live.late_ticks)
         order = lease.order
         done = bool(order.get("path")) and street.x > order["path"][-1]["x_m"] - 5.0
         at = (street.x, street.y)

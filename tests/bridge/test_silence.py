@@ -171,13 +171,36 @@ def test_an_order_that_is_renewed_is_driven_for_as_long_as_it_takes(made):
     assert one._driver.told == ["follow"]
 
 
+def test_a_late_order_is_good_for_so_much_less(told_by):
+    one = told_by(DRIVE)
+    one.solver.late_ticks = 4
+    one.run_step()
+    one.solver.step = lambda *_: None
+    steps(one, EXPIRES_TICKS - 5)
+    assert one._driver.told == ["follow"]
+    steps(one, 1)
+    assert one._driver.told == ["follow", ("hold", None)]
+
+
+def test_what_a_listener_raises_is_its_own_and_no_order(told_by):
+    def full(event):
+        raise OSError("no space left on the device")
+
+    one = told_by({**DRIVE, "events": [{"kind": "started"}]})
+    one._on_event = full
+    with pytest.raises(OSError, match="no space"):
+        one.run_step()
+    steps(one, 1)
+    assert one._driver.told == ["follow"]
+
+
 # ---- nonsense
 
 
 class Says:
     """A solver in this process that says one thing after the other."""
 
-    alive, fault, live = True, None, False
+    alive, fault, live, late_ticks = True, None, False, 0
 
     def __init__(self, *_, **__):
         self.answers, self.ticks = [], []

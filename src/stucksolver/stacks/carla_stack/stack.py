@@ -184,6 +184,8 @@ class CarlaStack:
     def forget(self) -> None:
         """Have the driver told again what it does now, on the next tick: it has lost that."""
         self._performed = None
+        if self._lights_before is not None:
+            self._vehicle.set_light_state(carla.VehicleLightState(int(self._lights_before) | HAZARD))
 
     def _begin(self, directive: Directive) -> Directive:
         """What is begun: the directive, or to stand still. Nothing that it raises gets into the control loop."""
