@@ -1,7 +1,8 @@
 """StuckSolver in other people's processes: Python 3.7 and later, standard library only, `carla` handed over."""
 
 from stucksolver_bridge.agent_driver import AgentDriver
+from stucksolver_bridge.lease import Lease
 from stucksolver_bridge.process import SolverError, SolverProcess
 from stucksolver_bridge.recovery import Recovery
 
-__all__ = ["AgentDriver", "Recovery", "SolverError", "SolverProcess"]
+__all__ = ["AgentDriver", "Lease", "Recovery", "SolverError", "SolverProcess"]

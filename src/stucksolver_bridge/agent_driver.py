@@ -12,6 +12,7 @@ from typing import Any, Callable, Collection, Iterable, NamedTuple, Sequence
 
 from stucksolver_bridge.agent_plan import PlanKeeper, check_agent, plan_of, replace_plan
 from stucksolver_bridge.bodies import Bodies
+from stucksolver_bridge.braking import STAND_BRAKE, STANDING_MPS, Braking
 from stucksolver_bridge.clearance import free_way_m
 from stucksolver_bridge.line import Line
 from stucksolver_bridge.shown import ShownWorld, props_around
@@ -21,8 +22,7 @@ LOOK_AHEAD_M, LOOK_AHEAD_S = 2.8, 0.45
 BRAKING_MPS2 = 3.0
 KEPT_M = 1.2
 """Free way that is kept to what lies in the path."""
-STANDING_MPS = 0.1
-STAND_BRAKE = 0.7
+TICK_S = 0.05
 FILL_M = 1.5
 """Waypoints of a plan farther apart than this get others in between."""
 REJOIN_M = 5.0
@@ -78,7 +78,7 @@ class AgentDriver:
         self._s = 0.0
         self._reverse = False
         self._ignore: frozenset[int] = frozenset()
-        self._holding = False
+        self._holding: Braking | None = None
         self._route: list[RoutePoint] = []
         keeper = PlanKeeper(self._planner, self.vehicle, self._map, self._lane_follow)
         self._keeper = keeper if keeps_going else None
@@ -112,7 +112,7 @@ class AgentDriver:
             raise ValueError("a plan needs two waypoints; use hold() to stand still")
         plan = [*self._way_to(plan[0][0]), *plan]
         replace_plan(self._planner, plan)
-        self._line, self._holding = None, False
+        self._line, self._holding = None, None
         self._left = []
         self._take_route(plan)
 
@@ -141,8 +141,11 @@ class AgentDriver:
         return 0.0 if self._line is None else max(self._line.length_m - self._s, 0.0)
 
     def done(self) -> bool:
-        told = self._line is not None or self._holding
-        return False if told else bool(self.agent.done())
+        return False if self._told else bool(self.agent.done())
+
+    @property
+    def _told(self) -> bool:
+        return self._line is not None or self._holding is not None
 
     # ---- told what to do
 
@@ -153,25 +156,25 @@ class AgentDriver:
         place = self.vehicle.get_location()
         self._line, self._reverse, self._ignore = line, reverse, frozenset(ignore)
         self._s = line.project(place.x, place.y, 0.0, reach_m=line.length_m)
-        self._holding = False
+        self._holding = None
 
-    def hold(self) -> None:
-        """Brake to a stop and stay stopped."""
+    def hold(self, brake_mps2: float | None = None) -> None:
+        """Brake to a stop, this hard or as usual, along what is driven now, and stay stopped."""
         self._take_over()
-        self._line, self._holding = None, True
+        self._holding = Braking(brake_mps2, _speed(self.vehicle))
 
     def release(self) -> None:
         """The agent decides again, from the nearest point of its plan that lies ahead."""
-        told = self._line is not None or self._holding
-        self._line, self._holding, self._ignore = None, False, frozenset()
+        told = self._told
+        self._line, self._holding, self._ignore = None, None, frozenset()
         if told:
             replace_plan(self._planner, self._ahead())
         self._left = []
 
     def run_step(self) -> Any:
         """This tick's `carla.VehicleControl`, not applied."""
-        if self._holding:
-            return self._carla.VehicleControl(throttle=0.0, brake=STAND_BRAKE)
+        if self._holding is not None:
+            return self._stopping(self._holding)
         if self._line is not None:
             return self._backwards(self._line) if self._reverse else self._forwards(self._line)
         if not (plan_of(self._planner) if self._keeper is None else self._keeper.top_up()):
@@ -183,7 +186,7 @@ class AgentDriver:
 
     def _take_over(self) -> None:
         """Keep the plan that is left, once."""
-        if self._line is None and not self._holding:
+        if not self._told:
             self._left = plan_of(self._planner)
 
     def _ahead(self) -> list[tuple[Any, Any]]:
@@ -210,6 +213,28 @@ class AgentDriver:
         speed = _speed(self.vehicle)
         self._s = line.project(here.x, here.y, self._s)
         wanted = self._allowed(line, here, speed)
+        self._planner.set_speed(3.6 * wanted)
+        control = self._steered(line, here, speed)
+        if wanted < STANDING_MPS or speed > wanted + 1.5:
+            control.throttle, control.brake = 0.0, max(float(control.brake), STAND_BRAKE)
+        return control
+
+    def _stopping(self, braking: Braking) -> Any:
+        """Brake; while it rolls it is steered along its path, or its plan: a stop is proven along that."""
+        speed, line = _speed(self.vehicle), self._line
+        pedal = braking.step(speed, self._world.get_snapshot().timestamp.delta_seconds or TICK_S)
+        control = self._carla.VehicleControl()
+        if speed > STANDING_MPS and line is not None and not self._reverse:
+            here = self.vehicle.get_location()
+            self._s = line.project(here.x, here.y, self._s)
+            control = self._steered(line, here, speed)
+        elif speed > STANDING_MPS and line is None and plan_of(self._planner):
+            control = self._planner.run_step()
+        control.throttle, control.brake = 0.0, pedal
+        return control
+
+    def _steered(self, line: Line, here: Any, speed: float) -> Any:
+        """What the agent's controllers do to get back to the path, which they are shown a point of."""
         x, y, yaw = line.at(self._s + LOOK_AHEAD_M + LOOK_AHEAD_S * speed)
         # As far to the other side as it is off the path now: its controller alone comes back late.
         off = line.beside(here.x, here.y, self._s)
@@ -217,11 +242,7 @@ class AgentDriver:
         place = self._carla.Location(x=x, y=y, z=here.z)
         target = Target(self._carla.Transform(place, self._carla.Rotation(yaw=math.degrees(yaw))))
         replace_plan(self._planner, [(target, self._lane_follow)])
-        self._planner.set_speed(3.6 * wanted)
-        control = self._planner.run_step()
-        if wanted < STANDING_MPS or speed > wanted + 1.5:
-            control.throttle, control.brake = 0.0, max(float(control.brake), STAND_BRAKE)
-        return control
+        return self._planner.run_step()
 
     def _allowed(self, line: Line, here: Any, speed: float) -> float:
         """The speed (m/s) that the path and what lies in it allow."""

@@ -6,6 +6,8 @@ import json
 import os
 from typing import Any, NamedTuple
 
+from stucksolver_bridge.conversation import limit_of
+
 NONE, TIMERS = "none", "timers"
 
 
@@ -32,6 +34,8 @@ class Config(NamedTuple):
     ladder: str = "evaluation"
     clock: str = "lockstep"
     """`lockstep`, `latency:SECONDS` or `latency:measured`: what an answer costs in simulated time."""
+    answer_limit_s: float = 120.0
+    """Seconds of wall time for which the solver may keep the world waiting; after that the route ends with an error."""
     guidance: str = ""
     """A guidance script (docs/evaluate.md): what a passenger says on which route."""
     sensors: bool = True
@@ -73,6 +77,13 @@ def _split(argument: str) -> tuple[str, list[str]]:
     return parts[0], parts[1:]
 
 
+def _check_limit(name: str, value: Any, path: str) -> None:
+    try:
+        limit_of(value, name)
+    except ValueError as error:
+        raise ConfigError(f"{path}: {error}") from error
+
+
 def checked(given: dict[str, Any], path: str) -> Config:
     """Raises `ConfigError`."""
     defaults = Config()
@@ -80,8 +91,10 @@ def checked(given: dict[str, Any], path: str) -> Config:
     if unknown:
         raise ConfigError(f"{path}: unknown field {unknown[0]!r}; there are {', '.join(Config._fields)}")
     for name, value in given.items():
-        wanted = bool if isinstance(getattr(defaults, name), bool) else str
-        if not isinstance(value, wanted) and not (name == "reasoner" and value is None):
+        wanted = type(getattr(defaults, name))
+        if wanted is float:
+            _check_limit(name, value, path)
+        elif not isinstance(value, bool if wanted is bool else str) and not (name == "reasoner" and value is None):
             raise ConfigError(
                 f"{path}: {name} must be {'true or false' if wanted is bool else 'a text'}, not {value!r}"
             )

@@ -19,11 +19,13 @@ class Facts:
         self._map = carla_map
         self._bodies = Bodies(self._world, vehicle.id)
         self._told: set[int] = set()
-        self._lights = list(self._world.get_actors().filter("*traffic_light*"))
+        actors = self._world.get_actors()
+        self._lights = list(actors.filter("*traffic_light*"))
+        self._signs = list(actors.filter("*traffic.stop*"))
 
     def opening(self, route: Sequence[Any], acceleration_mps2: float) -> dict[str, Any]:
         """Once, at the start: the map, the ego's size and how quickly it sets off, the stop lines of all lights, the
-        route and the first tick."""
+        stop signs, the route and the first tick."""
         box = self._vehicle.bounding_box.extent
         return {
             "map": self._map.name.rsplit("/", 1)[-1],
@@ -32,6 +34,7 @@ class Facts:
             "extent": [box.x, box.y, box.z],
             "acceleration": acceleration_mps2,
             "lights": [[light.id, [place(w) for w in light.get_stop_waypoints()]] for light in self._lights],
+            "stop_signs": [_sign(sign) for sign in self._signs],
             "route": route_places(route),
             "tick": self.tick(),
         }
@@ -57,7 +60,8 @@ class Facts:
         return None
 
     def _actors(self) -> dict[str, Any]:
-        """The place and motion of every body, what those are that were not told of before, and the lights' states."""
+        """The place and motion of every body, what those are that were not told of before, the lights' states, and the
+        tick that all this is of: a late question is answered with what is now."""
         snapshot = self._world.get_snapshot()
         rows, new = [], {}
         bodies = self._bodies.refresh(snapshot)
@@ -69,7 +73,8 @@ class Facts:
             if actor_id not in self._told:
                 new[str(actor_id)] = _kind(body)
         self._told = set(bodies)
-        return {"at": rows, "new": new, "states": {str(light.id): str(light.state.name) for light in self._lights}}
+        states = {str(light.id): str(light.state.name) for light in self._lights}
+        return {"at": rows, "new": new, "states": states, "tick": self.tick()}
 
 
 def route_places(route: Sequence[Any]) -> list[Any]:
@@ -103,9 +108,21 @@ def waypoints_at(carla_map: Any, spots: Sequence[Any]) -> list[tuple[Any, Any]]:
 
 
 def _motion(actor: Any) -> list[float]:
-    transform, velocity = actor.get_transform(), actor.get_velocity()
+    velocity = actor.get_velocity()
+    return [*_stands(actor), velocity.x, velocity.y, velocity.z]
+
+
+def _stands(actor: Any) -> list[float]:
+    transform = actor.get_transform()
     where, turn = transform.location, transform.rotation
-    return [where.x, where.y, where.z, turn.pitch, turn.yaw, turn.roll, velocity.x, velocity.y, velocity.z]
+    return [where.x, where.y, where.z, turn.pitch, turn.yaw, turn.roll]
+
+
+def _sign(sign: Any) -> list[list[float]]:
+    """Where it stands, and the middle and half sizes of its trigger box in its own frame."""
+    volume = sign.trigger_volume
+    middle, half = volume.location, volume.extent
+    return [_stands(sign), [middle.x, middle.y, middle.z], [half.x, half.y, half.z]]
 
 
 def _kind(body: Body) -> dict[str, Any]:

@@ -7,31 +7,47 @@ import os
 import socket
 import subprocess
 import sys
-from typing import Any, Callable
+from typing import Any
 
-from stucksolver_bridge.wire import VERSION, Wire, WireError
+from stucksolver_bridge.conversation import WAIT_SHARE, Conversation, Give, Overdue, limit_of
+from stucksolver_bridge.wire import ANSWER_BYTES, VERSION, Wire, WireError
 
 START_LIMIT_S = 120.0
 ANSWER_LIMIT_S = 120.0
 """With the clock `lockstep` a step takes as long as the reasoner does."""
 END_LIMIT_S = 15.0
 """Longer than the 10 s that the solver gives its record."""
+TICK_S = 0.05
+"""CARLA's usual 20 Hz."""
+LIVE = "wall"
+"""The clock of a world that does not wait; it is named in the settings."""
 OTHERS_PATHS = ("PYTHONPATH", "PYTHONHOME")
 """Where this process finds its modules is not where another Python finds its own."""
 
 
 class SolverError(RuntimeError):
-    """The solver could not be started; the message is its own."""
+    """The solver could not be started, or kept a waiting world waiting for too long; the message says which."""
 
 
 class SolverProcess:
     """Starts the solver, asks it each tick, and ends it. `alive` is False from the moment on at which it fails.
 
     `python`: an interpreter 3.10 to 3.12 in which stucksolver is installed. `hello`: what the solver is told first (see
-    `stucksolver.stacks.sidecar`). Raises `SolverError`.
+    `stucksolver.stacks.sidecar`); with the clock `wall` in its settings no step waits longer than half of `tick_s`.
+    `answer_limit_s`: the longest silence. Raises `SolverError` and `ValueError`.
     """
 
-    def __init__(self, python: str, hello: dict[str, Any], path: str | None = None) -> None:
+    def __init__(
+        self,
+        python: str,
+        hello: dict[str, Any],
+        path: str | None = None,
+        answer_limit_s: float = ANSWER_LIMIT_S,
+        tick_s: float = TICK_S,
+    ) -> None:
+        limit_s = limit_of(answer_limit_s, "answer_limit_s")
+        self.live = hello.get("settings", {}).get("clock") == LIVE
+        wait_s = WAIT_SHARE * limit_of(tick_s, "tick_s") if self.live else None
         ours, theirs = socket.socketpair()
         environment = {name: value for name, value in os.environ.items() if name not in OTHERS_PATHS}
         if path:
@@ -40,17 +56,22 @@ class SolverProcess:
         try:
             self.process = subprocess.Popen(command, env=environment, pass_fds=(theirs.fileno(),), close_fds=True)
         except OSError as error:
+            ours.close()
             raise SolverError(f"cannot start {python!r}: {error}; name a Python 3.10 to 3.12") from error
         finally:
             theirs.close()
-        self._wire = Wire(ours)
+        self._wire = Wire(ours, ANSWER_BYTES)
+        self._conversation = Conversation(self._wire, wait_s, limit_s)
         self.fault: str | None = None
+        self._greet(hello, command[0])
+
+    def _greet(self, hello: dict[str, Any], python: str) -> None:
         try:
-            self._wire.send({"hello": {"version": VERSION, **hello}})
+            self._wire.send({"hello": {"version": VERSION, **hello}}, START_LIMIT_S)
             answer = self._wire.receive(START_LIMIT_S)
         except WireError as error:
             self.close()
-            raise SolverError(f"the solver did not start: {error}; see what {command[0]} printed") from error
+            raise SolverError(f"the solver did not start: {error}; see what {python} printed") from error
         if "error" in answer:
             self.close()
             raise SolverError(str(answer["error"]))
@@ -59,29 +80,35 @@ class SolverProcess:
     def alive(self) -> bool:
         return self.fault is None
 
-    def step(self, tick: dict[str, Any], give: Callable[[str], Any]) -> dict[str, Any] | None:
-        """One tick: its answer, or None where the solver is dead. `give` returns what it asks for by name."""
+    @property
+    def late_ticks(self) -> int:
+        """How many ticks ago that was told which the last answer is to; 0 where the world waits."""
+        return self._conversation.late_ticks
+
+    def step(self, tick: dict[str, Any], give: Give) -> dict[str, Any] | None:
+        """One tick: what the solver says, or None where it says nothing: it is dead, or, live, not ready yet.
+
+        `give` returns what it asks for by name. Raises `SolverError` where a world that waits would wait for ever.
+        """
         if self.fault is not None:
             return None
         try:
-            self._wire.send({"tick": tick})
-            while True:
-                answer = self._wire.receive(ANSWER_LIMIT_S)
-                if "need" not in answer:
-                    break
-                self._wire.send({"given": give(str(answer["need"]))})
-            if "error" in answer:
-                raise WireError(str(answer["error"]))
+            return self._conversation.step(tick, give)
+        except Overdue as error:
+            self._fail(str(error))
+            if self.live:
+                return None
+            remedy = "see what it is doing, or allow more with answer_limit_s"
+            raise SolverError(f"the solver kept the world waiting: {error}; {remedy}") from error
         except WireError as error:
             self._fail(str(error))
             return None
-        return answer
 
     def close(self) -> None:
         """End it. It ends by itself too when this end of the socket closes, but then its record breaks off."""
         if self.fault is None:
             with contextlib.suppress(WireError):
-                self._wire.send({"bye": True})
+                self._wire.send({"bye": True}, END_LIMIT_S)
         self._wire.close()
         if self.fault is None:
             self.fault = "closed"
@@ -94,6 +121,8 @@ class SolverProcess:
     def _fail(self, why: str) -> None:
         self.fault = why
         self._wire.close()
+        # `close` waits for its end; a control tick does not.
         self.process.kill()
-        self.process.wait()
-        print(f"stucksolver: the solver is gone ({why}); the vehicle drives by itself", file=sys.stderr, flush=True)
+        self.process.poll()
+        end = "what it ordered is ended as was proven, then the vehicle drives by itself"
+        print(f"stucksolver: the solver is gone ({why}); {end}", file=sys.stderr, flush=True)

@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+import math
+import sys
 from typing import Any, Callable
 
 from stucksolver_bridge.agent_driver import AgentDriver
 from stucksolver_bridge.facts import Facts, waypoints_at
-from stucksolver_bridge.process import SolverProcess
+from stucksolver_bridge.lease import CONTINUE, STAND, Lease
+from stucksolver_bridge.orders import why_malformed
+from stucksolver_bridge.process import ANSWER_LIMIT_S, TICK_S, SolverProcess
 
 Listener = Callable[[dict], None]  # type: ignore[type-arg]
+UNKNOWN: dict[str, Any] = {"kind": "unknown"}
+AT_REST_MPS = 0.1
+SILENT = "the solver is silent: what was proven to be safe without it is performed"
+DONE_M, DONE_S = 2.0, 0.5
+"""A path counts as driven so far, and so long, before its end: the agent drives on from there without a stop."""
 
 
 class Recovery:
-    """Call `run_step` each tick. When the solver dies the driver decides by itself in that same tick.
+    """Call `run_step` each tick. Every order is good for half a second of ticks: when the solver falls silent or dies,
+    what was proven to be safe without it is performed, and then the driver decides by itself.
 
-    `settings`: of the solver (`stucksolver.stacks.sidecar.Settings`). `python`: see `SolverProcess`.
-    `carla_map`: that of the driver. Raises `SolverError`.
+    `settings`: of the solver (`stucksolver.stacks.sidecar.Settings`). `python`, `answer_limit_s`, `tick_s`: see
+    `SolverProcess`. `carla_map`: that of the driver. Raises `SolverError`.
     """
 
     def __init__(
@@ -27,6 +37,8 @@ class Recovery:
         python: str,
         path: str | None = None,
         on_event: Listener | None = None,
+        answer_limit_s: float = ANSWER_LIMIT_S,
+        tick_s: float = TICK_S,
     ) -> None:
         self._driver = driver
         self._carla = carla
@@ -35,22 +47,38 @@ class Recovery:
         self._on_event = on_event
         self._said: list[str] = []
         self._lights_before: Any = None
+        self._lease = Lease()
+        self._begun = CONTINUE
+        """What the driver was told last."""
+        self._again = False
+        """Is what the solver said lost, so that it must say all of it again?"""
+        self._refused: str | None = None
         self._facts = Facts(self._vehicle, carla_map)
-        self.directive: dict[str, Any] = {"kind": "continue"}
+        self.directive: dict[str, Any] = CONTINUE
+        """What is performed now, in the JSON form of a directive."""
         opening = self._facts.opening(driver.route, driver.acceleration_mps2)
-        self.solver = SolverProcess(python, {"settings": settings, "carla": opening}, path)
+        hello = {"settings": settings, "carla": opening}
+        self.solver = SolverProcess(python, hello, path, answer_limit_s=answer_limit_s, tick_s=tick_s)
 
     def run_step(self) -> Any:
-        """This tick's `carla.VehicleControl`, not applied."""
+        """This tick's `carla.VehicleControl`, not applied.
+
+        Raises `SolverError` where a world that waits would wait for ever.
+        """
+        time_s: float | None = None
         if self.solver.alive:
             tick = self._facts.tick()
+            time_s = tick.get("time")
             if self._said:
                 tick["say"] = self._said.pop(0)
+            if self._again or self._lease.expired:
+                tick["again"] = True
             answer = self.solver.step(tick, self._facts.give)
-            if answer is None:
-                self._let_go()
-            else:
-                self._obey(answer)
+            if answer is not None:
+                self._take(answer, time_s)
+        if not self.solver.alive:
+            self._lease.expire()
+        self._perform(time_s)
         return self._driver.run_step()
 
     @property
@@ -65,34 +93,95 @@ class Recovery:
     def close(self) -> None:
         self.solver.close()
 
-    def _let_go(self) -> None:
-        self.directive = {"kind": "continue"}
-        self._driver.release()
-        if self._lights_before is not None:
+    # ---- what the solver says
+
+    def _take(self, answer: dict[str, Any], time_s: float | None) -> None:
+        """Perform all of an answer or nothing: what is malformed is stood still at."""
+        wrong = why_malformed(answer)
+        if wrong is None:
+            try:
+                self._obey(answer)
+            except Exception as error:  # noqa: BLE001 - of whatever type, it must not end the agent's own loop
+                wrong, self._begun = f"{type(error).__name__}: {error}", UNKNOWN
+        if wrong is not None:
+            self._stand(wrong, time_s)
+            return
+        for event in answer.get("events", ()):
+            self._tell(event)
+
+    def _obey(self, answer: dict[str, Any]) -> None:
+        told = answer.get("directive")
+        for name, order in answer.get("orders", ()):
+            self._order(name, order)
+        self._lease.renew(told, self.solver.late_ticks)
+        if told is not None:
+            self._begun, self._again = self._lease.order, False
+
+    def _order(self, name: str, order: Any) -> None:
+        if name == "follow":
+            self._driver.follow(order["path"], order["reverse"], frozenset(order["ignore"]))
+        elif name == "hold":
+            self._driver.hold(order)
+        elif name == "release":
+            self._driver.release()
+        elif name == "route":
+            plan = waypoints_at(self._map, order)
+            if len(plan) > 1:
+                self._driver.set_plan(plan)
+        elif name == "lights":
+            if self._lights_before is None:
+                self._lights_before = int(self._vehicle.get_light_state())
+            self._set_lights(order)
+
+    def _stand(self, wrong: str, time_s: float | None) -> None:
+        """Stand still until something comes that can be performed; said once."""
+        self._again = True
+        if self._refused is None:
+            self._refused = f"an order cannot be performed: {wrong}"
+            print(f"stucksolver: {self._refused}; the vehicle stands still", file=sys.stderr, flush=True)
+            self._tell({"time_s": time_s, "kind": "order_refused", "text": self._refused, "verdict": None})
+        if self._begun is self._lease.order and "path" in self._begun and self._lease.no_stop_at(*self._place()):
+            # Where nobody may stand, what was proven is finished first.
+            self._lease.expire()
+        else:
+            self._lease.renew(STAND)
+
+    def _tell(self, event: dict[str, Any]) -> None:
+        if self._on_event is not None:
+            self._on_event(event)
+
+    # ---- what is performed
+
+    def _perform(self, time_s: float | None) -> None:
+        """Have the driver do what the lease says where that is another thing than it does already."""
+        before = self._lease.expired
+        self.directive = self._due()
+        if self._lease.expired and not before:
+            self._tell({"time_s": time_s, "kind": "order_expired", "text": SILENT, "verdict": None})
+        if self.directive is not self._begun:
+            self._begun = self.directive
+            if self.directive["kind"] == "execute":
+                self._driver.hold(self.directive.get("brake_mps2"))
+            else:
+                self._driver.release()
+        gone = self._lease.expired or not self.solver.alive
+        if gone and self.directive["kind"] == "continue" and self._lights_before is not None:
             self._set_lights(self._lights_before)
             self._lights_before = None
 
-    def _obey(self, answer: dict[str, Any]) -> None:
-        self.directive = answer.get("directive", self.directive)
-        for name, order in answer.get("orders", ()):
-            if name == "follow":
-                ignore = frozenset(int(i) for i in order["ignore"])
-                self._driver.follow(order["path"], order["reverse"], ignore)
-            elif name == "hold":
-                self._driver.hold()
-            elif name == "release":
-                self._driver.release()
-            elif name == "route":
-                plan = waypoints_at(self._map, order)
-                if len(plan) > 1:
-                    self._driver.set_plan(plan)
-            elif name == "lights":
-                if self._lights_before is None:
-                    self._lights_before = int(self._vehicle.get_light_state())
-                self._set_lights(order)
-        for event in answer.get("events", ()):
-            if self._on_event is not None:
-                self._on_event(event)
+    def _due(self) -> dict[str, Any]:
+        if self._lease.order["kind"] != "execute":
+            return self._lease.order
+        velocity = self._vehicle.get_velocity()
+        speed = math.hypot(velocity.x, velocity.y)
+        left_m = self._driver.path_left_m
+        done = left_m < DONE_M + DONE_S * speed
+        return self._lease.tick(*self._place(), path_is_done=done, at_rest=speed < AT_REST_MPS)
+
+    def _place(self) -> tuple[float, float]:
+        """The vehicle in the frame of a directive's path: y to the left."""
+        place = self._vehicle.get_location()
+        return float(place.x), -float(place.y)
 
     def _set_lights(self, state: int) -> None:
         self._vehicle.set_light_state(self._carla.VehicleLightState(state))

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import json
+import math
+import select
 import socket
 import struct
+import time
 from typing import Any
 
 VERSION = 2
 LARGEST_BYTES = 64 * 1024 * 1024
 """A town's OpenDRIVE text is the largest thing sent; the largest of CARLA's has 30 MB."""
+ANSWER_BYTES = 512 * 1024
+"""The largest thing that the solver says is a route: 15 km of it have 512 KiB, read in a fraction of a tick."""
 _LENGTH = struct.Struct(">I")
+_CHUNK_BYTES = 1 << 16
 
 
 class WireError(Exception):
@@ -18,49 +24,113 @@ class WireError(Exception):
 
 
 class Wire:
-    """One end of a connected socket. Raises `WireError` when anything is the matter."""
+    """One end of a connected socket. Raises `WireError` when anything is the matter.
 
-    def __init__(self, connected: socket.socket) -> None:
+    Every limit bounds a whole message, however slowly its bytes come. `largest_bytes`: of a message that is received.
+    """
+
+    def __init__(self, connected: socket.socket, largest_bytes: int = LARGEST_BYTES) -> None:
+        connected.setblocking(False)
         self._socket = connected
+        self._largest = largest_bytes
+        self._in = bytearray()
+        self._out = bytearray()
 
-    def send(self, message: dict[str, Any]) -> None:
+    def post(self, message: dict[str, Any]) -> None:
+        """Have a message sent as far as the other side takes it; the rest goes whenever `send` or `look` is called."""
         text = json.dumps(message, separators=(",", ":"), allow_nan=False).encode("utf-8")
         if len(text) > LARGEST_BYTES:
             raise WireError(f"a message of {len(text)} bytes is too long")
-        try:
-            self._socket.sendall(_LENGTH.pack(len(text)) + text)
-        except OSError as error:
-            raise WireError(f"cannot send: {error}") from error
+        self._out += _LENGTH.pack(len(text)) + text
+        self._push()
+
+    def send(self, message: dict[str, Any], limit_s: float | None = None) -> None:
+        """Send a whole message."""
+        until = _deadline(limit_s)
+        self.post(message)
+        while self._out:
+            if not self._ready(until - time.monotonic(), reads=False):
+                raise WireError(f"nothing was taken within {limit_s} s")
+            self._push()
 
     def receive(self, limit_s: float | None = None) -> dict[str, Any]:
-        """The next message; `limit_s` bounds each wait for more of it."""
-        self._socket.settimeout(limit_s)
-        try:
-            (length,) = _LENGTH.unpack(self._exactly(_LENGTH.size))
-            if length > LARGEST_BYTES:
-                raise WireError(f"a message of {length} bytes is announced; that is no message of ours")
-            message = json.loads(self._exactly(length).decode("utf-8"))
-        except socket.timeout as error:
-            raise WireError(f"no answer within {limit_s} s") from error
-        except OSError as error:
-            raise WireError(f"cannot receive: {error}") from error
-        except ValueError as error:
-            raise WireError(f"not a message: {error}") from error
-        finally:
-            self._socket.settimeout(None)
-        if not isinstance(message, dict):
-            raise WireError("not a message: an object was expected")
+        """The next message."""
+        message = self.look(_deadline(limit_s))
+        if message is None:
+            raise WireError(f"no answer within {limit_s} s")
         return message
+
+    def look(self, until: float, waits: bool = True) -> dict[str, Any] | None:
+        """The next message, if it is whole at an instant of `time.monotonic`; what has come of it is kept.
+
+        Without `waits` only what is there already is read.
+        """
+        while True:
+            self._push()
+            message = self._whole()
+            if message is not None:
+                return message
+            left = until - time.monotonic()
+            if self._ready(left if waits else 0.0):
+                self._pull()
+            elif not waits:
+                return None
+            if left <= 0.0:
+                return self._whole()
 
     def close(self) -> None:
         self._socket.close()
 
-    def _exactly(self, count: int) -> bytes:
-        parts = []
-        while count > 0:
-            part = self._socket.recv(count)
-            if not part:
-                raise WireError("the other side has gone")
-            parts.append(part)
-            count -= len(part)
-        return b"".join(parts)
+    def _ready(self, within_s: float, reads: bool = True) -> bool:
+        """Can anything be done within a time?"""
+        poll = select.poll()
+        poll.register(self._socket, (select.POLLIN if reads else 0) | (select.POLLOUT if self._out else 0))
+        return bool(poll.poll(None if within_s == math.inf else math.ceil(1000.0 * max(within_s, 0.0))))
+
+    def _push(self) -> None:
+        if not self._out:
+            return
+        try:
+            # One view, released at once: a bytearray with a view on it cannot shrink.
+            with memoryview(self._out) as left:
+                sent = self._socket.send(left)
+        except BlockingIOError:
+            return
+        except OSError as error:
+            raise WireError(f"cannot send: {error}") from error
+        del self._out[:sent]
+
+    def _pull(self) -> None:
+        try:
+            part = self._socket.recv(_CHUNK_BYTES)
+        except BlockingIOError:
+            return
+        except OSError as error:
+            raise WireError(f"cannot receive: {error}") from error
+        if not part:
+            raise WireError("the other side has gone")
+        self._in += part
+
+    def _whole(self) -> dict[str, Any] | None:
+        """The first message that has come, once all of it has."""
+        if len(self._in) < _LENGTH.size:
+            return None
+        (length,) = _LENGTH.unpack(self._in[: _LENGTH.size])
+        if length > self._largest:
+            raise WireError(f"a message of {length} bytes is announced; that is no message of ours")
+        end = _LENGTH.size + length
+        if len(self._in) < end:
+            return None
+        text = bytes(self._in[_LENGTH.size : end])
+        del self._in[:end]
+        try:
+            message = json.loads(text.decode("utf-8"))
+        except (ValueError, RecursionError) as error:
+            raise WireError(f"not a message: {error}") from error
+        if not isinstance(message, dict):
+            raise WireError("not a message: an object was expected")
+        return message
+
+
+def _deadline(limit_s: float | None) -> float:
+    return math.inf if limit_s is None else time.monotonic() + limit_s

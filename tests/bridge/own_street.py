@@ -31,6 +31,10 @@ class Street:
         return self._stack.x
 
     @property
+    def y(self) -> float:
+        return self._stack.y
+
+    @property
     def time_s(self) -> float:
         return self._stack.time_s
 

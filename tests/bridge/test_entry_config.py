@@ -43,6 +43,8 @@ def test_the_path_may_have_plus_signs(tmp_path):
         ({"recover": "rules"}, "unknown field 'recover'"),
         ({"obstacles": "yes"}, "obstacles must be true or false"),
         ({"behavior": 3}, "behavior must be a text"),
+        ({"answer_limit_s": "long"}, "answer_limit_s must be a number of seconds above 0"),
+        ({"answer_limit_s": 0}, "answer_limit_s must be a number of seconds above 0"),
         ({"recovery": "rules"}, "needs the field 'python'"),
         ({"recovery": "rules", "python": "/no/python"}, "'/no/python' cannot be run"),
     ],

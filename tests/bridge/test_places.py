@@ -38,9 +38,9 @@ def test_a_place_that_is_on_no_road_is_none(town):
 class FakeSolver:
     """Says one thing once."""
 
-    alive, fault = True, None
+    alive, fault, late_ticks = True, None, 0
 
-    def __init__(self, python, hello, path=None):
+    def __init__(self, python, hello, path=None, **limits):
         self.answers = []
 
     def step(self, tick, give):

@@ -15,7 +15,7 @@ from own_street import Street
 
 from stucksolver.record import replay
 from stucksolver.record.recorder import RUN_ENDED
-from stucksolver_bridge import SolverError, SolverProcess
+from stucksolver_bridge import Lease, SolverError, SolverProcess
 from stucksolver_bridge.wire import Wire, WireError
 
 pytestmark = pytest.mark.integration
@@ -120,6 +120,35 @@ def test_half_a_message_a_huge_one_and_noise_are_faults_of_the_wire():
         with pytest.raises(WireError):
             Wire(ours).receive(1.0)
         ours.close()
+
+
+def test_a_stack_of_ones_own_stops_when_the_solver_is_stopped_and_goes_on_with_it(solver):
+    solver.close()
+    live = SolverProcess(sys.executable, {"settings": {**SETTINGS, "clock": "wall"}})
+    street, lease, stopped = Street(), Lease(), 0
+
+    def tick():
+        status = street.status()
+        answer = live.step({"status": status, "again": lease.expired}, street.give)
+        if answer is not None:
+            lease.renew(answer.get("directive"), live.late_ticks)
+        order = lease.order
+        done = bool(order.get("path")) and street.x > order["path"][-1]["x_m"] - 5.0
+        at = (street.x, street.y)
+        street.perform(lease.tick(*at, path_is_done=done, at_rest=status["speed_mps"] < 0.1))
+
+    while street.x < 120.0 and street.time_s < 10 * LIMIT_S:
+        tick()
+        if stopped == 0 and street.directive["kind"] == "execute" and street.directive.get("path"):
+            os.kill(live.process.pid, signal.SIGSTOP)
+            for _ in range(100):
+                stopped += 1
+                tick()
+            assert lease.expired
+            os.kill(live.process.pid, signal.SIGCONT)
+    assert stopped == 100
+    assert street.x >= 120.0, live.fault
+    live.close()
 
 
 def _gone(pid):

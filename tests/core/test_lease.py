@@ -69,8 +69,11 @@ def test_after_the_commit_point_it_is_finished():
     assert abs(world.y) < 0.3 and nearest > 0.25 and isinstance(performed[-1], Continue)
 
 
+PATH = (PathPoint(x_m=50.0, y_m=0.0, speed_mps=5.0), PathPoint(x_m=90.0, y_m=0.0, speed_mps=5.0))
+
+
 def test_an_order_that_is_renewed_never_expires_and_one_that_is_not_does_after_its_ticks():
-    lease, order = Lease(), Execute(behavior=ON)
+    lease, order = Lease(), Execute(behavior=ON, path=PATH)
     there = {"x_m": 50.0, "y_m": 0.0, "path_is_done": False, "at_rest": False}
     for _ in range(5 * EXPIRES_TICKS):
         lease.renew(order)
@@ -79,6 +82,48 @@ def test_an_order_that_is_renewed_never_expires_and_one_that_is_not_does_after_i
         assert lease.tick(**there) is order
     assert lease.tick(**there).behavior == Wait(duration_s=1.0)
     assert lease.expired
+
+
+def test_an_order_to_stand_is_its_own_fallback_and_brakes_as_hard_as_it_was_told():
+    lease, order = Lease(), Execute(behavior=Wait(duration_s=5.0), brake_mps2=6.0)
+    lease.renew(order)
+    for _ in range(3 * EXPIRES_TICKS):
+        assert lease.tick(0.0, 0.0, path_is_done=False, at_rest=False) is order
+    assert isinstance(lease.tick(0.0, 0.0, path_is_done=False, at_rest=True), Continue)
+
+
+def test_where_nobody_will_renew_it_the_fallback_is_due_at_once():
+    lease = Lease()
+    lease.renew(Execute(behavior=ON, path=PATH))
+    lease.expire()
+    assert lease.tick(50.0, 0.0, path_is_done=False, at_rest=False).behavior.name == "wait"
+
+
+def test_a_path_that_is_finished_in_silence_and_blocked_is_given_up():
+    lease = Lease()
+    order = Execute(behavior=ON, path=tuple(point.model_copy(update={"no_stop": True}) for point in PATH))
+    lease.renew(order)
+    performed = [lease.tick(60.0, 0.0, path_is_done=False, at_rest=True) for _ in range(400)]
+    assert performed[EXPIRES_TICKS + 150] is order, "who stands for a moment goes on"
+    assert isinstance(performed[-1], Continue)
+
+
+def test_what_is_said_anew_counts_anew():
+    lease, order = Lease(), Execute(behavior=ON, path=PATH)
+    lease.renew(order)
+    for _ in range(2 * EXPIRES_TICKS):
+        lease.tick(50.0, 0.0, path_is_done=False, at_rest=False)
+    assert lease.expired
+    lease.renew(order)
+    assert not lease.expired
+    assert lease.tick(50.0, 0.0, path_is_done=False, at_rest=False) is order
+
+
+def test_what_is_left_of_a_path_is_its_length_from_the_nearest_point_on():
+    order = Execute(behavior=ON, path=(*PATH, PathPoint(x_m=90.0, y_m=30.0, speed_mps=5.0)))
+    assert [order.left_m(x, 1.0) for x in (0.0, 60.0, 85.0)] == [70.0, 70.0, 30.0]
+    assert order.left_m(91.0, 29.0) == 0.0
+    assert Execute(behavior=ON).left_m(0.0, 0.0) == 0.0
 
 
 def test_a_safe_stop_is_held_in_silence():

@@ -19,7 +19,6 @@ from stucksolver.evaluate.run import DT_S, run_job  # noqa: E402
 from stucksolver.evaluate.runlog import RunLog  # noqa: E402
 from stucksolver.evaluate.server import Server, carlette_server  # noqa: E402
 from stucksolver.evaluate.situation import Scenario  # noqa: E402
-from stucksolver.guard import Guard, GuardPolicy  # noqa: E402
 from stucksolver.reason import RuleReasoner  # noqa: E402
 from stucksolver.solver import Event, EventKind, StuckSolver  # noqa: E402
 from stucksolver.stacks.carla_stack import CarlaStack  # noqa: E402
@@ -199,7 +198,7 @@ class Crossing:
         self.solver = StuckSolver(
             self.stack.scene,
             reasoner=RuleReasoner(),
-            guard=Guard(GuardPolicy(solid_line="autonomous")),
+            ladder="evaluation",
             clock="lockstep",
             on_event=self.events.append,
         )

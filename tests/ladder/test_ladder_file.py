@@ -119,7 +119,13 @@ def test_a_user_can_swap_the_ladder_by_file_profile_or_value(tmp_path):
         StuckSolver(lambda: None, guard=Guard(), ladder=path)
     stricter = Guard(GuardPolicy(solid_line="forbid"))
     assert StuckSolver(lambda: None, guard=stricter, ladder=path).guard is stricter
-    assert StuckSolver(lambda: None, guard=Guard(GuardPolicy(solid_line="autonomous"))).guard.policy != Guard().policy
+
+
+def test_a_guard_of_ones_own_does_not_override_what_the_default_ladder_asks_for_either():
+    with pytest.raises(LadderError, match="less than ladder 'default' does for: solid_line"):
+        StuckSolver(lambda: None, guard=Guard(GuardPolicy(solid_line="autonomous")))
+    stricter = Guard(GuardPolicy(solid_line="forbid"))
+    assert StuckSolver(lambda: None, guard=stricter).guard is stricter
 
 
 def test_the_command_prints_a_profile_that_reads_back_and_checks_a_file(tmp_path, capsys):

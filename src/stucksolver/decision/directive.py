@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field, TypeAdapter
@@ -54,6 +56,12 @@ class Execute(Model):
         """Is finishing what has been proven for a place near the path, given in the frame of its points?"""
         nearest = min(self.path, key=lambda p: (p.x_m - x_m) ** 2 + (p.y_m - y_m) ** 2, default=None)
         return nearest is not None and nearest.no_stop
+
+    def left_m(self, x_m: float, y_m: float) -> float:
+        """Length of the path beyond its point nearest to a place (metres); 0 without a path."""
+        away = [math.hypot(p.x_m - x_m, p.y_m - y_m) for p in self.path]
+        rest = self.path[away.index(min(away)) :] if away else ()
+        return sum(math.hypot(b.x_m - a.x_m, b.y_m - a.y_m) for a, b in pairwise(rest))
 
 
 class Replan(Model):

@@ -1,11 +1,16 @@
-"""What a stack performs when nobody renews its order: every order of ours is a lease, counted in the stack's ticks."""
+"""What a stack performs when nobody renews its order: every order of ours is a lease, counted in the stack's ticks.
+
+`stucksolver_bridge.lease` is the same for stacks that cannot import this; a test compares the two.
+"""
 
 from __future__ import annotations
 
 from stucksolver.decision.behaviors.wait import Wait
 from stucksolver.decision.directive import CONTINUE, Directive, Execute
 
-STOP = Execute(behavior=Wait(duration_s=1.0))
+STAND = Execute(behavior=Wait(duration_s=1.0))
+STUCK_TICKS = 200
+"""At rest for so long (10 s at 20 Hz), a path that is being finished is given up: something stands in it."""
 
 
 class Lease:
@@ -14,17 +19,30 @@ class Lease:
     def __init__(self) -> None:
         self._order: Directive = CONTINUE
         self._ticks = 0
+        self._fallen = False
         self._finishes = False
         """Once it has expired: is its path finished, or does the vehicle stop?"""
+        self._rests = 0
 
     def renew(self, order: Directive) -> None:
         """The solver has spoken: this holds from now on."""
         self._order, self._ticks = order, 0
+        self._fallen, self._rests = False, 0
+
+    def expire(self) -> None:
+        """Nobody will renew it any more: its fallback is due on the next tick."""
+        if isinstance(self._order, Execute):
+            self._ticks = max(self._ticks, self._order.expires_ticks)
+
+    @property
+    def order(self) -> Directive:
+        """What was said last, or what has taken its place."""
+        return self._order
 
     @property
     def expired(self) -> bool:
-        """Has the solver been silent for longer than its order is good for?"""
-        return isinstance(self._order, Execute) and self._ticks > self._order.expires_ticks
+        """Has the solver been silent for longer than its order was good for?"""
+        return self._fallen
 
     def tick(self, x_m: float, y_m: float, *, path_is_done: bool, at_rest: bool) -> Directive:
         """What to perform now: the order; once it has expired, its fallback; once that is done, nothing of ours.
@@ -34,11 +52,13 @@ class Lease:
         """
         self._ticks += 1
         order = self._order
-        if not self.expired or not isinstance(order, Execute):
+        if not isinstance(order, Execute) or self._ticks <= order.expires_ticks:
             return order
-        if self._ticks == order.expires_ticks + 1:
-            self._finishes = order.no_stop_at(x_m, y_m)
-        if path_is_done if self._finishes else at_rest:
+        if not self._fallen:
+            self._fallen, self._finishes = True, order.no_stop_at(x_m, y_m)
+        self._rests = self._rests + 1 if at_rest else 0
+        if (path_is_done or self._rests > STUCK_TICKS) if self._finishes else at_rest:
             self._order = CONTINUE
             return CONTINUE
-        return order if self._finishes else STOP
+        # One that stands still is its own fallback, and brakes as hard as it was told.
+        return order if self._finishes or not order.path else STAND

@@ -16,7 +16,7 @@ from stucksolver.evaluate.server import Server, connect, set_synchronous
 from stucksolver.evaluate.sites import Site, choose_site
 from stucksolver.evaluate.situation import Scenario, Situation, build
 from stucksolver.evaluate.traffic import Traffic
-from stucksolver.guard import Guard, GuardPolicy
+from stucksolver.ladder import find_ladder
 from stucksolver.reason import RuleReasoner
 from stucksolver.scene import Status
 from stucksolver.solver import StuckSolver
@@ -82,9 +82,11 @@ def _fresh_world(client: Any, job: Job) -> Any:
 
 
 def _solver(job: Job, stack: CarlaStack, scribe: Scribe) -> StuckSolver:
-    # The evaluation profile: a solid line may be crossed past a stationary obstruction without asking.
-    guard = Guard(GuardPolicy(solid_line="autonomous"))
-    return StuckSolver(stack.scene, reasoner=RuleReasoner(), guard=guard, clock=job.clock, on_event=scribe.hear)
+    usual = find_ladder(None)
+    # As in the evaluation profile: a solid line may be crossed past a stationary obstruction without asking.
+    approval = usual.approval.model_copy(update={"solid_line": "autonomous"})
+    ladder = usual.model_copy(update={"approval": approval})
+    return StuckSolver(stack.scene, ladder=ladder, reasoner=RuleReasoner(), clock=job.clock, on_event=scribe.hear)
 
 
 class _Loop:

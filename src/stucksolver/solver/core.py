@@ -51,11 +51,11 @@ class Core:
     ) -> None:
         self.ladder = find_ladder(ladder)
         self.guard = guard or Guard(self.ladder.guard_policy())
-        laxer = () if ladder is None else self.guard.policy.laxer_than(self.ladder.guard_policy())
+        laxer = self.guard.policy.laxer_than(self.ladder.guard_policy())
         if laxer:
             raise LadderError(
                 f"the guard given asks for less than ladder {self.ladder.name!r} does for: {', '.join(laxer)}; "
-                "give a stricter one, or Guard(ladder.guard_policy())"
+                "give a stricter one, or a ladder whose approvals say so and no guard"
             )
         self.clock = make_clock(clock) if isinstance(clock, str) else clock
         reasoners = {"rules": reasoner or RuleReasoner(self.ladder.waits.limits()), **(models or {})}

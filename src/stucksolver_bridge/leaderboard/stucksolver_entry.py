@@ -113,7 +113,14 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
         if config.record:
             settings["record"] = os.path.join(config.record, self._name)
         self._recovery = Recovery(
-            self._driver, carla_map, carla, settings, config.python, config.path or None, self._hear
+            self._driver,
+            carla_map,
+            carla,
+            settings,
+            config.python,
+            config.path or None,
+            self._hear,
+            answer_limit_s=config.answer_limit_s,
         )
         if config.guidance:
             # RouteScenario_2101_rep0_Town10HD_...: the second word is the route's id.

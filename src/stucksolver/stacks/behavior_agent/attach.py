@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import traceback
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -35,7 +37,10 @@ class AttachedAgent:
     def __init__(self, agent: Any, obstacles: Obstacles, solver: dict[str, Any]) -> None:
         self.agent = agent
         self.driver = AgentDriver(agent, carla, obstacles)
-        self.directive: Directive = CONTINUE
+        self.directive: Directive | None = CONTINUE
+        """What the solver said on the last tick; None where it said nothing."""
+        self.fault: str | None = None
+        """Why the solver is not asked any more; None while all is well."""
         self.solver = StuckSolver(self._scene, **solver)
         self._vehicle, self._map = agent._vehicle, agent._map
         self._stack: CarlaStack | None = None
@@ -45,8 +50,21 @@ class AttachedAgent:
         """This tick's `carla.VehicleControl`, not applied."""
         if self._stack is None:
             return self.agent.run_step(debug)
-        self.directive = self.solver.step(self._stack.status(), self._stack.surroundings)
+        self.directive = self._asked(self._stack)
         return self._stack.perform(self.directive)
+
+    def _asked(self, stack: CarlaStack) -> Directive | None:
+        """What the solver says; None once it has failed. The agent's own loop is not ended by us."""
+        if self.fault is not None:
+            return None
+        try:
+            return self.solver.step(stack.status(), stack.surroundings)
+        except Exception as error:  # noqa: BLE001 - of whatever type, it must not end the agent's own loop
+            self.fault = f"{type(error).__name__}: {error}"
+            end = "what it ordered is ended as was proven, then the agent drives by itself"
+            print(f"stucksolver: the solver has failed ({self.fault}); {end}", file=sys.stderr, flush=True)
+            traceback.print_exc()
+            return None
 
     def set_destination(self, end_location: Any, start_location: Any | None = None) -> None:
         """As the agent's own."""

@@ -29,6 +29,7 @@ from stucksolver.scene.view import View
 from stucksolver.stacks.carla_stack.contact import footprint
 from stucksolver.stacks.carla_stack.controls import RouteControls
 from stucksolver.stacks.carla_stack.frames import to_local, to_world, yaw_to_local
+from stucksolver.stacks.carla_stack.orders import Orders
 from stucksolver.stacks.carla_stack.other_ways import destination_beside, other_ways
 from stucksolver.stacks.carla_stack.route_road import SPACING_M, RouteRoad
 from stucksolver.stacks.carla_stack.sight import Sight
@@ -55,6 +56,7 @@ class CarlaStack:
     """Ground truth from the client (`perception: privileged`), one driver, one ego.
 
     `driver` must have its route when this is made. Call `status`, then `StuckSolver.step`, then `perform`, each tick.
+    Where nothing is asked of it on a tick, nobody has called `step`: what is handed to `perform` then is not renewed.
     """
 
     perception = "privileged"
@@ -68,6 +70,9 @@ class CarlaStack:
         self._tracker = Tracker(self._world, vehicle.id, range_m)
         self._tracked_s = -math.inf
         self._sight_s = -math.inf
+        self._orders = Orders()
+        self._asked = False
+        """Was anything asked since the last tick?"""
         self._performed: Directive | None = None
         self._lights_before: Any | None = None
         self._behaviors: tuple[AvailableBehavior, ...] = describe(tuple(REGISTRY))
@@ -111,6 +116,7 @@ class CarlaStack:
 
     def status(self) -> Status:
         """Cheap: a projection on the route; twice a second the tracker looks around as well."""
+        self._asked = True
         snapshot = self._world.get_snapshot()
         now = float(snapshot.timestamp.elapsed_seconds)
         place = self._vehicle.get_location()
@@ -118,11 +124,10 @@ class CarlaStack:
             self._tracked_s = now
             self._tracker.watch(footprint(self._vehicle), now)
         self._advance(*to_local(place))
-        velocity = self._vehicle.get_velocity()
         left = self._road.destination_arc - self._best_arc
         return Status(
             time_s=now,
-            speed_mps=math.hypot(velocity.x, velocity.y),
+            speed_mps=self._speed_mps,
             progress_m=self._progress_m,
             pushes=self._tracker.pushes,
             at_destination=left < DESTINATION_M,
@@ -130,6 +135,7 @@ class CarlaStack:
 
     def surroundings(self) -> Surroundings:
         """The world as it is at this tick."""
+        self._asked = True
         snapshot = self._world.get_snapshot()
         now = float(snapshot.timestamp.elapsed_seconds)
         ego = self._ego()
@@ -160,16 +166,37 @@ class CarlaStack:
 
     # ---- done for the solver
 
-    def perform(self, directive: Directive) -> Any:
-        """Have the driver do it, and return this tick's `carla.VehicleControl` (not applied)."""
-        if directive is not self._performed:
-            self._begin(directive)
-            self._performed = directive
+    def perform(self, directive: Directive | None) -> Any:
+        """Have the driver do it, and return this tick's `carla.VehicleControl` (not applied).
+
+        None where the solver has said nothing on this tick: what it said last is done until it expires, then its
+        fallback, then the driver drives its route. What cannot be performed is stood still at, and said once.
+        """
+        self._orders.hear(directive, self._asked)
+        self._asked = False
+        due = self._orders.due(*to_local(self._vehicle.get_location()), self._speed_mps)
+        if due is not self._performed:
+            self._performed = self._begin(due)
         if self._lights_before is not None and self._on_its_way():
             self._hazard_lights(False)
         return self._driver.run_step()
 
-    def _begin(self, directive: Directive) -> None:
+    def forget(self) -> None:
+        """Have the driver told again what it does now, on the next tick: it has lost that."""
+        self._performed = None
+        if self._lights_before is not None:
+            self._vehicle.set_light_state(carla.VehicleLightState(int(self._lights_before) | HAZARD))
+
+    def _begin(self, directive: Directive) -> Directive:
+        """What is begun: the directive, or to stand still. Nothing that it raises gets into the control loop."""
+        try:
+            self._tell(directive)
+        except Exception as error:  # noqa: BLE001 - a driver's own fault, of whatever type
+            directive = self._orders.refuse(f"{type(error).__name__}: {error}")
+            self._driver.hold()
+        return directive
+
+    def _tell(self, directive: Directive) -> None:
         if isinstance(directive, Execute) and directive.path:
             points = [DrivePoint(*to_world(p.x_m, p.y_m), p.speed_mps) for p in directive.path]
             if directive.ignore:
@@ -179,7 +206,10 @@ class CarlaStack:
         elif isinstance(directive, Execute):
             if isinstance(directive.behavior, HazardLights):
                 self._hazard_lights(directive.behavior.on)
-            self._driver.hold()
+            if directive.brake_mps2 is None:
+                self._driver.hold()
+            else:
+                self._driver.hold(directive.brake_mps2)
         elif isinstance(directive, SafeStop):
             self._hazard_lights(True)
             self._driver.hold()
@@ -199,8 +229,7 @@ class CarlaStack:
 
     def _on_its_way(self) -> bool:
         """Does it drive by itself again, so that nobody need be warned of it any more?"""
-        velocity = self._vehicle.get_velocity()
-        return isinstance(self._performed, Continue) and math.hypot(velocity.x, velocity.y) > ON_ITS_WAY_MPS
+        return isinstance(self._performed, Continue) and self._speed_mps > ON_ITS_WAY_MPS
 
     def _replan(self, directive: Replan) -> None:
         """Plan anew; where no route leads on from there, the present one stays."""
@@ -221,6 +250,11 @@ class CarlaStack:
         self.take_route()
 
     # ---- parts
+
+    @property
+    def _speed_mps(self) -> float:
+        velocity = self._vehicle.get_velocity()
+        return math.hypot(velocity.x, velocity.y)
 
     def _advance(self, x: float, y: float) -> None:
         """Note the place on the route. Ground covered pushing something along is none that was won."""

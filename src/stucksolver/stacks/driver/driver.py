@@ -61,6 +61,7 @@ class BehaviorDriver:
         self._give_way = GiveWay([], self._profile, self._model)
         self._route: tuple[RoutePoint, ...] = ()
         self._holding = False
+        self._hold_mps2 = self._options.follow_deceleration
         self._ignored: frozenset[int] = frozenset()
         self._leaving = False
         """Has it decided to go back to its lane from beside it?"""
@@ -127,9 +128,10 @@ class BehaviorDriver:
         self._ignored = frozenset(ignore)
         self._holding = False
 
-    def hold(self) -> None:
-        """Brake to a stop and stay stopped."""
+    def hold(self, brake_mps2: float | None = None) -> None:
+        """Brake to a stop and stay stopped; this hard, or as on a path."""
         self._holding = True
+        self._hold_mps2 = self._options.follow_deceleration if brake_mps2 is None else brake_mps2
 
     def release(self) -> None:
         """Drive the route again, from the nearest point of it that lies ahead."""
@@ -150,7 +152,7 @@ class BehaviorDriver:
         stays = beside and not self._pulls_out(motion, around)
         path = self._planner.path
         if path is None:
-            return self._control(0.0, -self._options.follow_deceleration, motion)
+            return self._control(0.0, -self._hold_mps2, motion)
         way = motion.backwards() if self._planner.reversing else motion
         wanted = self._acceleration(path, way, around)
         return self._control(
@@ -207,7 +209,7 @@ class BehaviorDriver:
             math.inf if crossing.wait_m is None else concerns.wait(crossing.wait_m, speed),
             math.inf if crossing.leader is None else concerns.behind(*crossing.leader, speed),
             math.inf if crossing.look_m is None else concerns.slow_to(LOOKING_MPS, crossing.look_m, speed),
-            -self._options.follow_deceleration if self._holding else math.inf,
+            -self._hold_mps2 if self._holding else math.inf,
         ]
         return min(allowed + [concerns.hazard(hazard, speed) for hazard in hazards])
 

@@ -50,8 +50,8 @@ class Driver(Protocol):
         are driven over.
         """
 
-    def hold(self) -> None:
-        """Brake to a stop and stay stopped from the next step on."""
+    def hold(self, brake_mps2: float | None = None) -> None:
+        """Brake to a stop and stay stopped from the next step on; this hard, or as gently as usual where None."""
 
     def release(self) -> None:
         """End `follow` or `hold`: drive the route again, from the nearest point of it that lies ahead."""

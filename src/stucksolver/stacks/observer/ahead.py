@@ -43,7 +43,7 @@ class Ahead:
     def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = ()) -> NoReturn:
         raise _hands_off()
 
-    def hold(self) -> NoReturn:
+    def hold(self, brake_mps2: float | None = None) -> NoReturn:
         raise _hands_off()
 
     def release(self) -> NoReturn:

@@ -7,8 +7,9 @@ From the stack:
 
 * `hello`: `version`, `settings` (`Settings`), and `carla`, the facts of a CARLA world, or nothing.
 * `tick`: `status` in its JSON form; of a CARLA world, time, frame, the ego's motion and the speed limit instead.
-  `say`: a passenger's words.
-* `given`: what was asked for: `surroundings` or `scene` in their JSON forms; of a CARLA world, raw facts.
+  `say`: a passenger's words. `again`: what was said last is lost or expired; say all of it again.
+* `given`: what was asked for: `surroundings` or `scene` in their JSON forms; of a CARLA world, raw facts, with the tick
+  that they are of.
 
 From the solver:
 

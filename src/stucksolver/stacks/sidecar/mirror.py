@@ -49,11 +49,22 @@ class MirrorWorld:
         self._fresh = False
         self.time_s, self.frame = 0.0, 0
         self._lights = [MirrorLight(self, str(i), places) for i, places in opening["lights"]]
+        self._signs = [MirrorSign(*sign) for sign in opening["stop_signs"]]
+        self._ego: MirrorVehicle | None = None
+
+    def carries(self, ego: MirrorVehicle) -> None:
+        """The ego, which is told of with every tick."""
+        self._ego = ego
 
     def turn_to(self, tick: dict[str, Any]) -> None:
         """Another tick; what is around is asked for when somebody looks."""
-        self.time_s, self.frame = float(tick["time"]), int(tick["frame"])
+        self._note(tick)
         self._fresh = False
+
+    def _note(self, tick: dict[str, Any]) -> None:
+        self.time_s, self.frame = float(tick["time"]), int(tick["frame"])
+        if self._ego is not None:
+            self._ego.turn_to(tick)
 
     # ---- as carla.World has them
 
@@ -65,8 +76,12 @@ class MirrorWorld:
 
     def get_actors(self, ids: Sequence[int] | None = None) -> Any:
         if ids is None:
-            return SimpleNamespace(filter=lambda pattern: self._lights if "traffic_light" in pattern else [])
+            return SimpleNamespace(filter=self._standing)
         return [self._kinds[i] for i in ids if i in self._kinds]
+
+    def _standing(self, pattern: str) -> list[Any]:
+        kinds: dict[str, list[Any]] = {"traffic_light": [*self._lights], "traffic.stop": [*self._signs]}
+        return kinds.get(pattern.strip("*"), [])
 
     def get_vehicles_light_states(self) -> dict[int, int]:
         return {int(i): state for i, state in (self._ask("vehicle_lights") or {}).items()}
@@ -74,15 +89,16 @@ class MirrorWorld:
     # ---- asked for once a tick
 
     def actors(self) -> dict[int, Moving]:
-        self._look()
+        self.look()
         return self._at
 
     def light_state(self, light: str) -> Any:
-        self._look()
+        self.look()
         name = self._states.get(light, "Unknown")
         return getattr(carla.TrafficLightState, name, carla.TrafficLightState.Unknown)
 
-    def _look(self) -> None:
+    def look(self) -> None:
+        """Ask what is around, once a tick; where the answer is of a later tick, all is turned to that."""
         if self._fresh:
             return
         self._fresh = True
@@ -91,6 +107,7 @@ class MirrorWorld:
         self._kinds = {i: kind for i, kind in self._kinds.items() if i in self._at}
         self._kinds.update({int(i): _actor(int(i), kind) for i, kind in told["new"].items()})
         self._states = told["states"]
+        self._note(told["tick"])
 
 
 class MirrorSnapshot:
@@ -122,6 +139,17 @@ class MirrorLight:
         return self._world.light_state(self._name)
 
 
+class MirrorSign:
+    """As `carla.TrafficSign`: where it stands, and its trigger box in its own frame."""
+
+    def __init__(self, stands: Sequence[float], middle: Sequence[float], half: Sequence[float]) -> None:
+        self._place = Moving(0, stands)
+        self.trigger_volume = carla.BoundingBox(carla.Location(*middle), carla.Vector3D(*half))
+
+    def get_transform(self) -> Any:
+        return self._place.get_transform()
+
+
 class MirrorVehicle(Moving):
     """The ego. Lights that are set become an order."""
 
@@ -130,6 +158,7 @@ class MirrorVehicle(Moving):
         self._world, self._ask, self._orders = world, ask, orders
         self.bounding_box = carla.BoundingBox(carla.Location(), carla.Vector3D(*opening["extent"]))
         self._limit = float(opening["tick"]["limit"])
+        world.carries(self)
 
     def turn_to(self, tick: dict[str, Any]) -> None:
         self._row, self._limit = tick["ego"], float(tick["limit"])
@@ -164,8 +193,8 @@ class MirrorDriver:
         order = {"path": [list(point) for point in path], "reverse": reverse, "ignore": sorted(ignore)}
         self._orders.append(("follow", order))
 
-    def hold(self) -> None:
-        self._orders.append(("hold", None))
+    def hold(self, brake_mps2: float | None = None) -> None:
+        self._orders.append(("hold", brake_mps2))
 
     def release(self) -> None:
         self._orders.append(("release", None))

@@ -53,10 +53,14 @@ class Session:
     def _step(self, solver: StuckSolver, side: _Forms | _Carla, tick: dict[str, Any]) -> dict[str, Any]:
         if "say" in tick:
             solver.guide(str(tick["say"]))
+        if tick.get("again"):
+            self._directive = None
+            side.forget()
         directive = solver.step(side.status(tick), side.surroundings)
         orders = side.perform(directive)
         answer: dict[str, Any] = {}
-        if directive != self._directive:
+        # Not what is equal: whatever is begun anew is told with the orders for it.
+        if directive is not self._directive:
             answer["directive"] = directive_adapter.dump_python(directive, mode="json")
             self._directive = directive
         if orders:
@@ -95,6 +99,9 @@ class _Forms:
         """The stack does."""
         return []
 
+    def forget(self) -> None:
+        """There is nothing to forget."""
+
 
 class _Carla:
     """A CARLA world told in raw facts: `CarlaStack` on its mirror."""
@@ -110,13 +117,23 @@ class _Carla:
         self._ego = MirrorVehicle(self._world, opening, ask, self._orders)
         driver = MirrorDriver(self._world, self._ego, opening, self._orders)
         self._stack = CarlaStack(self._ego, driver, self._world.map)
-        self.scene = self._stack.scene
-        self.surroundings = self._stack.surroundings
 
     def status(self, tick: dict[str, Any]) -> Status:
         self._world.turn_to(tick)
-        self._ego.turn_to(tick)
         return self._stack.status()
+
+    def surroundings(self) -> Surroundings:
+        # First, since what is asked for late is of a later tick, and then the ego is as well.
+        self._world.look()
+        return self._stack.surroundings()
+
+    def scene(self) -> Scene | None:
+        self._world.look()
+        return self._stack.scene()
+
+    def forget(self) -> None:
+        """The driver's side does not do what it was told last: tell it all of it."""
+        self._stack.forget()
 
     def perform(self, directive: Directive) -> list[Any]:
         self._stack.perform(directive)

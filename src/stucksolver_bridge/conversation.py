@@ -1,0 +1,115 @@
+"""One exchange with the solver for each tick: waited for where the world waits, looked for where it goes on.
+
+In lockstep a step ends when the answer is there, or with an error after a generous limit. Live, a step waits for half
+a tick at most, and for nothing once an answer is late; what comes later is taken on the tick on which it is there.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Any, Callable
+
+from stucksolver_bridge.wire import Wire, WireError
+
+OLD_TICKS = 10
+"""An answer to a tick so long ago is old news: as many as an order is good for (`EXPIRES_TICKS` of stucksolver)."""
+WAIT_SHARE = 0.5
+"""Of a tick is waited at most; the rest is the stack's own."""
+NEEDS = ("surroundings", "scene", "actors", "vehicle_lights", "light_state")
+
+Give = Callable[[str], Any]
+
+
+class Overdue(WireError):
+    """The solver has said nothing for as long as it may think."""
+
+
+class Conversation:
+    """`wait_s`: how long a step may take live; None in lockstep. `limit_s`: the longest that the solver may be silent.
+
+    Raises `WireError`.
+    """
+
+    def __init__(self, wire: Wire, wait_s: float | None, limit_s: float) -> None:
+        self._wire = wire
+        self._wait_s = wait_s
+        self._limit_s = limit_s
+        self._asked_s: float | None = None
+        """When the tick was told that is not answered yet; None where none is."""
+        self._ticks = 0
+        """Since then."""
+        self.late_ticks = 0
+        """How many ticks ago that was told which the last answer is to."""
+        self._words: list[str] = []
+        self._again = False
+
+    def step(self, tick: dict[str, Any], give: Give) -> dict[str, Any] | None:
+        """The answer to this tick, or a late one to one before; None where there is none yet.
+
+        `say` and `again` of a tick that cannot be told now are told with the next that can.
+        """
+        self._keep(tick)
+        begun_s = time.monotonic()
+        if self._asked_s is None:
+            self._tell(tick, begun_s)
+            self.late_ticks = 0
+            return self._answer(begun_s + self._longest_s, give, waits=True)
+        self._ticks += 1
+        answer = self._answer(begun_s + self._longest_s, give, waits=False)
+        if answer is None:
+            return None
+        self.late_ticks = self._ticks
+        old = self._ticks >= OLD_TICKS
+        self._again = self._again or old
+        # It thinks about this tick meanwhile; the answer is there on the next.
+        self._tell(tick, begun_s)
+        return None if old else answer
+
+    @property
+    def _longest_s(self) -> float:
+        return self._limit_s if self._wait_s is None else self._wait_s
+
+    def _keep(self, tick: dict[str, Any]) -> None:
+        if "say" in tick:
+            self._words.append(str(tick["say"]))
+        self._again = self._again or bool(tick.get("again"))
+
+    def _tell(self, tick: dict[str, Any], now_s: float) -> None:
+        told = {name: value for name, value in tick.items() if name not in ("say", "again")}
+        if self._words:
+            told["say"] = self._words.pop(0)
+        if self._again:
+            told["again"], self._again = True, False
+        self._asked_s, self._ticks = now_s, 0
+        self._wire.post({"tick": told})
+
+    def _answer(self, until_s: float, give: Give, waits: bool) -> dict[str, Any] | None:
+        assert self._asked_s is not None
+        while True:
+            answer = self._wire.look(until_s, waits)
+            if answer is None:
+                break
+            if "error" in answer:
+                raise WireError(str(answer["error"]))
+            if "need" not in answer:
+                self._asked_s = None
+                return answer
+            self._give(answer["need"], give)
+            if time.monotonic() >= until_s:
+                break
+        if time.monotonic() - self._asked_s >= self._limit_s:
+            raise Overdue(f"no answer within {self._limit_s:g} s")
+        return None
+
+    def _give(self, need: Any, give: Give) -> None:
+        if need not in NEEDS:
+            raise WireError(f"it asks for {str(need)[:40]!r}; there are {', '.join(NEEDS)}")
+        self._wire.post({"given": give(need)})
+
+
+def limit_of(seconds: float, what: str) -> float:
+    """A time limit that was set by somebody. Raises `ValueError`."""
+    if isinstance(seconds, bool) or not isinstance(seconds, (int, float)) or not 0.0 < seconds < math.inf:
+        raise ValueError(f"{what} must be a number of seconds above 0, not {seconds!r}")
+    return float(seconds)

@@ -1,0 +1,90 @@
+"""What a stack performs when the solver falls silent, for directives in their JSON form.
+
+The same as `stucksolver.decision.Lease`, which stacks use that can import it. Python 3.7, standard library only.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Dict
+
+from stucksolver_bridge.orders import why_unfit
+
+Form = Dict[str, Any]
+CONTINUE: Form = {"kind": "continue"}
+STAND: Form = {"kind": "execute", "behavior": {"name": "wait", "duration_s": 1.0}}
+EXPIRES_TICKS = 10
+"""Where a form does not say: that of `stucksolver.decision.directive`."""
+STUCK_TICKS = 200
+"""At rest for so long (10 s at 20 Hz), a path that is being finished is given up: something stands in it."""
+
+
+class Lease:
+    """Call `renew` with what the solver says, and `tick` once on every tick of the control loop. Nothing is raised."""
+
+    def __init__(self) -> None:
+        self._order = CONTINUE
+        self._ticks = 0
+        self._fallen = False
+        self._finishes = False
+        """Once it has expired: is its path finished, or does the vehicle stop?"""
+        self._rests = 0
+        self.fault: str | None = None
+        """What was wrong with the first directive that could not be performed."""
+
+    def renew(self, form: Form | None, late_ticks: int = 0) -> None:
+        """The solver has spoken: this directive holds from now on; None: the one that it has said before.
+
+        `late_ticks`: it answers a tick so long ago (`SolverProcess.late_ticks`). What cannot be performed is stood
+        still at. One that has expired is not renewed by None: send `again`.
+        """
+        if form is None:
+            self._ticks = self._ticks if self._fallen else min(self._ticks, late_ticks)
+            return
+        wrong = why_unfit(form)
+        if wrong is not None:
+            self.fault = self.fault or wrong
+        self._order, self._ticks = (form if wrong is None else STAND), late_ticks
+        self._fallen, self._rests = False, 0
+
+    def expire(self) -> None:
+        """Nobody will renew it any more: its fallback is due on the next tick."""
+        self._ticks = max(self._ticks, self._good_for)
+
+    @property
+    def expired(self) -> bool:
+        """Has the solver been silent for longer than its order was good for? Then ask it to say all of it `again`."""
+        return self._fallen
+
+    @property
+    def order(self) -> Form:
+        """What was said last, or what has taken its place."""
+        return self._order
+
+    def no_stop_at(self, x_m: float, y_m: float) -> bool:
+        """Would a stop at a place, in the frame of the order's path, not end where a vehicle may stand?"""
+        points = self._order.get("path") or ()
+        nearest = min(points, key=lambda p: (p["x_m"] - x_m) ** 2 + (p["y_m"] - y_m) ** 2, default=None)
+        return nearest is not None and bool(nearest.get("no_stop"))
+
+    def tick(self, x_m: float, y_m: float, *, path_is_done: bool, at_rest: bool) -> Form:
+        """What to perform now: the order; once it has expired, its fallback; once that is done, nothing of ours.
+
+        `x_m`, `y_m`: the centre of the vehicle in the frame of the path. `path_is_done`: it is at the end of the
+        order's path. `at_rest`: it stands. A safe stop does not expire: the vehicle stands where it may, and stays.
+        """
+        self._ticks += 1
+        if self._order["kind"] != "execute" or self._ticks <= self._good_for:
+            return self._order
+        if not self._fallen:
+            self._fallen, self._finishes = True, self.no_stop_at(x_m, y_m)
+        self._rests = self._rests + 1 if at_rest else 0
+        over = (path_is_done or self._rests > STUCK_TICKS) if self._finishes else at_rest
+        if over:
+            self._order = CONTINUE
+            return CONTINUE
+        # One that stands still is its own fallback, and brakes as hard as it was told.
+        return self._order if self._finishes or not self._order.get("path") else STAND
+
+    @property
+    def _good_for(self) -> int:
+        return int(self._order.get("expires_ticks", EXPIRES_TICKS))

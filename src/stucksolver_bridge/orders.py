@@ -1,0 +1,153 @@
+"""Whether what the solver says can be performed: looked at before anything of it is, since nothing may fail midway.
+
+Numbers are finite and in bounds, lists of bounded length, names known. Python 3.7, standard library only.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Callable, Sequence
+
+from stucksolver_bridge.line import Line
+
+FURTHEST_M = 1e6
+"""No place of a map is further from its origin."""
+QUICKEST_MPS = 120.0
+HARDEST_MPS2 = 100.0
+MOST_POINTS = 10_000
+"""Of a path: a recovery has 200 m, and a point every half metre."""
+MOST_PLACES = 20_000
+"""Of a route: one about every metre."""
+MOST_IDS, MOST_ORDERS, MOST_EVENTS = 1000, 16, 1000
+LONGEST_TICKS = 200
+"""For which an order is good, as `Execute.expires_ticks` has it."""
+MOST_LIGHTS = 0xFFFFFFFF
+"""`carla.VehicleLightState.All`."""
+LARGEST_ID = 2**31 - 1
+KINDS = ("continue", "execute", "replan", "safe_stop")
+
+
+class Unfit(ValueError):
+    """Something cannot be performed; the message says what of it and why."""
+
+
+def why_malformed(answer: Any) -> str | None:
+    """What of the solver's answer to a tick cannot be performed, in a few words; None where all of it can."""
+    return _why(_check_answer, answer)
+
+
+def why_unfit(form: Any) -> str | None:
+    """What of a directive in its JSON form cannot be performed; None where all of it can."""
+    return _why(_check_directive, form)
+
+
+def _why(check: Callable[[Any], None], value: Any) -> str | None:
+    try:
+        check(value)
+    except Unfit as unfit:
+        return str(unfit)
+    return None
+
+
+def _check_answer(answer: Any) -> None:
+    _a(dict, answer, "the answer")
+    if "directive" in answer:
+        _check_directive(answer["directive"])
+    for order in _list(answer.get("orders", []), MOST_ORDERS, "orders"):
+        named = isinstance(order, (list, tuple)) and len(order) == 2 and isinstance(order[0], str)
+        if not named or order[0] not in _ORDERS:
+            raise Unfit(f"an order is none of {', '.join(_ORDERS)}")
+        if order[0] in _OF_A_DIRECTIVE and "directive" not in answer:
+            raise Unfit(f"{order[0]} comes without the directive that it is part of")
+        _ORDERS[order[0]](order[1])
+    for event in _list(answer.get("events", []), MOST_EVENTS, "events"):
+        _a(dict, event, "an event")
+
+
+def _check_directive(form: Any) -> None:
+    _a(dict, form, "a directive")
+    if form.get("kind") not in KINDS:
+        raise Unfit(f"a directive is none of {', '.join(KINDS)}")
+    if form["kind"] != "execute":
+        return
+    for point in _list(form.get("path", []), MOST_POINTS, "the path"):
+        _a(dict, point, "a point of the path")
+        _check_point((point.get("x_m"), point.get("y_m"), point.get("speed_mps")))
+        _a(bool, point.get("no_stop", False), "no_stop")
+    _number(form.get("expires_ticks", 1), 1, LONGEST_TICKS, "expires_ticks", whole=True)
+    _check_hold(form.get("brake_mps2"))
+
+
+def _check_follow(order: Any) -> None:
+    _a(dict, order, "follow")
+    path = _list(order.get("path"), MOST_POINTS, "the path")
+    for point in path:
+        if not isinstance(point, (list, tuple)) or len(point) != 3:
+            raise Unfit("a point of the path is no three numbers")
+        _check_point(point)
+    try:
+        Line(path)
+    except ValueError as error:
+        raise Unfit(str(error)) from error
+    _a(bool, order.get("reverse"), "reverse")
+    for one in _list(order.get("ignore"), MOST_IDS, "ignore"):
+        _number(one, -LARGEST_ID, LARGEST_ID, "an id", whole=True)
+
+
+def _check_point(point: Sequence[Any]) -> None:
+    for value in point[:2]:
+        _number(value, -FURTHEST_M, FURTHEST_M, "a place of the path")
+    _number(point[2], 0.0, QUICKEST_MPS, "a speed of the path")
+
+
+def _check_hold(brake_mps2: Any) -> None:
+    if brake_mps2 is not None:
+        _number(brake_mps2, 1e-3, HARDEST_MPS2, "how hard to brake")
+
+
+def _check_route(places: Any) -> None:
+    for spot in _list(places, MOST_PLACES, "the route"):
+        if not isinstance(spot, (list, tuple)) or len(spot) != 4 or not isinstance(spot[3], str):
+            raise Unfit("a place of the route is no road, lane, arc length and command")
+        for value in spot[:2]:
+            _number(value, -LARGEST_ID, LARGEST_ID, "a road or lane", whole=True)
+        _number(spot[2], -FURTHEST_M, FURTHEST_M, "an arc length")
+
+
+def _check_lights(state: Any) -> None:
+    _number(state, 0, MOST_LIGHTS, "the lights", whole=True)
+
+
+def _check_nothing(value: Any) -> None:
+    """There is nothing to it."""
+
+
+_ORDERS: dict[str, Callable[[Any], None]] = {
+    "follow": _check_follow,
+    "hold": _check_hold,
+    "release": _check_nothing,
+    "route": _check_route,
+    "lights": _check_lights,
+}
+
+
+_OF_A_DIRECTIVE = ("follow", "hold", "release")
+
+
+def _a(kind: type, value: Any, what: str) -> None:
+    if not isinstance(value, kind):
+        raise Unfit(f"{what} is no {kind.__name__}")
+
+
+def _list(value: Any, most: int, what: str) -> Sequence[Any]:
+    if not isinstance(value, (list, tuple)):
+        raise Unfit(f"{what} is no list")
+    if len(value) > most:
+        raise Unfit(f"{what} has {len(value)} entries; there may be {most}")
+    return value
+
+
+def _number(value: Any, least: float, most: float, what: str, whole: bool = False) -> None:
+    # Not `isfinite`: it fails for whole numbers beyond all floats. NaN is within no bounds.
+    fits = isinstance(value, int if whole else (int, float)) and not isinstance(value, bool) and least <= value <= most
+    if not fits:
+        raise Unfit(f"{what} is no {'whole ' if whole else ''}number from {least:g} to {most:g}")

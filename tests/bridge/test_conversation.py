@@ -1,0 +1,255 @@
+"""Live, no step waits longer than half a tick; where the world waits, for a limited time. The clock is ours."""
+
+from __future__ import annotations
+
+import json
+import select
+import socket
+import struct
+
+import pytest
+
+from stucksolver_bridge import conversation, wire
+from stucksolver_bridge.conversation import OLD_TICKS, Conversation, Overdue, limit_of
+from stucksolver_bridge.wire import Wire, WireError
+
+TICK_S, LIMIT_S = 0.05, 120.0
+
+
+class Clock:
+    """Stands where `time` does; only waiting makes it go on."""
+
+    def __init__(self):
+        self.now_s = 1000.0
+
+    def monotonic(self):
+        return self.now_s
+
+
+class Other:
+    """The other end, which says what it is told to, when it is told to."""
+
+    def __init__(self, connected):
+        self.socket = connected
+        connected.setblocking(False)
+        self._heard = b""
+        self.later = []
+        """(instant, bytes) that come while somebody waits."""
+
+    def says(self, message):
+        self.raw(framed(message))
+
+    def raw(self, sent):
+        self.socket.sendall(sent)
+
+    def heard(self):
+        """All messages that have come so far."""
+        try:
+            while True:
+                self._heard += self.socket.recv(1 << 16)
+        except BlockingIOError:
+            pass
+        found = []
+        while len(self._heard) >= 4:
+            (length,) = struct.unpack(">I", self._heard[:4])
+            if len(self._heard) < 4 + length:
+                break
+            found.append(json.loads(self._heard[4 : 4 + length]))
+            self._heard = self._heard[4 + length :]
+        return found
+
+
+def framed(message):
+    text = json.dumps(message).encode()
+    return struct.pack(">I", len(text)) + text
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    found = Clock()
+    monkeypatch.setattr(wire, "time", found)
+    monkeypatch.setattr(conversation, "time", found)
+    return found
+
+
+@pytest.fixture
+def other(clock, monkeypatch):
+    """The other end; waiting for it takes no time but that of the clock."""
+    ours, theirs = socket.socketpair()
+    there = Other(theirs)
+    there.ours, there.waited = ours, []
+
+    class Poll:
+        def __init__(self):
+            self._real = POLL()
+
+        def register(self, *what):
+            self._real.register(*what)
+
+        def poll(self, within_ms):
+            until = clock.now_s + within_ms / 1000.0
+            while there.later and there.later[0][0] <= until and not self._real.poll(0):
+                clock.now_s, sent = there.later.pop(0)
+                there.raw(sent)
+            ready = self._real.poll(0)
+            if not ready:
+                there.waited.append(within_ms / 1000.0)
+                clock.now_s = until
+            return ready
+
+    monkeypatch.setattr(wire.select, "poll", Poll)
+    yield there
+    ours.close()
+    theirs.close()
+
+
+POLL = select.poll
+
+
+def live(other):
+    return Conversation(Wire(other.ours, wire.ANSWER_BYTES), 0.5 * TICK_S, LIMIT_S)
+
+
+def lockstep(other, limit_s=LIMIT_S):
+    return Conversation(Wire(other.ours, wire.ANSWER_BYTES), None, limit_s)
+
+
+def ticks(clock, talk, count, **more):
+    """So many ticks of a world that goes on; each answer, and the longest step."""
+    answers, longest = [], 0.0
+    for k in range(count):
+        begun = clock.now_s
+        answers.append(talk.step({"time": k, **more}, lambda what: what))
+        longest = max(longest, clock.now_s - begun)
+        clock.now_s = begun + TICK_S
+    return answers, longest
+
+
+def test_a_silent_solver_costs_half_a_tick_once_and_nothing_after(other, clock):
+    answers, longest = ticks(clock, live(other), 200)
+    assert set(answers) == {None}
+    assert longest <= TICK_S / 2 + 1e-3
+    assert sum(other.waited) <= TICK_S / 2 + 1e-3
+    assert len(other.heard()) == 1, "nor is it told anything meanwhile"
+
+
+def test_one_byte_a_second_holds_no_tick_up(other, clock):
+    answer = framed({"directive": {"kind": "continue"}})
+    other.later = [(1000.0 + k, answer[k : k + 1]) for k in range(len(answer))]
+    talk = live(other)
+    answers, longest = ticks(clock, talk, 20 * (len(answer) - 1) + 2)
+    assert longest <= TICK_S / 2 + 1e-3
+    assert set(answers) == {None}, "what is whole in the end is old news"
+    other.says({})
+    assert ticks(clock, talk, 2)[0].count({}) == 1, "the next answer counts again"
+    assert [m["tick"].get("again") for m in other.heard()] == [None, True, None]
+
+
+def test_what_is_late_by_a_few_ticks_is_taken_then(other, clock):
+    talk = live(other)
+    for late in (1, 3, OLD_TICKS - 2):
+        assert ticks(clock, talk, late)[0] == [None] * late
+        other.says({"late": late})
+        assert ticks(clock, talk, 1)[0] == [{"late": late}]
+        assert late <= talk.late_ticks <= late + 1
+        other.says({"on": "time"})
+        assert ticks(clock, talk, 1)[0] == [{"on": "time"}]
+
+
+def test_what_answers_a_tick_too_long_ago_is_old_news_and_asked_for_again(other, clock):
+    talk = live(other)
+    ticks(clock, talk, OLD_TICKS)
+    other.says({"directive": {"kind": "execute"}})
+    assert ticks(clock, talk, 1)[0] == [None]
+    assert [m["tick"].get("again") for m in other.heard()] == [None, True]
+
+
+def test_what_the_solver_asks_for_late_is_given_then(other, clock):
+    talk = live(other)
+    ticks(clock, talk, 2)
+    other.says({"need": "surroundings"})
+    assert ticks(clock, talk, 1)[0] == [None]
+    assert other.heard()[-1] == {"given": "surroundings"}
+    other.says({})
+    assert ticks(clock, talk, 1)[0] == [{}]
+
+
+def test_words_said_while_it_thinks_are_told_with_the_next_tick(other, clock):
+    talk = live(other)
+    ticks(clock, talk, 1, say="one")
+    ticks(clock, talk, 1, say="two")
+    for _ in range(3):
+        other.says({})
+        ticks(clock, talk, 1)
+    assert [m["tick"].get("say") for m in other.heard()] == ["one", "two", None, None]
+
+
+def test_who_asks_for_ever_holds_no_tick_up(other, clock):
+    talk = live(other)
+    for _ in range(150):
+        other.says({"need": "scene"})
+
+    def slowly(what):
+        clock.now_s += 0.001
+        return what
+
+    for _ in range(20):
+        begun = clock.now_s
+        assert talk.step({}, slowly) is None
+        assert clock.now_s - begun <= TICK_S / 2 + 2e-3
+        clock.now_s = begun + TICK_S
+
+
+def test_a_world_that_waits_waits_for_the_answer_however_long_it_takes_up_to_the_limit(other, clock):
+    talk = lockstep(other)
+    other.later = [(1000.0 + LIMIT_S - 1.0, framed({"thought": "long"}))]
+    assert talk.step({}, str) == {"thought": "long"}
+    with pytest.raises(Overdue, match="no answer within 120 s"):
+        talk.step({}, str)
+    assert clock.now_s == pytest.approx(1000.0 + 2 * LIMIT_S - 1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("talks", [live, lockstep])
+def test_one_byte_a_second_does_not_put_the_limit_off(other, clock, talks):
+    other.later = [(1000.0 + k, b"\x00\x00\x20\x00"[k : k + 1] if k < 4 else b"x") for k in range(4000)]
+    talk = talks(other)
+    with pytest.raises(Overdue):
+        for _ in range(round(2 * LIMIT_S / TICK_S)):
+            begun = clock.now_s
+            talk.step({}, str)
+            clock.now_s = max(clock.now_s, begun + TICK_S)
+    assert clock.now_s == pytest.approx(1000.0 + LIMIT_S, abs=2 * TICK_S)
+
+
+def test_an_other_side_that_takes_nothing_holds_no_tick_up(other, clock):
+    talk = live(other)
+    other.says({"need": "actors"})
+    assert talk.step({}, lambda what: "x" * 10_000_000) is None
+    clock.now_s += TICK_S
+    begun = clock.now_s
+    assert talk.step({}, str) is None
+    assert clock.now_s == begun
+
+
+@pytest.mark.parametrize("need", ["password", 7, None, ["scene"], {}])
+def test_what_it_cannot_have_is_a_fault(other, clock, need):
+    other.says({"need": need})
+    with pytest.raises(WireError, match="asks for"):
+        live(other).step({}, str)
+
+
+def test_an_answer_that_is_no_message_is_a_fault(other, clock):
+    for sent in (struct.pack(">I", 1 << 25), struct.pack(">I", 4) + b"[[[[", struct.pack(">I", 2) + b"\xff\xff"):
+        other.raw(sent)
+        with pytest.raises(WireError):
+            live(other).step({}, str)
+    deep = b"[" * 100_000
+    other.raw(struct.pack(">I", len(deep)) + deep)
+    with pytest.raises(WireError):
+        live(other).step({}, str)
+
+
+@pytest.mark.parametrize("seconds", [0, -1, float("nan"), float("inf"), "long", None, True])
+def test_a_limit_that_is_none_is_named(seconds):
+    with pytest.raises(ValueError, match="answer_limit_s"):
+        limit_of(seconds, "answer_limit_s")
