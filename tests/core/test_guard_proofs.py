@@ -22,11 +22,11 @@ from stucksolver.scene.view import View
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN)
 GUARD = Guard()
+BRAKING_MPS2, CROSSING_MPS = 3.5, 0.3
+"""How others may brake, and from which lateral speed on they are taken to cross: docs/SAFETY.md."""
 MANY = int(os.environ.get("GUARD_EXAMPLES", "50"))
 FEW = MANY // 2
 """`make integration` looks at more of them than `make unit`: the count is arbitrary, the promise is not."""
-BRAKING_MPS2, CROSSING_MPS = 3.5, 0.3
-"""How others may brake, and from which lateral speed on they are taken to cross: docs/SAFETY.md."""
 many = settings(max_examples=MANY, suppress_health_check=list(HealthCheck))
 
 speeds = st.floats(2.0, 11.0)

@@ -69,9 +69,8 @@ def from_behind(case: Case) -> list[Reject]:
         side = 1.0 if left_of_us else -1.0
         beside = side * (view.d[i] - path.d) - view.across[i] - case.reach
         # Where there is less room from the start, who is beside us still has it; what is nearer still takes it away.
-        room_m = min(
-            policy.beside_people_m if view.vulnerable[i] else policy.beside_m, float(beside[0]) - policy.nearer_m
-        )
+        least_m = policy.beside_people_m if view.vulnerable[i] else policy.beside_m
+        room_m = min(least_m, float(beside[0]) - case.policy.clearance.nearer_m)
         border = float(view.d[i]) - side * (float(view.across[i]) + room_m)
         meets = beside < room_m
         if beside[0] <= 0.0 or not meets.any() or path.s[int(meets.argmax())] < view.ego_s:

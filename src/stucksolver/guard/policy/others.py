@@ -83,8 +83,6 @@ class EntryPolicy(Model):
     """Room beside us that those need who come by: the gap to what stands."""
     beside_people_m: NonNegativeFloat = 0.5
     """The same for people and cyclists, who come by of themselves: less than what we keep when we pass them."""
-    nearer_m: NonNegativeFloat = 0.05
-    """Where they have less at the start, so much less counts as coming into their way. Ours: a path's own wobble."""
     accelerates_mps2: NonNegativeFloat = 2.0
     """So they may speed up, to the limit, until they see us in their lane: a brisk driver."""
     watching_reaction_s: NonNegativeFloat = 0.5
