@@ -154,7 +154,7 @@ def test_a_view_puts_objects_beside_the_road():
     world = World(straight_road(), [thing("car", 70.0, 0.5), thing("walker", 80.0, -4.0, kind=ObjectKind.PEDESTRIAN)])
     view = world.view()
     assert view.gap[0] == pytest.approx(70.0 - 2.3 - 50.0 - 2.45)
-    assert view.vulnerable.tolist() == [0.0, 1.0]
+    assert view.vulnerable.tolist() == [False, True]
     assert [lane and lane.strip.id for lane in view.lane_of] == ["own", None]
     assert view.index_of("walker") == 1
     assert view.index_of("nobody") is None

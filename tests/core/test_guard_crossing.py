@@ -103,14 +103,14 @@ def test_one_beside_a_bend_goes_straight_on_and_not_round_with_our_lane():
     assert codes(World(road, [away], x=0.0), KeepLane(distance_m=20.0, speed_mps=4.0)) == set()
 
 
-@pytest.mark.parametrize(("kind", "there"), [(ObjectKind.CAR, 1.0), (ObjectKind.PEDESTRIAN, 0.0)])
+@pytest.mark.parametrize(("kind", "there"), [(ObjectKind.CAR, True), (ObjectKind.PEDESTRIAN, False)])
 def test_only_vehicles_have_roads_of_their_own(kind, there):
     world = World(JUNCTION, [thing("who", 72.0, -30.0, kind=kind, sideways=1.5, yaw=math.pi / 2)])
     assert world.view().elsewhere.tolist() == [there]
 
 
 def test_who_comes_up_from_before_the_known_road_is_in_our_lane():
-    assert World(JUNCTION, [thing("behind", -20.0, speed=8.0)]).view().elsewhere.tolist() == [0.0]
+    assert World(JUNCTION, [thing("behind", -20.0, speed=8.0)]).view().elsewhere.tolist() == [False]
 
 
 def test_in_a_junction_way_is_given_to_who_crosses_ahead():

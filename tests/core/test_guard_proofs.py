@@ -14,7 +14,6 @@ from worlds import LANE_M, World, red_light, straight_road, thing
 from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane, KeepLane
 from stucksolver.guard import Guard
 from stucksolver.guard.case import Case
-from stucksolver.guard.predict import BRAKING_MPS2, CROSSING_MPS
 from stucksolver.guard.tracking import tracked
 from stucksolver.scene import LaneDirection, LightState, LineKind, ObjectKind
 from stucksolver.scene.boxes import separation
@@ -23,6 +22,8 @@ from stucksolver.scene.view import View
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN)
 GUARD = Guard()
+BRAKING_MPS2, CROSSING_MPS = 3.5, 0.3
+"""How others may brake, and from which lateral speed on they are taken to cross: docs/SAFETY.md."""
 MANY = int(os.environ.get("GUARD_EXAMPLES", "50"))
 FEW = MANY // 2
 """`make integration` looks at more of them than `make unit`: the count is arbitrary, the promise is not."""
@@ -103,7 +104,7 @@ def test_no_profile_between_slow_and_quick_meets_anything_that_moves_as_assumed(
     movers = [o for o in world.objects if not answers_for_itself(o, case)]
     ego = case.view.ego
     for k in range(0, len(when), 2):
-        if when[k] > GUARD.policy.horizon_s:
+        if when[k] > GUARD.policy.prediction.horizon_s:
             break
         own = body(case.path.s[k], case.path.d[k], case.heading[k], ego.length_m, ego.width_m)
         for o in movers:
@@ -136,7 +137,7 @@ def test_no_borrow_is_accepted_with_less_sight_than_the_rule_asks_for(sight, x, 
     (lane,) = (lane for lane in case.path.enters if lane.strip.direction is LaneDirection.OPPOSITE)
     last = np.flatnonzero(case.inside(lane))[-1]
     own_way, time = case.path.s[last] - case.view.ego_s, case.slow.t[last]
-    assert sight >= own_way + limit * time + GUARD.policy.sight_margin_m - 1e-6
+    assert sight >= own_way + limit * time + GUARD.policy.oncoming.sight_margin_m - 1e-6
 
 
 @settings(max_examples=FEW, suppress_health_check=list(HealthCheck))
@@ -172,7 +173,7 @@ def test_the_guard_answers_every_plan_in_every_world(world, behavior, guided):
     verdict, proven = GUARD.accept([behavior], world.view(), guided)
     assert (proven is None) == bool(verdict.rejects)
     if proven is not None:
-        cap = GUARD.policy.guided_speed_mps if guided else GUARD.policy.recovery_speed_mps
+        cap = GUARD.policy.speeds.guided_mps if guided else GUARD.policy.speeds.recovery_mps
         assert proven.path.speed.max() <= cap
         assert GUARD.recheck(proven, world.view()).accepted
 
@@ -218,7 +219,7 @@ def test_who_comes_from_behind_stops_short_of_what_is_in_their_lane(behind_m, sp
     _, proven = GUARD.accept([ChangeLane(side="left", distance_m=40.0, speed_mps=5.0)], view, False)
     event(f"accepted: {proven is not None}")
     assume(proven is not None)
-    case = Case(view, tracked(proven.path, view), GUARD.policy)
+    case = Case(view, tracked(proven.path, view, GUARD.policy.tracking), GUARD.policy)
     run, path = getattr(case, which), case.path
     entry = float(run.t[np.flatnonzero(case.inside(path.enters[0]))[0]])
     past = 50.0 - behind_m - 2.3 + speed * entry > np.interp(entry, run.t, path.s) + view.ego.length_m / 2

@@ -21,6 +21,7 @@ from stucksolver.decision.behaviors import (
     Wait,
 )
 from stucksolver.guard import Approvals, Guard, GuardPolicy, RejectCode
+from stucksolver.guard.policy import SpeedPolicy
 from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl, Zone, ZoneKind
 
 TWO_WAY = straight_road()
@@ -245,7 +246,7 @@ def test_no_passengers_words_make_a_queue_an_obstruction():
 
 @pytest.mark.parametrize("behavior", [Creep(distance_m=8.0), BackUp(distance_m=5.0), OVER], ids=lambda b: b.name)
 def test_what_must_be_slow_is_slow(behavior):
-    policy = GuardPolicy(creep_speed_mps=0.4)
+    policy = GuardPolicy(speeds=SpeedPolicy(creep_mps=0.4))
     assert C.OVERSPEED in codes(behavior, GOOD_BAG, policy=policy) or behavior.name == "creep"
 
 

@@ -19,6 +19,8 @@ from worlds import LANE_M, World, drive, red_light, straight_road, stubborn, thi
 from stucksolver.cli import main
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import Wait
+from stucksolver.guard import Guard, GuardPolicy
+from stucksolver.guard.policy import PeoplePolicy, RssPolicy, StoppingPolicy
 from stucksolver.reason import Trace
 from stucksolver.reason.faulty import make_faulty
 from stucksolver.record import Recorder, RecordError, replay
@@ -66,7 +68,49 @@ def test_it_begins_with_all_that_decides_how_it_goes(one):
     assert first["clock"] == "lockstep"
     assert first["reasoners"] == {"rules": "rules"}
     assert first["ladder"]["name"] == "default"
-    assert first["policy"]["solid_line"] == "passenger"
+    assert first["policy"] == GuardPolicy().model_dump(mode="json")
+    assert first["policy"]["clearance"]["standing_gap_m"] == 0.3
+
+
+OWN = GuardPolicy(people=PeoplePolicy(step_mps=1.1), rss=RssPolicy(reaction_s=0.8), stopping=StoppingPolicy(lag_s=0.5))
+
+
+def rewritten(file, folder, change):
+    """The same record with another first line, in an unbroken chain."""
+    for number, data in read_chain(file):
+        if number == 1:
+            copy = ChainWriter(folder / "intervention-0001.jsonl")
+            change(data["policy"])
+        copy.write(data)
+    copy.close()
+    return copy.path
+
+
+def test_a_record_is_judged_by_its_own_policy(tmp_path):
+    _, (file,) = recorded(tmp_path / "own", guard=Guard(OWN))
+    assert GuardPolicy.model_validate(lines(file)[0]["policy"]) == OWN
+    assert replay(file).findings == []
+
+
+def test_with_other_numbers_the_verdicts_come_out_otherwise(one, tmp_path):
+    def stricter(policy):
+        policy["clearance"]["standing_gap_m"] = 3.0
+
+    findings = replay(rewritten(one, tmp_path, stricter)).findings
+    assert findings and findings[0].what.startswith("verdict")
+    assert findings[0].recorded == "accepted" and "gap" in findings[0].derived
+
+
+@pytest.mark.parametrize("part", ["clearance", "waits"])
+def test_a_policy_that_is_not_whole_is_refused_and_never_filled_with_defaults(part, one, tmp_path):
+    with pytest.raises(RecordError, match=rf"intervention-0001.jsonl: the guard's policy is .*{part}"):
+        replay(rewritten(one, tmp_path, lambda policy: policy[part].popitem()))
+
+
+@pytest.mark.parametrize("part", ["clearance", "waits"])
+def test_a_number_that_nobody_here_knows_is_refused(part, one, tmp_path):
+    with pytest.raises(RecordError, match=rf"policy .*{part}.unheard_of_m"):
+        replay(rewritten(one, tmp_path, lambda policy: policy[part].update(unheard_of_m=1.0)))
 
 
 def test_trigger_scene_decision_verdict_and_outcome_are_there(one):

@@ -57,7 +57,20 @@ def _from_above(bound: list[float], start: float, acceleration_mps2: float, brak
     return np.array(squared)
 
 
-def sluggish(path: Manoeuvre, speed_mps: float, limits: VehicleLimits) -> Rollout:
+SLUGGISH_SPEED = 0.85
+"""A sluggish vehicle drives so much of the speed that it is asked for. Ours: stacks keep below a bound, not at it."""
+SLUGGISH_ACCELERATION = 0.6
+"""And so much of its comfortable acceleration. Ours: loaded, uphill, or with a careful controller."""
+
+
+def sluggish(
+    path: Manoeuvre,
+    speed_mps: float,
+    limits: VehicleLimits,
+    speed_part: float = SLUGGISH_SPEED,
+    acceleration_part: float = SLUGGISH_ACCELERATION,
+) -> Rollout:
     """The pessimistic hypothesis: weaker acceleration, and never quite the speed that was asked for."""
-    slower = Manoeuvre(path.s, path.d, 0.85 * path.speed)
-    return rollout(slower, speed_mps, 0.6 * limits.comfort_acceleration_mps2, limits.comfort_braking_mps2)
+    slower = Manoeuvre(path.s, path.d, speed_part * path.speed)
+    acceleration = acceleration_part * limits.comfort_acceleration_mps2
+    return rollout(slower, speed_mps, acceleration, limits.comfort_braking_mps2)

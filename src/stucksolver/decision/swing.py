@@ -43,7 +43,7 @@ def touches_standing(view: View, path: Manoeuvre, clearance_m: float, vulnerable
 
     `vulnerable_m` is the clearance to people and cyclists.
     """
-    standing = np.flatnonzero(view.moving == 0.0)
+    standing = np.flatnonzero(~view.moving)
     if not len(standing):
         return False
     gap = separation(
@@ -52,5 +52,5 @@ def touches_standing(view: View, path: Manoeuvre, clearance_m: float, vulnerable
         (view.s[standing], view.d[standing], view.yaw[standing]),
         (view.half_length[standing], view.half_width[standing]),
     )
-    least = np.where(view.vulnerable[standing] > 0, vulnerable_m, clearance_m)
+    least = np.where(view.vulnerable[standing], vulnerable_m, clearance_m)
     return bool(((gap < least) & (gap < gap[0] - NEARER_M)).any())

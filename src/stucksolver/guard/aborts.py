@@ -4,26 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
+from stucksolver.decision.manoeuvre import STEP_M
 from stucksolver.guard.case import Case
 from stucksolver.guard.predict import moving_gaps, relevant
 from stucksolver.guard.straight import goes_straight
 from stucksolver.guard.verdict import Reject, RejectCode
-from stucksolver.scene.frenet import Array
+from stucksolver.scene.frenet import Array, Mask
 from stucksolver.scene.road import LaneDirection, ZoneKind
 from stucksolver.scene.view import MOVING_MPS
 
-EVERY_M = 3.0
 MOST_STOPS = 16
-STEP_S = 0.2
-GIVES_WAY_S, GOES_ON_S, STANDS_S = 2.5, 6.0, 3.0
-"""Way is given to those who would be met within so long after a stop, and given on until nobody would within longer;
-the stop is looked at for so long."""
-LAG_S = 0.3
-"""From the order to brake until the brakes bite."""
+"""At most so many stops are tried along a path, evenly: a bound on the work of one look."""
 
 
-def committed(case: Case) -> Array:
-    """At which stations a stop by comfortable braking may end, or pass through, where no vehicle should stand.
+def committed(case: Case) -> Mask:
+    """(stations,): where a stop by comfortable braking may end, or pass through, where no vehicle should stand.
 
     Those places are junctions, crosswalks and level crossings; lanes of the oncoming traffic; and the border of a
     lane that the path moves into. There the way out is to finish, which has been proven.
@@ -35,22 +30,24 @@ def committed(case: Case) -> Array:
     ends = path.s + case.quick.v**2 / (2 * case.view.ego.limits.comfort_braking_mps2)
     last = np.minimum(np.searchsorted(path.s, ends), len(path.s) - 1)
     before = np.concatenate([[0], np.cumsum(bad)])
-    result: Array = before[last + 1] - before[np.arange(len(path.s))] > 0
+    result: Mask = before[last + 1] - before[np.arange(len(path.s))] > 0
     return result
 
 
-def _no_place(case: Case) -> Array:
+def _no_place(case: Case) -> Mask:
+    """(stations,): is it no place for a stop?"""
     path, half = case.path, case.view.ego.length_m / 2
+    tolerance_m = case.policy.lanes.tolerance_m
     bad = np.zeros(len(path.s), dtype=bool)
     for zone in case.view.surroundings.road.zones:
         bad |= (path.s + half > zone.start_m) & (path.s - half < zone.end_m)
     for lane in path.enters:
         if lane is case.start_lane:
             continue
-        inside = case.inside(lane) > 0
+        inside = case.inside(lane).copy()
         if lane.strip.direction is not LaneDirection.OPPOSITE:
             right, left = np.interp(path.s, lane.s, lane.right), np.interp(path.s, lane.s, lane.left)
-            inside &= ~((path.d - case.reach > right - 0.1) & (path.d + case.reach < left + 0.1))
+            inside &= ~((path.d - case.reach > right - tolerance_m) & (path.d + case.reach < left + tolerance_m))
         bad |= inside
     return bad
 
@@ -60,22 +57,23 @@ def stops_are_safe(case: Case, no_stop: Array) -> list[Reject]:
 
     What stands is kept clear of all along the path; once the ego stands in its own lane, others must not drive into it.
     """
-    view = case.view
+    view, policy = case.view, case.policy
     which = relevant(case)
     which = which[np.hypot(view.vs[which], view.vd[which]) > MOVING_MPS]
     free = np.flatnonzero(~no_stop)
     if not len(which) or not len(free):
         return []
     # Those ahead of us in our own direction are followed at their own distance.
-    which = which[~((view.vs[which] > 0.5) & (np.abs(view.vd[which]) < 0.5))]
+    ahead = view.vs[which] > policy.prediction.along_mps
+    which = which[~(ahead & (np.abs(view.vd[which]) < policy.prediction.steady_mps))]
     if not len(which):
         return []
-    stride = max(int(EVERY_M / 0.5), -(-len(free) // MOST_STOPS))
+    stride = max(int(policy.stopping.every_m / STEP_M), -(-len(free) // MOST_STOPS))
     braking = view.ego.limits.comfort_braking_mps2
     for run in (case.quick, case.slow):
         start = free[::stride]
         lasts = run.v[start] / braking
-        t = np.arange(0.0, min(float((run.t[start] + lasts).max()), case.policy.horizon_s) + STEP_S, STEP_S)
+        t = _instants(case, min(float((run.t[start] + lasts).max()), policy.prediction.horizon_s))
         since = np.clip(t - run.t[start][:, None], 0.0, lasts[:, None])
         driven = np.interp(t, run.t, case.path.s)
         stations = np.where(
@@ -85,7 +83,7 @@ def stops_are_safe(case: Case, no_stop: Array) -> list[Reject]:
         )
         gap = moving_gaps(case, stations, which, t)
         gap[t > (run.t[start] + lasts)[:, None]] = np.inf
-        hit = (gap < 0.0) & (gap < gap[:, :1] - 0.05)
+        hit = (gap < 0.0) & (gap < gap[:, :1] - policy.clearance.nearer_m)
         if hit.any():
             when, who = (int(k[0]) for k in np.nonzero(hit)[1:])
             thing = view.objects[int(which[who])]
@@ -99,21 +97,21 @@ def lets_by(case: Case, rejects: list[Reject], giving_way: bool) -> bool:
 
     Not where the stop would end in an oncoming lane or on a level crossing. `giving_way`: it is doing so already.
     """
-    view, policy = case.view, case.policy
+    view, policy, stopping = case.view, case.policy, case.policy.stopping
     braking, speed = view.ego.limits.comfort_braking_mps2, view.ego.speed_mps
-    lasts = LAG_S + speed / braking
+    lasts = stopping.lag_s + speed / braking
     named = {r.object_id: r.time_s for r in rejects if r.time_s is not None}
     met_s = [named[thing.id] for i, thing in enumerate(view.objects) if thing.id in named and goes_straight(case, i)]
-    if not met_s or min(met_s) > lasts + (GOES_ON_S if giving_way else GIVES_WAY_S):
+    if not met_s or min(met_s) > lasts + (stopping.goes_on_s if giving_way else stopping.gives_way_s):
         return False
     stations, t = braking_now(case)
     if not _may_wait(case, float(stations[-1])):
         return False
     which = relevant(case, float(t[-1]))
-    which = which[view.moving[which] > 0]
+    which = which[view.moving[which]]
     gap = moving_gaps(case, stations[None, :], which, t)[0]
-    kept = _kept(case, giving_way, policy.moving_gap_m)
-    return not ((gap < kept) & (gap < gap[:1] - 0.05)).any()
+    kept = _kept(case, giving_way, policy.clearance.moving_gap_m)
+    return not ((gap < kept) & (gap < gap[:1] - policy.clearance.nearer_m)).any()
 
 
 def stops_beside(case: Case, rejects: list[Reject], giving_way: bool) -> bool:
@@ -124,11 +122,11 @@ def stops_beside(case: Case, rejects: list[Reject], giving_way: bool) -> bool:
     view, policy = case.view, case.policy
     stations, t = braking_now(case)
     named = {reject.object_id for reject in rejects}
-    which = np.array([i for i, thing in enumerate(view.objects) if thing.id in named and view.moving[i] > 0], dtype=int)
+    which = np.array([i for i, thing in enumerate(view.objects) if thing.id in named and view.moving[i]], dtype=int)
     if case.on_rails(float(stations[-1])) or case.in_oncoming_lane or not len(which):
         return False
     gap = moving_gaps(case, stations[None, :], which, t)[0]
-    return not (gap < _kept(case, giving_way, policy.standing_gap_m)).any()
+    return not (gap < _kept(case, giving_way, policy.clearance.standing_gap_m)).any()
 
 
 def _kept(case: Case, giving_way: bool, gap_m: float) -> float:
@@ -137,11 +135,19 @@ def _kept(case: Case, giving_way: bool, gap_m: float) -> float:
 
 
 def braking_now(case: Case, braking_mps2: float | None = None) -> tuple[Array, Array]:
-    """Arc lengths of the ego when it brakes now, gently if not told, and the instants, until it has stood a while."""
+    """(instants,) twice: arc lengths of the ego when it brakes now, gently if not told, until it has stood a while."""
     braking, speed = braking_mps2 or case.view.ego.limits.comfort_braking_mps2, max(case.view.ego.speed_mps, 0.0)
-    t = np.arange(0.0, LAG_S + speed / braking + STANDS_S + STEP_S, STEP_S)
-    since = np.clip(t - LAG_S, 0.0, speed / braking)
-    return case.path.s[0] + speed * np.minimum(t, LAG_S) + speed * since - braking * since**2 / 2, t
+    stopping = case.policy.stopping
+    t = _instants(case, stopping.lag_s + speed / braking + stopping.stands_s)
+    since = np.clip(t - stopping.lag_s, 0.0, speed / braking)
+    return case.path.s[0] + speed * np.minimum(t, stopping.lag_s) + speed * since - braking * since**2 / 2, t
+
+
+def _instants(case: Case, end_s: float) -> Array:
+    """(instants,): from now until an instant is past, seconds."""
+    step_s = case.policy.prediction.step_s
+    result: Array = np.arange(0.0, end_s + step_s, step_s)
+    return result
 
 
 def _may_wait(case: Case, end_s: float) -> bool:
@@ -149,5 +155,5 @@ def _may_wait(case: Case, end_s: float) -> bool:
     here = case.view.zone_at(float(case.path.s[0]), ZoneKind.JUNCTION, ZoneKind.CROSSWALK)
     if here is None or case.on_rails(end_s):
         return False
-    driven = case.path.s <= end_s + 0.5
-    return not any(bool((case.inside(lane)[driven] > 0).any()) for lane in case.oncoming_lanes(end_s))
+    driven = case.path.s <= end_s + case.policy.stopping.past_end_m
+    return not any(bool(case.inside(lane)[driven].any()) for lane in case.oncoming_lanes(end_s))

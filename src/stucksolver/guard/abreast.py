@@ -7,30 +7,21 @@ import numpy as np
 from stucksolver.guard.case import Case
 from stucksolver.guard.traffic import inside_of, is_due, too_close
 from stucksolver.guard.verdict import Reject
-from stucksolver.scene.frenet import Array
+from stucksolver.scene.frenet import Array, Mask
 from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import MOVING_MPS
 
-LEADS_MPS, STEADY_MPS = 0.5, 0.5
-"""Who leads goes at least so quickly along the road, and no quicker than that across it."""
-HEADWAY_S, HEADWAY_M = 0.5, 0.5
-"""Kept, beside a way to brake down to their speed, from whom a path moves in behind."""
-BESIDE_M, BESIDE_PEOPLE_M = 0.3, 0.5
-"""Room that those need who come up beside us, and cyclists among them."""
-NEARER_M = 0.05
-"""Where they have less at the start, so much less counts as coming into their way."""
 
-
-def will_be_followed(case: Case, station: Array, which: Array, t: Array) -> Array:
-    """(profiles, 1, objects): traffic ahead of us in our direction, which the stack follows rather than hits.
+def will_be_followed(case: Case, station: Array, which: Array, t: Array) -> Mask:
+    """(profiles, 1 or instants, objects): is it traffic of our direction ahead, followed by the stack and not hit?
 
     Such is who is before our front when our body comes, or is, in their way: before it by more than a way to brake
     down to their speed where the path only moves in behind them. Whom it meets abreast is not followed but hit. Nor
     does it hold while the ego is in an oncoming lane: there it cannot slow down and follow.
     `station` (profiles, instants): arc lengths of the ego at the instants `t`.
     """
-    view = case.view
-    leads = (view.vs[which] > LEADS_MPS) & (np.abs(view.vd[which]) < STEADY_MPS) & (view.elsewhere[which] == 0)
+    view, policy = case.view, case.policy.prediction
+    leads = (view.vs[which] > policy.along_mps) & (np.abs(view.vd[which]) < policy.steady_mps) & ~view.elsewhere[which]
     leads &= view.s[which] + view.along[which] > view.ego_s
     leads &= np.array([view.objects[int(i)].id not in case.path.passes for i in which], dtype=bool)
     result = np.zeros((len(station), 1, len(which)), dtype=bool)
@@ -41,28 +32,28 @@ def will_be_followed(case: Case, station: Array, which: Array, t: Array) -> Arra
     return result
 
 
-def _is_before_us(case: Case, station: Array, i: int, t: Array) -> Array:
+def _is_before_us(case: Case, station: Array, i: int, t: Array) -> Mask:
     """(profiles,): is one ahead when our body comes into their way? True where it never does."""
-    view, path = case.view, case.path
+    view, path, policy = case.view, case.path, case.policy.entry
     room = np.abs(np.interp(station, path.s, path.d) - view.d[i]) - np.interp(station, path.s, case.reach)
-    meets = room < view.across[i] + BESIDE_M
+    meets = room < view.across[i] + policy.beside_m
     first = meets.argmax(axis=1)
     ways = np.arange(len(station))
     ahead = view.s[i] + view.vs[i] * t[first] - view.along[i] - station[ways, first] - view.ego.length_m / 2
     speed = np.interp(station[ways, first], path.s, case.quick.v)
     slower = np.maximum(speed**2 - view.vs[i] ** 2, 0.0) / (2 * view.ego.limits.comfort_braking_mps2)
-    needed = np.where(first > 0, HEADWAY_S * speed + HEADWAY_M + slower, 0.0)
-    result: Array = ~meets.any(axis=1) | (ahead > needed)
+    needed = np.where(first > 0, policy.headway_s * speed + policy.headway_m + slower, 0.0)
+    result: Mask = ~meets.any(axis=1) | (ahead > needed)
     return result
 
 
-def _on_own_side(case: Case, station: Array) -> Array:
+def _on_own_side(case: Case, station: Array) -> Mask:
     """(profiles, instants): is the ego out of all oncoming lanes?"""
-    oncoming = np.zeros(len(case.path.s))
+    oncoming = np.zeros(len(case.path.s), dtype=bool)
     for lane in case.path.enters:
         if lane.strip.direction is LaneDirection.OPPOSITE:
-            oncoming = np.maximum(oncoming, case.inside(lane))
-    result: Array = np.interp(station, case.path.s, oncoming) < 0.5
+            oncoming |= case.inside(lane)
+    result: Mask = np.interp(station, case.path.s, oncoming) < 1 / 2  # the nearer station decides
     return result
 
 
@@ -72,13 +63,14 @@ def from_behind(case: Case) -> list[Reject]:
     The gap is that of RSS at the moment at which our body reaches their way. Who is behind our body keeps their own
     distance.
     """
-    view, path = case.view, case.path
-    for i in np.flatnonzero((view.vs > MOVING_MPS) & (view.elsewhere == 0) & (view.s - view.along < view.ego_front_s)):
+    view, path, policy = case.view, case.path, case.policy.entry
+    for i in np.flatnonzero((view.vs > MOVING_MPS) & ~view.elsewhere & (view.s - view.along < view.ego_front_s)):
         left_of_us = bool(view.d[i] > path.d[0])
         side = 1.0 if left_of_us else -1.0
         beside = side * (view.d[i] - path.d) - view.across[i] - case.reach
         # Where there is less room from the start, who is beside us still has it; what is nearer still takes it away.
-        room_m = min(BESIDE_PEOPLE_M if view.vulnerable[i] else BESIDE_M, float(beside[0]) - NEARER_M)
+        least_m = policy.beside_people_m if view.vulnerable[i] else policy.beside_m
+        room_m = min(least_m, float(beside[0]) - case.policy.clearance.nearer_m)
         border = float(view.d[i]) - side * (float(view.across[i]) + room_m)
         meets = beside < room_m
         if beside[0] <= 0.0 or not meets.any() or path.s[int(meets.argmax())] < view.ego_s:

@@ -11,7 +11,7 @@ import numpy as np
 from stucksolver.decision.manoeuvre import Manoeuvre
 from stucksolver.decision.rollout import Rollout, rollout, sluggish
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
-from stucksolver.scene.frenet import Array, Lane
+from stucksolver.scene.frenet import Array, Lane, Mask
 from stucksolver.scene.road import LaneDirection, LaneKind, ZoneKind
 from stucksolver.scene.view import View
 
@@ -41,46 +41,48 @@ class Case:
 
     @cached_property
     def slow(self) -> Rollout:
-        return sluggish(self.path, self.view.ego.speed_mps, self.view.ego.limits)
+        policy, ego = self.policy.prediction, self.view.ego
+        return sluggish(self.path, ego.speed_mps, ego.limits, policy.sluggish_speed, policy.sluggish_acceleration)
 
     @cached_property
     def heading(self) -> Array:
-        """Of the body, relative to the road, at each station."""
+        """(stations,): of the body, relative to the road, radians."""
         return self.path.heading() if self.path.yaw is None else self.path.yaw
 
     @cached_property
     def reach(self) -> Array:
-        """Half extent of the ego's body across the road at each station."""
+        """(stations,): half extent of the ego's body across the road, metres."""
         half_length, half_width = self.view.ego.length_m / 2, self.view.ego.width_m / 2
         reach: Array = half_width * np.abs(np.cos(self.heading)) + half_length * np.abs(np.sin(self.heading))
         return reach
 
-    def inside(self, lane: Lane) -> Array:
-        """At which stations the body reaches into a lane by more than a few centimetres (1.0 or 0.0)."""
+    def inside(self, lane: Lane) -> Mask:
+        """(stations,): does the body reach into a lane by more than a few centimetres?"""
         known = self._inside.get(id(lane))
         if known is None:
             known = self._inside[id(lane)] = self._reaching_into(lane)
         return known
 
     @cached_property
-    def _inside(self) -> dict[int, Array]:
+    def _inside(self) -> dict[int, Mask]:
         return {}
 
-    def _reaching_into(self, lane: Lane) -> Array:
+    def _reaching_into(self, lane: Lane) -> Mask:
         right = np.interp(self.path.s, lane.s, lane.right)
         left = np.interp(self.path.s, lane.s, lane.left)
-        touches = (self.path.d + self.reach > right + 0.05) & (self.path.d - self.reach < left - 0.05)
-        return np.where(touches, 1.0, 0.0)
+        least = self.policy.lanes.reaches_in_m
+        touches: Mask = (self.path.d + self.reach > right + least) & (self.path.d - self.reach < left - least)
+        return touches
 
     def entries(self, lane: Lane) -> Array:
-        """Stations at which the body, until then outside a lane, reaches into it."""
+        """(entries,): stations at which the body, until then outside a lane, reaches into it."""
         inside = self.inside(lane)
-        return np.flatnonzero((inside[1:] > 0) & (inside[:-1] == 0)) + 1
+        return np.flatnonzero(inside[1:] & ~inside[:-1]) + 1
 
     @cached_property
     def in_oncoming_lane(self) -> bool:
         """Does the body reach into a lane of the oncoming traffic now?"""
-        return any(self.inside(lane)[0] > 0 for lane in self.oncoming_lanes(float(self.path.s[0])))
+        return any(self.inside(lane)[0] for lane in self.oncoming_lanes(float(self.path.s[0])))
 
     def oncoming_lanes(self, until_s: float) -> Iterator[Lane]:
         """Lanes of the oncoming traffic along the way from here to an arc length."""

@@ -7,22 +7,19 @@ import numpy as np
 from stucksolver.decision.behaviors import Release
 from stucksolver.guard.abreast import will_be_followed
 from stucksolver.guard.case import Case
-from stucksolver.guard.policy import rss_lateral, step_off
-from stucksolver.guard.predict import CROSSING_MPS, moving_gaps, profiles, relevant, standing_gaps, times
+from stucksolver.guard.numerics import EPSILON
+from stucksolver.guard.policy import GuardPolicy
+from stucksolver.guard.predict import moving_gaps, profiles, relevant, standing_gaps, times
+from stucksolver.guard.rss import rss_lateral, step_off
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.objects import ObjectKind, TrackedObject
 from stucksolver.scene.surroundings import ControlKind, LightState
 from stucksolver.scene.view import MOVING_MPS, View
 
-STANDS_MPS = 0.3
 NAMED = 3
 """So many offenders are named in a verdict, the nearest ones."""
-PARKED_S = 3.0
-"""A vehicle that has stood for so long may have somebody about to get out."""
 DOORED = frozenset({ObjectKind.CAR, ObjectKind.VAN, ObjectKind.TRUCK, ObjectKind.EMERGENCY})
-DOORS_PART = 0.5
-"""Doors are on the middle half of a vehicle's length."""
 
 
 def collision(case: Case) -> list[Reject]:
@@ -49,21 +46,22 @@ def collision(case: Case) -> list[Reject]:
 
 
 def _margins(case: Case, which: Array, speed: Array) -> Array:
-    """(instants, objects): the gaps to keep at speeds of ours."""
+    """(instants, objects): the gaps to keep, metres, at `speed` (instants,) of ours."""
     view, policy = case.view, case.policy
+    gaps, creep_mps = policy.clearance, policy.speeds.creep_mps
     drift = np.abs(view.vd[which])
     # Quicker ones, and those of other roads, are predicted to go on aside.
-    drift = np.where((drift > CROSSING_MPS) | (view.elsewhere[which] > 0), 0.0, drift)
+    drift = np.where((drift > policy.prediction.crossing_mps) | view.elsewhere[which], 0.0, drift)
     # Between two that creep walking pace is all there is: the gap to what stands, which we pass more quickly, will do.
-    crawls = np.hypot(view.vs[which], view.vd[which]) <= policy.creep_speed_mps
-    creeping = (speed[:, None] <= policy.creep_speed_mps + 1e-6) & crawls
-    mu = np.where(creeping, policy.standing_gap_m, policy.moving_gap_m)
-    margin = np.where(view.moving[which] > 0, rss_lateral(drift, mu, policy), policy.standing_gap_m)
-    margin = np.where(view.vulnerable[which] > 0, np.maximum(margin, policy.vulnerable_gap_m), margin)
+    crawls = np.hypot(view.vs[which], view.vd[which]) <= creep_mps
+    creeping = (speed[:, None] <= creep_mps + EPSILON) & crawls
+    mu = np.where(creeping, gaps.standing_gap_m, gaps.moving_gap_m)
+    margin = np.where(view.moving[which], rss_lateral(drift, mu, policy.rss), gaps.standing_gap_m)
+    margin = np.where(view.vulnerable[which], np.maximum(margin, gaps.vulnerable_gap_m), margin)
     stepping = view.on_foot[which]
     if not stepping.any():
         return margin
-    step = step_off(speed, view.ego.limits.max_braking_mps2, policy)
+    step = step_off(speed, view.ego.limits.max_braking_mps2, policy.people)
     result: Array = np.maximum(margin, step[:, None] * stepping)
     return result
 
@@ -71,7 +69,8 @@ def _margins(case: Case, which: Array, speed: Array) -> Array:
 def _too_near(case: Case, which: Array, gap: Array, margin: Array, t: Array) -> list[Reject]:
     """The objects whose gap (instants, objects) falls below the bound for what they are."""
     # What is already nearer than the bound counts only when the plan brings it nearer still.
-    bad = (gap < margin - (case.policy.tracked_gap_m if case.running else 0.0)) & (gap < gap[0] - 0.05)
+    gaps = case.policy.clearance
+    bad = (gap < margin - (gaps.tracked_gap_m if case.running else 0.0)) & (gap < gap[0] - gaps.nearer_m)
     if not bad.any():
         return []
     worst = np.where(bad, gap, np.inf).min(axis=0)
@@ -81,14 +80,14 @@ def _too_near(case: Case, which: Array, gap: Array, margin: Array, t: Array) -> 
 
 def _doors(case: Case, standing: Array, gap: Array) -> list[Reject]:
     """Quicker than walking pace only out of reach of the doors of parked vehicles."""
-    view, policy = case.view, case.policy
-    near = standing[(gap < policy.door_m).any(axis=0)]
-    fast = case.quick.v > policy.creep_speed_mps + 1e-6
-    which = [i for i in near if _may_open(view.objects[int(i)])] if len(near) and fast.any() else []
+    view, doors = case.view, case.policy.doors
+    near = standing[(gap < doors.reach_m).any(axis=0)]
+    fast = case.quick.v > case.policy.speeds.creep_mps + EPSILON
+    which = [i for i in near if _may_open(view.objects[int(i)], doors.parked_s)] if len(near) and fast.any() else []
     if not which:
         return []
-    reach = standing_gaps(case, np.array(which), aside_m=policy.door_m, part=DOORS_PART)
-    bad = (reach < 0.0) & (reach < reach[0] - 0.05) & fast[:, None]
+    reach = standing_gaps(case, np.array(which), aside_m=doors.reach_m, part=doors.part_of_length)
+    bad = (reach < 0.0) & (reach < reach[0] - case.policy.clearance.nearer_m) & fast[:, None]
     found = []
     for k in np.flatnonzero(bad.any(axis=0)):
         thing, first = view.objects[int(which[k])], int(bad[:, k].argmax())
@@ -97,9 +96,9 @@ def _doors(case: Case, standing: Array, gap: Array) -> list[Reject]:
     return found
 
 
-def _may_open(thing: TrackedObject) -> bool:
+def _may_open(thing: TrackedObject, parked_s: float) -> bool:
     """A vehicle with doors that has come to stay."""
-    return thing.kind in DOORED and (thing.stationary_s is None or thing.stationary_s >= PARKED_S)
+    return thing.kind in DOORED and (thing.stationary_s is None or thing.stationary_s >= parked_s)
 
 
 def _reject(case: Case, index: int, time_s: float, gap_m: float) -> Reject:
@@ -122,18 +121,18 @@ def roadside(case: Case) -> list[Reject]:
 
 
 def within(case: Case, borders: tuple[Array, Array], what: str) -> list[Reject]:
-    """The body stays between borders given at the frame's stations."""
+    """The body stays between borders (low, high), each (stations of the frame,)."""
     low, high = borders
     s = case.path.s
     stations = case.view.frame.s
-    tolerance = case.policy.drivable_tolerance_m
+    tolerance = case.policy.lanes.drivable_tolerance_m
     over_left = case.path.d + case.reach - np.interp(s, stations, high)
     over_right = np.interp(s, stations, low) - (case.path.d - case.reach)
     beyond = np.maximum(over_left, over_right)
     if case.path.end_s > case.view.frame.end_m:
         return [Reject(code=RejectCode.OFF_ROAD, detail="the path runs beyond the known road")]
     # Where the ego already stands over an edge, it may leave it, but not go further out, and must end on the road.
-    allowed = np.full(len(s), max(tolerance, float(beyond[0]) + 0.05))
+    allowed = np.full(len(s), max(tolerance, float(beyond[0]) + case.policy.lanes.further_out_m))
     allowed[-1] = tolerance
     worst = int((beyond - allowed).argmax())
     if beyond[worst] <= allowed[worst]:
@@ -144,20 +143,12 @@ def within(case: Case, borders: tuple[Array, Array], what: str) -> list[Reject]:
 
 def speed(case: Case) -> list[Reject]:
     """The cap: low while recovering, higher for what a passenger asked for on the move."""
-    policy = case.policy
-    cap = policy.guided_speed_mps if case.guided else policy.recovery_speed_mps
+    speeds = case.policy.speeds
+    cap = speeds.guided_mps if case.guided else speeds.recovery_mps
     asked = float(case.path.speed.max())
-    if asked <= cap + 1e-6:
+    if asked <= cap + EPSILON:
         return []
     return [Reject(code=RejectCode.OVERSPEED, detail=f"asks {asked:.1f} m/s, the cap is {cap:.1f} m/s")]
-
-
-OVER_THE_LINE_M = 1.0
-"""A vehicle that stands with its bumper this far past a light's line has not passed the light."""
-AT_THE_LINE_M = 6.0
-"""A vehicle that stands no further than this before a line has stopped at it."""
-SAME_LINE_M = 2.0
-"""A line seen so near to where one was is the same."""
 
 
 def stop_line(case: Case) -> list[Reject]:
@@ -172,7 +163,7 @@ def stop_line(case: Case) -> list[Reject]:
     nearest = ego.speed_mps**2 / (2 * ego.limits.comfort_braking_mps2) if case.running else 0.0
     for control in case.view.surroundings.controls:
         light = control.kind is ControlKind.TRAFFIC_LIGHT
-        least = nearest - (OVER_THE_LINE_M if light else 0.0)
+        least = nearest - (case.policy.controls.over_line_m if light else 0.0)
         if control.applies is False or not least <= control.distance_m < reach:
             continue
         if light and control.state is LightState.GREEN:
@@ -188,28 +179,29 @@ def stop_line(case: Case) -> list[Reject]:
     return []
 
 
-def stopped_at(view: View) -> tuple[float, ...]:
+def stopped_at(view: View, policy: GuardPolicy) -> tuple[float, ...]:
     """Arc lengths of the lines of dark lights and stop signs at which the ego stands."""
-    if view.ego.speed_mps >= STANDS_MPS:
+    if view.ego.speed_mps >= policy.stopping.rests_mps:
         return ()
     return tuple(
         view.ego_front_s + control.distance_m
         for control in view.surroundings.controls
-        if control.distance_m < AT_THE_LINE_M
+        if control.distance_m < policy.controls.at_line_m
         and (control.kind is ControlKind.STOP_SIGN or control.state is LightState.OFF)
     )
 
 
 def _was_stopped_at(case: Case, distance_m: float) -> bool:
     """Has the ego stopped at a line, to creep over it? A running plan has if it was begun so before the same line."""
+    policy = case.policy
     if case.running:
         line_s = case.view.ego_front_s + distance_m
-        return any(abs(line_s - known_s) < SAME_LINE_M for known_s in case.stopped_at_s)
-    stopped = case.view.ego.speed_mps < STANDS_MPS and distance_m < AT_THE_LINE_M
+        return any(abs(line_s - known_s) < policy.controls.same_line_m for known_s in case.stopped_at_s)
+    stopped = case.view.ego.speed_mps < policy.stopping.rests_mps and distance_m < policy.controls.at_line_m
     return stopped and _creeps_over(case, distance_m)
 
 
 def _creeps_over(case: Case, distance_m: float) -> bool:
     """Is the path slow until the front bumper is over a line?"""
-    before = case.path.s <= case.path.s[0] + max(distance_m, 0.0) + 1.0
-    return bool((case.path.speed[before] <= case.policy.creep_speed_mps + 1e-6).all())
+    before = case.path.s <= case.path.s[0] + max(distance_m, 0.0) + case.policy.controls.creeps_past_m
+    return bool((case.path.speed[before] <= case.policy.speeds.creep_mps + EPSILON).all())

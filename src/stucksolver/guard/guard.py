@@ -21,7 +21,7 @@ from stucksolver.guard.sight import seen
 from stucksolver.guard.tracking import tracked
 from stucksolver.guard.verdict import OK, Reject, RejectCode, Verdict
 from stucksolver.guard.ways_out import WayOut, brakes_hard, least_harm
-from stucksolver.scene.frenet import Array
+from stucksolver.scene.frenet import Mask
 from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.sound import why_unsound
 from stucksolver.scene.view import View
@@ -46,9 +46,8 @@ CHECKS: dict[Check, Callable[[Case], list[Reject]]] = {
 }
 
 
-SPEED_TOLERANCE_MPS = 1.0
 MOST = 6
-"""Behaviours of a plan."""
+"""Behaviours of a plan that are looked at: a bound on the work of one look."""
 SETTLED = frozenset({Check.SPEED, Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITHIN_LANE})
 """Checks of the path alone: settled at acceptance."""
 
@@ -57,7 +56,7 @@ SETTLED = frozenset({Check.SPEED, Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITH
 class Proven:
     """Behaviours that the guard has accepted as one path.
 
-    `ends_s`: where each behaviour ends. `no_stop`: the stations at which the ego is committed, since a stop would end
+    `ends_s`: where each behaviour ends. `no_stop` (stations,): where the ego is committed, since a stop would end
     where no vehicle should stand; finishing, which was proven, is the safe way out there. `reverse`: the path is one
     of `View.backwards`.
     """
@@ -65,7 +64,7 @@ class Proven:
     behaviors: tuple[Behavior, ...]
     path: Manoeuvre
     ends_s: tuple[float, ...]
-    no_stop: Array
+    no_stop: Mask
     expected_s: float
     guided: bool
     approvals: Approvals = NOBODY
@@ -118,7 +117,7 @@ class Guard:
         except CannotPlan as error:
             return Verdict(rejects=(Reject(code=RejectCode.NO_PATH, detail=str(error)),)), None
         view = self._facing(view, proven)
-        way = tracked(proven.path, view, reverse=proven.reverse)
+        way = tracked(proven.path, view, self.policy.tracking, reverse=proven.reverse)
         case = Case(view, way, self.policy, guided, approvals=approvals)
         rejects = self._run(proven.checks, case) or stops_are_safe(case, proven.no_stop)
         return (Verdict(rejects=tuple(rejects)), None) if rejects else (OK, proven)
@@ -141,7 +140,7 @@ class Guard:
         """
         view = self._facing(view, proven)
         off = self._off_path(proven, view) or self._too_fast(proven, view)
-        rest = tracked(proven.path.from_station(view.ego_s), view, reverse=proven.reverse)
+        rest = tracked(proven.path.from_station(view.ego_s), view, self.policy.tracking, reverse=proven.reverse)
         case = Case(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
         case = replace(case, stopped_at_s=proven.stopped_at_s)
         if not proven.committed(view.ego_s):
@@ -188,21 +187,21 @@ class Guard:
             return Abort.STOP
         return Abort.FINISH if self.way_back(view) is None else Abort.RETURN_TO_LANE
 
-    @staticmethod
-    def may_stand(view: View) -> bool:
+    def may_stand(self, view: View) -> bool:
         """Is here a place for a stop: no junction, crosswalk or level crossing, no lane of the oncoming traffic?"""
         if view.zone_at(view.ego_s) is not None:
             return False
-        half = view.ego.width_m / 2 - 0.3
+        half = view.ego.width_m / 2 - self.policy.lanes.standing_edge_m
         lanes = (view.frame.lane_at(view.ego_s, view.ego_d + side) for side in (-half, 0.0, half))
         return not any(lane is not None and lane.strip.direction is LaneDirection.OPPOSITE for lane in lanes)
 
     def way_back(self, view: View) -> Manoeuvre | None:
         """A path without collision, on the road, from here back into the route's own lane, None where there is none."""
-        speed = max(view.ego.speed_mps, 3.0)
-        length = max(2.0 * speed, shortest_shift(view.ego_d, view.ego.limits.min_turn_radius_m), 4.0)
+        policy = self.policy.stopping
+        speed, tightest = max(view.ego.speed_mps, policy.return_least_mps), view.ego.limits.min_turn_radius_m
+        length = max(policy.return_s * speed, shortest_shift(view.ego_d, tightest), policy.return_least_m)
         path = lateral(view.ego_s, view.ego_d, 0.0, length, speed, view)
-        case = Case(view, tracked(path, view), self.policy, running=True)
+        case = Case(view, tracked(path, view, self.policy.tracking), self.policy, running=True)
         return None if checks.collision(case) or checks.drivable_area(case) else path
 
     def clear_to_hand_back(self, view: View) -> bool:
@@ -237,7 +236,7 @@ class Guard:
             guided,
             approvals,
             abs(view.ego.speed_mps),
-            checks.stopped_at(view),
+            checks.stopped_at(view, self.policy),
         )
 
     @staticmethod
@@ -261,7 +260,7 @@ class Guard:
 
     def _too_fast(self, proven: Proven, view: View) -> Reject | None:
         """The cap of the plan is kept by the vehicle, too, but for what it came with."""
-        cap = float(proven.path.speed.max()) + SPEED_TOLERANCE_MPS
+        cap = float(proven.path.speed.max()) + self.policy.speeds.tolerance_mps
         now = abs(view.ego.speed_mps)
         if now <= max(cap, proven.start_mps):
             return None
@@ -269,7 +268,7 @@ class Guard:
 
     def _off_path(self, proven: Proven, view: View) -> Reject | None:
         error = abs(view.ego_d - float(np.interp(view.ego_s, proven.path.s, proven.path.d)))
-        if error <= self.policy.tracking_error_m:
+        if error <= self.policy.tracking.error_m:
             return None
         return Reject(code=RejectCode.DEVIATION, detail=f"{error:.1f} m beside the proven path", gap_m=error)
 

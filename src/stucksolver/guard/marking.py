@@ -6,6 +6,7 @@ import numpy as np
 
 from stucksolver.decision.behaviors import Release
 from stucksolver.guard.case import Case
+from stucksolver.guard.numerics import KMH_PER_MPS
 from stucksolver.guard.obstacles import in_queue
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Lane
@@ -15,12 +16,13 @@ from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 
 def marking(case: Case) -> list[Reject]:
     """Kerbs never; solid lines only past a stationary obstruction, slowly, and where the policy says so."""
+    near_m = case.policy.lanes.line_near_m
     for lane in case.path.enters:
         inside = case.inside(lane)
-        edges = np.flatnonzero(np.abs(np.diff(inside)) > 0)
+        edges = np.flatnonzero(inside[1:] != inside[:-1])
         outer = _outer(lane, case.start_lane, float(case.path.s[0]))
         for k in edges:
-            lines = outer.lines(float(case.path.s[k]) - 2.0, float(case.path.s[k]) + 2.0)
+            lines = outer.lines(float(case.path.s[k]) - near_m, float(case.path.s[k]) + near_m)
             if LineKind.KERB in lines:
                 return [Reject(code=RejectCode.OFF_ROAD, detail="the way leads over a kerb")]
             if LineKind.SOLID in lines:
@@ -44,9 +46,10 @@ def _against_solid(case: Case, lane: Lane, k: int) -> str | None:
         return "crossing is forbidden here"
     if not case.approvals.cover("solid_line", Release(policy.solid_line)):
         return f"crossing needs the yes of the {policy.solid_line}"
-    if case.path.speed[k] > policy.recovery_speed_mps:
-        return "only at 20 km/h or less"
-    if any(z.start_m - 3.0 < here < z.end_m + 3.0 for z in case.view.surroundings.road.zones):
+    if case.path.speed[k] > policy.speeds.recovery_mps:
+        return f"only at {KMH_PER_MPS * policy.speeds.recovery_mps:.0f} km/h or less"
+    margin_m = policy.lanes.zone_margin_m
+    if any(z.start_m - margin_m < here < z.end_m + margin_m for z in case.view.surroundings.road.zones):
         return "not in or at a junction or crossing"
     if lane.strip.direction is LaneDirection.OPPOSITE and _legal_way(case, here):
         return "there is a lane of our direction beside it"
@@ -57,21 +60,23 @@ def _against_solid(case: Case, lane: Lane, k: int) -> str | None:
 
 def _legal_way(case: Case, s: float) -> bool:
     """Is there a lane of our direction that may be entered from the route's own?"""
+    near_m = case.policy.lanes.line_near_m
     for side in (+1, -1):
         lane = case.view.frame.beside(s, 0.0, side)
         if lane is None or lane.strip.kind is not LaneKind.DRIVING or lane.strip.direction is LaneDirection.OPPOSITE:
             continue
-        if not lane.lines(s - 2.0, s + 2.0) & {LineKind.SOLID, LineKind.KERB}:
+        if not lane.lines(s - near_m, s + near_m) & {LineKind.SOLID, LineKind.KERB}:
             return True
     return False
 
 
 def _no_obstruction(case: Case) -> str | None:
     """Why what lies ahead is no stationary obstruction: nothing does, it moves, or it is a queue."""
-    view, policy = case.view, case.policy
-    ahead = np.flatnonzero((view.gap > -1.0) & (view.gap < 40.0) & (view.in_corridor(view.ego.width_m / 2) > 0))
+    view, policy = case.view, case.policy.lanes
+    near = (view.gap > -policy.obstruction_behind_m) & (view.gap < policy.obstruction_ahead_m)
+    ahead = np.flatnonzero(near & view.in_corridor(view.ego.width_m / 2))
     if not case.path.passes and not len(ahead):
-        comes_back = case.path.returns and abs(float(case.path.d[0])) > 1.0
+        comes_back = case.path.returns and abs(float(case.path.d[0])) > policy.beside_route_m
         return None if comes_back else "nothing stands in the way"
     for i in ahead:
         thing = view.objects[int(i)]

@@ -11,13 +11,6 @@ from stucksolver.scene.objects import MOTOR_VEHICLES, PASSABLE_KINDS, VEHICLES, 
 from stucksolver.scene.surroundings import ControlKind, LightState
 from stucksolver.scene.view import MOVING_MPS
 
-PARKED_OFFSET_M = 0.4
-"""A vehicle this far from the lane's centre stands as parked ones do."""
-BEHIND_EACH_OTHER_M = 1.5
-"""Vehicles whose centres are offset by less stand in one line."""
-QUEUE_M = 15.0
-"""A light, stop line or standing vehicle this near ahead of a vehicle may be what it waits for."""
-
 
 def patience(case: Case) -> list[Reject]:
     """Nobody is passed through an oncoming lane who may only be waiting: queues never, others after their time.
@@ -38,14 +31,15 @@ def patience(case: Case) -> list[Reject]:
 
 
 def _moving(case: Case, i: int) -> str | None:
-    return None if case.guided or case.running or case.view.vs[i] < 0.5 else "moves: it is followed, not passed"
+    slow = case.view.vs[i] < case.policy.prediction.along_mps
+    return None if case.guided or case.running or slow else "moves: it is followed, not passed"
 
 
 def _standing(case: Case, i: int) -> str | None:
     view, waits, thing = case.view, case.policy.waits, case.view.objects[i]
     if not thing.hazard_lights and in_queue(case, i):
         return "may be in a queue"
-    parked = thing.hazard_lights or abs(float(view.d[i])) > PARKED_OFFSET_M
+    parked = thing.hazard_lights or abs(float(view.d[i])) > case.policy.queues.parked_offset_m
     needed = waits.hazard_or_parked_s if parked else waits.unknown_vehicle_s
     stood = thing.stationary_s or 0.0
     if case.guided or case.running or stood >= needed:
@@ -60,15 +54,17 @@ def in_queue(case: Case, i: int) -> bool:
     moved lately, or that stands there like itself: in the lane, without hazard or emergency lights. How long they have
     stood does not tell a queue from an obstruction: it may have stood before we came.
     """
-    view = case.view
+    view, policy = case.view, case.policy.queues
     if _moved_lately(case, i):
         return True
     front = float(view.gap[i] + 2 * view.along[i])
     for control in view.surroundings.controls:
         holds = control.kind is ControlKind.STOP_SIGN or control.state in (LightState.RED, LightState.YELLOW)
-        if control.applies is not False and holds and front - 2.0 <= control.distance_m < front + QUEUE_M:
+        near = front - policy.past_line_m <= control.distance_m < front + policy.reach_m
+        if control.applies is not False and holds and near:
             return True
-    next_up = (view.gap > front) & (view.gap < front + QUEUE_M) & (np.abs(view.d - view.d[i]) < BEHIND_EACH_OTHER_M)
+    in_line = np.abs(view.d - view.d[i]) < policy.in_line_m
+    next_up = (view.gap > front) & (view.gap < front + policy.reach_m) & in_line
     ahead = [int(j) for j in np.flatnonzero(next_up) if view.objects[int(j)].kind in MOTOR_VEHICLES]
     return any(_moved_lately(case, j) or (_may_wait(case, i) and _may_wait(case, j)) for j in ahead)
 
@@ -82,7 +78,8 @@ def _may_wait(case: Case, i: int) -> bool:
     """Does it stand, or go, as those do who wait their turn: in the lane, with no lights that say otherwise?"""
     thing = case.view.objects[i]
     warns = thing.hazard_lights or thing.emergency_lights
-    return not warns and abs(float(case.view.d[i])) <= PARKED_OFFSET_M and thing.kind in MOTOR_VEHICLES
+    parked = abs(float(case.view.d[i])) > case.policy.queues.parked_offset_m
+    return not warns and not parked and thing.kind in MOTOR_VEHICLES
 
 
 def passable(case: Case) -> list[Reject]:
@@ -97,22 +94,22 @@ def passable(case: Case) -> list[Reject]:
 
 
 def _not_passable(case: Case, i: int) -> str | None:
-    thing, policy = case.view.objects[i], case.policy
+    thing, policy = case.view.objects[i], case.policy.passable
     if thing.kind not in PASSABLE_KINDS:
         return f"is a {thing.kind.value}, which is never driven over"
     confirmed = "drive_over" in case.approvals.passenger | case.approvals.operator
-    needed = policy.confirmed_confidence if confirmed else policy.passable_confidence
+    needed = policy.confirmed_confidence if confirmed else policy.confidence
     if (thing.kind_confidence or 0.0) < needed:
         return f"is a {thing.kind.value} with confidence {thing.kind_confidence or 0.0:.2f}, {needed:.2f} is asked"
     if np.hypot(case.view.vs[i], case.view.vd[i]) > MOVING_MPS:
         return "moves"
     longest = max(thing.length_m, thing.width_m)
-    if longest > policy.passable_size_m:
-        return f"is {longest:.1f} m long, at most {policy.passable_size_m:.1f} m is driven over"
-    if thing.height_m > policy.passable_height_m:
-        return f"is {thing.height_m:.2f} m high, at most {policy.passable_height_m:.2f} m is driven over"
-    if (thing.seen_for_s or 0.0) < policy.passable_seen_s:
-        return f"has been seen for {thing.seen_for_s or 0.0:.1f} s, {policy.passable_seen_s:.0f} s is asked"
+    if longest > policy.size_m:
+        return f"is {longest:.1f} m long, at most {policy.size_m:.1f} m is driven over"
+    if thing.height_m > policy.height_m:
+        return f"is {thing.height_m:.2f} m high, at most {policy.height_m:.2f} m is driven over"
+    if (thing.seen_for_s or 0.0) < policy.seen_s:
+        return f"has been seen for {thing.seen_for_s or 0.0:.1f} s, {policy.seen_s:.0f} s is asked"
     return _living_near(case, i)
 
 
@@ -127,6 +124,6 @@ def _living_near(case: Case, i: int) -> str | None:
             (view.s[j], view.d[j], view.yaw[j]),
             (view.half_length[j], view.half_width[j]),
         )
-        if float(gap) < case.policy.living_clearance_m:
+        if float(gap) < case.policy.passable.living_clearance_m:
             return f"has {other.kind.value} {other.id} {max(float(gap), 0.0):.1f} m beside it"
     return None

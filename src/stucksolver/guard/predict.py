@@ -12,57 +12,50 @@ from stucksolver.scene.boxes import separation
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import View
 
-BRAKING_MPS2 = 3.5
-BETWEEN_PROFILES_M = 2.5
-FAR_M = 2.0
-"""More than any gap that the policy asks for: beyond it nobody need know how far exactly."""
-CROSSING_MPS = 0.3
-"""A lateral speed above this is taken for real and carried on."""
-SURE_S, SURE_RUNNING_S = 1.0, 0.3
-"""So much earlier or later than foretold may somebody on another road be where the ways meet."""
-OVERTAKING_MPS = 1.0
-"""Who is quicker than us by this, and not past us yet, is overtaking."""
-
 
 def times(case: Case) -> Array:
-    """The instants at which the plan is examined, seconds from now."""
-    end = min(case.slow.duration_s, case.policy.horizon_s)
-    result: Array = np.arange(0.0, end + case.policy.step_s, case.policy.step_s)
+    """(instants,): when the plan is examined, seconds from now."""
+    policy = case.policy.prediction
+    end = min(case.slow.duration_s, policy.horizon_s)
+    result: Array = np.arange(0.0, end + policy.step_s, policy.step_s)
     return result
 
 
 def relevant(case: Case, span_s: float | None = None) -> Array:
-    """Indices of the objects that the plan can meet at all, within `span_s` if that is told.
+    """(found,): indices of the objects that the plan can meet at all, within `span_s` if that is told.
 
     Left out: same-direction traffic that comes from behind the ego (it answers for its own distance; the lane entry
     check covers lanes the ego moves into).
     """
     view, span = case.view, case.slow.duration_s if span_s is None else span_s
+    policy, path = case.policy.prediction, case.path
     rear = view.ego_s - view.ego.length_m / 2
-    from_behind = (view.s + view.along < rear) & (view.vs > -0.5) & (np.abs(view.vd) < CROSSING_MPS * 2)
-    move = np.abs(view.vs) * span + view.along + 5.0
-    near_s = (view.s + move > case.path.s[0] - 5.0) & (view.s - move < case.path.end_s + 5.0)
-    margin = view.across + np.abs(view.vd) * span + 2.0
-    low, high = case.path.d.min() - case.reach.max(), case.path.d.max() + case.reach.max()
+    our_way = (view.vs > -policy.along_mps) & (np.abs(view.vd) < 2 * policy.crossing_mps)
+    from_behind = (view.s + view.along < rear) & our_way
+    spare_m = policy.reserve_along_m
+    move = np.abs(view.vs) * span + view.along + spare_m
+    near_s = (view.s + move > path.s[0] - spare_m) & (view.s - move < path.end_s + spare_m)
+    margin = view.across + np.abs(view.vd) * span + policy.reserve_across_m
+    low, high = path.d.min() - case.reach.max(), path.d.max() + case.reach.max()
     near_d = (view.d + margin > low) & (view.d - margin < high)
-    elsewhere = view.elsewhere > 0
     here, there, speed = _in_the_plane(view)
-    reach = speed * (span + SURE_S) + case.path.end_s - case.path.s[0] + view.half_length + view.ego.length_m + 10.0
+    reach = speed * (span + policy.sure_s) + path.end_s - path.s[0] + view.half_length + view.ego.length_m
+    reach = reach + policy.reserve_in_plane_m
     near = np.hypot(*(there - here).T) < reach
-    found: Array = np.flatnonzero((near_s & near_d & ~from_behind) | (elsewhere & near))
-    if case.path.over:
-        found = np.array([i for i in found if view.objects[int(i)].id not in case.path.over], dtype=int)
+    found: Array = np.flatnonzero((near_s & near_d & ~from_behind) | (view.elsewhere & near))
+    if path.over:
+        found = np.array([i for i in found if view.objects[int(i)].id not in path.over], dtype=int)
     return found
 
 
 def profiles(case: Case, t: Array) -> Array:
-    """(profiles, times): arc lengths that leave no room for a body between them, from the slow to the quick rollout.
+    """(profiles, instants): arc lengths that leave no room for a body between them, from the slow to the quick rollout.
 
     Two bounds alone would not do: what crosses behind the quick ego and in front of the slow one meets one in between.
     """
     slow = np.interp(t, case.slow.t, case.path.s)
     spread = np.interp(t, case.quick.t, case.path.s) - slow
-    count = 2 + int(spread.max() / BETWEEN_PROFILES_M)
+    count = 2 + int(spread.max() / case.policy.prediction.between_profiles_m)
     result: Array = slow + np.linspace(0.0, 1.0, count)[:, None] * spread
     return result
 
@@ -82,19 +75,21 @@ def standing_gaps(case: Case, which: Array, aside_m: float = 0.0, part: float = 
 
 
 def moving_gaps(case: Case, stations: Array, which: Array, t: Array) -> Array:
-    """(profiles, times, objects): gaps to what moves, least over the hypotheses; infinite where it is far away."""
-    view = case.view
+    """(profiles, instants, objects): gaps to what moves, least over the hypotheses; infinite where it is far away.
+
+    `stations` (profiles, instants): arc lengths of the ego at the instants `t`; `which` (objects,): indices.
+    """
+    view, far_m = case.view, case.policy.prediction.far_m
     half_length, half_width = view.ego.length_m / 2, view.ego.width_m / 2
     offset = np.interp(stations, case.path.s, case.path.d)
     heading = np.interp(stations, case.path.s, case.heading)
-    far = np.hypot(half_length, half_width) + np.hypot(view.half_length[which], view.half_width[which]) + FAR_M
+    far = np.hypot(half_length, half_width) + np.hypot(view.half_length[which], view.half_width[which]) + far_m
     least = np.full((*stations.shape, len(which)), np.inf)
-    elsewhere = view.elsewhere[which] > 0
     straight = straight_on(case, which)
     if len(straight):
         least[..., straight.member] = _gaps_straight_on(case, stations, offset, heading, which, straight, t)
     # Who is on a lane of ours, whichever way it heads, may also go along it.
-    for member, s, d in predictions(view, which, t, np.flatnonzero(~elsewhere | (view.on_lane[which] > 0))):
+    for member, s, d in predictions(case, which, t, np.flatnonzero(~view.elsewhere[which] | view.on_lane[which])):
         reach = far[member]
         near = np.nonzero((np.abs(s - stations[..., None]) < reach) & (np.abs(d - offset[..., None]) < reach))
         ego, (_, when, who) = near[:2], near
@@ -119,20 +114,20 @@ def _in_the_plane(view: View) -> tuple[Array, Array, Array]:
 def _gaps_straight_on(
     case: Case, stations: Array, offset: Array, heading: Array, which: Array, straight: StraightOn, t: Array
 ) -> Array:
-    """(profiles, times, objects): gaps to those who go straight on in the plane, or brake; infinite where far away.
+    """(profiles, instants, objects): gaps to those who go straight on in the plane, or brake; infinite where far away.
 
     Where they will be along the route says nothing about their way. When they will be where is not quite sure, so they
     are taken to be longer by what they drive in a time; before the start by more, that a plan be not begun in vain.
     """
-    view, speed = case.view, straight.speed_mps
+    view, speed, policy = case.view, straight.speed_mps, case.policy.prediction
     body_length, body_width = (half[which[straight.member]] for half in (view.half_length, view.half_width))
     x, y, along = (a.reshape(stations.shape) for a in view.frame.to_local(stations.ravel(), offset.ravel()))
     yaw = along + heading
     half_length, half_width = view.ego.length_m / 2, view.ego.width_m / 2
-    reach = np.hypot(half_length, half_width) + np.hypot(body_length, body_width) + FAR_M
+    reach = np.hypot(half_length, half_width) + np.hypot(body_length, body_width) + policy.far_m
 
     def gaps(driven_m: Array, longer_m: Array) -> Array:
-        """To where they are when each has driven so far."""
+        """(profiles, instants, members): to where they are when each has driven so far."""
         beyond = driven_m - straight.before_m
         there_x = straight.x_m + np.cos(straight.yaw_rad) * beyond
         there_y = straight.y_m + np.sin(straight.yaw_rad) * beyond
@@ -148,31 +143,32 @@ def _gaps_straight_on(
         )
         return result
 
-    braking = np.minimum(t[:, None], speed / BRAKING_MPS2)
-    stopping_m = speed * braking - BRAKING_MPS2 * braking**2 / 2
-    early_m = speed * (SURE_RUNNING_S if case.running else SURE_S)
+    braking = np.minimum(t[:, None], speed / policy.braking_mps2)
+    stopping_m = speed * braking - policy.braking_mps2 * braking**2 / 2
+    early_m = speed * (policy.sure_running_s if case.running else policy.sure_s)
     return np.minimum(gaps(speed * t[:, None], early_m), gaps(stopping_m, np.zeros(len(speed))))
 
 
-def predictions(view: View, which: Array, t: Array, everyone: Array) -> Iterator[tuple[Array, Array, Array]]:
+def predictions(case: Case, which: Array, t: Array, everyone: Array) -> Iterator[tuple[Array, Array, Array]]:
     """Hypotheses for `everyone` (places in `which`): steadily along the lane, braking, straight on where one crosses.
 
-    Each as (members, s, d): places in `which`, and their arc lengths (times, members) and offsets (as that, or one for
-    all times). Who does not move along the road needs no hypothesis of braking, nor does who is just overtaking us: it
-    would fall behind, which is seen before the ego is committed, and ends the plan.
+    Each as (members, s, d): places in `which`, and their arc lengths (instants, members) and offsets (as that, or one
+    for all instants). Who does not move along the road needs no hypothesis of braking, nor does who is just overtaking
+    us: it would fall behind, which is seen before the ego is committed, and ends the plan.
     """
+    view, policy = case.view, case.policy.prediction
     vs, vd = view.vs[which], view.vd[which]
     still, steady = view.d[which][None, :], view.s[which] + vs * t[:, None]
     yield everyone, steady[:, everyone], still[:, everyone]
-    overtaking = (
-        (vs > view.ego.speed_mps + OVERTAKING_MPS) & (view.s[which] <= view.ego_s) & (np.abs(vd) < CROSSING_MPS)
-    )
-    along = everyone[((np.abs(vs) > CROSSING_MPS) & ~overtaking)[everyone]]
+    crosses = np.abs(vd) > policy.crossing_mps
+    quicker = vs > view.ego.speed_mps + policy.overtaking_mps
+    overtaking = quicker & (view.s[which] <= view.ego_s) & (np.abs(vd) < policy.crossing_mps)
+    along = everyone[((np.abs(vs) > policy.crossing_mps) & ~overtaking)[everyone]]
     if len(along):
         speed = np.abs(vs[along])
-        until = np.minimum(t[:, None], speed / BRAKING_MPS2)
-        way = np.sign(vs[along]) * (speed * until - 0.5 * BRAKING_MPS2 * until**2)
+        until = np.minimum(t[:, None], speed / policy.braking_mps2)
+        way = np.sign(vs[along]) * (speed * until - policy.braking_mps2 * until**2 / 2)
         yield along, view.s[which][along] + way, still[:, along]
-    across = everyone[(np.abs(vd) > CROSSING_MPS)[everyone]]
+    across = everyone[crosses[everyone]]
     if len(across):
         yield across, steady[:, across], still[:, across] + vd[across] * t[:, None]

@@ -5,30 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.guard.case import Case
+from stucksolver.guard.numerics import EPSILON
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Array, Lane
 from stucksolver.scene.objects import MOTOR_VEHICLES, ObjectKind, TrackedObject
 from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
 
-STANDS_MPS = 0.5
 IN_A_SCENE = (ObjectKind.FLAGGER, ObjectKind.CROSSING_GATE, ObjectKind.SCHOOL_BUS, ObjectKind.EMERGENCY)
-BESIDE_M = 8.0
-"""What stands this near to the way belongs to its scene."""
-REAR_MARGIN_M, CLOSED_MARGIN_M = 5.0, 2.0
-"""Left free beyond what is driven in reverse: where somebody may come out of what is not seen, and where a standing
-vehicle fills the lane, so that only it can come; it would have to set off, and the ego stops within half a metre."""
-END_OF_SIGHT_M, BESIDE_IT_M, PEOPLE_M, GENTLE_MPS = 1.1, 0.8, 3.0, 1.2
-"""It ends the sight, leaves less than so much of the lane free on either side, has nobody on foot or a bicycle so near,
-and the ego backs up no quicker."""
-LANE_TOLERANCE_M = 0.1
 
 
 def off_route(case: Case) -> list[Reject]:
     """Not too far, and not for too long, outside the route's own lane."""
-    policy, path = case.policy, case.path
+    policy, path = case.policy.lanes, case.path
     home = case.view.frame.lane_at(float(path.s[0]), 0.0)
     if home is None:
-        outside = np.abs(path.d) > 2.0
+        outside = np.abs(path.d) > policy.unknown_half_width_m
     else:
         right, left = np.interp(path.s, home.s, home.right), np.interp(path.s, home.s, home.left)
         outside = (path.d < right) | (path.d > left)
@@ -58,11 +49,11 @@ def authority(case: Case) -> list[Reject]:
         and not _leaves(case, zone)
     ]
     for i, thing in enumerate(view.objects):
-        rule = _scene_of(thing) if thing.kind in IN_A_SCENE else None
+        rule = _scene_of(thing, policy.scenes.stands_mps) if thing.kind in IN_A_SCENE else None
         if rule is None:
             continue
         ahead = view.s[i] + view.along[i] > start and view.s[i] - view.along[i] < end
-        if not ahead or abs(view.d[i]) - view.across[i] >= BESIDE_M:
+        if not ahead or abs(view.d[i]) - view.across[i] >= policy.scenes.beside_m:
             continue
         if rule != "emergency_scene" or not _moves_over(case, i):
             found.append((rule, thing.id))
@@ -88,29 +79,26 @@ def _moves_over(case: Case, i: int) -> bool:
 
     That is what "move over" laws ask of who passes a standing emergency vehicle.
     """
-    view, path = case.view, case.path
+    view, path, tolerance_m = case.view, case.path, case.policy.lanes.tolerance_m
     abreast = view.s[i] + view.along[i] * np.array([-1.0, 0.0, 1.0])
     for k in np.minimum(np.searchsorted(path.s, abreast), len(path.s) - 1):
         lane = view.frame.lane_at(float(path.s[k]), float(path.d[k]))
         if lane is None or lane.strip.direction is LaneDirection.OPPOSITE:
             return False
-        if any(other.strip.direction is LaneDirection.OPPOSITE and case.inside(other)[k] > 0 for other in path.enters):
+        if any(other.strip.direction is LaneDirection.OPPOSITE and case.inside(other)[k] for other in path.enters):
             return False
         right, _, left = lane.at(float(view.s[i]))
-        if (
-            view.d[i] + view.across[i] > right + LANE_TOLERANCE_M
-            and view.d[i] - view.across[i] < left - LANE_TOLERANCE_M
-        ):
+        if view.d[i] + view.across[i] > right + tolerance_m and view.d[i] - view.across[i] < left - tolerance_m:
             return False
     return True
 
 
-def _scene_of(thing: TrackedObject) -> str | None:
+def _scene_of(thing: TrackedObject, stands_mps: float) -> str | None:
     if thing.kind is ObjectKind.FLAGGER:
         return "flagger"
     if thing.kind is ObjectKind.CROSSING_GATE:
         return "level_crossing"
-    if np.hypot(thing.vx_mps, thing.vy_mps) > STANDS_MPS:
+    if np.hypot(thing.vx_mps, thing.vy_mps) > stands_mps:
         return None
     if thing.kind is ObjectKind.SCHOOL_BUS:
         return "school_bus"
@@ -119,8 +107,8 @@ def _scene_of(thing: TrackedObject) -> str | None:
 
 def creep_speed(case: Case) -> list[Reject]:
     """Walking pace for what must be slow."""
-    asked, cap = float(case.path.speed.max()), case.policy.creep_speed_mps
-    if asked <= cap + 1e-6:
+    asked, cap = float(case.path.speed.max()), case.policy.speeds.creep_mps
+    if asked <= cap + EPSILON:
         return []
     return [Reject(code=RejectCode.OVERSPEED, detail=f"asks {asked:.1f} m/s, walking pace is {cap:.1f} m/s")]
 
@@ -130,12 +118,12 @@ def within_lane(case: Case) -> list[Reject]:
     lane = case.start_lane
     if lane is None:
         return [Reject(code=RejectCode.LEAVES_LANE, detail="the vehicle is in no lane")]
-    s, d = case.path.s, case.path.d
+    s, d, policy = case.path.s, case.path.d, case.policy.lanes
     over: Array = np.maximum(
         d + case.reach - np.interp(s, lane.s, lane.left), np.interp(s, lane.s, lane.right) - (d - case.reach)
     )
     # In the frame of the present heading the ego may already reach over; it must not do so further.
-    if float(over.max()) <= max(LANE_TOLERANCE_M, float(over[0]) + 0.05):
+    if float(over.max()) <= max(policy.tolerance_m, float(over[0]) + policy.further_out_m):
         return []
     return [Reject(code=RejectCode.LEAVES_LANE, detail=f"reaches {over.max():.1f} m out of its lane")]
 
@@ -150,7 +138,7 @@ def stopping_place(case: Case) -> list[Reject]:
     for lane in case.view.frame.lanes:
         if lane.strip.kind is not LaneKind.DRIVING or lane.strip.direction is not LaneDirection.OPPOSITE:
             continue
-        if lane.covers(end, end) and case.inside(lane)[-1] > 0:
+        if lane.covers(end, end) and case.inside(lane)[-1]:
             return [Reject(code=RejectCode.STOPPING_PLACE, detail="it would end in an oncoming lane")]
     return []
 
@@ -159,7 +147,9 @@ def seen_free(case: Case) -> list[Reject]:
     """The lane is seen for the whole way and a margin; asked of what is done where a driver does not look by habit."""
     lane = case.start_lane
     seen = 0.0 if lane is None else case.view.sight_ahead_m(lane)
-    margin = CLOSED_MARGIN_M if lane is not None and _closed(case, lane, seen) else REAR_MARGIN_M
+    backing = case.policy.backing
+    closed = lane is not None and _closed(case, lane, seen)
+    margin = backing.closed_margin_m if closed else backing.margin_m
     needed = case.path.end_s - case.view.ego_s + case.view.ego.length_m / 2 + margin
     if seen >= needed:
         return []
@@ -172,15 +162,16 @@ def seen_free(case: Case) -> list[Reject]:
 
 def _closed(case: Case, lane: Lane, seen_m: float) -> bool:
     """Does the sight of a lane end at a vehicle that stands in its middle?"""
-    view = case.view
-    standing = (view.moving == 0.0) & (view.s > view.ego_s)
+    view, policy = case.view, case.policy.backing
+    standing = ~view.moving & (view.s > view.ego_s)
     nearer = view.s - view.along - view.ego_s
-    if float(case.path.speed.max()) > GENTLE_MPS:
+    if float(case.path.speed.max()) > policy.gentle_mps:
         return False
-    for i in np.flatnonzero(standing & (np.abs(nearer - seen_m) < END_OF_SIGHT_M)):
+    for i in np.flatnonzero(standing & (np.abs(nearer - seen_m) < policy.sight_ends_m)):
         right, _, left = lane.at(float(view.s[i]))
         beside = max(view.d[i] - view.across[i] - right, left - view.d[i] - view.across[i])
-        people = (view.vulnerable > 0) & (np.hypot(view.s - view.s[i], view.d - view.d[i]) < PEOPLE_M + view.along[i])
-        if beside < BESIDE_IT_M and not people.any() and view.objects[int(i)].kind in MOTOR_VEHICLES:
+        apart_m = np.hypot(view.s - view.s[i], view.d - view.d[i]) - view.along[i]
+        people = view.vulnerable & (apart_m < policy.people_m)
+        if beside < policy.beside_m and not people.any() and view.objects[int(i)].kind in MOTOR_VEHICLES:
             return True
     return False

@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
 from stucksolver.guard.case import Case
+from stucksolver.guard.numerics import EPSILON
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.road import Zone, ZoneKind
 from stucksolver.scene.view import View
-
-ONCOMING_MPS = 0.5
-TURNS_RAD = 0.2
-"""A route that turns by more in a junction is not what those follow who come the other way."""
 
 
 @dataclass(frozen=True)
 class StraightOn:
     """Ways of objects in the plane: from a place, in a direction, `before_m` metres ahead of where each is now.
 
-    `member` are places in the array of objects that was asked for; all others are of their length, in the local frame.
+    `member` (members,) are places in the array of objects that was asked for; all others are of that shape, in the
+    local frame.
     """
 
     member: Array
@@ -40,42 +38,46 @@ def straight_on(case: Case, which: Array) -> StraightOn:
     """The ways of those among `which` who go straight on."""
     view = case.view
     rows = []
-    for member in np.flatnonzero((view.elsewhere > 0)[which] | _oncoming(view, which)):
+    for member in np.flatnonzero(view.elsewhere[which] | _oncoming(case, which)):
         i = which[member]
         thing, zone = view.objects[int(i)], _turned_in(case, int(i))
-        speed = max(math.hypot(thing.vx_mps, thing.vy_mps), 1e-6)
-        if view.elsewhere[i] > 0 or (zone is not None and view.s[i] <= zone.end_m):
+        speed = max(math.hypot(thing.vx_mps, thing.vy_mps), EPSILON)
+        if view.elsewhere[i] or (zone is not None and view.s[i] <= zone.end_m):
             rows.append((member, thing.x_m, thing.y_m, math.atan2(thing.vy_mps, thing.vx_mps), speed, 0.0))
         elif zone is not None:
             x, y, along = view.frame.to_local(np.array([zone.end_m]), view.d[[int(i)]])
             rows.append((member, x[0], y[0], along[0] + math.pi, speed, float(view.s[i]) - zone.end_m))
-    columns = np.array(rows, dtype=np.float64).reshape(-1, 6).T
+    columns = np.array(rows, dtype=np.float64).reshape(-1, len(fields(StraightOn))).T
     return StraightOn(columns[0].astype(np.int64), *columns[1:])
 
 
 def goes_straight(case: Case, index: int) -> bool:
     """Whether an object goes straight on where our route does not."""
-    return bool(case.view.elsewhere[index] > 0) or _turned_in(case, index) is not None
+    return bool(case.view.elsewhere[index]) or _turned_in(case, index) is not None
 
 
 def _turned_in(case: Case, index: int) -> Zone | None:
     """The junction on the path in which the route turns, for who comes the other way on one of its lanes."""
     view = case.view
-    if not _oncoming(view, index):
+    if not _oncoming(case, index):
         return None
     first, last, half = float(case.path.s[0]), float(case.path.end_s), view.ego.length_m / 2
     for zone in view.surroundings.road.zones:
         met = zone.start_m < last + half and zone.end_m > first - half
-        if zone.kind is ZoneKind.JUNCTION and met and view.s[index] > zone.start_m and _turns(view, zone):
+        if zone.kind is not ZoneKind.JUNCTION or not met or view.s[index] <= zone.start_m:
+            continue
+        if _turns(view, zone) > case.policy.prediction.turns_rad:
             return zone
     return None
 
 
-def _oncoming(view: View, which: Any) -> Any:
+def _oncoming(case: Case, which: Any) -> Any:
     """Who comes the other way on one of the known lanes; of one object or several."""
-    return (view.vs[which] < -ONCOMING_MPS) & (view.on_lane[which] > 0)
+    view = case.view
+    return (view.vs[which] < -case.policy.prediction.along_mps) & view.on_lane[which]
 
 
-def _turns(view: View, zone: Zone) -> bool:
+def _turns(view: View, zone: Zone) -> float:
+    """By how much the route turns in a zone, radians."""
     start, end = (float(np.interp(s, view.frame.s, view.frame.headings)) for s in (zone.start_m, zone.end_m))
-    return abs(end - start) > TURNS_RAD
+    return abs(end - start)

@@ -6,22 +6,12 @@ import numpy as np
 
 from stucksolver.decision.rollout import Rollout
 from stucksolver.guard.case import Case
-from stucksolver.guard.policy import rss_distance
+from stucksolver.guard.numerics import EPSILON
+from stucksolver.guard.rss import rss_distance
 from stucksolver.guard.verdict import Reject, RejectCode
-from stucksolver.scene.frenet import Array, Lane
+from stucksolver.scene.frenet import Array, Lane, Mask
 from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import MOVING_MPS
-
-DECIDES_S, DECIDES_M = 1.0, 3.0
-STOPS_S, STOPS_M = 0.5, 0.5
-"""The same where the nose is in the lane already: as late as a stop beside those in it allows."""
-START_S = 0.3
-"""From the order to the first motion."""
-RESERVE_M = 1.0
-"""More distance to others at the start, so that a plan begun is not given up in the next instant."""
-
-BESIDE_M, ACCELERATES_MPS2 = 0.3, 2.0
-"""Kept from the way of who comes by; and how they may speed up, to the limit, until they see us in it."""
 
 
 def oncoming(case: Case) -> list[Reject]:
@@ -42,7 +32,7 @@ def oncoming(case: Case) -> list[Reject]:
 def _zone(case: Case, lane: Lane, first: int, last: int) -> list[Reject]:
     half = case.view.ego.length_m / 2
     start, end = float(case.path.s[first]) - half, float(case.path.s[last]) + half
-    margin = case.policy.zone_margin_m
+    margin = case.policy.lanes.zone_margin_m
     for zone in case.view.surroundings.road.zones:
         if zone.start_m - margin < end and start < zone.end_m + margin:
             detail = f"the oncoming lane would be used in a {zone.kind.value.replace('_', ' ')}"
@@ -54,9 +44,9 @@ def _zone(case: Case, lane: Lane, first: int, last: int) -> list[Reject]:
 
 def _sight(case: Case, lane: Lane, last: int) -> list[Reject]:
     """Seen free: sight >= own way + what an unseen car at the limit covers meanwhile + margin."""
-    policy, view = case.policy, case.view
+    policy, view = case.policy.oncoming, case.view
     duration = float(case.slow.t[last])
-    limit = lane.strip.speed_limit_mps or policy.unknown_oncoming_limit_mps
+    limit = lane.strip.speed_limit_mps or policy.unknown_limit_mps
     own = float(case.path.s[last]) - view.ego_s
     needed = own + limit * duration + policy.sight_margin_m
     seen = view.sight_ahead_m(lane)
@@ -68,18 +58,18 @@ def _sight(case: Case, lane: Lane, last: int) -> list[Reject]:
 
 def _gap(case: Case, lane: Lane, last: int) -> list[Reject]:
     """No oncoming vehicle, a little quicker than seen, is met before the ego is back and a time gap has passed."""
-    policy, view = case.policy, case.view
+    policy, view = case.policy.oncoming, case.view
     back = float(case.slow.t[last])
     front = float(case.path.s[last]) + view.ego.length_m / 2
     for i, thing in enumerate(view.objects):
         coming = -float(view.vs[i])
-        if coming < 0.5 or view.s[i] + view.along[i] < view.ego_s:
+        if coming < case.policy.prediction.along_mps or view.s[i] + view.along[i] < view.ego_s:
             continue
         right, _, left = lane.at(float(view.s[i]))
         if view.d[i] + view.across[i] <= right or view.d[i] - view.across[i] >= left:
             continue
-        speed = coming + policy.oncoming_speedup_mps
-        place = float(view.s[i] - view.along[i]) - speed * (back + policy.oncoming_time_gap_s)
+        speed = coming + policy.speedup_mps
+        place = float(view.s[i] - view.along[i]) - speed * (back + policy.time_gap_s)
         if place < front:
             detail = f"{thing.kind.value} {thing.id} comes at {coming:.1f} m/s, {view.s[i] - view.ego_s:.0f} m ahead"
             return [
@@ -118,7 +108,8 @@ def is_due(case: Case, k: int) -> bool:
     """Must the entry at station `k` be certain now? Always before the start, and where a borrowed lane is left."""
     if not case.running or any(lane.strip.direction is LaneDirection.OPPOSITE for lane in case.path.enters):
         return True
-    return float(case.path.s[k] - case.path.s[0]) < _stop_m(case, DECIDES_S) + DECIDES_M
+    policy = case.policy.entry
+    return float(case.path.s[k] - case.path.s[0]) < _stop_m(case, policy.decides_s) + policy.decides_m
 
 
 def _stop_m(case: Case, later_s: float) -> float:
@@ -128,14 +119,14 @@ def _stop_m(case: Case, later_s: float) -> float:
 
 
 def _entry(case: Case, lane: Lane, k: int) -> list[Reject]:
-    view = case.view
+    view, tolerance_m = case.view, case.policy.lanes.tolerance_m
     right, _, left = lane.at(float(case.path.s[k]))
     borrowed = lane.strip.direction is LaneDirection.OPPOSITE
     tail = _tail(case, lane, k)
     for i, thing in enumerate(view.objects):
-        if view.vs[i] < 0.5 or (borrowed and thing.id in case.path.passes):
+        if view.vs[i] < case.policy.prediction.along_mps or (borrowed and thing.id in case.path.passes):
             continue
-        if view.d[i] + view.across[i] <= right + 0.1 or view.d[i] - view.across[i] >= left - 0.1:
+        if view.d[i] + view.across[i] <= right + tolerance_m or view.d[i] - view.across[i] >= left - tolerance_m:
             continue
         reject = too_close(case, k, i, tail)
         if reject is not None:
@@ -150,18 +141,18 @@ def unyielding(case: Case, giving_way: bool) -> list[Reject]:
     what is before them: for these the border is where their own body passes, and until then we can stop beside it.
     They watch us, so that half the reaction time will do (all of it, to go on before one whom we let by).
     """
-    view, path = case.view, case.path
-    for i in np.flatnonzero((view.vs > MOVING_MPS) & (view.elsewhere == 0) & (view.s - view.along < view.ego_front_s)):
+    view, path, policy = case.view, case.path, case.policy.entry
+    for i in np.flatnonzero((view.vs > MOVING_MPS) & ~view.elsewhere & (view.s - view.along < view.ego_front_s)):
         left_of_us = bool(view.d[i] > path.d[0])
         edge = float(view.d[i]) + (-1.0 if left_of_us else 1.0) * float(view.across[i])
         inside = path.d + case.reach - edge if left_of_us else edge - path.d + case.reach
-        meets = inside > -BESIDE_M
+        meets = inside > -policy.beside_m
         if meets[0] or not meets.any():
             continue
-        if float(path.s[int(meets.argmax())] - path.s[0]) > _stop_m(case, STOPS_S) + STOPS_M:
+        if float(path.s[int(meets.argmax())] - path.s[0]) > _stop_m(case, policy.stops_s) + policy.stops_m:
             continue
         # They must get by beside us, and those who have seen us only in their very way must be able to stop.
-        for beside_m in (BESIDE_M, 0.0):
+        for beside_m in (policy.beside_m, 0.0):
             reject = _presses(
                 case, int(i), inside > -beside_m, edge + (-beside_m if left_of_us else beside_m), giving_way
             )
@@ -170,28 +161,29 @@ def unyielding(case: Case, giving_way: bool) -> list[Reject]:
     return []
 
 
-def _presses(case: Case, i: int, reaches: Array, border: float, giving_way: bool) -> Reject | None:
-    """One from behind against our body beyond a border at the side of their way, at which stations it `reaches`."""
+def _presses(case: Case, i: int, reaches: Mask, border: float, giving_way: bool) -> Reject | None:
+    """One from behind against our body beyond a border at the side of their way, which it `reaches` at (stations,)."""
     if not reaches.any():
         return None
     k = int(reaches.argmax())
     tail = inside_of(case, k, np.full(len(case.path.s) - k, border), bool(case.view.d[i] > case.path.d[0]))
     # The slower we are, the nearer they have come by then; the quicker, the less they have passed us.
-    found = (_could_not_stop(case, run, k, i, tail, 1.0 if giving_way else 0.5) for run in (case.slow, case.quick))
+    reaction_s = case.policy.rss.reaction_s if giving_way else case.policy.entry.watching_reaction_s
+    found = (_could_not_stop(case, run, k, i, tail, reaction_s) for run in (case.slow, case.quick))
     return next((reject for reject in found if reject is not None), None)
 
 
-def _could_not_stop(case: Case, run: Rollout, k: int, i: int, tail: Array, reaction: float) -> Reject | None:
+def _could_not_stop(case: Case, run: Rollout, k: int, i: int, tail: Array, reaction_s: float) -> Reject | None:
     """An object from behind against the ego that comes into its way at station `k`."""
     view, policy, thing = case.view, case.policy, case.view.objects[i]
     now, when, lane = float(view.vs[i]), float(run.t[k]), view.lane_of[i]
-    limit = (lane.strip.speed_limit_mps if lane else None) or policy.unknown_oncoming_limit_mps
-    speed = max(now, min(now + ACCELERATES_MPS2 * when, limit))
+    limit = (lane.strip.speed_limit_mps if lane else None) or policy.oncoming.unknown_limit_mps
+    speed = max(now, min(now + policy.entry.accelerates_mps2 * when, limit))
     front = float(view.s[i]) + (now + speed) / 2 * when + float(view.along[i])
     if front - 2 * float(view.along[i]) > float(case.path.s[k]) + view.ego.length_m / 2:
         return None  # past us by then
-    sooner = (1.0 - reaction) * policy.reaction_s * speed
-    needs = [rss_distance(speed, float(v), policy, running=True) for v in run.v[k : k + len(tail)]]
+    sooner = (policy.rss.reaction_s - reaction_s) * speed
+    needs = [rss_distance(speed, float(v), policy.rss, running=True) for v in run.v[k : k + len(tail)]]
     needed = np.array(needs) - sooner
     if (tail - front >= needed).all():
         return None
@@ -201,7 +193,7 @@ def _could_not_stop(case: Case, run: Rollout, k: int, i: int, tail: Array, react
 
 
 def _tail(case: Case, lane: Lane, k: int) -> Array:
-    """Arc length of the rearmost part of the body that is inside a lane, from its entry at station `k` until all is.
+    """(some stations,): arc length of the rearmost part of the body inside a lane, from its entry at `k` until all is.
 
     While the body turns in, its tail is still outside: who comes from behind in the lane must stop for what is in it.
     """
@@ -215,7 +207,7 @@ def inside_of(case: Case, k: int, border: Array, from_right: bool) -> Array:
     path, half_length, half_width = case.path, case.view.ego.length_m / 2, case.view.ego.width_m / 2
     s, d, turn = path.s[k:], path.d[k:], case.heading[k:]
     beyond = (border - d if from_right else d - border) - half_width * np.cos(turn)
-    slope = np.maximum(np.sin(turn) if from_right else -np.sin(turn), 1e-6)
+    slope = np.maximum(np.sin(turn) if from_right else -np.sin(turn), EPSILON)
     along = np.clip(beyond / slope, -half_length, half_length)
     tail: Array = s + along * np.cos(turn) - half_width * np.abs(np.sin(turn))
     whole = np.flatnonzero(along <= -half_length)
@@ -233,18 +225,18 @@ def too_close(case: Case, k: int, i: int, tail: Array) -> Reject | None:
     sides = set()
     for run in (case.slow, case.quick):
         # Before it starts, a vehicle takes a moment until it moves; while it runs, its motion is seen.
-        when = float(run.t[k]) + (0.0 if case.running or run is case.quick else START_S)
+        when = float(run.t[k]) + (0.0 if case.running or run is case.quick else policy.entry.start_s)
         place = float(view.s[i]) + speed * when
         ahead = place - float(view.along[i]) - (float(case.path.s[k]) + half)
         behind = tail - (place + float(view.along[i]))
-        needs = (rss_distance(speed, float(v), policy, running=case.running) for v in run.v[k : k + len(tail)])
+        needs = (rss_distance(speed, float(v), policy.rss, running=case.running) for v in run.v[k : k + len(tail)])
         room = [free - needed for free, needed in zip(behind, needs, strict=True)]
         worst = int(np.argmin(room))
         if ahead > float(behind.min()):
-            gap, where, needed = ahead, "ahead", rss_distance(float(run.v[k]), speed, policy)
+            gap, where, needed = ahead, "ahead", rss_distance(float(run.v[k]), speed, policy.rss)
         else:
             gap, where, needed = float(behind[worst]), "behind", float(behind[worst] - room[worst])
-        needed += 0.0 if case.running else RESERVE_M
+        needed += 0.0 if case.running else policy.entry.reserve_m
         sides.add(where)
         if gap < needed or len(sides) > 1:
             detail = f"{thing.kind.value} {thing.id} {where}: {gap:.1f} m, needs {needed:.1f} m"

@@ -11,23 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from stucksolver.decision.behaviors import Abort
-from stucksolver.guard.aborts import GIVES_WAY_S, GOES_ON_S, braking_now
+from stucksolver.guard.aborts import braking_now
 from stucksolver.guard.abreast import will_be_followed
 from stucksolver.guard.case import Case
 from stucksolver.guard.predict import moving_gaps, profiles, relevant, standing_gaps, times
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import MOVING_MPS
-
-TOUCH_M = 0.1
-"""A gap below this counts as contact: what perception measures is not better."""
-NEARER_M = 0.05
-"""What is nearer than that already counts only when the way leads nearer still."""
-RESTS_MPS = 0.3
-"""Slower, the ego is at rest: setting off is then a choice, and is not made into anybody."""
-
-
-GENTLER_MPS = 1.0
-"""A stop must lower the impact by more than that: less is not known, and who drives on is out of the way sooner."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +47,7 @@ def least_harm(case: Case, giving_way: bool) -> WayOut:
     found = [(_rank(on, on_rails=False), FINISH)]
     for braking in (limits.comfort_braking_mps2, limits.max_braking_mps2):
         met, end_s = _stopping(case, braking)
-        found.append((_rank(met, case.on_rails(end_s), GENTLER_MPS), WayOut(Abort.GIVE_WAY, braking)))
+        found.append((_rank(met, case.on_rails(end_s), case.policy.harm.gentler_mps), WayOut(Abort.GIVE_WAY, braking)))
     return min(found, key=lambda one: one[0])[1]
 
 
@@ -80,10 +69,11 @@ def _finishing(case: Case, giving_way: bool) -> Contact | None:
     Those who move may be elsewhere by then: they are braked for when they are near. At rest there is no haste.
     """
     speed, braking = abs(case.view.ego.speed_mps), case.view.ego.limits.comfort_braking_mps2
-    rests = giving_way or speed < RESTS_MPS
-    near_s = GOES_ON_S if rests else speed / braking + GIVES_WAY_S
+    stopping = case.policy.stopping
+    rests = giving_way or speed < stopping.rests_mps
+    near_s = stopping.goes_on_s if rests else speed / braking + stopping.gives_way_s
     t = times(case)
-    t = t[t <= near_s + case.policy.step_s]
+    t = t[t <= near_s + case.policy.prediction.step_s]
     until_s = np.inf if rests else near_s
     standing = _with_standing(case, np.where(case.slow.t <= until_s, case.quick.v, np.nan))
     return _worse(standing, _with_moving(case, profiles(case, t), t))
@@ -104,14 +94,15 @@ def _worse(one: Contact | None, other: Contact | None) -> Contact | None:
 
 
 def _with_standing(case: Case, speed_mps: Array) -> Contact | None:
-    """The first contact with what stands; `speed_mps` of the ego at the path's stations, NaN where it will not be."""
+    """The first contact with what stands; `speed_mps` (stations,) of the ego on the path, NaN where it will not be."""
     view = case.view
     which = relevant(case)
     which = which[np.hypot(view.vs[which], view.vd[which]) <= MOVING_MPS]
     if not len(which):
         return None
     gap = standing_gaps(case, which)
-    hit = (gap < TOUCH_M) & (gap < gap[0] - NEARER_M) & ~np.isnan(speed_mps)[:, None]
+    nearer = gap < gap[0] - case.policy.clearance.nearer_m
+    hit = (gap < case.policy.harm.touch_m) & nearer & ~np.isnan(speed_mps)[:, None]
     who = np.flatnonzero(hit.any(axis=0))
     if not len(who):
         return None
@@ -131,8 +122,8 @@ def _with_moving(case: Case, stations: Array, t: Array) -> Contact | None:
     gap = moving_gaps(case, stations, which, t)
     gap = np.where(will_be_followed(case, stations, which, t), np.maximum(gap, gap[:, :1]), gap)
     own = np.gradient(stations, t, axis=1)
-    hit = (gap < TOUCH_M) & (gap < gap[:, :1] - NEARER_M)
-    hit &= ~((view.on_foot[which] > 0) & (own < MOVING_MPS)[..., None])
+    hit = (gap < case.policy.harm.touch_m) & (gap < gap[:, :1] - case.policy.clearance.nearer_m)
+    hit &= ~(view.on_foot[which] & (own < MOVING_MPS)[..., None])
     ways, who = np.nonzero(hit.any(axis=1))
     if not len(ways):
         return None
@@ -144,4 +135,4 @@ def _with_moving(case: Case, stations: Array, t: Array) -> Contact | None:
 
 
 def _living(case: Case, who: Array) -> bool:
-    return bool((case.view.two_wheeled[who] + case.view.vulnerable[who] > 0).any())
+    return bool((case.view.two_wheeled[who] | case.view.vulnerable[who]).any())

@@ -16,7 +16,7 @@ from stucksolver.ladder import Ladder
 from stucksolver.reason import ReasonerError, RuleReasoner, parse_trace
 from stucksolver.record.chain import RecordError, read_chain
 from stucksolver.record.compact import Unpacker
-from stucksolver.record.scroll import APPROVALS, FORMAT, POLICY, image_of
+from stucksolver.record.scroll import APPROVALS, FORMAT, image_of, policy_of
 from stucksolver.scene import Scene, Surroundings
 from stucksolver.scene.model import Model
 from stucksolver.scene.view import View
@@ -122,7 +122,7 @@ class _Again:
             raise RecordError(f"{self._path}: written in format {data['format']}, this program reads {FORMAT}")
         ladder = Ladder.model_validate(data["ladder"])
         self.report.versions = data["versions"]
-        self._guard = Guard(POLICY.validate_python(data["policy"]))
+        self._guard = Guard(policy_of(data["policy"], self._path))
         self._rules = RuleReasoner(ladder.waits.limits())
         self._failures = Failures(ladder.asking.remembered)
 

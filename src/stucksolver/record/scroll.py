@@ -8,11 +8,12 @@ import datetime
 import hashlib
 import importlib.metadata
 import platform
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 
 from stucksolver.decision import Directive
 from stucksolver.decision.schema import VERSION
@@ -24,8 +25,7 @@ from stucksolver.scene import RoadGeometry
 from stucksolver.solver.events import Event, Facts, Judgement, Tick
 from stucksolver.solver.execution import Outcome
 
-FORMAT = 1
-POLICY: TypeAdapter[GuardPolicy] = TypeAdapter(GuardPolicy)
+FORMAT = 2
 APPROVALS: TypeAdapter[Approvals] = TypeAdapter(Approvals)
 DETECTOR: TypeAdapter[DetectorSettings] = TypeAdapter(DetectorSettings)
 MOST_FILES = 100_000
@@ -127,6 +127,38 @@ def image_of(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     return {"width": data["width"], "height": data["height"], "jpeg": base64.b64encode(jpeg).decode()}
 
 
+def policy_of(data: dict[str, Any], path: Path) -> GuardPolicy:
+    """The guard's policy of a record, whole. Raises `RecordError` where a number is missing or means nothing here.
+
+    A default would do for neither: the plans of the record would be judged by bounds that nobody judged them by.
+    """
+    try:
+        policy = GuardPolicy.model_validate(data)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise RecordError(f"{path}: the guard's policy cannot be read: {where}: {first['msg']}") from error
+    differs = next(_differences(data, policy.model_dump(mode="json")), None)
+    if differs is not None:
+        raise RecordError(
+            f"{path}: the guard's policy is another version's: {differs}; replay it with the version that wrote it"
+        )
+    return policy
+
+
+def _differences(recorded: Any, read: Any, where: str = "") -> Iterator[str]:
+    """Names of what is in only one of two JSON values, or differs."""
+    if not (isinstance(recorded, dict) and isinstance(read, dict)):
+        if recorded != read:
+            yield where.removeprefix(".")
+        return
+    for name in sorted(recorded.keys() | read.keys()):
+        if name in recorded and name in read:
+            yield from _differences(recorded[name], read[name], f"{where}.{name}")
+        else:
+            yield f"{where}.{name}".removeprefix(".")
+
+
 def _facts(facts: Facts) -> dict[str, Any]:
     """Everything that decides how a run goes, with versions."""
     return {
@@ -143,7 +175,7 @@ def _facts(facts: Facts) -> dict[str, Any]:
         "reasoners": dict(facts.reasoners),
         "observe_only": facts.observe_only,
         "detector": DETECTOR.dump_python(facts.detector, mode="json"),
-        "policy": POLICY.dump_python(facts.policy, mode="json"),
+        "policy": facts.policy.model_dump(mode="json"),
         "ladder": facts.ladder.model_dump(mode="json", by_alias=True),
     }
 

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from stucksolver.scene.road import LaneKind, LaneStrip, LineKind, RoadGeometry
 
 Array = NDArray[Any]
+Mask = NDArray[np.bool_]
+"""True or False for each station, object or instant."""
 
 
 def wrap_angle(angle: Array) -> Array:

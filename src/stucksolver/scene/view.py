@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from stucksolver.scene.frenet import Array, Lane, RoadFrame, road_frame, wrap_angle
+from stucksolver.scene.frenet import Array, Lane, Mask, RoadFrame, road_frame, wrap_angle
 from stucksolver.scene.mirror import backwards
 from stucksolver.scene.objects import ON_FOOT, STATIC_KINDS, TWO_WHEELED, VULNERABLE, TrackedObject
 from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
@@ -21,7 +21,7 @@ MOVING_MPS = 0.1
 
 
 class View:
-    """Arrays over the objects (index as in `objects`) and the ego, in road coordinates.
+    """Arrays over the objects (index as in `objects`) and the ego, in road coordinates: all of shape (objects,).
 
     `s`, `d`: box centres; `yaw`: heading relative to the road; `vs`, `vd`: velocity along and across;
     `half_length`, `half_width`: of the boxes; `along`, `across`: half extents of the boxes seen along the road.
@@ -55,25 +55,26 @@ class View:
         return View(backwards(self.surroundings))
 
     @cached_property
-    def on_foot(self) -> Array:
-        """1.0 for those who may step into the road, else 0.0."""
-        return np.array([float(o.kind in ON_FOOT) for o in self.objects])
+    def on_foot(self) -> Mask:
+        """(objects,): may they step into the road?"""
+        return np.array([o.kind in ON_FOOT for o in self.objects], dtype=bool)
 
     @cached_property
-    def vulnerable(self) -> Array:
-        """1.0 for vulnerable road users, else 0.0."""
-        return np.array([float(o.kind in VULNERABLE) for o in self.objects])
+    def vulnerable(self) -> Mask:
+        """(objects,): are they vulnerable road users?"""
+        return np.array([o.kind in VULNERABLE for o in self.objects], dtype=bool)
 
     @cached_property
-    def two_wheeled(self) -> Array:
-        """1.0 for those on two wheels, else 0.0."""
-        return np.array([float(o.kind in TWO_WHEELED) for o in self.objects])
+    def two_wheeled(self) -> Mask:
+        """(objects,): are they on two wheels?"""
+        return np.array([o.kind in TWO_WHEELED for o in self.objects], dtype=bool)
 
     @cached_property
-    def moving(self) -> Array:
-        """1.0 for what moves, else 0.0."""
-        still = [o.kind in STATIC_KINDS for o in self.objects]
-        return np.where(np.hypot(self.vs, self.vd) > MOVING_MPS, 1.0, 0.0) * (1.0 - np.array(still, dtype=float))
+    def moving(self) -> Mask:
+        """(objects,): do they move?"""
+        still = np.array([o.kind in STATIC_KINDS for o in self.objects], dtype=bool)
+        result: Mask = (np.hypot(self.vs, self.vd) > MOVING_MPS) & ~still
+        return result
 
     def index_of(self, object_id: str) -> int | None:
         """Where an object stands in the arrays, None if it is not seen now."""
@@ -106,9 +107,9 @@ class View:
         return tuple(self.frame.lane_at(float(s), float(d)) for s, d in zip(self.s, self.d, strict=True))
 
     @cached_property
-    def on_lane(self) -> Array:
-        """1.0 for what has its centre on a lane of the route's road, else 0.0."""
-        found = np.zeros(len(self.objects))
+    def on_lane(self) -> Mask:
+        """(objects,): have they their centre on a lane of the route's road?"""
+        found = np.zeros(len(self.objects), dtype=bool)
         for lane in self.frame.lanes:
             # Before and beyond what is known of the road, its lanes are taken to go on.
             start = -np.inf if lane.start_m <= self.frame.s[0] else lane.start_m
@@ -116,16 +117,20 @@ class View:
             beside = (self.s >= start) & (self.s <= end)
             if beside.any():
                 right, left = np.interp(self.s, lane.s, lane.right), np.interp(self.s, lane.s, lane.left)
-                found[beside & (self.d >= right) & (self.d <= left)] = 1.0
+                found[beside & (self.d >= right) & (self.d <= left)] = True
         return found
 
     @cached_property
-    def elsewhere(self) -> Array:
-        """1.0 for vehicles under way on no lane of the route's road, or across them: on roads that join or cross it."""
+    def elsewhere(self) -> Mask:
+        """(objects,): are they vehicles under way on no lane of the route's road, or across them?
+
+        Such are on roads that join or cross it.
+        """
         speed = np.hypot(self.vs, self.vd)
         heads = np.where(speed > HEADS_MPS, np.abs(self.vd) / np.maximum(speed, HEADS_MPS), np.abs(np.sin(self.yaw)))
         vehicles = np.array([o.kind not in ON_FOOT for o in self.objects], dtype=bool)
-        return np.where(vehicles & ((self.on_lane == 0) | (heads > ACROSS_SIN)), self.moving, 0.0)
+        result: Mask = vehicles & (~self.on_lane | (heads > ACROSS_SIN)) & self.moving
+        return result
 
     def sight_ahead_m(self, lane: Lane) -> float:
         """How far a lane is seen ahead of the ego; 0 where the surroundings do not say."""
@@ -137,12 +142,13 @@ class View:
 
     def free_ahead_m(self) -> float:
         """From the front bumper to the nearest thing in the ego's way along the route; infinite where there is none."""
-        ahead = self.gap[(self.in_corridor(self.ego.width_m / 2) > 0) & (self.s > self.ego_s)]
+        ahead = self.gap[self.in_corridor(self.ego.width_m / 2) & (self.s > self.ego_s)]
         return float(ahead.min()) if len(ahead) else math.inf
 
-    def in_corridor(self, half_width_m: float, clearance_m: float = 0.2) -> Array:
-        """Which objects reach into a strip of that half width around the route's centre line (1.0 or 0.0)."""
-        return np.where(np.abs(self.d) - self.across < half_width_m + clearance_m, 1.0, 0.0)
+    def in_corridor(self, half_width_m: float, clearance_m: float = 0.2) -> Mask:
+        """(objects,): do they reach into a strip of that half width around the route's centre line?"""
+        result: Mask = np.abs(self.d) - self.across < half_width_m + clearance_m
+        return result
 
     def oncoming(self, index: int) -> bool:
         """Does an object come towards us, or stand in a lane whose traffic does?"""

@@ -1,0 +1,43 @@
+"""The guard's numbers, in one place, and who must say yes to what. The whole of it is written to each record."""
+
+from stucksolver.guard.policy.approvals import NOBODY, RANKS, RULES, SCENES, Approvals
+from stucksolver.guard.policy.bodies import ClearancePolicy, DoorPolicy, PassablePolicy, PeoplePolicy
+from stucksolver.guard.policy.ego import HandBackPolicy, HarmPolicy, SpeedPolicy, StoppingPolicy, TrackingPolicy
+from stucksolver.guard.policy.others import EntryPolicy, OncomingPolicy, PredictionPolicy, RssPolicy
+from stucksolver.guard.policy.policy import GuardPolicy
+from stucksolver.guard.policy.road import (
+    BackingPolicy,
+    ControlPolicy,
+    LanePolicy,
+    QueuePolicy,
+    ScenePolicy,
+    SightPolicy,
+)
+
+__all__ = [
+    "NOBODY",
+    "RANKS",
+    "RULES",
+    "SCENES",
+    "Approvals",
+    "BackingPolicy",
+    "ClearancePolicy",
+    "ControlPolicy",
+    "DoorPolicy",
+    "EntryPolicy",
+    "GuardPolicy",
+    "HandBackPolicy",
+    "HarmPolicy",
+    "LanePolicy",
+    "OncomingPolicy",
+    "PassablePolicy",
+    "PeoplePolicy",
+    "PredictionPolicy",
+    "QueuePolicy",
+    "RssPolicy",
+    "ScenePolicy",
+    "SightPolicy",
+    "SpeedPolicy",
+    "StoppingPolicy",
+    "TrackingPolicy",
+]

@@ -1,0 +1,92 @@
+"""Bounds that no plan may cross."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+from pydantic import Field, NonNegativeFloat, field_validator
+
+from stucksolver.decision.behaviors import REGISTRY, Release
+from stucksolver.decision.codes import WaitLimits
+from stucksolver.guard.policy.approvals import RANKS, SCENES
+from stucksolver.guard.policy.bodies import ClearancePolicy, DoorPolicy, PassablePolicy, PeoplePolicy
+from stucksolver.guard.policy.ego import HandBackPolicy, HarmPolicy, SpeedPolicy, StoppingPolicy, TrackingPolicy
+from stucksolver.guard.policy.others import EntryPolicy, OncomingPolicy, PredictionPolicy, RssPolicy
+from stucksolver.guard.policy.road import (
+    BackingPolicy,
+    ControlPolicy,
+    LanePolicy,
+    QueuePolicy,
+    ScenePolicy,
+    SightPolicy,
+)
+from stucksolver.scene.model import Model
+
+
+class GuardPolicy(Model):
+    """Every number that the guard judges by, and who must release what. The defaults are the design's.
+
+    Numbers stand in sub-policies, by what reads them, with the unit in their name and their origin beside them ("ours"
+    is a choice of this project). All are finite and none is negative; unknown names are refused.
+    """
+
+    releases: Mapping[str, Release] = Field(default_factory=dict)
+    """Who must say yes to a behaviour, by its name; what is not named keeps the behaviour's own default."""
+    solid_line: Literal["forbid", "autonomous", "passenger", "operator"] = "passenger"
+    """For crossing a solid line past a stationary obstruction; evaluation profiles set it to `autonomous`."""
+    authority: Release = Release.OPERATOR
+    """For passing a school bus, level crossing or flagger."""
+    emergency_scene: Release = Release.OPERATOR
+    """For passing a standing emergency vehicle otherwise than in a whole lane of our own direction."""
+    waits: WaitLimits = Field(default_factory=WaitLimits)
+    max_age_s: NonNegativeFloat = 0.5
+    """Older surroundings are no ground for anything. The design's: a few ticks of a slow stack."""
+
+    clearance: ClearancePolicy = ClearancePolicy()
+    people: PeoplePolicy = PeoplePolicy()
+    doors: DoorPolicy = DoorPolicy()
+    passable: PassablePolicy = PassablePolicy()
+
+    prediction: PredictionPolicy = PredictionPolicy()
+    rss: RssPolicy = RssPolicy()
+    entry: EntryPolicy = EntryPolicy()
+    oncoming: OncomingPolicy = OncomingPolicy()
+
+    sight: SightPolicy = SightPolicy()
+    lanes: LanePolicy = LanePolicy()
+    controls: ControlPolicy = ControlPolicy()
+    queues: QueuePolicy = QueuePolicy()
+    scenes: ScenePolicy = ScenePolicy()
+    backing: BackingPolicy = BackingPolicy()
+
+    speeds: SpeedPolicy = SpeedPolicy()
+    tracking: TrackingPolicy = TrackingPolicy()
+    stopping: StoppingPolicy = StoppingPolicy()
+    harm: HarmPolicy = HarmPolicy()
+    hand_back: HandBackPolicy = HandBackPolicy()
+
+    @field_validator("releases")
+    @classmethod
+    def _known(cls, releases: Mapping[str, Release]) -> Mapping[str, Release]:
+        unknown = sorted(set(releases) - set(REGISTRY))
+        if unknown:
+            raise ValueError(f"release of an unknown behaviour {unknown[0]!r}; there are: {', '.join(REGISTRY)}")
+        return releases
+
+    def laxer_than(self, other: GuardPolicy) -> tuple[str, ...]:
+        """What this policy lets be done with less of a yes than another one asks for."""
+        asked: dict[str, tuple[str, str]] = {
+            name: (self.release(name).value, other.release(name).value) for name in REGISTRY
+        }
+        asked |= {one: (self.scene_release(one).value, other.scene_release(one).value) for one in SCENES}
+        asked["solid_line"] = (self.solid_line, other.solid_line)
+        return tuple(name for name, (ours, theirs) in asked.items() if RANKS.index(ours) < RANKS.index(theirs))
+
+    def scene_release(self, scene: str) -> Release:
+        """Who must say yes to passing one of the scenes in `RULES`."""
+        return self.emergency_scene if scene == "emergency_scene" else self.authority
+
+    def release(self, behavior: str) -> Release:
+        """Who must say yes to a behaviour."""
+        return self.releases.get(behavior, REGISTRY[behavior].release)
