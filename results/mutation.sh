@@ -1,52 +1,42 @@
 #!/bin/sh
 # Mutation testing of the guard, with mutmut. Goes on where it was after a kill; takes up changed tests and sources.
 #
-#   results/mutation.sh OUT [MUTANT ...]
+#   results/mutation.sh OUT [MODULE ...]
 #
-# Wants Python to be that of the project's environment with `pip install mutmut==3.8.1`, which nothing else needs. OUT takes
-# a copy of the sources and tests, the session (OUT/mutants), and survivors.txt. Each mutant runs in a fork of one warm
-# process, against those tests only that reach its function, as one run of all tests without mutants has found, and only
-# until the first of them fails. One core. MUTANT: names or patterns, to look at these again.
+# MODULE: of src/stucksolver/guard, without .py (default: those of which every mutant must be killed or named). Wants
+# `mutmut` on the path, from an environment like the project's with `pip install mutmut==3.8.1`, which nothing else needs.
+# OUT takes a copy of sources and tests, the session (OUT/mutants), and survivors.txt; `mutmut show MUTANT` there shows one.
+#
+# Each mutant runs in a fork of one warm process, against those tests only that reach its function, as one run of all tests
+# without mutants has found, the quickest first, and only until one of them fails. One core. TESTS: patterns of test files
+# in tests/core (default: all of the guard's).
 set -eu
 out=$1
 shift
 root=$(cd "$(dirname "$0")/.." && pwd)
-mkdir -p "$out"
-for part in src tests; do
-    rm -rf "${out:?}/$part"
-    cp -r "$root/$part" "$out/$part"
-done
-# Left out are randomized tests (the oracle, the proofs), since a mutant must be killed by a promise that says what it
-# breaks, and drives of the whole solver, each of which takes seconds.
-for test in "$out"/tests/core/test_*.py; do
-    case $(basename "$test") in
-    test_guard_oracle.py | test_guard_proofs.py | test_guard_policy.py) rm "$test" ;;
-    test_guard_*.py) ;;
-    *) rm "$test" ;;
-    esac
-done
-cat >"$out/setup.cfg" <<'CFG'
-[mutmut]
-source_paths = src
-only_mutate =
-    src/stucksolver/guard/checks.py
-    src/stucksolver/guard/traffic.py
-    src/stucksolver/guard/aborts.py
-    src/stucksolver/guard/obstacles.py
-    src/stucksolver/guard/predict.py
-pytest_add_cli_args_test_selection =
-    tests/core
-pytest_add_cli_args =
-    -p
-    no:cacheprovider
-    -k
-    not never_yields and not speeds_up
-track_dependencies = false
-use_git_change_detection = false
-timeout_multiplier = 10
-CFG
+mkdir -p "$out/src" "$out/tests"
+rm -rf "${out:?}/src/stucksolver" "${out:?}/tests/core"
+cp -r "$root/src/stucksolver" "$out/src/stucksolver"
+cp -r "$root/tests/core" "$out/tests/core"
+{
+    printf '[mutmut]\nsource_paths = src\nonly_mutate =\n'
+    for module in ${*:-checks traffic aborts obstacles predict}; do
+        echo "    src/stucksolver/guard/$module.py"
+    done
+    printf 'pytest_add_cli_args_test_selection =\n'
+    for test in $(cd "$root" && ls ${TESTS:-tests/core/test_guard_*.py}); do
+        case $test in
+        # Not these: random examples (a mutant must be killed by a promise that says what it breaks), and the policy's own.
+        */test_guard_oracle.py | */test_guard_proofs.py | */test_guard_policy.py) ;;
+        *) echo "    $test" ;;
+        esac
+    done
+    # Nor drives that take seconds each.
+    printf 'pytest_add_cli_args =\n    -p\n    no:cacheprovider\n    -k\n    not never_yields and not speeds_up\n'
+    printf 'track_dependencies = false\nuse_git_change_detection = false\ntimeout_multiplier = 10\n'
+} >"$out/setup.cfg"
 cd "$out"
-nice mutmut run --max-children 1 "$@"
+nice mutmut run --max-children 1
 mutmut results >survivors.txt
 mutmut export-cicd-stats
 cat mutants/mutmut-cicd-stats.json

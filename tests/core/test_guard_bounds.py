@@ -227,6 +227,25 @@ def test_so_it_is_along_the_road(gap_m):
     assert passable(bag(ahead)) is (gap_m > 2.0)
 
 
+@pytest.mark.parametrize("kind", [K.CONE, K.BAG, K.PROP])
+def test_dead_things_beside_a_bag_are_no_matter(kind):
+    assert passable(bag(thing("beside", 60.0, 1.0, kind=kind, length=0.3, width=0.3)))
+
+
+def test_who_stands_astride_of_it_is_told_as_no_distance_away():
+    (found,) = (
+        r for r in rejects(OVER, bag(thing("it", 60.0, 0.0, kind=K.UNKNOWN, length=0.5))) if r.object_id == "bag"
+    )
+    assert found.detail == "bag has unknown it 0.0 m beside it"
+
+
+def test_a_bag_that_is_not_seen_any_more_ends_the_plan_to_drive_over_it():
+    _, proven = GUARD.accept([OVER], bag().view(), False)
+    assert proven is not None
+    found = GUARD.recheck(proven, World(ROAD).view()).rejects
+    assert [(r.code, r.detail) for r in found] == [(C.NOT_PASSABLE, "bag is not seen")]
+
+
 def test_what_may_not_be_driven_over_says_why():
     def why(**more):
         return next(r.detail for r in rejects(OVER, bag(**more)) if r.code is C.NOT_PASSABLE)
