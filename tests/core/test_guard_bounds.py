@@ -156,6 +156,33 @@ def test_who_goes_along_the_road_at_half_a_metre_a_second_is_followed_and_not_pa
     assert waits(kind=K.BICYCLE, speed=speed) is refused
 
 
+def told(*others, **lead):
+    world = World(ROAD, [thing("lead", LEAD_X, **lead), *others])
+    return [r.detail for r in rejects(BORROW, world) if r.code is C.WAIT_FIRST]
+
+
+def test_why_one_waits_is_told():
+    assert told(kind=K.BICYCLE, speed=2.0) == ["bicycle lead moves: it is followed, not passed"]
+    assert told(moved_s_ago=5.0) == ["car lead may be in a queue"]
+    assert told(stationary_s=2.0) == ["car lead has stood for 2 s, not yet 10 s"]
+
+
+def test_somebody_else_who_drives_by_changes_nothing_for_who_is_followed():
+    by = thing("by", 20.0, LANE_M, speed=-5.0)
+    assert told(by, kind=K.BICYCLE, speed=2.0) and told(by, kind=K.BICYCLE, speed=0.4) == []
+
+
+def test_a_thing_before_a_vehicle_does_not_hide_that_it_may_be_waiting():
+    cone = thing("cone", 59.0, kind=K.CONE)
+    assert waits(cone, stationary_s=2.0) and not waits(cone)
+
+
+def test_a_line_is_beside_a_vehicle_and_not_mirrored():
+    """1.7 m apart, though both are near the middle of the lane."""
+    assert not waits(thing("next", 81.0, 1.4, stationary_s=5.0, moved_s_ago=5.0), y=-0.3)
+    assert waits(thing("next", 81.0, 1.1, stationary_s=5.0, moved_s_ago=5.0), y=-0.3)
+
+
 def test_things_are_not_waited_for():
     assert not waits(kind=K.BARRIER, stationary_s=0.0)
 
