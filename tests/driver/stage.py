@@ -72,6 +72,9 @@ class Stage:
         library = self.world.get_blueprint_library()
         actor = self.world.spawn_actor(library.find(blueprint), self.place(s, right, turn))
         self.actors.append(actor)
+        if blueprint.startswith("vehicle"):
+            actor.apply_control(carla.VehicleControl(manual_gear_shift=True, gear=1))
+            self.world.tick()
         if speed:
             actor.enable_constant_velocity(carla.Vector3D(speed, 0.0, 0.0))
         return actor

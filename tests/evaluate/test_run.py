@@ -189,6 +189,7 @@ class Crossing:
         start = town.get_waypoint_xodr(11, 1, 60.0).transform
         start.location.z += 0.2
         self.ego = self.world.spawn_actor(self.world.get_blueprint_library().find("vehicle.tesla.model3"), start)
+        self.ego.apply_control(carla.VehicleControl(manual_gear_shift=True, gear=1))
         for _ in range(10):
             self.world.tick()
         driver = BehaviorDriver(self.ego, carla_map=town)

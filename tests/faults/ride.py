@@ -64,7 +64,9 @@ class Ride:
         definition.set_attribute("role_name", role)
         transform = waypoint.transform
         transform.location.z += 0.3
-        return self.world.spawn_actor(definition, transform)
+        actor = self.world.spawn_actor(definition, transform)
+        actor.apply_control(carla.VehicleControl(manual_gear_shift=True, gear=1))
+        return actor
 
     def drive(
         self,

@@ -104,4 +104,8 @@ def _try_spawn(world: Any, blueprint: str, waypoint: Any, role: str, aside_m: fl
     definition.set_attribute("role_name", role)
     transform = waypoint.transform
     transform.location += transform.get_right_vector() * aside_m + carla.Location(z=LIFT_M)
-    return world.try_spawn_actor(definition, transform)
+    actor = world.try_spawn_actor(definition, transform)
+    if actor is not None:
+        # In CARLA a new vehicle takes a second to get into gear, which is no standstill that anybody asks about.
+        actor.apply_control(carla.VehicleControl(manual_gear_shift=True, gear=1))
+    return actor
