@@ -165,6 +165,7 @@ sys.modules["agents.navigation.behavior_agent"].BehaviorAgent = object
 """
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [(("127.0.0.1", "9"), "no CARLA server at 127.0.0.1:9"), (("127.0.0.1", "abc"), "'abc' is no port")],

@@ -15,6 +15,8 @@ from stucksolver.scene.sound import why_unsound
 
 HOLD_S = 1.0
 """An object that is not seen any more is taken to be there for so long, going on as it did."""
+SAME_S = 1e-6
+"""Ticks are sums of tenths; so much apart is the same moment."""
 JUMP_M = 1.5
 """The position may differ from where the speed leads by this much at most."""
 NEAR_S = 0.5
@@ -117,7 +119,7 @@ class Senses:
         for name, (o, when) in list(seen.items()):
             if when == now_s:
                 continue
-            if 0.0 <= now_s - when <= HOLD_S:
+            if 0.0 <= now_s - when <= HOLD_S + SAME_S:
                 held.append(_gone_on(o, now_s - when))
             else:
                 del seen[name]

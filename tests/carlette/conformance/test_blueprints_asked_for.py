@@ -117,6 +117,7 @@ def test_a_role_reaches_the_actor(world, spots) -> None:
 
 
 @pytest.mark.carlette_only
+@pytest.mark.integration
 def test_every_sensor_that_is_offered_can_be_attached(world, library, spots) -> None:
     car = spawn(world, spots[0])
     for one in library.filter("sensor.*"):
