@@ -345,13 +345,13 @@ def test_a_process_is_still_when_all_its_threads_sleep(then: str, still: bool) -
 
 def test_threads_that_wait_for_each_other_are_told_from_others_that_wait(manager: FakeManager, step: Step) -> None:
     step.wait(0)
-    assert waits_for_itself(manager.port) is False
+    assert settled(lambda: waits_for_itself(manager.port) is False)
     step.wait(0)
     assert settled(lambda: waits_for_itself(manager.port) is False)
     step.wait(1)
     assert settled(lambda: waits_for_itself(manager.port) is True)
     step.end()
-    assert waits_for_itself(manager.port) is False
+    assert settled(lambda: waits_for_itself(manager.port) is False)
 
 
 def test_nothing_is_known_of_a_port_where_nobody_listens() -> None:
