@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import carla
 import numpy as np
 
+from stucksolver.evaluate.situation import into_gear
 from stucksolver.stacks.driver import BehaviorDriver, DrivePoint
 from stucksolver.stacks.driver.route_line import smooth_step
 
@@ -73,7 +74,7 @@ class Stage:
         actor = self.world.spawn_actor(library.find(blueprint), self.place(s, right, turn))
         self.actors.append(actor)
         if blueprint.startswith("vehicle"):
-            actor.apply_control(carla.VehicleControl(manual_gear_shift=True, gear=1))
+            into_gear(actor)
             self.world.tick()
         if speed:
             actor.enable_constant_velocity(carla.Vector3D(speed, 0.0, 0.0))

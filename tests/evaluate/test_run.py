@@ -18,7 +18,7 @@ from stucksolver.evaluate.jobs import Job, make  # noqa: E402
 from stucksolver.evaluate.run import DT_S, run_job  # noqa: E402
 from stucksolver.evaluate.runlog import RunLog  # noqa: E402
 from stucksolver.evaluate.server import Server, carlette_server  # noqa: E402
-from stucksolver.evaluate.situation import Scenario  # noqa: E402
+from stucksolver.evaluate.situation import Scenario, into_gear  # noqa: E402
 from stucksolver.reason import RuleReasoner  # noqa: E402
 from stucksolver.solver import Event, EventKind, StuckSolver  # noqa: E402
 from stucksolver.stacks.carla_stack import CarlaStack  # noqa: E402
@@ -189,7 +189,7 @@ class Crossing:
         start = town.get_waypoint_xodr(11, 1, 60.0).transform
         start.location.z += 0.2
         self.ego = self.world.spawn_actor(self.world.get_blueprint_library().find("vehicle.tesla.model3"), start)
-        self.ego.apply_control(carla.VehicleControl(manual_gear_shift=True, gear=1))
+        into_gear(self.ego)
         for _ in range(10):
             self.world.tick()
         driver = BehaviorDriver(self.ego, carla_map=town)

@@ -16,6 +16,7 @@ import carla
 
 from stucksolver import CONTINUE, StuckSolver, Surroundings
 from stucksolver.evaluate.sites import choose_site
+from stucksolver.evaluate.situation import into_gear
 from stucksolver.record import Recorder
 from stucksolver.solver import Event, EventKind
 from stucksolver.stacks.carla_stack import CarlaStack
@@ -65,7 +66,7 @@ class Ride:
         transform = waypoint.transform
         transform.location.z += 0.3
         actor = self.world.spawn_actor(definition, transform)
-        actor.apply_control(carla.VehicleControl(manual_gear_shift=True, gear=1))
+        into_gear(actor)
         return actor
 
     def drive(

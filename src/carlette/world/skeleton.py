@@ -42,7 +42,9 @@ class Bone(NamedTuple):
     relative: Pose
 
 
-_FORWARD, _SIDEWAYS, _LOW = Vector(0.18), Vector(0.0, 0.18), Vector(0.15, 0.0, -0.1)
+_FORWARD = Vector(0.18)
+_SIDEWAYS = Vector(0.0, 0.18)
+_LOW = Vector(0.15, 0.0, -0.1)
 GESTURES: dict[str, dict[str, Vector]] = {
     "none": {},
     "stop": {"crl_foreArm__R": _FORWARD, "crl_hand__R": _FORWARD},

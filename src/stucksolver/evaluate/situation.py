@@ -106,6 +106,13 @@ def _try_spawn(world: Any, blueprint: str, waypoint: Any, role: str, aside_m: fl
     transform.location += transform.get_right_vector() * aside_m + carla.Location(z=LIFT_M)
     actor = world.try_spawn_actor(definition, transform)
     if actor is not None:
-        # In CARLA a new vehicle takes a second to get into gear, which is no standstill that anybody asks about.
-        actor.apply_control(carla.VehicleControl(manual_gear_shift=True, gear=1))
+        into_gear(actor)
     return actor
+
+
+def into_gear(vehicle: Any) -> None:
+    """Puts a new vehicle into first gear on the next tick, before any other control is applied.
+
+    In CARLA it else takes a second with its first throttle, which is no standstill that anybody asks about.
+    """
+    vehicle.apply_control(carla.VehicleControl(manual_gear_shift=True, gear=1))

@@ -55,6 +55,7 @@ COMMANDS: dict[int, Callable[..., Any]] = {
 
 @methods.bare("apply_batch")
 def apply_batch(session: Session, commands: Sequence[Sequence[Any]], do_tick: bool = False) -> Any:
+    """Carries out the commands in order, and ticks once after them if asked; one answer for each command."""
     number = _count(commands)
     if number > MOST_COMMANDS:
         # One answer for each command, as the client takes nothing else.
