@@ -7,7 +7,9 @@ import pytest
 from worlds import LANE_M, World, straight_road, thing
 
 from stucksolver.decision.behaviors import ChangeLane
-from stucksolver.guard import Guard, RejectCode
+from stucksolver.guard import NOBODY, Guard, RejectCode
+from stucksolver.guard.case import Case
+from stucksolver.guard.tracking import tracked
 from stucksolver.scene import LineKind, ObjectKind
 
 C = RejectCode
@@ -59,11 +61,37 @@ def test_what_is_kept_from_a_follower_is_told_with_a_metre_in_reserve():
 
 def test_one_ahead_in_the_lane_is_kept_from_as_we_need_to_brake():
     """At 0.5 m/s, seen to enter at no more than 5 m/s."""
-    (found,) = entries(car(62.0, 0.5))
+    (found,) = entries(car(60.0, 0.5))
     assert " ahead: " in found.detail and found.object_id == "car"
     needed = float(found.detail.split("needs ")[1].removesuffix(" m"))
-    assert 1.0 < needed <= 5.0 + 25.0 / 7 - 0.25 / 16 + 1.0 + 0.05
+    assert 1.0 < needed <= 0.5 * 5.0 + 25.0 / 6 - 0.25 / 16 + 1.0 + 0.05
     assert not entries(car(90.0, 0.5))
+
+
+def first_ahead(speed):
+    """Where one at a speed is at least far enough ahead, with nobody else about."""
+    near, far = next((x, x + 0.5) for x in np.arange(90.0, 30.0, -0.5) if entries(car(float(x), speed)))
+    while far - near > 1e-3:
+        middle = (near + far) / 2
+        near, far = (middle, far) if entries(car(middle, speed)) else (near, middle)
+    return far
+
+
+@pytest.mark.parametrize("speed", [1.0, 2.0, 3.0, 5.0, 7.0, 9.0])
+def test_whoever_we_come_in_behind_may_stop_as_hard_as_can_be_just_then(speed):
+    """At the entry: we answer half a second later, and brake comfortably."""
+    ahead = car(first_ahead(speed), speed)
+    view = World(ROAD, [ahead]).view()
+    path = tracked(GUARD.lay_out([LEFT], view, False, NOBODY).path, view, GUARD.policy.tracking, reverse=False)
+    case = Case(view, path, GUARD.policy)
+    run, k = case.quick, int(np.flatnonzero(case.inside(path.enters[0]))[0])
+    ticks = np.arange(0.0, 6.0, 0.01)
+    until = np.minimum(np.maximum(ticks - 0.5, 0.0), run.v[k] / 3.0)
+    own = run.v[k] * np.minimum(ticks, 0.5) + run.v[k] * until - 1.5 * until**2
+    until = np.minimum(ticks, speed / 8.0)
+    theirs = speed * until - 4.0 * until**2
+    gap = ahead.x_m + speed * run.t[k] + theirs - 4.5 / 2 - (path.s[k] + 4.9 / 2 + own)
+    assert gap.min() > 0.0
 
 
 @pytest.mark.parametrize(("speed", "counts"), [(0.5, True), (0.5 - A_LITTLE, False)])

@@ -214,6 +214,13 @@ def inside_of(case: Case, k: int, border: Array, from_right: bool) -> Array:
     return tail[: int(whole[0]) + 1] if len(whole) else tail
 
 
+def _behind_whom(case: Case, own_mps: float, front_mps: float) -> float:
+    """Distance to keep from somebody whom we come in behind, metres: Lemma 2 with our own reaction and brakes."""
+    policy = case.policy
+    own = own_mps * policy.entry.own_reaction_s + own_mps**2 / (2 * case.view.ego.limits.comfort_braking_mps2)
+    return max(own - front_mps**2 / (2 * policy.rss.max_braking_mps2), 0.0)
+
+
 def too_close(case: Case, k: int, i: int, tail: Array) -> Reject | None:
     """An object against the ego that enters at station `k`, for the quick and the slow ego, and for all in between.
 
@@ -233,7 +240,7 @@ def too_close(case: Case, k: int, i: int, tail: Array) -> Reject | None:
         room = [free - needed for free, needed in zip(behind, needs, strict=True)]
         worst = int(np.argmin(room))
         if ahead > float(behind.min()):
-            gap, where, needed = ahead, "ahead", rss_distance(float(run.v[k]), speed, policy.rss)
+            gap, where, needed = ahead, "ahead", _behind_whom(case, float(run.v[k]), speed)
         else:
             gap, where, needed = float(behind[worst]), "behind", float(behind[worst] - room[worst])
         needed += 0.0 if case.running else policy.entry.reserve_m

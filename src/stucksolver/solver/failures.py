@@ -94,6 +94,7 @@ class Failures:
 def passes(verdict: Verdict, moving: frozenset[str]) -> bool:
     """Is everything that speaks against a plan traffic that will go on? `moving`: ids of what moves now."""
     near = (RejectCode.COLLISION, RejectCode.CLEARANCE, RejectCode.GAP, RejectCode.NO_ABORT)
-    return bool(verdict.rejects) and all(
-        r.code in PASSING or (r.code in near and r.object_id in moving) for r in verdict.rejects
-    )
+    traffic = [r.code in PASSING or (r.code in near and r.object_id in moving) for r in verdict.rejects]
+    # What cannot be seen beside traffic is mostly hidden by it: it shows when that has gone on.
+    hidden = [r.code is RejectCode.UNSEEN for r in verdict.rejects]
+    return any(traffic) and all(one or other for one, other in zip(traffic, hidden, strict=True))

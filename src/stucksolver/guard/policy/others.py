@@ -87,6 +87,8 @@ class EntryPolicy(Model):
     """So they may speed up, to the limit, until they see us in their lane: a brisk driver."""
     watching_reaction_s: NonNegativeFloat = 0.5
     """The reaction time of those who watch us come in: half of rho."""
+    own_reaction_s: NonNegativeFloat = 0.5
+    """Our own rho towards whom we come in behind: two ticks of a loop at 10 Hz, and `StoppingPolicy.lag_s`."""
     headway_s: NonNegativeFloat = 0.5
     """Kept, beside a way to brake down to their speed, from whom the path moves in behind. Ours: the stack follows."""
     headway_m: NonNegativeFloat = 0.5
