@@ -124,3 +124,18 @@ def test_while_a_plan_runs_an_entry_must_be_certain_a_stop_a_second_and_3_m_befo
     world.yaw, world.speed = float(np.interp(s, proven.path.s, proven.path.body(0.0, 2.9))), speed
     world.objects = [car(s - 12.0, 8.0)]
     assert (C.LANE_ENTRY in {r.code for r in GUARD.recheck(proven, world.view()).rejects}) is due
+
+
+def in_the_left_lane(road):
+    """A plan that has just brought the ego into the left lane, on another window of the road, somebody close behind."""
+    world = World(ROAD)
+    _, proven = GUARD.accept([LEFT], world.view(), False)
+    world.x, world.y, world.speed = proven.path.end_s - 8.0, LANE_M, 5.0
+    world.road, world.objects = road, [car(world.x - 12.0, 8.0)]
+    return GUARD.recheck(proven, world.view())
+
+
+@pytest.mark.parametrize("key", [ROAD.key, "the next window"])
+def test_a_lane_that_has_been_entered_is_not_entered_again_when_the_road_is_shown_anew(key):
+    verdict = in_the_left_lane(ROAD.model_copy(update={"key": key}))
+    assert verdict.accepted, str(verdict)

@@ -79,6 +79,15 @@ class Case:
         inside = self.inside(lane)
         return np.flatnonzero(inside[1:] & ~inside[:-1]) + 1
 
+    def first_entries(self, lane: Lane) -> Array:
+        """(entries,): the same for a lane of `path.enters`; the very first station where the body reaches into it now.
+
+        While a plan runs, a lane that the body is in has been entered: up to there its commit point held.
+        """
+        if lane is self.start_lane or (self.running and self.inside(lane)[0]):
+            return self.entries(lane)
+        return np.flatnonzero(self.inside(lane))
+
     @cached_property
     def in_oncoming_lane(self) -> bool:
         """Does the body reach into a lane of the oncoming traffic now?"""

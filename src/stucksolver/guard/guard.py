@@ -141,6 +141,8 @@ class Guard:
         view = self._facing(view, proven)
         off = self._off_path(proven, view) or self._too_fast(proven, view)
         rest = tracked(proven.path.from_station(view.ego_s), view, self.policy.tracking, reverse=proven.reverse)
+        # The stack shows another window of the road as it gets on: the lanes entered are looked up in this one.
+        rest = replace(rest, enters=tuple(view.frame.same_lane(lane) for lane in rest.enters))
         case = Case(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
         case = replace(case, stopped_at_s=proven.stopped_at_s)
         if not proven.committed(view.ego_s):
@@ -201,8 +203,14 @@ class Guard:
         speed, tightest = max(view.ego.speed_mps, policy.return_least_mps), view.ego.limits.min_turn_radius_m
         length = max(policy.return_s * speed, shortest_shift(view.ego_d, tightest), policy.return_least_m)
         path = lateral(view.ego_s, view.ego_d, 0.0, length, speed, view)
-        case = Case(view, tracked(path, view, self.policy.tracking), self.policy, running=True)
-        return None if checks.collision(case) or checks.drivable_area(case) else path
+        strict = Case(view, tracked(path, view, self.policy.tracking), self.policy)
+        if checks.drivable_area(strict):
+            return None
+        if not checks.collision(strict):
+            return path
+        # Nobody looks on while it is driven, so smaller gaps will do only out of an oncoming lane.
+        loose = replace(strict, running=True)
+        return path if strict.in_oncoming_lane and not checks.collision(loose) else None
 
     def clear_to_hand_back(self, view: View) -> bool:
         """May the stack drive on by itself from here? Where nobody may stand it must."""

@@ -21,7 +21,7 @@ def seen(case: Case) -> list[Reject]:
     for lane in case.path.enters:
         if lane.strip.direction is LaneDirection.OPPOSITE or lane is home:
             continue
-        inside = np.flatnonzero(case.inside(lane))
+        inside = case.first_entries(lane)
         if not len(inside) or not is_due(case, int(inside[0])):
             continue
         if lane.strip.kind is LaneKind.DRIVING:

@@ -93,7 +93,7 @@ def lane_entry(case: Case) -> list[Reject]:
     found: list[Reject] = []
     home = case.start_lane
     for lane in case.path.enters:
-        inside = np.flatnonzero(case.inside(lane)) if lane is not home else case.entries(lane)
+        inside = case.first_entries(lane)
         if len(inside) and is_due(case, int(inside[0])):
             found += _entry(case, lane, int(inside[0]))
     if case.path.returns and home is not None and home not in case.path.enters:

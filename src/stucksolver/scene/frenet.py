@@ -114,6 +114,10 @@ class RoadFrame:
         base = self.points[index] + along
         return base[:, 0] - np.sin(heading) * d, base[:, 1] + np.cos(heading) * d, heading
 
+    def same_lane(self, lane: Lane) -> Lane:
+        """A lane of another window of the same road as it is known here; itself where it is not."""
+        return next((one for one in self.lanes if one.strip.id == lane.strip.id), lane)
+
     def lane_at(self, s: float, d: float) -> Lane | None:
         """The lane in which a point lies, the narrowest distance to its centre winning; None off the lanes."""
         best: Lane | None = None
