@@ -3,7 +3,9 @@
     python -m training.words.train --data DIR --start FILE.npz --seed 1 --steps 6000 --out OUT
 
 `--start`: the start model's weights as float16 arrays by their published names. Writes `weights-*.npz` (float16, in
-parts of at most 15 MB) and prints accuracy on the sentences kept apart.
+parts of at most 15 MB) and prints accuracy on the sentences kept apart. With `--teacher DIR` larger networks
+(`training.words.teacher`) are trained first, and what they make of each sentence is learnt beside its labels (Hinton et
+al. 2015).
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ import argparse
 import copy
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +23,8 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from training.words.model import WIDTH, Reader, start_from
+from training.words.teacher import Teacher, load_start
+from training.words.teacher import start_from as start_teacher
 
 BATCH = 256
 RATE = 1.5e-4
@@ -35,6 +39,10 @@ WEIGHTS = {"intent": 1.0, "side": 0.5, "flags": 0.5, "claims": 1.0}
 ALIKE = 16
 """Batches are drawn so many at a time and sorted by length."""
 PART_BYTES = 15_000_000
+SOFT = 2.0
+"""Temperature at which the teachers' probabilities of intents are learnt."""
+TAUGHT_SHARE = 0.6
+"""Of the loss, by what teachers make of a sentence; the rest is by its labels."""
 N_INTENTS = 16
 FLAGS_AT = N_INTENTS + 3
 """Behind the intents and the sides (none, left, right) stand negated, urgent, and the claims."""
@@ -95,6 +103,20 @@ def loss_of(out: Tensor, b: dict[str, Tensor]) -> Tensor:
     return loss
 
 
+def taught(out: Tensor, wanted: Tensor) -> Tensor:
+    """The same against a teacher's logits instead of labels."""
+    intents, sides = slice(0, N_INTENTS), slice(N_INTENTS, FLAGS_AT)
+    flags, claims = slice(FLAGS_AT, FLAGS_AT + 2), slice(FLAGS_AT + 2, None)
+    soft = F.cross_entropy(out[:, intents] / SOFT, (wanted[:, intents] / SOFT).softmax(1)) * SOFT**2
+    loss: Tensor = (
+        WEIGHTS["intent"] * soft
+        + WEIGHTS["side"] * F.cross_entropy(out[:, sides], wanted[:, sides].softmax(1))
+        + WEIGHTS["flags"] * F.binary_cross_entropy_with_logits(out[:, flags], wanted[:, flags].sigmoid())
+        + WEIGHTS["claims"] * F.binary_cross_entropy_with_logits(out[:, claims], wanted[:, claims].sigmoid())
+    )
+    return loss
+
+
 def accuracy(net: nn.Module, data: Data) -> float:
     """Share of right intents."""
     net.eval()
@@ -109,7 +131,14 @@ def accuracy(net: nn.Module, data: Data) -> float:
 
 
 def fit(
-    net: nn.Module, heads: list[nn.Parameter], data: Data, dev: Data, options: argparse.Namespace, rate: float
+    net: nn.Module,
+    heads: list[nn.Parameter],
+    data: Data,
+    dev: Data,
+    options: argparse.Namespace,
+    steps: int,
+    rate: float,
+    teachers: Sequence[nn.Module] = (),
 ) -> nn.Module:
     """Trains a network, and returns the moving average of its weights."""
     device = data.parts["ids"].device.type
@@ -120,17 +149,22 @@ def fit(
     groups = [{"params": rest, "lr": rate, "top": rate}, {"params": heads, "lr": HEAD_RATE, "top": HEAD_RATE}]
     optimizer = torch.optim.AdamW(groups, weight_decay=0.01, betas=(0.9, 0.98))
     begun = time.monotonic()
-    for step, which in zip(range(options.steps), data.drawn(options.batch), strict=False):
+    for step, which in zip(range(steps), data.drawn(options.batch), strict=False):
         net.train()
         b = data.batch(which)
         hide = (torch.rand(b["ids"].shape, device=device) < options.hide) & (b["ids"] > 999)
         ids = torch.where(hide, torch.full_like(b["ids"], hidden), b["ids"])
-        share = min((step + 1) / WARM_STEPS, 0.5 * (1 + math.cos(math.pi * step / options.steps)))
+        share = min((step + 1) / WARM_STEPS, 0.5 * (1 + math.cos(math.pi * step / steps)))
         for group in optimizer.param_groups:
             group["lr"] = group["top"] * share
         with torch.autocast(device, torch.bfloat16, enabled=device == "cuda"):
             out = net(ids, b["kinds"], b["mask"])
+            with torch.no_grad():
+                said = [one(b["ids"], b["kinds"], b["mask"]) for one in teachers]
         loss = loss_of(out.float(), b)
+        if said:
+            wanted = torch.stack(said).float().mean(0)
+            loss = TAUGHT_SHARE * taught(out.float(), wanted) + (1.0 - TAUGHT_SHARE) * loss
         optimizer.zero_grad(set_to_none=True)
         loss.backward()
         nn.utils.clip_grad_norm_(net.parameters(), 1.0)
@@ -139,7 +173,7 @@ def fit(
         with torch.no_grad():
             for kept, now in zip(average.parameters(), net.parameters(), strict=True):
                 kept.lerp_(now, 1.0 - decay)
-        if (step + 1) % 500 == 0 or step + 1 == options.steps:
+        if (step + 1) % 500 == 0 or step + 1 == steps:
             took = time.monotonic() - begun
             print(
                 f"step {step + 1} {took:.0f} s loss {float(loss.detach()):.3f} dev {accuracy(average, dev):.4f}",
@@ -186,6 +220,10 @@ def main() -> None:
     parser.add_argument("--hide", type=float, default=HIDE_SHARE, help="share of the word pieces hidden at random")
     parser.add_argument("--dropout", type=float, default=0.1)
     parser.add_argument("--hidden", type=int, default=103, help="the id of [MASK]")
+    parser.add_argument("--teacher", type=Path, help="folder of the teachers' start weights")
+    parser.add_argument("--teachers", type=int, default=1, help="so many are trained, and their logits averaged")
+    parser.add_argument("--teacher-steps", type=int, default=1500)
+    parser.add_argument("--teacher-rate", type=float, default=1e-4)
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
     torch.manual_seed(options.seed)
@@ -195,7 +233,22 @@ def main() -> None:
     net = Net(len(start["embeddings.word_embeddings.weight"]), data.logits, options.dropout)
     start_from(net.reader, net.words, start)
     heads = [*net.reader.hidden.parameters(), *net.reader.fields.parameters()]
-    save(fit(net.to(device), heads, data, dev, options, options.rate), options.out)
+    teachers = trained_teachers(options, data, dev, device) if options.teacher else []
+    save(fit(net.to(device), heads, data, dev, options, options.steps, options.rate, teachers), options.out)
+
+
+def trained_teachers(options: argparse.Namespace, data: Data, dev: Data, device: str) -> list[nn.Module]:
+    """Larger networks, trained on the same sentences with seeds of their own."""
+    weights, renamed = load_start(options.teacher)
+    found: list[nn.Module] = []
+    for number in range(options.teachers):
+        torch.manual_seed(options.seed + 100 + number)
+        one = Teacher(data.logits, renamed, options.dropout)
+        start_teacher(one, weights)
+        heads = [*one.hidden.parameters(), *one.fields.parameters()]
+        kept = fit(one.to(device), heads, data, dev, options, options.teacher_steps, options.teacher_rate)
+        found.append(kept.eval().requires_grad_(False))
+    return found
 
 
 if __name__ == "__main__":
