@@ -1,20 +1,68 @@
-"""The network: MiniLM's six encoder layers with one small head for each field of a reading.
+"""The network: MPNet's encoder layers, with one small head for each field of a reading.
 
-Parameters are named as in the published BERT checkpoints, so that these load without another library.
-Source of the architecture: Devlin et al. 2019 (BERT); of the start weights: Wang et al. 2020 (MiniLM), in the
-checkpoint all-MiniLM-L6-v2 (Apache-2.0).
+Twelve layers make the teacher, which is trained first and not shipped; the reader keeps some of them, in 4 bits. It
+takes the word pieces of BERT's vocabulary, which is MPNet's but for the numbers of the pieces. Source of the
+architecture: Song et al. 2020 (MPNet), with the relative position buckets of Raffel et al. 2020 (T5); of the start
+weights: the checkpoint all-mpnet-base-v2 (Apache-2.0).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-WIDTH, HEADS, LAYERS, INNER = 384, 12, 6, 1536
-MAX_TOKENS = 512
+WIDTH, HEADS, INNER = 768, 12, 3072
+LAYERS = 12
+"""Of the checkpoint."""
+MAX_TOKENS, FIRST_PLACE = 514, 2
+"""Places are counted from behind the padding's number."""
+BUCKETS, FAR_TOKENS = 32, 128
+EPSILON = 1e-5
+BLOCK = 32
+"""So many neighbouring weights share a scale."""
+MOST = 7
+"""4-bit numbers are used from -7 to 7."""
+
+
+def in_4_bits(weights: Tensor) -> tuple[Tensor, Tensor]:
+    """(whole numbers, one scale for each block): of (rows, columns), as (rows, blocks, BLOCK) and (rows, blocks, 1)."""
+    blocks = weights.unflatten(-1, (-1, BLOCK))
+    scale = (blocks.abs().amax(-1, keepdim=True).clamp(min=1e-6) / MOST).half().float()
+    return (blocks / scale).round().clamp(-MOST, MOST), scale
+
+
+def packed(weights: Tensor) -> tuple[np.ndarray, np.ndarray]:
+    """(two numbers a byte, the first one in the low half; float16 scales): (rows, columns / 2), (rows, blocks)."""
+    whole, scale = in_4_bits(weights.float())
+    pairs = whole.flatten(-2).to(torch.int8).numpy().view(np.uint8).reshape(len(weights), -1, 2) & 15
+    return pairs[..., 0] | pairs[..., 1] << 4, scale.squeeze(-1).numpy().astype(np.float16)
+
+
+def spread(pairs: np.ndarray) -> np.ndarray:
+    """The whole numbers of `packed`, (rows, columns) int8."""
+    halves = np.stack((pairs & 15, pairs >> 4), -1).astype(np.int8).reshape(len(pairs), -1)
+    return np.where(halves > MOST, halves - 16, halves)
+
+
+def rounded(weights: Tensor) -> Tensor:
+    """The same weights as 4 bits hold them; the gradient goes through as if they had not been rounded."""
+    whole, scale = in_4_bits(weights.float())
+    return weights + ((whole * scale).flatten(-2) - weights).detach()
+
+
+class Linear(nn.Linear):
+    """Multiplies by weights as 4 bits hold them where `coarse` is set."""
+
+    coarse = False
+
+    def forward(self, input: Tensor) -> Tensor:
+        return F.linear(input, rounded(self.weight) if self.coarse else self.weight, self.bias)
 
 
 class Layer(nn.Module):
@@ -22,43 +70,41 @@ class Layer(nn.Module):
 
     def __init__(self, dropout: float) -> None:
         super().__init__()
-        self.query, self.key, self.value = (nn.Linear(WIDTH, WIDTH) for _ in range(3))
-        self.out, self.up, self.down = nn.Linear(WIDTH, WIDTH), nn.Linear(WIDTH, INNER), nn.Linear(INNER, WIDTH)
-        self.norm_attention, self.norm_out = nn.LayerNorm(WIDTH, eps=1e-12), nn.LayerNorm(WIDTH, eps=1e-12)
+        self.q, self.k, self.v, self.o = (Linear(WIDTH, WIDTH) for _ in range(4))
+        self.up, self.down = Linear(WIDTH, INNER), Linear(INNER, WIDTH)
+        self.norm_attention, self.norm_out = nn.LayerNorm(WIDTH, eps=EPSILON), nn.LayerNorm(WIDTH, eps=EPSILON)
         self.dropout = nn.Dropout(dropout)
 
     def forward(self, x: Tensor, bias: Tensor) -> Tensor:
-        """`x`: (batch, tokens, width); `bias`: (batch, 1, 1, tokens), a large negative number where nothing stands."""
-        q, k, v = (self._heads(one(x)) for one in (self.query, self.key, self.value))
-        scores = q @ k.transpose(-1, -2) / (WIDTH // HEADS) ** 0.5 + bias
-        mixed = (self.dropout(scores.softmax(-1)) @ v).transpose(1, 2).flatten(2)
-        x = self.norm_attention(x + self.dropout(self.out(mixed)))
+        """`x`: (batch, tokens, width); `bias`: (batch, heads, tokens, tokens)."""
+        q, k, v = (one(x).unflatten(-1, (HEADS, WIDTH // HEADS)).transpose(1, 2) for one in (self.q, self.k, self.v))
+        if torch.jit.is_tracing():
+            mixed = (q @ k.transpose(-1, -2) / (WIDTH // HEADS) ** 0.5 + bias).softmax(-1) @ v
+        else:
+            mixed = F.scaled_dot_product_attention(q, k, v, attn_mask=bias.to(q.dtype))
+        x = self.norm_attention(x + self.dropout(self.o(mixed.transpose(1, 2).flatten(2))))
         normed: Tensor = self.norm_out(x + self.dropout(self.down(F.gelu(self.up(x)))))
         return normed
 
-    @staticmethod
-    def _heads(x: Tensor) -> Tensor:
-        return x.unflatten(-1, (HEADS, WIDTH // HEADS)).transpose(1, 2)
 
-
-class Reader(nn.Module):
+class Encoder(nn.Module):
     """Vectors of word pieces in, logits of all fields out."""
 
-    def __init__(self, logits: int, dropout: float = 0.1) -> None:
+    def __init__(self, logits: int, layers: int, dropout: float = 0.1) -> None:
         super().__init__()
         self.position, self.kind = nn.Embedding(MAX_TOKENS, WIDTH), nn.Embedding(2, WIDTH)
-        self.norm = nn.LayerNorm(WIDTH, eps=1e-12)
-        self.layers = nn.ModuleList(Layer(dropout) for _ in range(LAYERS))
+        nn.init.zeros_(self.kind.weight)  # the checkpoint tells no kinds apart
+        self.norm, self.relative = nn.LayerNorm(WIDTH, eps=EPSILON), nn.Embedding(BUCKETS, HEADS)
+        self.layers = nn.ModuleList(Layer(dropout) for _ in range(layers))
         self.dropout = nn.Dropout(dropout)
-        self.hidden = nn.Linear(2 * WIDTH, WIDTH)
-        self.fields = nn.Linear(WIDTH, logits)
+        self.hidden, self.fields = nn.Linear(2 * WIDTH, WIDTH), nn.Linear(WIDTH, logits)
 
     def forward(self, vectors: Tensor, kinds: Tensor, mask: Tensor) -> Tensor:
         """`vectors` (batch, tokens, width); (batch, tokens): `kinds` 0 situation, 1 words, `mask` 1.0 where one is."""
         places = torch.arange(vectors.shape[1], device=vectors.device)
-        x = self.norm(vectors + self.position(places) + self.kind(kinds))
-        x = self.dropout(x)
-        bias = (1.0 - mask)[:, None, None, :] * -1e4
+        x = self.dropout(self.norm(vectors + self.position(places + FIRST_PLACE) + self.kind(kinds)))
+        apart = self.relative(buckets(places[None, :] - places[:, None])).permute(2, 0, 1)[None]
+        bias = apart + (1.0 - mask)[:, None, None, :] * -1e4
         for layer in self.layers:
             x = layer(x, bias)
         spoken = (mask * kinds)[..., None]
@@ -67,16 +113,72 @@ class Reader(nn.Module):
         return logits
 
 
-def start_from(reader: Reader, words: nn.Embedding, weights: Mapping[str, Tensor]) -> None:
-    """Take over a BERT checkpoint of the same size. Raises `KeyError` for one of another make."""
-    words.weight.data.copy_(weights["embeddings.word_embeddings.weight"])
+class Net(nn.Module):
+    """Word vectors and encoder together, as they are trained. `coarse`: as 4 bits hold them."""
+
+    def __init__(self, words: int, logits: int, layers: int, *, coarse: bool, dropout: float = 0.1) -> None:
+        super().__init__()
+        self.words, self.reader, self.coarse = nn.Embedding(words, WIDTH), Encoder(logits, layers, dropout), coarse
+        for one in self.reader.modules():
+            if isinstance(one, Linear):
+                one.coarse = coarse
+
+    def forward(self, ids: Tensor, kinds: Tensor, mask: Tensor) -> Tensor:
+        vectors = self.words(ids)
+        logits: Tensor = self.reader(rounded(vectors) if self.coarse else vectors, kinds, mask)
+        return logits
+
+    @property
+    def in_4_bits(self) -> set[str]:
+        """Names of the weights that are stored so."""
+        if not self.coarse:
+            return set()
+        names = {f"{name}.weight" for name, one in self.named_modules() if isinstance(one, Linear)}
+        return names | {"words.weight"}
+
+    @property
+    def heads(self) -> list[nn.Parameter]:
+        """What no checkpoint has."""
+        return [*self.reader.hidden.parameters(), *self.reader.fields.parameters(), self.reader.kind.weight]
+
+
+def buckets(relative: Tensor) -> Tensor:
+    """Relative places as numbers of buckets: exact near by, wider further off, the far half of the numbers ahead."""
+    half, exact = BUCKETS // 2, BUCKETS // 4
+    far = relative.abs().clamp(min=1)
+    wide = exact + (torch.log(far / exact) / math.log(FAR_TOKENS / exact) * (half - exact)).long()
+    where = torch.where(relative.abs() < exact, relative.abs(), wide.clamp(max=half - 1))
+    return where + (relative > 0).long() * half
+
+
+def load_start(folder: Path) -> tuple[dict[str, Tensor], Tensor]:
+    """(weights by their published names, MPNet's number of each of BERT's pieces): `start-*.npz` and `ids.npy`.
+
+    Matrices are stored in 8 bits, `NAME|q`, with a scale for each row, `NAME|s`.
+    """
+    found: dict[str, Tensor] = {}
+    for file in sorted(folder.glob("start-*.npz")):
+        with np.load(file) as arrays:
+            for name in arrays.files:
+                if name.endswith("|q"):
+                    scale = arrays[name.removesuffix("q") + "s"].astype(np.float32)
+                    found[name.removesuffix("|q")] = torch.from_numpy(arrays[name].astype(np.float32) * scale)
+                elif "|" not in name:
+                    found[name] = torch.from_numpy(arrays[name])
+    return found, torch.from_numpy(np.load(folder / "ids.npy"))
+
+
+def start_from(net: Net, weights: Mapping[str, Tensor], renamed: Tensor) -> None:
+    """Take over the checkpoint. Raises `KeyError` for one of another make."""
+    reader = net.reader
+    net.words.weight.data.copy_(weights["embeddings.word_embeddings.weight"][renamed])
     reader.position.weight.data.copy_(weights["embeddings.position_embeddings.weight"])
-    reader.kind.weight.data.copy_(weights["embeddings.token_type_embeddings.weight"])
+    reader.relative.weight.data.copy_(weights["encoder.relative_attention_bias.weight"])
     _take(reader.norm, weights, "embeddings.LayerNorm")
     parts = {
-        "query": "attention.self.query", "key": "attention.self.key", "value": "attention.self.value",
-        "out": "attention.output.dense", "norm_attention": "attention.output.LayerNorm",
-        "up": "intermediate.dense", "down": "output.dense", "norm_out": "output.LayerNorm",
+        "q": "attention.attn.q", "k": "attention.attn.k", "v": "attention.attn.v", "o": "attention.attn.o",
+        "norm_attention": "attention.LayerNorm", "up": "intermediate.dense", "down": "output.dense",
+        "norm_out": "output.LayerNorm",
     }  # fmt: skip
     for i, layer in enumerate(reader.layers):
         for name, theirs in parts.items():
@@ -86,3 +188,15 @@ def start_from(reader: Reader, words: nn.Embedding, weights: Mapping[str, Tensor
 def _take(module: nn.Module, weights: Mapping[str, Tensor], name: str) -> None:
     for kind in ("weight", "bias"):
         getattr(module, kind).data.copy_(weights[f"{name}.{kind}"])
+
+
+def take_layers(net: Net, teacher: Net, which: Sequence[int]) -> None:
+    """Take over everything of a larger network, and those of its layers."""
+    theirs = teacher.state_dict()
+    ours = {name: theirs[name] for name in net.state_dict() if ".layers." not in name}
+    for i, k in enumerate(which):
+        prefix = f"reader.layers.{k}."
+        ours |= {
+            name.replace(prefix, f"reader.layers.{i}.", 1): a for name, a in theirs.items() if name.startswith(prefix)
+        }
+    net.load_state_dict(ours)

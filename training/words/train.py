@@ -1,11 +1,11 @@
 """Trains the reader on one GPU. Needs numpy and torch only, and what `training.words.encode` wrote.
 
-    python -m training.words.train --data DIR --start FILE.npz --seed 1 --steps 6000 --out OUT
+    python -m training.words.train --data DIR --start START --steps 1200 --rate 1e-4 --out TEACHER
+    python -m training.words.train --data DIR --teacher TEACHER --steps 2000 --out OUT
 
-`--start`: the start model's weights as float16 arrays by their published names. Writes `weights-*.npz` (float16, in
-parts of at most 15 MB) and prints accuracy on the sentences kept apart. With `--teacher DIR` larger networks
-(`training.words.teacher`) are trained first, and what they make of each sentence is learnt beside its labels (Hinton et
-al. 2015).
+`START`: `start-*.npz` and `ids.npy`, see `training.words.model.load_start`. The teacher, a larger network, is trained
+first; what it makes of each sentence is learnt beside the labels (Hinton et al. 2015). Writes `weights-*.npz` (float16, or
+4 bits, in parts of at most 15 MB) and prints accuracy on the sentences kept apart.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import argparse
 import copy
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -22,9 +22,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from training.words.model import WIDTH, Reader, start_from
-from training.words.teacher import Teacher, load_start
-from training.words.teacher import start_from as start_teacher
+from training.words.model import BLOCK, LAYERS, Net, load_start, packed, spread, start_from, take_layers
 
 BATCH = 256
 RATE = 1.5e-4
@@ -40,24 +38,12 @@ ALIKE = 16
 """Batches are drawn so many at a time and sorted by length."""
 PART_BYTES = 15_000_000
 SOFT = 2.0
-"""Temperature at which the teachers' probabilities of intents are learnt."""
+"""Temperature at which the teacher's probabilities of intents are learnt."""
 TAUGHT_SHARE = 0.6
-"""Of the loss, by what teachers make of a sentence; the rest is by its labels."""
+"""Of the loss, by what the teacher makes of a sentence; the rest is by its labels."""
 N_INTENTS = 16
 FLAGS_AT = N_INTENTS + 3
 """Behind the intents and the sides (none, left, right) stand negated, urgent, and the claims."""
-
-
-class Net(nn.Module):
-    """Word vectors and reader together, as they are trained."""
-
-    def __init__(self, words: int, logits: int, dropout: float = 0.1) -> None:
-        super().__init__()
-        self.words, self.reader = nn.Embedding(words, WIDTH), Reader(logits, dropout)
-
-    def forward(self, ids: Tensor, kinds: Tensor, mask: Tensor) -> Tensor:
-        logits: Tensor = self.reader(self.words(ids), kinds, mask)
-        return logits
 
 
 class Data:
@@ -130,19 +116,10 @@ def accuracy(net: nn.Module, data: Data) -> float:
     return right / max(len(data), 1)
 
 
-def fit(
-    net: nn.Module,
-    heads: list[nn.Parameter],
-    data: Data,
-    dev: Data,
-    options: argparse.Namespace,
-    steps: int,
-    rate: float,
-    teachers: Sequence[nn.Module] = (),
-) -> nn.Module:
+def fit(net: Net, data: Data, dev: Data, options: argparse.Namespace, teacher: nn.Module | None = None) -> Net:
     """Trains a network, and returns the moving average of its weights."""
     device = data.parts["ids"].device.type
-    hidden = options.hidden
+    hidden, steps, rate, heads = options.hidden, options.steps, options.rate, net.heads
     average = copy.deepcopy(net)
     ours = {id(p) for p in heads}
     rest = [p for p in net.parameters() if id(p) not in ours]
@@ -160,11 +137,10 @@ def fit(
         with torch.autocast(device, torch.bfloat16, enabled=device == "cuda"):
             out = net(ids, b["kinds"], b["mask"])
             with torch.no_grad():
-                said = [one(b["ids"], b["kinds"], b["mask"]) for one in teachers]
+                wanted = None if teacher is None else teacher(b["ids"], b["kinds"], b["mask"])
         loss = loss_of(out.float(), b)
-        if said:
-            wanted = torch.stack(said).float().mean(0)
-            loss = TAUGHT_SHARE * taught(out.float(), wanted) + (1.0 - TAUGHT_SHARE) * loss
+        if wanted is not None:
+            loss = TAUGHT_SHARE * taught(out.float(), wanted.float()) + (1.0 - TAUGHT_SHARE) * loss
         optimizer.zero_grad(set_to_none=True)
         loss.backward()
         nn.utils.clip_grad_norm_(net.parameters(), 1.0)
@@ -182,13 +158,12 @@ def fit(
     return average
 
 
-def save(net: nn.Module, folder: Path) -> None:
-    """All parameters as float16, in parts that stay small."""
+def save(net: Net, folder: Path) -> None:
+    """All parameters, in parts that stay small: those of a coarse network in 4 bits, all others in float16."""
     folder.mkdir(parents=True, exist_ok=True)
     part: dict[str, np.ndarray] = {}
     number = size = 0
-    for name, value in net.state_dict().items():
-        array = value.detach().cpu().numpy().astype(np.float16)
+    for name, array in _arrays(net).items():
         pieces = np.array_split(array, math.ceil(array.nbytes / PART_BYTES)) if array.nbytes > PART_BYTES else [array]
         for i, piece in enumerate(pieces):
             if size and size + piece.nbytes > PART_BYTES:
@@ -199,56 +174,80 @@ def save(net: nn.Module, folder: Path) -> None:
     np.savez(folder / f"weights-{number}.npz", **part)  # type: ignore[arg-type]
 
 
-def load_parts(folder: Path) -> dict[str, Tensor]:
-    """What `save` wrote, as float32 tensors by name."""
+def _arrays(net: Net) -> dict[str, np.ndarray]:
+    arrays: dict[str, np.ndarray] = {}
+    for name, value in net.state_dict().items():
+        if name in net.in_4_bits:
+            arrays[f"{name}|q"], arrays[f"{name}|s"] = packed(value.cpu())
+        else:
+            arrays[name] = value.cpu().numpy().astype(np.float16)
+    return arrays
+
+
+def load_arrays(folder: Path) -> dict[str, np.ndarray]:
+    """What `save` wrote, as it is stored."""
     found: dict[str, list[np.ndarray]] = {}
     for file in sorted(folder.glob("weights-*.npz")):
         with np.load(file) as arrays:
             for name in arrays.files:
                 found.setdefault(name.rpartition("#")[0], []).append(arrays[name])
-    return {name: torch.from_numpy(np.concatenate(parts).astype(np.float32)) for name, parts in found.items()}
+    return {name: np.concatenate(parts) for name, parts in found.items()}
+
+
+def load_parts(folder: Path) -> dict[str, Tensor]:
+    """What `save` wrote, as float32 tensors by name."""
+    arrays = load_arrays(folder)
+    found: dict[str, Tensor] = {}
+    for name, array in arrays.items():
+        whole, _, kind = name.partition("|")
+        if kind == "q":
+            numbers = spread(array).reshape(len(array), -1, BLOCK) * arrays[f"{whole}|s"].astype(np.float32)[..., None]
+            found[whole] = torch.from_numpy(numbers.reshape(len(array), -1))
+        elif not kind:
+            found[name] = torch.from_numpy(array.astype(np.float32))
+    return found
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Train the reader of words.")
+    parser = argparse.ArgumentParser(description="Train the teacher, or the reader of words.")
     parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument("--start", type=Path, required=True)
-    parser.add_argument("--steps", type=int, default=6000)
+    parser.add_argument("--start", type=Path, help="folder of the checkpoint: trains the teacher")
+    parser.add_argument("--teacher", type=Path, help="what a training of the teacher wrote: trains the reader")
+    parser.add_argument("--layers", default="0,1,3,5,6,8,10,11", help="those of the teacher's layers that it keeps")
+    parser.add_argument("--steps", type=int, default=1500)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--batch", type=int, default=BATCH)
     parser.add_argument("--rate", type=float, default=RATE)
     parser.add_argument("--hide", type=float, default=HIDE_SHARE, help="share of the word pieces hidden at random")
     parser.add_argument("--dropout", type=float, default=0.1)
     parser.add_argument("--hidden", type=int, default=103, help="the id of [MASK]")
-    parser.add_argument("--teacher", type=Path, help="folder of the teachers' start weights")
-    parser.add_argument("--teachers", type=int, default=1, help="so many are trained, and their logits averaged")
-    parser.add_argument("--teacher-steps", type=int, default=1500)
-    parser.add_argument("--teacher-rate", type=float, default=1e-4)
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
+    if (options.start is None) == (options.teacher is None):
+        parser.error("give --start or --teacher")
     torch.manual_seed(options.seed)
     device = "cuda" if torch.cuda.is_available() else "cpu"
     data, dev = Data(options.data / "train.npz", device), Data(options.data / "dev.npz", device)
-    start = {name: torch.from_numpy(a.astype(np.float32)) for name, a in np.load(options.start).items()}
-    net = Net(len(start["embeddings.word_embeddings.weight"]), data.logits, options.dropout)
-    start_from(net.reader, net.words, start)
-    heads = [*net.reader.hidden.parameters(), *net.reader.fields.parameters()]
-    teachers = trained_teachers(options, data, dev, device) if options.teacher else []
-    save(fit(net.to(device), heads, data, dev, options, options.steps, options.rate, teachers), options.out)
+    save((teacher if options.start else reader)(options, data, dev, device), options.out)
 
 
-def trained_teachers(options: argparse.Namespace, data: Data, dev: Data, device: str) -> list[nn.Module]:
-    """Larger networks, trained on the same sentences with seeds of their own."""
-    weights, renamed = load_start(options.teacher)
-    found: list[nn.Module] = []
-    for number in range(options.teachers):
-        torch.manual_seed(options.seed + 100 + number)
-        one = Teacher(data.logits, renamed, options.dropout)
-        start_teacher(one, weights)
-        heads = [*one.hidden.parameters(), *one.fields.parameters()]
-        kept = fit(one.to(device), heads, data, dev, options, options.teacher_steps, options.teacher_rate)
-        found.append(kept.eval().requires_grad_(False))
-    return found
+def teacher(options: argparse.Namespace, data: Data, dev: Data, device: str) -> Net:
+    """All layers of the checkpoint, trained on labels alone."""
+    weights, renamed = load_start(options.start)
+    net = Net(len(renamed), data.logits, LAYERS, coarse=False, dropout=options.dropout)
+    start_from(net, weights, renamed)
+    return fit(net.to(device), data, dev, options)
+
+
+def reader(options: argparse.Namespace, data: Data, dev: Data, device: str) -> Net:
+    """Some of the teacher's layers, in 4 bits, trained on what the teacher says of each sentence, and on its label."""
+    weights = load_parts(options.teacher)
+    whole = Net(len(weights["words.weight"]), data.logits, LAYERS, coarse=False)
+    whole.load_state_dict(weights)
+    which = [int(k) for k in options.layers.split(",")]
+    net = Net(len(weights["words.weight"]), data.logits, len(which), coarse=True, dropout=options.dropout)
+    take_layers(net, whole, which)
+    return fit(net.to(device), data, dev, options, whole.to(device).eval().requires_grad_(False))
 
 
 if __name__ == "__main__":
