@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tokenizers import Tokenizer
 
 from stucksolver.scene import GuidanceIntent
 from stucksolver.words import NoReader, ScriptedReader, find_reader
 from stucksolver.words.fields import INTENT, INTENTS, LOGITS, MOVES, STAYS, Doubt, read_fields
-from stucksolver.words.network import NetworkReader, ReaderError
+from stucksolver.words.network import DATA, NetworkReader, ReaderError, unpacked
+from stucksolver.words.pieces import MAX_TOKENS, encoded
 
 READER = find_reader()
 DOUBT = Doubt(temperature=1.0, move=0.7, against=0.15, stay=0.3)
@@ -72,7 +74,39 @@ def test_a_blind_set_is_read_about_as_well_as_published(name):
     said = [json.loads(line) for line in (BLIND / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()][::10]
     readings = [READER.read(s["text"], s["situation"]) for s in said]
     right = sum(r.likely.value == s["intent"] for r, s in zip(readings, said, strict=True))
-    assert right / len(said) > 0.7
+    assert right / len(said) > 0.8
+
+
+def test_the_network_is_given_the_situation_and_nothing_else_than_what_was_said():
+    tokenizer = Tokenizer.from_file(str(DATA / "tokenizer.json"))
+    situation, text = "Standing behind a van. The car asks: May I overtake?", "yes, pass it"
+    ids, kinds = encoded(tokenizer, situation, text)
+    pieces = [tokenizer.id_to_token(i) for i in ids]
+    middle = pieces.index("[SEP]")
+    assert "".join(pieces[1:middle]).replace("##", "") == situation.replace(" ", "").lower()
+    assert "".join(pieces[middle + 1 : -1]).replace("##", "") == text.replace(" ", "")
+    assert kinds == [0] * (middle + 1) + [1] * (len(pieces) - middle - 1)
+
+
+def test_long_words_leave_the_end_of_the_situation_where_a_question_stands():
+    tokenizer = Tokenizer.from_file(str(DATA / "tokenizer.json"))
+    ids, _ = encoded(tokenizer, "It rains. " * 99 + "May I overtake?", "well " * 400)
+    pieces = [tokenizer.id_to_token(i) for i in ids]
+    assert len(pieces) == MAX_TOKENS
+    assert pieces[pieces.index("[SEP]") - 1] == "?"
+
+
+def test_the_same_words_mean_another_thing_in_another_situation():
+    asked = READER.read("Go on.", "Standing behind a parked van. The car asks: May I overtake?")
+    told = READER.read("Go on.", "Standing at a green light.")
+    assert asked.likely is GuidanceIntent.YES
+    assert told.likely is GuidanceIntent.GO
+
+
+def test_four_bits_hold_numbers_from_minus_eight_to_seven():
+    table = np.array([[0x10, 0x87, 0xF9], [0x00, 0x00, 0x00]], np.uint8)
+    scale = np.array([[0.5, 2.0], [1.0, 1.0]], np.float32)
+    assert unpacked(table, scale, [1, 0]).tolist() == [[0.0] * 6, [0.0, 0.5, 3.5, -16.0, -14.0, -2.0]]
 
 
 def test_without_its_packages_nothing_is_understood():

@@ -49,9 +49,12 @@ def varied(sentences: Sequence[Sentence], seed: int) -> Iterable[Sentence]:
             yield Sentence(situation, text, one.intent, one.side, one.negated, one.claims, one.urgent, one.language)
 
 
-def with_chinese(tokenizer_json: str, sentences: Iterable[Sentence]) -> str:
-    """The tokenizer with the Chinese characters of the sentences in place of entries that nothing uses."""
-    data = json.loads(tokenizer_json)
+def fitted(tokenizer_json: str, sentences: Iterable[Sentence]) -> str:
+    """The tokenizer with the Chinese characters of the sentences in place of entries that nothing uses.
+
+    It neither pads nor cuts any more: `encoded` cuts, and padding would stand where it looks for the situation.
+    """
+    data = json.loads(tokenizer_json) | {"padding": None, "truncation": None}
     vocabulary: dict[str, int] = data["model"]["vocab"]
     wanted = sorted({c for one in sentences for c in one.text if "\u3400" <= c <= "\u9fff"} - set(vocabulary))
     unused = sorted((name for name in vocabulary if name.startswith("[unused")), key=lambda name: vocabulary[name])
@@ -95,7 +98,7 @@ def main() -> None:
     written = corpus()
     kept, held = [s for s in written if not in_dev(s)], [s for s in written if in_dev(s)]
     train = [*composed(options.count, options.seed), *varied(kept, options.seed)]
-    text = with_chinese((options.start / "tokenizer.json").read_text(encoding="utf-8"), train)
+    text = fitted((options.start / "tokenizer.json").read_text(encoding="utf-8"), train)
     (options.out / "tokenizer.json").write_text(text, encoding="utf-8")
     tokenizer = Tokenizer.from_str(text)
     Random(options.seed).shuffle(train)

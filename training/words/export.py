@@ -1,15 +1,17 @@
-"""Makes what the product ships of trained weights: an ONNX encoder and a table of word pieces, both in 8 bits.
+"""Makes what the product ships of trained weights: an ONNX encoder and a table of word pieces, both in 4 bits.
 
     python -m training.words.export --weights DIR --data DIR --version 1 --out src/stucksolver/words/data
 
-`--weights`: what `training.words.train` wrote; `--data`: its tokenizer and the sentences kept apart (`dev.npz`), on
-which the probabilities are calibrated. Prints how many readings of these the 8-bit network shares with the float one.
+`--weights`: what `training.words.train` wrote of the reader; `--data`: its tokenizer and the sentences kept apart
+(`dev.npz`), on which the probabilities are calibrated. Prints how many readings of these the shipped network shares
+with the trained one.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import shutil
 from pathlib import Path
 
@@ -17,22 +19,22 @@ import numpy as np
 import onnx
 import torch
 from onnx import TensorProto, helper, numpy_helper
+from onnx.external_data_helper import set_external_data
 
 from stucksolver.words.fields import INTENT, LOGITS, Doubt, softmax
 from stucksolver.words.network import NetworkReader, unpacked
-from training.words.model import WIDTH, Reader
+from stucksolver.words.pieces import MAX_TOKENS
+from training.words.model import BLOCK, FIRST_PLACE, WIDTH, Encoder, Linear, Net, packed
 from training.words.train import load_parts
 
-MOVE = 0.8
+MOVE = 0.9
 AGAINST = 0.08
 STAY = 0.3
 """Least and most probabilities of a reading that counts; docs/words.md says how they were chosen."""
-BLOCK = 16
-"""So many weights share a scale. One scale a column changed 1.2 % of the readings, this changes 0.5 %."""
-BLOCKED_OPSET = 21
-"""The first one whose DequantizeLinear knows blocks."""
 LEAST_WEIGHTS = 10_000
-"""Arrays smaller than this stay floats."""
+"""Arrays smaller than this stay float32."""
+PART_BYTES = 15_000_000
+"""Most that one file holds."""
 
 
 def main() -> None:
@@ -44,71 +46,91 @@ def main() -> None:
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     weights = load_parts(options.weights)
-    table = weights.pop("words.weight").numpy()
-    reader = Reader(LOGITS)
-    reader.load_state_dict({name.removeprefix("reader."): value for name, value in weights.items()})
-    reader.eval()
-    write_pieces(table, options.out / "pieces.npz")
-    write_encoder(reader, options.out / "encoder.onnx")
+    layers = 1 + max(int(name.split(".")[2]) for name in weights if name.startswith("reader.layers."))
+    net = Net(len(weights["words.weight"]), LOGITS, layers, coarse=True).eval()
+    net.load_state_dict(weights)
+    write_pieces(net, options.out / "pieces.npz")
+    write_encoder(net.reader, options.out)
     shutil.copyfile(options.data / "tokenizer.json", options.out / "tokenizer.json")
     card = {"version": options.version, "doubt": vars(Doubt(1.0, MOVE, AGAINST, STAY))}
     (options.out / "card.json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
     dev = np.load(options.data / "dev.npz")
     ours = shipped(options.out, dev)
-    exact = floats(reader, table, dev)
+    exact = floats(net, dev)
     same = (ours[:, INTENT].argmax(1) == exact[:, INTENT].argmax(1)).mean()
     right = (ours[:, INTENT].argmax(1) == dev["intent"]).mean()
     card["doubt"]["temperature"] = calibrated(ours[:, INTENT], dev["intent"])
     (options.out / "card.json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
-    print(f"{len(dev['intent'])} sentences kept apart: right {right:.4f}, as the float network {same:.4f}, card {card}")
+    print(f"{len(ours)} sentences kept apart: right {right:.4f}, as the trained network {same:.4f}, card {card}")
 
 
-def quantized(array: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """8-bit numbers, and a scale for each `BLOCK` of a row: (rows, columns) int8, (rows, columns / BLOCK) float32."""
-    blocks = array.reshape(len(array), -1, BLOCK)
-    scale = (np.maximum(np.abs(blocks).max(axis=2), 1e-9) / 127).astype(np.float16).astype(np.float32)
-    whole = np.clip(np.round(blocks / scale[..., None]), -127, 127)
-    return whole.astype(np.int8).reshape(array.shape), scale
+def write_pieces(net: Net, file: Path) -> None:
+    """The vectors of all word pieces: `table` (pieces, width / 2) uint8, `scale` (pieces, width / BLOCK) float16."""
+    table, scale = packed(net.words.weight.detach())
+    np.savez_compressed(file, table=table, scale=scale)
 
 
-def write_pieces(table: np.ndarray, file: Path) -> None:
-    """The vectors of all word pieces: `table` (pieces, width) int8, `scale` (pieces, width / BLOCK) float16."""
-    whole, scale = quantized(table)
-    np.savez_compressed(file, table=whole, scale=scale.astype(np.float16))
+def write_encoder(encoder: Encoder, folder: Path) -> None:
+    """The encoder as ONNX, `encoder.onnx`, and its weights beside it, `encoder-*.bin`.
 
-
-def write_encoder(reader: Reader, file: Path) -> None:
-    """The encoder as ONNX, its matrices in 8 bits behind DequantizeLinear, one scale for a block of a column."""
+    Matrices of the layers are in 4 bits (onnxruntime's MatMulNBits), other large arrays in float16.
+    """
+    for layer in encoder.modules():
+        if isinstance(layer, Linear):
+            layer.coarse = False  # they hold what 4 bits hold, as they were loaded
+    encoder.position = torch.nn.Embedding.from_pretrained(encoder.position.weight[: FIRST_PLACE + MAX_TOKENS])
+    file = folder / "encoder.onnx"
     example = (torch.zeros(1, 9, WIDTH), torch.zeros(1, 9, dtype=torch.int64), torch.ones(1, 9))
     names, axes = ["vectors", "kinds", "mask"], {0: "batch", 1: "tokens"}
     torch.onnx.export(
-        reader, example, str(file), input_names=names, output_names=["logits"], opset_version=17, dynamo=False,
+        encoder, example, str(file), input_names=names, output_names=["logits"], opset_version=17, dynamo=False,
         dynamic_axes=dict.fromkeys(names, axes),
     )  # fmt: skip
     model = onnx.load(str(file))
-    kept, nodes = [], []
-    for array in model.graph.initializer:
-        value = numpy_helper.to_array(array)
-        if value.ndim != 2 or value.size < LEAST_WEIGHTS or value.dtype != np.float32:
-            kept.append(array)
+    graph = model.graph
+    large = {a.name: numpy_helper.to_array(a) for a in graph.initializer if np.prod(a.dims) >= LEAST_WEIGHTS}
+    arrays = [a for a in graph.initializer if a.name not in large]
+    nodes, coarse = [], set()
+    for node in graph.node:
+        if node.op_type == "MatMul" and node.input[1] in large:
+            coarse.add(node.input[1])
+            nodes += _in_4_bits(node, large[node.input[1]], arrays)
+        else:
+            nodes.append(node)
+    casts = []
+    for name in large.keys() - coarse:
+        arrays.append(numpy_helper.from_array(large[name].astype(np.float16), f"{name}.half"))
+        casts.append(helper.make_node("Cast", [f"{name}.half"], [name], to=TensorProto.FLOAT))
+    del graph.initializer[:], graph.node[:]
+    graph.initializer.extend(arrays)
+    graph.node.extend([*casts, *nodes])
+    model.opset_import.append(helper.make_opsetid("com.microsoft", 1))
+    number = size = 0
+    for array in graph.initializer:
+        if len(array.raw_data) < LEAST_WEIGHTS:
             continue
-        columns, scale = quantized(np.ascontiguousarray(value.T))
-        name = array.name
-        kept += [
-            numpy_helper.from_array(np.ascontiguousarray(columns.T), f"{name}.q"),
-            numpy_helper.from_array(np.ascontiguousarray(scale.T), f"{name}.scale"),
-        ]
-        inputs = [f"{name}.q", f"{name}.scale"]
-        nodes.append(helper.make_node("DequantizeLinear", inputs, [name], axis=0, block_size=BLOCK))
-    del model.graph.initializer[:]
-    model.graph.initializer.extend(kept)
-    rest = list(model.graph.node)
-    del model.graph.node[:]
-    model.graph.node.extend([*nodes, *rest])
-    model.opset_import[0].version = BLOCKED_OPSET
-    onnx.checker.check_model(model)
-    assert all(i.data_type != TensorProto.DOUBLE for i in kept)
+        size += len(array.raw_data)
+        if size > PART_BYTES:
+            number, size = number + 1, len(array.raw_data)
+        set_external_data(array, f"encoder-{number}.bin")
+    for old in folder.glob("encoder-*.bin"):
+        old.unlink()  # onnx appends to a file that is there
     onnx.save(model, str(file))
+
+
+def _in_4_bits(node: onnx.NodeProto, weights: np.ndarray, arrays: list[TensorProto]) -> list[onnx.NodeProto]:
+    """A product with a matrix (inputs, outputs), and the scales' way to float32."""
+    name, (inputs, outputs) = node.input[1], weights.shape
+    pairs, scale = packed(torch.from_numpy(np.ascontiguousarray(weights.T)))
+    # onnxruntime counts from 0 to 15, with 8 for nothing; ours are in two's complement: the highest bit is turned.
+    blob = (pairs ^ 0x88).reshape(outputs, inputs // BLOCK, BLOCK // 2)
+    arrays += [numpy_helper.from_array(blob, f"{name}.q"), numpy_helper.from_array(scale.reshape(-1), f"{name}.half")]
+    cast = helper.make_node("Cast", [f"{name}.half"], [f"{name}.scale"], to=TensorProto.FLOAT)
+    product = helper.make_node(
+        "MatMulNBits", [node.input[0], f"{name}.q", f"{name}.scale"], list(node.output), domain="com.microsoft",
+        K=inputs, N=outputs, bits=4, block_size=BLOCK,
+    )  # fmt: skip
+    return [cast, product]
 
 
 def shipped(folder: Path, dev: dict[str, np.ndarray]) -> np.ndarray:
@@ -123,15 +145,17 @@ def shipped(folder: Path, dev: dict[str, np.ndarray]) -> np.ndarray:
     return np.stack(out)
 
 
-def floats(reader: Reader, table: np.ndarray, dev: dict[str, np.ndarray]) -> np.ndarray:
+def floats(net: Net, dev: dict[str, np.ndarray]) -> np.ndarray:
     """The logits of the network as it was trained."""
-    out = []
-    with torch.no_grad():
-        for ids, kinds, length in zip(dev["ids"], dev["kinds"], dev["length"], strict=True):
-            n = int(length)
-            vectors = torch.from_numpy(table[ids[:n].astype(np.int64)])[None]
-            out.append(reader(vectors, torch.from_numpy(kinds[None, :n].astype(np.int64)), torch.ones(1, n))[0].numpy())
-    return np.stack(out)
+    out = np.empty((len(dev["length"]), LOGITS), np.float32)
+    by_length = np.argsort(dev["length"])
+    for some in np.array_split(by_length, math.ceil(len(by_length) / 64)):
+        longest = int(dev["length"][some].max())
+        fed = (torch.from_numpy(dev[name][some, :longest].astype(np.int64)) for name in ("ids", "kinds"))
+        mask = torch.from_numpy((np.arange(longest) < dev["length"][some, None]).astype(np.float32))
+        with torch.no_grad():
+            out[some] = net(*fed, mask).numpy()
+    return out
 
 
 def calibrated(logits: np.ndarray, intents: np.ndarray) -> float:

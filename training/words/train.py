@@ -4,8 +4,8 @@
     python -m training.words.train --data DIR --teacher TEACHER --steps 2000 --out OUT
 
 `START`: `start-*.npz` and `ids.npy`, see `training.words.model.load_start`. The teacher, a larger network, is trained
-first; what it makes of each sentence is learnt beside the labels (Hinton et al. 2015). Writes `weights-*.npz` (float16, or
-4 bits, in parts of at most 15 MB) and prints accuracy on the sentences kept apart.
+first; what it makes of each sentence is learnt beside the labels (Hinton et al. 2015). Writes `weights-*.npz` (float16
+or 4 bits, in parts of at most 15 MB) and prints accuracy on the sentences kept apart.
 """
 
 from __future__ import annotations

@@ -86,8 +86,6 @@ class NetworkReader:
         options.intra_op_num_threads = self._threads
         options.inter_op_num_threads = 1
         options.log_severity_level = 3
-        # The weights are stored as 8-bit numbers and unpacked once, so that each reading costs what float weights cost.
-        options.add_session_config_entry("session.disable_quant_qdq", "1")
         try:
             with np.load(self._folder / "pieces.npz") as pieces:
                 table, scale = pieces["table"], pieces["scale"].astype(np.float32)
@@ -102,8 +100,11 @@ class NetworkReader:
         return tokenizer, table, scale, session
 
 
-def unpacked(table: NDArray[np.int8], scale: Numbers, ids: Sequence[int] | NDArray[np.uint16]) -> Numbers:
-    """The vectors of word pieces, (pieces, width), from 8-bit numbers and a scale for each block of a row."""
-    blocks = table[ids].reshape(len(ids), scale.shape[1], -1)
+def unpacked(table: NDArray[np.uint8], scale: Numbers, ids: Sequence[int] | NDArray[np.uint16]) -> Numbers:
+    """The vectors of word pieces, (pieces, width), from pairs of 4-bit numbers and a scale for each block of a row."""
+    pairs = table[ids].view(np.int8)
+    # The low half of a byte comes first; shifting it up and down again keeps its sign.
+    halves = np.stack((np.left_shift(pairs, 4) >> 4, pairs >> 4), axis=-1)
+    blocks = halves.reshape(len(ids), scale.shape[1], -1)
     result: Numbers = (blocks * scale[ids][..., None]).reshape(len(ids), -1).astype(np.float32)
     return result
