@@ -1,5 +1,7 @@
 """Prints kept figures as tables: `python results/tables.py wrong` (or `bench220`, `dev`, `immobilized`, `latency`).
 
+Two names compare what both have driven, seed for seed: `python results/tables.py dev dev-now`.
+
 Wants the Python of the project's environment.
 """
 
@@ -92,6 +94,29 @@ def _between(interval: Interval) -> str:
     return f"{mean:.1f} [{low:.1f}, {high:.1f}]"
 
 
+def moved(before: Path, after: Path) -> list[list[str]]:
+    """The drives that both folders have: their means, and the routes on which the outcome differs."""
+    rows = [_cells("arm | drives | DS | SR % | plans | lost | won")]
+    for path in sorted(after.glob("*/routes.csv")):
+        arm = path.parent.name
+        old, new = (_drives(folder / arm / "routes.csv") for folder in (before, after))
+        both = sorted(old.keys() & new.keys())
+        cells = [arm, str(len(both))]
+        for column, factor in (("driving_score", 1.0), ("success", 100.0)):
+            means = (factor * sum(float(one[key][column]) for key in both) / len(both) for one in (old, new))
+            cells.append(" → ".join(f"{value:.1f}" for value in means))
+        cells.append(" → ".join(str(sum(int(one[key]["interventions"]) for key in both)) for one in (old, new)))
+        for first, second in ((old, new), (new, old)):
+            names = (f"{key[0]} {old[key]['scenario']}" for key in both if first[key]["success"] > second[key]["success"])
+            cells.append(", ".join(names) or "–")
+        rows.append(cells)
+    return rows
+
+
+def _drives(path: Path) -> dict[tuple[str, str], dict[str, str]]:
+    return {(route, seed): row for route, seeds in _by_route(path).items() for seed, row in seeds.items()}
+
+
 def harm(arms: dict[str, Summary]) -> list[list[str]]:
     """During plans that move; in brackets on the whole route."""
     head = _cells("arm | DS | SR % | plans that move | collisions | other infractions | near misses | false | missed")
@@ -117,8 +142,11 @@ def _printed(rows: list[list[str]]) -> str:
     return "\n".join([lines[0], "|" + "---|" * len(rows[0]), *lines[1:]]) + "\n"
 
 
-def main(name: str) -> None:
-    """Prints the tables of one folder of results."""
+def main(name: str, later: str | None = None) -> None:
+    """Prints the tables of one folder of results, or what has moved between two."""
+    if later:
+        print(_printed(moved(HERE / name, HERE / later)), end="")
+        return
     arms = {
         path.parent.name: json.loads(path.read_text(encoding="utf-8"))
         for path in sorted((HERE / name).glob("*/summary.json"))
@@ -137,4 +165,4 @@ def main(name: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:])
