@@ -107,7 +107,8 @@ def moved(before: Path, after: Path) -> list[list[str]]:
             cells.append(" → ".join(f"{value:.1f}" for value in means))
         cells.append(" → ".join(str(sum(int(one[key]["interventions"]) for key in both)) for one in (old, new)))
         for first, second in ((old, new), (new, old)):
-            names = (f"{key[0]} {old[key]['scenario']}" for key in both if first[key]["success"] > second[key]["success"])
+            ahead = [key for key in both if first[key]["success"] > second[key]["success"]]
+            names = [f"{key[0]} {old[key]['scenario']}" for key in ahead]
             cells.append(", ".join(names) or "–")
         rows.append(cells)
     return rows
