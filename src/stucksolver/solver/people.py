@@ -32,9 +32,9 @@ class People(Core):
         """Have new words read, act on those that are understood, and drop those that led to nothing in time."""
         if self._said is not None:
             said, self._said = self._said, None
-            asked = self._desk.pending
-            question = asked.text if asked is not None and asked.to == "passenger" else None
-            self._listening.take(said, self._stack_s(now), now, situation_of(self._asking.look(), question))
+            question = self._to_be_answered
+            situation = situation_of(self._asking.look(), question.text if question else None)
+            self._listening.take(said, self._stack_s(now), now, situation)
         heard = self._listening.poll(now)
         if heard is not None:
             self._tell_fault(now, self._listening.fault)
@@ -45,14 +45,20 @@ class People(Core):
             last = self._failures.attempts[-1].outcome if self._failures.attempts else "no occasion"
             self._end_words(now, f"expired ({last})")
 
+    @property
+    def _to_be_answered(self) -> Question | None:
+        """The open question that a yes or no of the passenger answers. "What shall I do?" is answered by a request."""
+        asked = self._desk.pending
+        answerable = asked is not None and asked.to == "passenger" and asked.kind is not QuestionKind.ADVICE
+        return asked if answerable else None
+
     def _understand(self, words: Guidance, now: float) -> None:
         """Act on a reading: an answer, a refusal, a call to stop, a request, or nothing that concerns the driving."""
         reading = words.reading
         assert reading is not None
         self._tell_words(now, words)
-        question = self._desk.pending
         intent = reading.intent
-        if intent in (GuidanceIntent.YES, GuidanceIntent.NO) and self._is_answered(question, intent, words, now):
+        if intent in (GuidanceIntent.YES, GuidanceIntent.NO) and self._is_answered(intent, words, now):
             return
         if intent is GuidanceIntent.NONE:
             self._dismiss(words, now, "nothing is asked of the driving")
@@ -81,9 +87,10 @@ class People(Core):
         if self._stop is not None and self._resumes is Resume.OPERATOR:
             self._end_words(now, "only the operator may end this stop")
 
-    def _is_answered(self, question: Question | None, intent: GuidanceIntent, words: Guidance, now: float) -> bool:
+    def _is_answered(self, intent: GuidanceIntent, words: Guidance, now: float) -> bool:
         """Take yes or no as the answer to the passenger's open question, if there is one that a yes answers."""
-        if question is None or question.to != "passenger" or question.kind is QuestionKind.ADVICE:
+        question = self._to_be_answered
+        if question is None:
             return False
         self._desk.reply(intent is GuidanceIntent.YES, question.id, "passenger")
         self._dismiss(words, now, f"answers question {question.id}")

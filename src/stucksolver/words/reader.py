@@ -17,7 +17,7 @@ class WordsReader(Protocol):
         """For the record: which reader, in which version."""
 
     def read(self, text: str, situation: str) -> Reading:
-        """What `text` asks for. `situation`: what the vehicle does, with the question it has asked, if any."""
+        """What `text` asks for. `situation`: what the vehicle does, with its open yes-or-no question, if any."""
 
 
 class NoReader:

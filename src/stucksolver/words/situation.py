@@ -10,7 +10,7 @@ LIGHT_M = 40.0
 
 
 def situation_of(scene: Scene | None, question: str | None = None) -> str:
-    """What the vehicle does, behind what, before which light; and the question that it has asked the passenger."""
+    """What the vehicle does, behind what, before which light; and the open question that a yes or a no answers."""
     parts = [] if scene is None else [_doing(scene), *_light(scene)]
     if question is not None:
         parts.append(f"The car asks: {question}")
