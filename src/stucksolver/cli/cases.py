@@ -6,17 +6,21 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stucksolver.cli.arguments import above_zero, at_least
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.lines import json_lines
 from stucksolver.cli.words import tell_notes
 from stucksolver.ladder import LadderError
 from stucksolver.reason import Reasoner
 from stucksolver.reason.llm.exchanges import ExchangesError
 from stucksolver.reason.make import HELP, ReasonerNameError, make_reasoner, preflight, unanswered_banner
 
-FIGURE = "cases.png"
+if TYPE_CHECKING:
+    from stucksolver.evaluate.cases.wordings import Wording
+
+FIGURE, WORDINGS = "cases.png", "wordings.png"
 ABOUT = "act out the paper's three cases with a reasoner, and draw what it saw and decided"
 
 
@@ -36,6 +40,12 @@ def add_cases(commands: Any) -> argparse.ArgumentParser:
         metavar="N",
         help="answers in a row that may lead nowhere",
     )
+    parser.add_argument(
+        "--wordings",
+        type=Path,
+        metavar="FILE",
+        help='drive the cyclists\' case with each sentence of FILE instead: lines of {"text": words}',
+    )
     parser.add_argument("--exchanges", action="store_true", help="keep every request and answer in OUT/exchanges")
     return parser
 
@@ -44,10 +54,12 @@ def run_cases_command(options: argparse.Namespace) -> int:
     """0 when each case got a decision, and most questions an answer; 1 otherwise. Raises `UsageError`."""
     from stucksolver.evaluate.cases import CASES, run_cases
     from stucksolver.evaluate.cases.figure import draw_figure
+    from stucksolver.evaluate.cases.wordings import draw_wordings, worded
     from stucksolver.evaluate.server import ServerError
     from stucksolver.evaluate.sites import SiteError
     from stucksolver.evaluate.situation import SituationError
 
+    figure = WORDINGS if options.wordings is not None else FIGURE
     exchanges = options.out / "exchanges" if options.exchanges else None
 
     def reasoner() -> Reasoner:
@@ -56,17 +68,22 @@ def run_cases_command(options: argparse.Namespace) -> int:
     try:
         tell_notes(preflight(reasoner(), options.reasoner))
         options.out.mkdir(parents=True, exist_ok=True)
+        wordings = _wordings(options.wordings) if options.wordings is not None else ()
         results = run_cases(
-            CASES,
+            worded(wordings) if wordings else CASES,
             reasoner,
             map_name=options.map,
             maps=options.maps,
             clock=options.clock,
             deadline_s=options.deadline,
             tries=options.tries,
+            pictures=not (wordings and options.reasoner == "rules"),
             say=_say,
         )
-        draw_figure(results, options.out / FIGURE)
+        if wordings:
+            draw_wordings(wordings, results, options.out / figure)
+        else:
+            draw_figure(results, options.out / figure)
         for result in results:
             events = [event.model_dump(mode="json", exclude_none=True) for event in result.events]
             (options.out / f"{result.case.name}.json").write_text(json.dumps(events, indent=1), encoding="utf-8")
@@ -82,12 +99,28 @@ def run_cases_command(options: argparse.Namespace) -> int:
         raise UsageError(str(error)) from error
     except OSError as error:
         raise UsageError(f"{options.out} cannot be written: {error.strerror}") from error
-    print(f"figure: {options.out / FIGURE}")
+    print(f"figure: {options.out / figure}")
     asked, failed = sum(r.questions for r in results), sum(r.unanswered for r in results)
     warning = unanswered_banner(asked, failed, options.reasoner)
     if warning:
         print(warning, file=sys.stderr)
-    return 1 if warning or any(result.decided is None for result in results) else 0
+    undecided = not wordings and any(result.decided is None for result in results)
+    return 1 if warning or undecided else 0
+
+
+def _wordings(path: Path) -> tuple[Wording, ...]:
+    """The sentences of a file of JSON lines. Raises `UsageError`."""
+    from stucksolver.evaluate.cases.wordings import Wording
+
+    found = []
+    for where, said in json_lines(path):
+        text, meant = said.get("text"), said.get("intent")
+        if not isinstance(text, str) or not isinstance(meant, str | None):
+            raise UsageError(f'{where}: a line is {{"text": "..."}}, with "intent": "..." where its meaning is known')
+        found.append(Wording(text, meant))
+    if not found:
+        raise UsageError(f"{path}: no sentence in it")
+    return tuple(found)
 
 
 def _say(text: str) -> None:

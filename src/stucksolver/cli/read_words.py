@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.lines import json_lines
 from stucksolver.scene import Scene
 from stucksolver.words import NoReader, WordsReader, find_reader, situation_of
 
@@ -33,23 +32,13 @@ def run_words(options: argparse.Namespace) -> int:
     reader = find_reader()
     if isinstance(reader, NoReader):
         raise UsageError(reader.why)
-    for number, line in enumerate(_lines(options.file), 1):
-        if line.strip():
-            print(_read(reader, line, f"{options.file}:{number}"), flush=True)
+    for where, said in json_lines(options.file):
+        print(_read(reader, said, where), flush=True)
     return 0
 
 
-def _lines(file: Path) -> list[str]:
+def _read(reader: WordsReader, said: dict[str, Any], where: str) -> str:
     try:
-        text = sys.stdin.read() if str(file) == "-" else file.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"{file}: cannot be read: {error}; give a file of JSON lines") from error
-    return text.splitlines()
-
-
-def _read(reader: WordsReader, line: str, where: str) -> str:
-    try:
-        said = json.loads(line)
         text, situation = said["text"], said.get("situation", "")
         if isinstance(situation, dict):
             situation = situation_of(Scene.model_validate(situation))

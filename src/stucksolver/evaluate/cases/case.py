@@ -31,6 +31,8 @@ class Staged:
     ego: Any
     destination: Any
     every_tick: Callable[[float], None] = lambda seconds: None
+    others: tuple[Any, ...] = ()
+    """Whose way is told beside the ego's."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,8 @@ class Case:
     drive_s: float = 60.0
     shown_from_s: float = 0.0
     """Decisions before this time are not the ones to show."""
+    to_the_end: bool = False
+    """Drive on after a decision, until the destination or the time is reached."""
 
 
 def _pedestrians(world: Any, carla_map: Any) -> Staged:
@@ -90,7 +94,7 @@ def _cyclists(world: Any, carla_map: Any) -> Staged:
         for rider in riders:
             rider.enable_constant_velocity(carla.Vector3D(x=2.5))
 
-    return Staged(ego, site.destination.transform.location, ride)
+    return Staged(ego, site.destination.transform.location, ride, tuple(riders))
 
 
 CASES = (

@@ -13,6 +13,7 @@ from stucksolver.evaluate.server import Server, ServerError, carlette_server, co
 from stucksolver.evaluate.situation import SituationError
 from stucksolver.ladder import Ladder, parse_ladder, profile_text
 from stucksolver.reason import Reasoner
+from stucksolver.scene import Scene
 from stucksolver.solver import Event, EventKind, StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.carla_stack.camera import FrontCamera
@@ -24,6 +25,7 @@ CLIENT_TIMEOUT_S = 60.0
 PICTURE_LIMIT_S = 180.0
 ENOUGH_S = 25.0
 """After a first answer without a plan, it is watched for this long."""
+MOMENT_S = 0.5
 DEADLINE_S, TRIES = 30.0, 20
 """For an answer, and answers in a row that lead nowhere, where nobody says otherwise."""
 LADDER = """
@@ -39,6 +41,15 @@ ANSWERED = (EventKind.DECIDED, EventKind.FAILED)
 
 
 @dataclass(frozen=True)
+class Moment:
+    """Where everyone is, in m along the ego's heading at the start, seen from there. `time_s`: since the start."""
+
+    time_s: float
+    ego_m: float
+    others_m: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class CaseResult:
     """`decided`: the first decision that a plan came of, else the first of all; None where none was made."""
 
@@ -48,6 +59,8 @@ class CaseResult:
     progress_m: float
     """Along the route, from the moment of the decision to the end."""
     collisions: int
+    moments: tuple[Moment, ...] = ()
+    """One every `MOMENT_S`."""
 
     @property
     def questions(self) -> int:
@@ -83,9 +96,12 @@ def run_cases(
     clock: str = "lockstep",
     deadline_s: float = DEADLINE_S,
     tries: int = TRIES,
+    pictures: bool = True,
     say: Callable[[str], None] = lambda text: None,
 ) -> list[CaseResult]:
     """Each case in a simulator of its own. `deadline_s`, `tries`: as in the ladder's rung `model`.
+
+    Without `pictures` there is no camera, for reasoners that look at none.
 
     Raises `CaseError`, `SituationError`, `SiteError`, `ServerError`.
     """
@@ -93,15 +109,26 @@ def run_cases(
     for case in cases:
         say(f"{case.title} …")
         with carlette_server(map_name, maps) as server:
-            results.append(_answered(case, reasoner(), server, clock, _ladder(deadline_s, tries)))
+            results.append(_answered(case, reasoner(), server, clock, _ladder(deadline_s, tries), pictures))
         say(f"  {results[-1].ending}")
     return results
 
 
-def _answered(case: Case, reasoner: Reasoner, server: Server, clock: str, ladder: Ladder) -> CaseResult:
+@dataclass(frozen=True)
+class _Scenery:
+    """A case in a world that ticks when told to."""
+
+    world: Any
+    carla_map: Any
+    staged: Staged
+    mishaps: Mishaps
+    camera: FrontCamera | None
+
+
+def _answered(case: Case, reasoner: Reasoner, server: Server, clock: str, ladder: Ladder, pictures: bool) -> CaseResult:
     """The client library tells of a simulator that is gone by a bare `RuntimeError`."""
     try:
-        return _run(case, reasoner, server, clock, ladder)
+        return _run(case, reasoner, server, clock, ladder, pictures)
     except SituationError:
         raise
     except RuntimeError as error:
@@ -109,20 +136,22 @@ def _answered(case: Case, reasoner: Reasoner, server: Server, clock: str, ladder
         raise ServerError(f"the simulator does not answer: {error}; run again") from error
 
 
-def _run(case: Case, reasoner: Reasoner, server: Server, clock: str, ladder: Ladder) -> CaseResult:
+def _run(case: Case, reasoner: Reasoner, server: Server, clock: str, ladder: Ladder, pictures: bool) -> CaseResult:
     world = connect(server, CLIENT_TIMEOUT_S).get_world()
     set_synchronous(world, DT_S)
     carla_map = world.get_map()
     staged = case.stage(world, carla_map)
-    camera = FrontCamera(staged.ego)
+    camera = FrontCamera(staged.ego) if pictures else None
     mishaps = Mishaps(world, staged.ego)
     try:
         for _ in range(SETTLE_TICKS):
             world.tick()
-        _await_picture(world, camera)
-        return _drive(case, reasoner, world, carla_map, staged, camera, mishaps, clock, ladder)
+        if camera is not None:
+            _await_picture(world, camera)
+        return _drive(case, reasoner, _Scenery(world, carla_map, staged, mishaps, camera), clock, ladder)
     finally:
-        camera.close()
+        if camera is not None:
+            camera.close()
         mishaps.close()
 
 
@@ -136,37 +165,32 @@ def _await_picture(world: Any, camera: FrontCamera) -> None:
         world.tick()
 
 
-def _drive(
-    case: Case,
-    reasoner: Reasoner,
-    world: Any,
-    carla_map: Any,
-    staged: Staged,
-    camera: FrontCamera,
-    mishaps: Mishaps,
-    clock: str,
-    ladder: Ladder,
-) -> CaseResult:
-    driver = BehaviorDriver(staged.ego, "normal", carla_map=carla_map)
+def _drive(case: Case, reasoner: Reasoner, scenery: _Scenery, clock: str, ladder: Ladder) -> CaseResult:
+    staged, mishaps, camera = scenery.staged, scenery.mishaps, scenery.camera
+    driver = BehaviorDriver(staged.ego, "normal", carla_map=scenery.carla_map)
     driver.set_destination(staged.destination)
-    stack = CarlaStack(staged.ego, driver, carla_map)
+    stack = CarlaStack(staged.ego, driver, scenery.carla_map)
+    start = staged.ego.get_transform()
     events: list[Event] = []
+    moments: list[Moment] = []
     decided: Event | None = None
     decided_s = decided_m = progress_m = 0.0
     words = case.words
-    with StuckSolver(
-        lambda: stack.scene().model_copy(update={"image": camera.image()}),
-        models={"model": reasoner},
-        ladder=ladder,
-        clock=clock,
-        on_event=events.append,
-    ) as solver:
+
+    def scene() -> Scene:
+        seen = stack.scene()
+        return seen if camera is None else seen.model_copy(update={"image": camera.image()})
+
+    with StuckSolver(scene, models={"model": reasoner}, ladder=ladder, clock=clock, on_event=events.append) as solver:
         start_s = stack.status().time_s
         while True:
             status = stack.status()
             now, progress_m = status.time_s - start_s, status.progress_m
             staged.every_tick(now)
             mishaps.update(now)
+            if not moments or now - moments[-1].time_s >= MOMENT_S - DT_S / 2:
+                others = tuple(_along(start, one) for one in staged.others)
+                moments.append(Moment(now, _along(start, staged.ego), others))
             if words is not None and now >= words[0]:
                 solver.guide(words[1])
                 words = None
@@ -174,12 +198,17 @@ def _drive(
             found = _telling(events, start_s + case.shown_from_s)
             if found is not None and (decided is None or decided is not found):
                 decided, decided_s, decided_m = found, now, progress_m
-            over = decided is not None and now - decided_s > ENOUGH_S
+            over = decided is not None and now - decided_s > ENOUGH_S and not case.to_the_end
             if over or status.at_destination or now > case.drive_s:
                 break
-            world.tick()
+            scenery.world.tick()
     mishaps.finish()
-    return CaseResult(case, decided, tuple(events), progress_m - decided_m, mishaps.collisions)
+    return CaseResult(case, decided, tuple(events), progress_m - decided_m, mishaps.collisions, tuple(moments))
+
+
+def _along(start: Any, actor: Any) -> float:
+    """How far `actor` is ahead of the transform `start`, in m."""
+    return float((actor.get_location() - start.location).dot(start.get_forward_vector()))
 
 
 def _ladder(deadline_s: float, tries: int) -> Ladder:

@@ -1,0 +1,30 @@
+"""Files of JSON lines that commands take."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from stucksolver.cli.errors import UsageError
+
+
+def json_lines(file: Path) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Where each line stands ("FILE:NUMBER"), and its object; `-` is standard input. Raises `UsageError`."""
+    try:
+        text = sys.stdin.read() if str(file) == "-" else file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise UsageError(f"{file}: cannot be read: {error}; give a file of JSON lines") from error
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line.strip():
+            continue
+        where = f"{file}:{number}"
+        try:
+            found = json.loads(line)
+        except ValueError as error:
+            raise UsageError(f"{where}: no JSON: {error}") from error
+        if not isinstance(found, dict):
+            raise UsageError(f"{where}: {type(found).__name__} instead of an object")
+        yield where, found
