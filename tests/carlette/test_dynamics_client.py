@@ -8,6 +8,8 @@ import pytest
 from serving import running_server
 from straight import straight_road
 
+pytestmark = pytest.mark.integration
+
 carla = pytest.importorskip("carla")
 
 MKZ = "vehicle.lincoln.mkz_2020"

@@ -17,6 +17,8 @@ from serving import running_server
 
 pytest.importorskip("carla")
 
+pytestmark = pytest.mark.integration
+
 WORLD_STREAM = 1
 RESET_ON_CLOSE = struct.pack("ii", 1, 0)
 

@@ -13,6 +13,8 @@ import pytest
 from raw_client import IMU, NOWHERE, SYNCHRONOUS, Raw, exactly, open_stream, places
 from serving import running_server
 
+pytestmark = pytest.mark.integration
+
 
 @pytest.fixture(scope="module")
 def port() -> Iterator[int]:

@@ -29,6 +29,7 @@ def depth(world, one, other) -> float:
     return float(found.depth.max(initial=0.0))
 
 
+@pytest.mark.integration
 @given(st.floats(2.0, 60.0), st.floats(-1.6, 1.6))
 @settings(max_examples=25)
 def test_a_car_never_passes_through_an_immovable_prop(mps: float, aside_m: float) -> None:

@@ -41,7 +41,7 @@ A_MPS2, B_MPS2 = 1.5, 3.0
 OTHERS_BRAKE_MPS2 = 3.5
 HORIZON_S = 30.0
 ZONES = st.sampled_from([(), *(((kind, s),) for kind in ZoneKind for s in (60.0, 75.0, 100.0))])
-EXAMPLES = int(os.environ.get("GUARD_EXAMPLES", "40"))
+EXAMPLES = int(os.environ.get("GUARD_EXAMPLES", "20"))
 some = settings(max_examples=EXAMPLES, suppress_health_check=list(HealthCheck))
 
 speeds = st.floats(1.0, 5.5)

@@ -24,7 +24,7 @@ MULTI = straight_road(left=LineKind.BROKEN)
 GUARD = Guard()
 BRAKING_MPS2, CROSSING_MPS = 3.5, 0.3
 """How others may brake, and from which lateral speed on they are taken to cross: docs/SAFETY.md."""
-MANY = int(os.environ.get("GUARD_EXAMPLES", "50"))
+MANY = int(os.environ.get("GUARD_EXAMPLES", "25"))
 FEW = MANY // 2
 """`make integration` looks at more of them than `make unit`: the count is arbitrary, the promise is not."""
 many = settings(max_examples=MANY, suppress_health_check=list(HealthCheck))

@@ -90,8 +90,8 @@ def test_nonsense_touches_nobody(behaviors, road):
 
 
 CLOCKS, PHASES_M = ("lockstep", "latency:0.7", "latency:3"), (0.0, 13.0, 27.0, 41.0)
-QUICK = {("lockstep", 0.0), ("lockstep", 41.0), ("latency:0.7", 27.0), ("latency:3", 13.0)}
-"""Each clock and each phase once; the other pairs drive as long, among the integration tests."""
+QUICK = {("latency:0.7", 27.0)}
+"""The other pairs drive as long, among the integration tests."""
 
 
 @pytest.mark.parametrize(

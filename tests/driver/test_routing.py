@@ -46,6 +46,7 @@ def check_route(carla_map, start, end):
     return route
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("name", TOWNS)
 def test_any_two_places_of_a_town_are_joined_by_a_continuous_route(town, name):
     carla_map = town(name)

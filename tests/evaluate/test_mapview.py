@@ -30,6 +30,7 @@ def area(lane):
     return shapely.Polygon([*lane.left, *reversed(lane.right)])
 
 
+@pytest.mark.integration
 @settings(max_examples=25)
 @given(st.integers(0, len(DRIVING) - 1))
 def test_every_point_of_a_driving_lane_lies_in_a_driving_area(number):
@@ -80,6 +81,7 @@ def test_the_whole_demo_town_stays_small():
     assert len(view.model_dump_json()) < 200_000
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("town", ["Town01", "Town02", "Town04", "Town10HD"])
 def test_the_surroundings_of_a_route_are_small(town):
     path = next((folder / f"{town}.xodr" for folder in FOLDERS if (folder / f"{town}.xodr").is_file()), None)

@@ -11,6 +11,8 @@ carla = pytest.importorskip("carla")
 from stucksolver.evaluate.mishaps import Mishaps  # noqa: E402
 from stucksolver.evaluate.server import carlette_server  # noqa: E402
 
+pytestmark = pytest.mark.integration
+
 DT_S = 0.05
 
 

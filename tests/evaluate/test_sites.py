@@ -32,6 +32,7 @@ def load(town):
     pytest.skip(f"{town}.xodr is in none of the folders of STUCKSOLVER_MAPS")
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(("town", "kind"), CASES)
 def test_every_site_keeps_its_promises(town, kind):
     town_map = load(town)

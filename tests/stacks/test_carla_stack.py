@@ -18,6 +18,8 @@ from stucksolver.scene.view import View  # noqa: E402
 from stucksolver.stacks.carla_stack import CarlaStack  # noqa: E402
 from stucksolver.stacks.driver import BehaviorDriver  # noqa: E402
 
+pytestmark = pytest.mark.integration
+
 STREET, STREET_END = (11, -1, 40.0), (13, -1, 100.0)
 AVENUE, AVENUE_END = (3, -1, 40.0), (3, -1, 400.0)
 WAIT = parse_behavior({"name": "wait", "duration_s": 5.0})

@@ -70,6 +70,7 @@ def test_on_the_avenue_the_double_line_binds_and_the_lane_beside_is_ours():
     ]
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("name", TOWNS)
 def test_arc_lengths_grow_and_the_reference_follows_the_waypoints_within_5_cm(name):
     for road, way in zip(some_roads(name), some_routes(name), strict=True):

@@ -21,6 +21,8 @@ from carlette.world.lights import Color
 from carlette.world.world import World
 from conftest import Camera
 
+pytestmark = pytest.mark.integration
+
 SEEN_AS = {Color.RED: 0, Color.GREEN: 1}
 """The strongest channel (red, green, blue) of a lit lamp."""
 

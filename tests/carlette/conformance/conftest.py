@@ -18,6 +18,7 @@ from stage import make_synchronous
 
 carla = pytest.importorskip("carla")
 
+HERE = Path(__file__).parent
 OURS = ("vehicle.", "walker.", "sensor.", "static.", "controller.")
 
 
@@ -32,6 +33,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    for item in items:
+        if HERE in item.path.parents:
+            item.add_marker(pytest.mark.integration)
     if config.getoption("--host", default=None):
         left_out = pytest.mark.skip(reason="CARLA does not promise this")
         for item in items:
