@@ -32,6 +32,7 @@ late_arms() {
 
 wrong() {
     arm "$1-$2" --suite "$1" --recovery "faulty:$2"
+    arm "$1-$2-heedless" --suite "$1" --recovery "faulty:$2" --heedless
     [ "$2" = silent ] || arm "$1-$2-unguarded" --suite "$1" --recovery "faulty:$2" --unguarded
 }
 

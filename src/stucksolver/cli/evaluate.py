@@ -49,6 +49,9 @@ def add_evaluate(commands: Any) -> argparse.ArgumentParser:
     parser.add_argument("--replays", choices=REPLAYS, default="failed", help="routes whose replay is kept")
     parser.add_argument("--record", action="store_true", help="keep a hash-chained record of each intervention")
     parser.add_argument("--unguarded", action="store_true", help="experiment: drive what is proposed, unproven")
+    parser.add_argument(
+        "--heedless", action="store_true", help="experiment: on a plan's path the driver brakes for nobody by itself"
+    )
     parser.add_argument("--maps", help="folders to search for towns, separated by ':'")
     parser.add_argument("--host", help="use the CARLA server at this address instead of starting carlette")
     parser.add_argument("--port", type=port, default=2000, help="of that server")
@@ -91,6 +94,7 @@ def run_evaluate(options: argparse.Namespace) -> int:
                 perception=options.perception,
                 ladder=options.ladder,
                 guarded=not options.unguarded,
+                heedless=options.heedless,
             ),
             seeds=_seeds(options),
             only=tuple(filter(None, options.routes.split(","))),

@@ -30,6 +30,7 @@ class Manifest(Model):
     perception: str
     detector: dict[str, float] = Field(default_factory=dict)
     guarded: bool = True
+    heedless: bool = False
     guidance: str = ""
     guidance_digest: str = ""
     ladder: str = ""

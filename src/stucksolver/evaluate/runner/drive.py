@@ -28,7 +28,7 @@ from stucksolver.evaluate.runner.weather import Weather
 from stucksolver.evaluate.scenarios.play import Play
 from stucksolver.evaluate.scenarios.setting import Setting
 from stucksolver.evaluate.server import Server, connect, set_synchronous
-from stucksolver.stacks.driver import BehaviorDriver, RoutePoint
+from stucksolver.stacks.driver import BehaviorDriver, DriverOptions, RoutePoint
 
 DT_S = 0.05
 HERO = "vehicle.lincoln.mkz_2020"
@@ -98,7 +98,9 @@ class _Drive:
     def __init__(self, job: RouteJob, setting: Setting, play: Play) -> None:
         self._job, self._setting, self._play = job, setting, play
         self._world, self._hero, self._line = setting.world, setting.hero, setting.route
-        driver = BehaviorDriver(self._hero, job.arm.driver.partition(":")[2] or "normal", carla_map=setting.map)
+        profile = job.arm.driver.partition(":")[2] or "normal"
+        options = DriverOptions(heeds_on_path=not job.arm.heedless)
+        driver = BehaviorDriver(self._hero, profile, options, carla_map=setting.map)
         driver.set_route(self._line.points + _beyond(self._line))
         self._driver, self._driven_route = driver, driver.route
         self._arm: Arm = make_arm(job.arm, self._hero, driver, setting.map, self._line, job.seed, job.records)

@@ -147,6 +147,7 @@ def manifest_of(spec: EvaluationSpec, routes: tuple[Route, ...]) -> Manifest:
         perception=arm.perception,
         detector=dict(arm.detector),
         guarded=arm.guarded,
+        heedless=arm.heedless,
         guidance="" if spec.guidance is None else spec.guidance.name,
         guidance_digest=file_digest(spec.guidance),
         ladder="" if arm.ladder is None else arm.ladder.name,

@@ -19,6 +19,7 @@ class ArmSpec:
     `recovery`: `none`, `timers`, or the reasoner of the ladder's rung `rules`, such as `rules` or `faulty:random`.
     `reasoner`: the one of its rung `model`, if any. `detector`: fields of `DetectorSettings` that differ from
     its defaults. `guarded`: False drives what is proposed without a proof, to see what the guard is worth.
+    `heedless`: while it drives a plan the driver brakes for nobody by itself, to see what the guard alone is worth.
     """
 
     driver: str = "behavior:normal"
@@ -29,13 +30,14 @@ class ArmSpec:
     ladder: Path | None = None
     detector: dict[str, float] = field(default_factory=dict)
     guarded: bool = True
+    heedless: bool = False
 
     @property
     def name(self) -> str:
         if self.recovery == "none":
             return "driver alone"
         helped = f"{self.recovery} + {self.reasoner}" if self.reasoner else self.recovery
-        return helped if self.guarded else f"{helped}, unguarded"
+        return helped + (", heedless" if self.heedless else "") + ("" if self.guarded else ", unguarded")
 
 
 @dataclass(frozen=True)

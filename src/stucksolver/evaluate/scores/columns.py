@@ -48,7 +48,8 @@ def run_name(summary: Summary) -> str:
     m = summary.manifest
     helped = {"none": "driver alone", "timers": "driver + timers"}.get(m.recovery, f"driver + {m.recovery}")
     helped += f" + {m.reasoner}" if m.reasoner else ""
-    return helped + (" + guidance" if m.guidance else "") + ("" if m.guarded else ", unguarded")
+    marks = (m.guidance and " + guidance", m.heedless and ", heedless", not m.guarded and ", unguarded")
+    return helped + "".join(mark for mark in marks if mark)
 
 
 def main_row(summary: Summary) -> Row:

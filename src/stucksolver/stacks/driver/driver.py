@@ -200,7 +200,9 @@ class BehaviorDriver:
         brisk = BRISK if self._give_way.going else USUAL
         unheeded = self._ignored | crossing.passing
         margin = SIDE_MARGIN_M if self._at_the_roadside else None
-        hazards = [h for h in concerns.hazards(path, way, around, margin) if h.actor_id not in unheeded]
+        heeds = self._options.heeds_on_path or not self._planner.following
+        found = concerns.hazards(path, way, around, margin) if heeds else []
+        hazards = [h for h in found if h.actor_id not in unheeded]
         self._hazard = hazards[0] if hazards else None
         allowed = [
             concerns.cruise(path, speed, self._vehicle.get_speed_limit(), self._command(), brisk),

@@ -20,5 +20,7 @@ class DriverOptions:
     """Bumper gap kept to what stands in a given path."""
     follow_deceleration: float = 3.0
     """Comfortable braking on a given path (m/s²)."""
+    heeds_on_path: bool = True
+    """Brake for what is in the way on a given path, too. Without it, whoever gave the path answers alone."""
     stop_line_gap_m: float = 1.0
     """Distance from the front bumper to a red light's stop line."""
