@@ -7,10 +7,11 @@ from benchmarks.guard_oracle.contact import Contact
 ANSWERS_S, HARD_MPS2 = 0.5, 6.0
 AT_REST_MPS = 0.1
 GO_OUR_WAY = ("leads", "queues", "comes up in the lane entered", "goes beside us", "filters past us")
-RESTS, SIDE, LEADS, UNSEEN = (
+RESTS, SIDE, LEADS, SILENT, UNSEEN = (
     "runs into the standing vehicle: those who meet one that stands keep their own distance",
     "steps off into our side: a step off the kerb is promised never to be met by the front",
     "traffic ahead in our lane: the stack follows it",
+    "in silence a path that is finished is watched by the stack's own braking only, which the oracle's vehicle lacks",
     "not in sight until it was too late to stop, by 6 m/s² after half a second",
 )
 
@@ -22,6 +23,8 @@ def excluded_by(contact: Contact) -> str | None:
         return UNSEEN
     if contact.role in GO_OUR_WAY and contact.their_part == "rear" and not contact.follows:
         return LEADS
+    if contact.order == "silent" and abs(contact.closing - abs(contact.ego_speed)) < AT_REST_MPS:
+        return SILENT
     walks = contact.kind == "pedestrian"
     if abs(contact.ego_speed) < AT_REST_MPS and (walks or contact.role in ("follows us",)):
         return RESTS

@@ -37,10 +37,16 @@ def test_nobody_is_touched_and_no_line_passed_whom_the_assumptions_do_not_exclud
             assert not row.get("missed"), row
 
 
-@pytest.mark.parametrize("found", [(78, 3)], ids=["pulls over before a cyclist who is beside us with little room"])
+FOUND = {
+    "pulls over before a cyclist who is beside us with little room": (1, 78, 3),
+    "backs up askew before a motorcycle in the next lane": (5, 311, 5),
+}
+
+
+@pytest.mark.parametrize("found", FOUND.values(), ids=FOUND)
 def test_what_it_once_found_stays_mended(found):
-    scene, k = found
-    row = next(row for row in scene_rows(SEED, scene, only=k))
+    seed, scene, k = found
+    row = next(row for row in scene_rows(seed, scene, only=k))
     assert "contact" not in row or row["excluded"], row
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from worlds import LANE_M, World, straight_road, thing
 
-from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane, KeepLane
+from stucksolver.decision.behaviors import BackUp, BorrowOncomingLane, ChangeLane, KeepLane
 from stucksolver.decision.manoeuvre import body_heading
 from stucksolver.guard import Guard
 from stucksolver.guard.tracking import tracked
@@ -114,3 +114,25 @@ def test_an_askew_start_ends_on_the_path(yaw):
 def test_what_is_beside_us_in_the_next_lane_is_not_swung_into_askew():
     world = World(MULTI, [thing("beside", 54.0, LANE_M - 0.6)], yaw=0.5)
     assert not GUARD.accept([ON], world.view(), False)[0].accepted
+
+
+def backing_beside(yaw, behind_m, aside_m, mps, kind=ObjectKind.MOTORCYCLE):
+    """Askew in the own lane, and somebody in the next one who comes up from behind."""
+    world = World(MULTI, [thing("beside", 60.0 - behind_m, aside_m, kind=kind, speed=mps)], yaw=yaw)
+    return world, GUARD.accept([BackUp(distance_m=5.0, speed_mps=1.4)], world.view(), False)[0]
+
+
+@pytest.mark.parametrize("behind_m", [12.0, 16.0, 20.0])
+def test_backing_up_askew_it_swings_its_tail_before_nobody_who_comes_up_beside_it(behind_m):
+    """Whoever backs up as they point, without steering, has their tail 1 m further aside after 2 m of way."""
+    side = 2.9
+    for yaw, aside in ((-0.5, side), (0.5, -side)):
+        world, verdict = backing_beside(yaw, behind_m, aside, 6.2)
+        tail = [world.x - 2.45 * math.cos(yaw), world.y - 2.45 * math.sin(yaw)]
+        assert abs(tail[1] - aside) < 2.0, "the tail points at their lane"
+        assert not verdict.accepted
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.05])
+def test_backing_up_straight_is_not_kept_from_it_by_who_goes_in_the_next_lane(yaw):
+    assert backing_beside(yaw, 16.0, -3.2, 6.2)[1].accepted

@@ -18,7 +18,7 @@ from stucksolver.guard.case import Case
 from stucksolver.guard.hand_back import clear_to_hand_back
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.guard.sight import seen
-from stucksolver.guard.tracking import tracked
+from stucksolver.guard.tracking import swung, tracked
 from stucksolver.guard.verdict import OK, Reject, RejectCode, Verdict
 from stucksolver.guard.ways_out import WayOut, brakes_hard, least_harm
 from stucksolver.scene.frenet import Mask
@@ -119,7 +119,7 @@ class Guard:
         view = self._facing(view, proven)
         way = tracked(proven.path, view, self.policy.tracking, reverse=proven.reverse)
         case = Case(view, way, self.policy, guided, approvals=approvals)
-        rejects = self._run(proven.checks, case) or stops_are_safe(case, proven.no_stop)
+        rejects = self._run(proven.checks, case) or self._swings(case, proven) or stops_are_safe(case, proven.no_stop)
         return (Verdict(rejects=tuple(rejects)), None) if rejects else (OK, proven)
 
     def allows_standing(self, behavior: Behavior, view: View, approvals: Approvals = NOBODY) -> Verdict:
@@ -147,7 +147,7 @@ class Guard:
         case = replace(case, stopped_at_s=proven.stopped_at_s)
         if not proven.committed(view.ego_s):
             known = [reject for reject in (self._stale(view), off) if reject]
-            rejects = known or self._run(proven.checks_on_tick, case)
+            rejects = known or self._run(proven.checks_on_tick, case) or self._swings(case, proven)
             return self._given_up(case, rejects) if rejects else OK
         if not case.in_oncoming_lane:
             red = checks.stop_line(case)
@@ -253,6 +253,14 @@ class Guard:
 
     def _run(self, names: tuple[Check, ...], case: Case) -> list[Reject]:
         return [reject for name in names for reject in CHECKS[name](case)]
+
+    def _swings(self, case: Case, proven: Proven) -> list[Reject]:
+        """Who is met by a body that backs up askew, if it is not straightened on the way?"""
+        if not proven.reverse:
+            return []
+        path = proven.path.from_station(case.view.ego_s) if case.running else proven.path
+        way = swung(path, case.view, self.policy.tracking, self.policy.stopping.lag_s)
+        return [] if way is None else checks.collision(replace(case, path=way))
 
     def _unreleased(self, behavior: Behavior, approvals: Approvals) -> Reject | None:
         needed = self.policy.release(behavior.name)

@@ -24,6 +24,7 @@ def tracked(path: Manoeuvre, view: View, policy: TrackingPolicy, *, reverse: boo
     """The path as the ego drives it from its real pose: the same stations with offsets and headings of the body.
 
     `view` and `path` are those of `View.backwards` with `reverse`; backing up, the body is straightened on the way.
+    That takes steering: `swung` is what becomes of it without.
     """
     target = path.d + _kept_error(path, view, policy)
     if reverse:
@@ -38,6 +39,22 @@ def tracked(path: Manoeuvre, view: View, policy: TrackingPolicy, *, reverse: boo
     offsets[:count], headings[:count] = np.interp(path.s[:count], s, d), np.interp(path.s[:count], s, yaw)
     headings[count - 1 :] = body_heading(course[count - 1 :], float(headings[count - 1]), lever)
     return replace(path, d=offsets, yaw=headings)
+
+
+def swung(path: Manoeuvre, view: View, policy: TrackingPolicy, lag_s: float) -> Manoeuvre | None:
+    """Backing up askew with the wheels straight: the body goes as it points, until its tracking error ends the plan.
+
+    `path` and `view` as for `tracked` with `reverse`. None where the body points along the path.
+    """
+    askew = view.ego_yaw - float(path.heading()[0])
+    if abs(askew) < policy.askew_rad:
+        return None
+    speed = float(path.speed.max())
+    ends_m = policy.error_m + math.sin(abs(askew)) * (
+        speed * lag_s + speed**2 / view.ego.limits.comfort_braking_mps2 / 2
+    )
+    beside = view.ego_d - path.d[0] + math.tan(askew) * (path.s - path.s[0])
+    return replace(path, d=path.d + np.clip(beside, -ends_m, ends_m), yaw=np.full(len(path.s), view.ego_yaw))
 
 
 def _kept_error(path: Manoeuvre, view: View, policy: TrackingPolicy) -> Array:
