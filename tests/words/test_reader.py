@@ -125,3 +125,39 @@ def test_broken_weights_are_named(tmp_path):
         NetworkReader(tmp_path).read("go", "")
     with pytest.raises(ReaderError, match=r"card\.json"):
         _ = NetworkReader(tmp_path).name
+
+
+STANDING = "Standing behind a stopped van, hazard lights on."
+
+
+@pytest.mark.parametrize(
+    ("text", "intent"),
+    [
+        ("overtake the delivery van, but mind the man beside it", "overtake"),
+        ("Go round it. Careful though.", "overtake"),
+        ("squeeze past, careful with the mirror", "overtake"),
+        ("You can pass, just look out for the door", "overtake"),
+        ("Drive on, but keep an eye on the kids", "go"),
+        ("back up, watch the post behind", "back_up"),
+        ("pull over and watch out for the bikes", "pull_over"),
+    ],
+)
+def test_a_call_for_care_does_not_take_a_request_back(text, intent):
+    assert READER.read(text, STANDING).intent.value == intent
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Pass him, careful, there is somebody coming",
+        "Go round. Careful, no, stop!",
+        "Don't overtake, mind the man beside it",
+        "You mustn't pass, be careful",
+        "overtake, but watch out, he isn't finished",
+        "go round but mind that they come first",
+        "mind the man beside it",
+        "I told her to pass, and to watch her back",
+    ],
+)
+def test_a_call_for_care_makes_no_request_of_what_is_none(text):
+    assert READER.read(text, STANDING).intent not in MOVES

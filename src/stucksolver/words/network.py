@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver.scene.reading import GuidanceIntent, Reading
-from stucksolver.words.fields import Doubt, Numbers, read_fields
+from stucksolver.words.caution import without_call_for_care
+from stucksolver.words.fields import MOVES, Doubt, Numbers, read_fields
 from stucksolver.words.halting import halts
 from stucksolver.words.pieces import encoded
 
@@ -55,6 +56,11 @@ class NetworkReader:
         """What `text` asks for. Raises `ReaderError` where the weights cannot be loaded."""
         if not text.strip():
             text = "..."
+        request = without_call_for_care(text)
+        if request is not None:
+            reading = read_fields(self.logits(request, situation), self._doubt, self.name)
+            if reading.intent in MOVES:
+                return reading
         reading = read_fields(self.logits(text, situation), self._doubt, self.name)
         if reading.intent is GuidanceIntent.UNCLEAR and halts(text):
             return reading.model_copy(update={"intent": GuidanceIntent.WAIT})
