@@ -6,12 +6,15 @@ from benchmarks.guard_oracle.contact import Contact
 
 ANSWERS_S, HARD_MPS2 = 0.5, 6.0
 AT_REST_MPS = 0.1
+TOLERANCE_M = 0.15
+"""What a tracking error takes of each gap."""
 GO_OUR_WAY = ("leads", "queues", "comes up in the lane entered", "goes beside us", "filters past us")
-RESTS, SIDE, LEADS, SILENT, UNSEEN = (
+RESTS, SIDE, LEADS, SILENT, FILTERS, UNSEEN = (
     "runs into the standing vehicle: those who meet one that stands keep their own distance",
     "steps off into our side: a step off the kerb is promised never to be met by the front",
     "traffic ahead in our lane: the stack follows it",
     "in silence a path that is finished is watched by the stack's own braking only, which the oracle's vehicle lacks",
+    "comes from behind in our own lane, and leaves less room beside us than a tracking error may take",
     "not in sight until it was too late to stop, by 6 m/s² after half a second",
 )
 
@@ -23,6 +26,8 @@ def excluded_by(contact: Contact) -> str | None:
         return UNSEEN
     if contact.role in GO_OUR_WAY and contact.their_part == "rear" and not contact.follows:
         return LEADS
+    if contact.role == "filters past us" and contact.room < TOLERANCE_M:
+        return FILTERS
     if contact.order == "silent" and abs(contact.closing - abs(contact.ego_speed)) < AT_REST_MPS:
         return SILENT
     walks = contact.kind == "pedestrian"

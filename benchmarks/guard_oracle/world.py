@@ -34,6 +34,7 @@ class World:
         self.others: list[Other] = setting.others
         self.begun = False
         self._s, self._d = setting.ego_s, setting.ego_d
+        self._first_d = setting.ego_d
         self._corners: list[tuple[float, float]] = []
         self._locate()
         for other in self.others:
@@ -43,6 +44,11 @@ class World:
     @property
     def ego_s(self) -> float:
         return self._s
+
+    def room_left_by(self, body: Body) -> float:
+        """The room (m) between a body and the ego, had the ego gone straight on in its lane since the start."""
+        _, d = self.road.find(body.x, body.y, self._s)
+        return abs(d - self._first_d) - (WIDTH_M + body.width) / 2
 
     @property
     def ego_speed(self) -> float:
