@@ -166,7 +166,7 @@ def test_a_run_ends_with_a_table_a_report_and_its_log(mark: str, out: Path) -> N
     said, errors = process.communicate(timeout=40)
     assert process.returncode == 0, errors
     head, _, row = said.splitlines()[:3]
-    assert head.startswith("scenario") and "completed" in row
+    assert head.startswith("run") and "completed" in row
     assert said.splitlines()[-1] == f"report: {out / 'report.html'}"
     assert "<html" in (out / "report.html").read_text(encoding="utf-8")
     assert sorted(p.name for p in out.rglob("*") if p.is_file()) == ["1-parked_car.json", "report.html"]

@@ -11,7 +11,7 @@ from stucksolver.evaluate.demo import DemoSpec, demo
 from stucksolver.evaluate.files import OutputError
 from stucksolver.evaluate.jobs import RunError
 from stucksolver.evaluate.report import ReportError
-from stucksolver.evaluate.table import table
+from stucksolver.evaluate.table import runs_table
 
 
 def run_demo(options: argparse.Namespace) -> int:
@@ -33,7 +33,7 @@ def run_demo(options: argparse.Namespace) -> int:
     except (RunError, OutputError, ReportError) as error:
         _end_line()
         raise UsageError(str(error)) from error
-    print(table(runs))
+    print(runs_table(runs))
     print(f"\nreport: {report}")
     return 0
 

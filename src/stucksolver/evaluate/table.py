@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stucksolver.evaluate.runlog import RunLog
+from stucksolver.evaluate.terminal import table
 
 HEAD = (
-    "scenario",
-    "arm",
+    "run",
     "ended",
     "completion %",
     "infractions",
@@ -19,12 +19,9 @@ HEAD = (
 )
 
 
-def table(runs: Sequence[RunLog]) -> str:
-    """One line for each run, columns aligned."""
-    rows = [HEAD, *(_row(run) for run in runs)]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(HEAD))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:]])
+def runs_table(runs: Sequence[RunLog]) -> str:
+    """A row for each run, or a column where rows would be too wide."""
+    return table(HEAD, [_row(run) for run in runs])
 
 
 def _row(run: RunLog) -> tuple[str, ...]:
@@ -34,8 +31,7 @@ def _row(run: RunLog) -> tuple[str, ...]:
     if r.time_to_recover_s is not None:
         recovered = f"{r.time_to_recover_s:.1f}"
     return (
-        run.scenario,
-        run.arm,
+        f"{run.scenario}; {run.arm}",
         r.status,
         f"{r.route_completion_pct:.1f}",
         infractions or "none",

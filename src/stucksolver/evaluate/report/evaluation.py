@@ -29,7 +29,6 @@ from stucksolver.evaluate.scores.columns import (
     PUBLISHED,
     RECOVERY_HEAD,
     SOURCE,
-    Row,
     ability_row,
     corrected_row,
     main_row,
@@ -40,6 +39,7 @@ from stucksolver.evaluate.scores.columns import (
 )
 from stucksolver.evaluate.scores.recovery import RecoveryFigures
 from stucksolver.evaluate.scores.summary import RouteRow, Summary
+from stucksolver.evaluate.terminal import Row
 
 COLUMNS_AT_MOST = 9
 Links = dict[tuple[str, int], str]

@@ -14,13 +14,13 @@ from stucksolver.evaluate.scores.columns import (
     HEAD,
     RECOVERY_HEAD,
     ability_row,
-    aligned,
     corrected_row,
     main_row,
     recovery_row,
     run_name,
 )
 from stucksolver.evaluate.scores.summary import RouteRow, Summary
+from stucksolver.evaluate.terminal import filled, table
 from stucksolver.reason.make import unanswered_banner
 
 CSV_HEAD = (
@@ -48,18 +48,25 @@ CSV_HEAD = (
 )
 
 
+MEANING = (
+    "RC: route completion, %. IS: infraction score, 1 without infractions. DS: driving score, the mean of RC x IS. "
+    "SR: success rate, the routes driven to their end without an infraction."
+)
+
+
 def summary_text(summaries: list[Summary]) -> str:
-    """All tables for a terminal, a line for each run."""
+    """All tables for a terminal."""
     main = [row for s in summaries for row in (main_row(s), corrected_row(s))]
     parts = [
-        aligned(HEAD, main),
-        aligned(ABILITY_HEAD, [ability_row(s) for s in summaries]),
-        aligned(RECOVERY_HEAD, [recovery_row(s) for s in summaries]),
-        "\n".join(f"{run_name(s)}: {_statuses(s)}" for s in summaries),
+        table(HEAD, main),
+        filled(MEANING),
+        table(ABILITY_HEAD, [ability_row(s) for s in summaries]),
+        table(RECOVERY_HEAD, [recovery_row(s) for s in summaries]),
+        "\n".join(filled(f"{run_name(s)}: {_statuses(s)}") for s in summaries),
     ]
     warned = [banner for s in summaries for banner in banners(s)]
     words = [f"guidance to {run_name(s)}: {guidance_text(s)}" for s in summaries if s.recovery.said]
-    return "\n\n".join([*parts, *words, *warned])
+    return "\n\n".join([*parts, *map(filled, words), *map(filled, warned)])
 
 
 def banners(summary: Summary) -> list[str]:

@@ -9,8 +9,9 @@ from pathlib import Path
 
 from stucksolver.evaluate.files import write_text
 from stucksolver.evaluate.report.plots import DPI
-from stucksolver.evaluate.scores.columns import aligned, number
+from stucksolver.evaluate.scores.columns import number
 from stucksolver.evaluate.scores.summary import Summary
+from stucksolver.evaluate.terminal import table
 from stucksolver.plotting import can_plot
 
 AXES: dict[str, Callable[[Summary], float | None]] = {
@@ -31,7 +32,7 @@ def write_tradeoff(summaries: Mapping[str, Summary], folder: Path) -> str:
     write_text(folder / "tradeoff.csv", text.getvalue())
     if can_plot():
         _plot(summaries, folder / "tradeoff.png")
-    return aligned(HEAD, rows)
+    return table(HEAD, rows)
 
 
 def _row(label: str, summary: Summary) -> tuple[str, ...]:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from stucksolver.evaluate.scores.ability import ABILITIES
 from stucksolver.evaluate.scores.summary import Summary
+from stucksolver.evaluate.terminal import Row
 
 HEAD = ("Run", "Scheme", "Modality", "Clock", "RC", "IS", "DS", "SR %", "Efficiency", "Comfort")
 NOT_COMPARABLE = "reported on CARLA, not comparable"
@@ -36,8 +36,6 @@ PUBLISHED = (
     Published("VAD", (38.65, 17.27, 163.74, 67.34), (13.04, 17.19, 29.82, 16.67, 19.77, 19.30)),
     Published("ADMLP", (35.39, 0.00, 64.92, 20.95), (0.00, 0.00, 0.00, 0.00, 45.35, 9.07)),
 )
-
-Row = tuple[str, ...]
 
 
 def number(value: float | None, digits: int = 2) -> str:
@@ -152,11 +150,3 @@ def recovery_row(summary: Summary) -> Row:
 
 def _beside(count: int, alone: int | None) -> str:
     return str(count) if alone is None else f"{count} ({alone})"
-
-
-def aligned(head: Row, rows: Sequence[Row]) -> str:
-    """A table for a terminal."""
-    every = [head, *rows]
-    widths = [max(len(row[i]) for row in every) for i in range(len(head))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in every]
-    return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:]])

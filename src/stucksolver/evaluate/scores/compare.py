@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from stucksolver.evaluate.scores.columns import RECOVERY_HEAD as RECOVERY
-from stucksolver.evaluate.scores.columns import aligned, number, recovery_row, run_name
+from stucksolver.evaluate.scores.columns import number, recovery_row, run_name
 from stucksolver.evaluate.scores.statistics import Difference, Interval, bootstrap, compare_pairs
 from stucksolver.evaluate.scores.summary import RouteRow, Summary
+from stucksolver.evaluate.terminal import table
 
 FIGURES: dict[str, Callable[[RouteRow], float]] = {
     "driving score": lambda row: row.score,
@@ -62,7 +63,7 @@ def comparison_text(first: Summary, second: Summary, compared: Compared) -> str:
         (name, _interval(a), _interval(b), _interval(d.difference), f"{d.p:.4f}", str(d.pairs))
         for name, (a, b, d) in compared.items()
     ]
-    parts = [aligned(head, rows), aligned(RECOVERY, [recovery_row(first), recovery_row(second)])]
+    parts = [table(head, rows), table(RECOVERY, [recovery_row(first), recovery_row(second)])]
     won, lost = _flips(first, second)
     parts.append(f"won by B: {', '.join(won) or 'none'}\nlost by B: {', '.join(lost) or 'none'}")
     return "\n\n".join(parts)
