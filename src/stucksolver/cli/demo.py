@@ -11,7 +11,9 @@ from stucksolver.evaluate.demo import DemoSpec, demo
 from stucksolver.evaluate.files import OutputError
 from stucksolver.evaluate.jobs import RunError
 from stucksolver.evaluate.report import ReportError
-from stucksolver.evaluate.table import runs_table
+from stucksolver.evaluate.table import conversation, runs_table
+from stucksolver.scene import MAX_WORDS
+from stucksolver.words import NoReader, find_reader
 
 
 def run_demo(options: argparse.Namespace) -> int:
@@ -27,6 +29,7 @@ def run_demo(options: argparse.Namespace) -> int:
         out=options.out,
         host=options.host,
         port=options.port,
+        say=_words(options.say),
     )
     try:
         runs, report = demo(spec, _say)
@@ -34,8 +37,24 @@ def run_demo(options: argparse.Namespace) -> int:
         _end_line()
         raise UsageError(str(error)) from error
     print(runs_table(runs))
+    if options.say is not None:
+        print("\n" + "\n\n".join(conversation(run) for run in runs))
     print(f"\nreport: {report}")
     return 0
+
+
+def _words(text: str | None) -> str | None:
+    """Words that can be said. Raises `UsageError`."""
+    if text is None:
+        return None
+    if not text.strip():
+        raise UsageError('--say: nothing is said; give a sentence, as in --say "please go round it"')
+    if len(text) > MAX_WORDS:
+        raise UsageError(f"--say: {len(text)} characters; at most {MAX_WORDS} are listened to")
+    reader = find_reader()
+    if isinstance(reader, NoReader):
+        raise UsageError(reader.why)
+    return text
 
 
 _written = 0

@@ -58,6 +58,7 @@ def _parser() -> argparse.ArgumentParser:
         help="cars that come towards us where there is one lane each way",
     )
     demo.add_argument("--clock", default="lockstep", help="lockstep, latency:SECONDS or latency:measured")
+    demo.add_argument("--say", metavar="WORDS", help="what a passenger says in both streets, instead of our own script")
     demo.add_argument("--out", type=Path, default=Path("out/demo"), help="folder for results")
     demo.add_argument("--host", help="use the CARLA server at this address instead of starting carlette")
     demo.add_argument("--port", type=port, default=2000, help="of that server")

@@ -14,7 +14,8 @@ from stucksolver.evaluate.report import write_report
 from stucksolver.evaluate.runlog import RunLog
 from stucksolver.evaluate.situation import Scenario
 
-WORDS = (8.0, "please overtake them")
+SAY_S = 8.0
+WORDS = (SAY_S, "please overtake them")
 ALONE, HELPED, GUIDED = "driver alone", "StuckSolver", "StuckSolver + passenger"
 ARMS = (
     (Scenario.PARKED_CAR, ALONE),
@@ -22,6 +23,7 @@ ARMS = (
     (Scenario.CYCLISTS, HELPED),
     (Scenario.CYCLISTS, GUIDED),
 )
+SPOKEN = ((Scenario.PARKED_CAR, GUIDED), (Scenario.CYCLISTS, GUIDED))
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,13 @@ class DemoSpec:
     out: Path = Path("out/demo")
     host: str | None = None
     port: int = 2000
+    say: str | None = None
+    """What a passenger says in place of the demonstration's own words; then both streets are driven with it alone."""
+
+    @property
+    def arms(self) -> tuple[tuple[Scenario, str], ...]:
+        """What is driven, in this order."""
+        return ARMS if self.say is None else SPOKEN
 
 
 def demo(spec: DemoSpec, say: Callable[[str], None]) -> tuple[list[RunLog], Path]:
@@ -48,8 +57,8 @@ def demo(spec: DemoSpec, say: Callable[[str], None]) -> tuple[list[RunLog], Path
     require_writable(spec.out / "runs")
     runs: list[RunLog] = []
     notes = _notes(spec)
-    for k, (scenario, arm) in enumerate(ARMS, 1):
-        label = f"[{k}/{len(ARMS)}] {scenario.value.replace('_', ' ')}: {arm}"
+    for k, (scenario, arm) in enumerate(spec.arms, 1):
+        label = f"[{k}/{len(spec.arms)}] {scenario.value.replace('_', ' ')}: {arm}"
         log, repeated = make(_job(spec, scenario, arm, k), partial(_progress, say, label))
         runs.append(log)
         say(f"{label}: {log.result.status} after {log.result.duration_s:.0f} s\n")
@@ -69,7 +78,7 @@ def _job(spec: DemoSpec, scenario: Scenario, arm: str, number: int) -> Job:
         scenario=scenario,
         arm=arm,
         with_solver=arm != ALONE,
-        guidance=(WORDS,) if arm == GUIDED else (),
+        guidance=() if arm != GUIDED else (WORDS if spec.say is None else (SAY_S, spec.say),),
         map_name=spec.map_name,
         maps=spec.maps,
         road=spec.road,

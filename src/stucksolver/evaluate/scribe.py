@@ -19,7 +19,7 @@ LIGHT_RANGE_M = 120.0
 
 Kind = Literal["guidance", "directive", "abort", "outcome", "infraction", "stuck", "run"]
 _KINDS: dict[EventKind, Kind] = {
-    EventKind.GUIDANCE: "guidance",
+    EventKind.ASKED_BACK: "outcome",
     EventKind.ABORTED: "abort",
     EventKind.FINISHED: "outcome",
     EventKind.RECOVERED: "outcome",
@@ -125,5 +125,9 @@ class Scribe:
                     verdict=verdict,
                 )
             )
+        elif event.kind is EventKind.GUIDANCE:
+            self.event(time_s, "guidance", event.text)
+            if event.reading is not None:
+                self.event(time_s, "outcome", f"understood: {event.reading.told}")
         elif event.kind in _KINDS:
             self.event(time_s, _KINDS[event.kind], event.text)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stucksolver.evaluate.runlog import RunLog
-from stucksolver.evaluate.terminal import table
+from stucksolver.evaluate.runlog import DecisionMoment, RunLog
+from stucksolver.evaluate.terminal import filled, table
 
 HEAD = (
     "run",
@@ -18,10 +18,34 @@ HEAD = (
     "plans",
 )
 
+_TOLD = ("guidance", "outcome", "abort", "directive", "infraction")
+
 
 def runs_table(runs: Sequence[RunLog]) -> str:
     """A row for each run, or a column where rows would be too wide."""
     return table(HEAD, [_row(run) for run in runs])
+
+
+def conversation(run: RunLog) -> str:
+    """What was said, what it was understood as, why the vehicle waited, and what came of it, a line each."""
+    said = next((event.time_s for event in run.events if event.kind == "guidance"), None)
+    if said is None:
+        return ""
+    lines = [(event.time_s, event.kind == "guidance", event.text) for event in run.events if event.kind in _TOLD]
+    lines += [(moment.time_s, False, _decided(moment)) for moment in run.decisions]
+    told = [f"{run.scenario}:"]
+    last = ""
+    for time_s, spoken, text in sorted(line for line in lines if line[0] >= said):
+        about = text.split(",")[0]
+        if spoken or about != last:
+            told.append(filled(f"{time_s:5.1f} s  {'passenger' if spoken else 'car'}: {text}"))
+        last = about
+    return "\n".join(told)
+
+
+def _decided(moment: DecisionMoment) -> str:
+    rationale = str(moment.decision.get("rationale", ""))
+    return f"{rationale}: {moment.verdict}" if moment.verdict.startswith("refused") else rationale
 
 
 def _row(run: RunLog) -> tuple[str, ...]:

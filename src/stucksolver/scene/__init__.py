@@ -21,6 +21,7 @@ from stucksolver.scene.road import (
     ZoneKind,
 )
 from stucksolver.scene.scene import (
+    MAX_WORDS,
     AvailableBehavior,
     CameraImage,
     CandidateWaypoint,
@@ -44,6 +45,7 @@ from stucksolver.scene.surroundings import (
 )
 
 __all__ = [
+    "MAX_WORDS",
     "MOTOR_VEHICLES",
     "ON_FOOT",
     "PASSABLE_KINDS",

@@ -92,3 +92,15 @@ class Reading(Model):
     likely: GuidanceIntent
     reader: str
     """Name and version of what has read the words."""
+
+    @property
+    def told(self) -> str:
+        """For people: `overtake on the left (91 %)`, `unclear (overtake? 87 %)`."""
+        intent, likely = (one.value.replace("_", " ") for one in (self.intent, self.likely))
+        sure = f"{100 * self.confidence:.0f} %"
+        if intent != likely:
+            return f"{intent} ({likely}? {sure})"
+        if self.intent is GuidanceIntent.NONE:
+            return f"nothing to do with the driving ({sure})"
+        side = f" on the {self.side.value}" if self.side is not None else ""
+        return f"{intent}{side} ({sure})"

@@ -107,10 +107,14 @@ class CameraImage(Model):
     jpeg: Base64Bytes
 
 
+MAX_WORDS = 500
+"""Characters of what a passenger says that are listened to."""
+
+
 class Guidance(Model):
     """What a passenger said. Advice and data, never an instruction to the system."""
 
-    text: str = Field(max_length=500)
+    text: str = Field(max_length=MAX_WORDS)
     time_s: float
     reading: Reading | None = None
     """What the words were read as, by the vehicle's own reader; None where nobody has read them."""

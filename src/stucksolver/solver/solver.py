@@ -8,7 +8,7 @@ from collections.abc import Callable
 from stucksolver.decision import CONTINUE, Directive
 from stucksolver.detect import DetectorSettings, Trigger
 from stucksolver.ladder.moves import Person
-from stucksolver.scene import Status, Surroundings
+from stucksolver.scene import MAX_WORDS, Status, Surroundings
 from stucksolver.solver.deliberation import Deliberation
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.execution import STAND
@@ -49,8 +49,8 @@ class StuckSolver(Deliberation):
         return self._detector.settings
 
     def guide(self, text: str) -> None:
-        """Take a passenger's words, at any time; they count from the next step on. Longer than 500 is cut."""
-        self._said = text[:500]
+        """Take a passenger's words, at any time; they count from the next step on. Longer than `MAX_WORDS` is cut."""
+        self._said = text[:MAX_WORDS]
 
     @property
     def pending_question(self) -> Question | None:

@@ -94,7 +94,7 @@ def _row(draw: ImageDraw.ImageDraw, top: int, wording: Wording, result: CaseResu
         draw.text((MARGIN, top + 9 + 21 * i), line, INK, font=_font(wording.text, 16))
     left = MARGIN + TEXT_W
     reading = read_as(result)
-    draw.text((left, top + 9), _told(reading), INK, font=ImageFont.load_default(16))
+    draw.text((left, top + 9), "nothing" if reading is None else reading.told, INK, font=ImageFont.load_default(16))
     if wording.meant is not None:
         draw.text((left, top + 31), f"meant: {wording.meant.replace('_', ' ')}", GREY, font=ImageFont.load_default(13))
     _chart(draw, left + READ_W, top, result)
@@ -103,13 +103,6 @@ def _row(draw: ImageDraw.ImageDraw, top: int, wording: Wording, result: CaseResu
     draw.text((at, top + 9), outcome(result), colour, font=ImageFont.load_default(16))
     last = next((e.text for e in reversed(result.events) if e.text.startswith('"')), "")
     draw.text((at, top + 31), last.rpartition('": ')[2][:44], GREY, font=ImageFont.load_default(13))
-
-
-def _told(reading: Reading | None) -> str:
-    if reading is None:
-        return "nothing"
-    said, likely = (one.value.replace("_", " ") for one in (reading.intent, reading.likely))
-    return f"{said}, {reading.confidence:.2f}" if said == likely else f"{said} ({likely}? {reading.confidence:.2f})"
 
 
 def _chart(draw: ImageDraw.ImageDraw, left: int, top: int, result: CaseResult) -> None:

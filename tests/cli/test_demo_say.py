@@ -1,0 +1,41 @@
+"""`demo --say`: any sentence of a passenger's, driven in both streets."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from stucksolver.cli.main import main
+
+pytest.importorskip("onnxruntime", reason="the reader of words is not installed: pip install 'stucksolver[words]'")
+
+
+def said(tmp_path, capsys, words):
+    assert main(["demo", "--out", str(tmp_path), "--say", words]) == 0
+    logs = [json.loads(path.read_text(encoding="utf-8")) for path in sorted((tmp_path / "runs").glob("*.json"))]
+    return capsys.readouterr().out, logs
+
+
+@pytest.mark.integration
+def test_it_says_what_it_understood_why_it_waits_and_what_came_of_it(tmp_path, capsys):
+    out, logs = said(tmp_path, capsys, "Be a dear and slip round that one in front")
+    assert [log["result"]["plans_accepted"] for log in logs] == [1, 1]
+    assert out.count("passenger: Be a dear and slip round that one in front") == 2
+    assert out.count("car: understood: overtake (") == 2
+    assert "in the oncoming lane" in out and out.count(": done") == 2
+    assert max(map(len, out.splitlines())) <= max(80, len(str(tmp_path)) + 30)
+
+
+@pytest.mark.integration
+def test_a_refusal_is_understood_and_the_cyclists_are_followed(tmp_path, capsys):
+    out, logs = said(tmp_path, capsys, "Leave those two on their bikes alone, please, no overtaking")
+    assert "understood: " in out and "understood: overtake" not in out
+    assert logs[1]["result"]["plans_accepted"] == 0
+
+
+@pytest.mark.parametrize(("words", "why"), [("  ", "nothing is said"), ("x" * 501, "at most 500")])
+def test_what_cannot_be_said_is_refused_before_anything_is_driven(tmp_path, capsys, words, why):
+    assert main(["demo", "--out", str(tmp_path / "out"), "--say", words]) == 2
+    assert why in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
