@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.guard_oracle.contact import Contact
+from benchmarks.guard_oracle.others import STOOD_LONG_S
 
 ANSWERS_S, HARD_MPS2 = 0.5, 6.0
 AT_REST_MPS = 0.1
@@ -29,12 +30,14 @@ def excluded_by(contact: Contact) -> str | None:
         return LEADS
     if contact.role == "filters past us" and contact.room < TOLERANCE_M:
         return FILTERS
-    if contact.role == "queues" and contact.their_part == "front" and contact.seen_mps < AT_REST_MPS:
+    if contact.role == "queues" and contact.their_part == "front":
         return SETS_OFF
-    if contact.order == "silent" and abs(contact.closing - abs(contact.ego_speed)) < AT_REST_MPS:
+    stands, never_seen = abs(contact.closing - abs(contact.ego_speed)) < AT_REST_MPS, contact.seen_s == 0.0
+    if contact.order == "silent" and (stands or never_seen):
         return SILENT
     walks = contact.kind == "pedestrian"
-    if abs(contact.ego_speed) < AT_REST_MPS and (walks or contact.role in ("follows us",)):
+    stood_long = contact.role == "crosses" and contact.stood_s >= STOOD_LONG_S
+    if abs(contact.ego_speed) < AT_REST_MPS and (walks or stood_long or contact.role == "follows us"):
         return RESTS
     if contact.role.startswith("steps") and contact.part != "front":
         return SIDE

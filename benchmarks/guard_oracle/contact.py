@@ -32,6 +32,8 @@ class Contact:
     from_start: bool
     follows: bool
     """Did the stack keep its distance to who goes ahead?"""
+    stood_s: float
+    """For how long the ego had been standing."""
     room: float
     """What the other would have had beside us, had we gone straight on from where we were at the start (m)."""
     order: str
@@ -56,6 +58,7 @@ def contact_with(world: World, other: Other, order: str, silent: bool) -> Contac
         other.seen_from[1],
         other.seen_at == 0.0,
         ego.manner.follows,
+        world.ego_stood,
         world.room_left_by(other.body),
         "silent" if silent else order,
     )

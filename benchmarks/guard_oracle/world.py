@@ -144,8 +144,9 @@ class World:
         ]
 
     def _leader(self) -> tuple[float, float]:
-        """Gap to, and speed of, the next one that goes, or went, our way before us."""
-        _, front, right, left = self.ego_span()
+        """Gap to, and speed of, the next one that goes, or went, our way before our front."""
+        front = self.ego_span()[1]
+        right, left = sorted(d for _, d in self._corners[:2])
         found = (math.inf, 0.0)
         for o in self.others:
             if not isinstance(o, AlongLane) or o.way < 0 or (o.v < 0.3 and o.role == "queues"):

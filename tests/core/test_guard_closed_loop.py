@@ -40,6 +40,13 @@ def test_nobody_is_touched_and_no_line_passed_whom_the_assumptions_do_not_exclud
 FOUND = {
     "pulls over before a cyclist who is beside us with little room": (1, 78, 3),
     "backs up askew before a motorcycle in the next lane": (5, 311, 5),
+    "drifts by 6 cm a second into a parked van": (5, 7518, 3),
+    "drifts into a parked truck while it stops": (5, 7995, 3),
+    "drifts into a cyclist who filters past": (5, 9544, 1),
+    "sets off from rest before a motorcycle that crosses": (5, 10101, 1),
+}
+HARMLESS_FROM_REST = {
+    "a motorcycle": (5, 10101, 1),
 }
 
 
@@ -48,6 +55,13 @@ def test_what_it_once_found_stays_mended(found):
     seed, scene, k = found
     row = next(row for row in scene_rows(seed, scene, only=k))
     assert "contact" not in row or row["excluded"], row
+
+
+@pytest.mark.parametrize("found", HARMLESS_FROM_REST.values(), ids=HARMLESS_FROM_REST)
+def test_who_runs_into_it_then_runs_into_a_vehicle_that_stands(found):
+    seed, scene, k = found
+    row = next(row for row in scene_rows(seed, scene, only=k))
+    assert row["contact"]["ego_speed"] == 0.0
 
 
 def sees_contact(numbers):

@@ -21,7 +21,8 @@ class Case:
     """Two speed hypotheses are carried: the ego as quick as comfort allows, and a sluggish one.
 
     `running`: the plan is under way, so that it is also a question what can still be done. `stopped_at_s`: arc lengths
-    of the lines of dark lights and stop signs at which the ego stood when the plan was begun.
+    of the lines of dark lights and stop signs at which the ego stood when the plan was begun. `error_m`, `error_rad`:
+    how far the ego is beside the path that was proven, and turned from it; left positive.
     """
 
     view: View
@@ -31,6 +32,8 @@ class Case:
     running: bool = False
     approvals: Approvals = NOBODY
     stopped_at_s: tuple[float, ...] = ()
+    error_m: float = 0.0
+    error_rad: float = 0.0
 
     @cached_property
     def quick(self) -> Rollout:

@@ -12,7 +12,7 @@ from stucksolver.guard.policy import GuardPolicy
 from stucksolver.guard.predict import moving_gaps, profiles, relevant, standing_gaps, times
 from stucksolver.guard.rss import rss_lateral, step_off
 from stucksolver.guard.verdict import Reject, RejectCode
-from stucksolver.scene.frenet import Array
+from stucksolver.scene.frenet import Array, Mask
 from stucksolver.scene.objects import ObjectKind, TrackedObject
 from stucksolver.scene.surroundings import ControlKind, LightState
 from stucksolver.scene.view import MOVING_MPS, View
@@ -71,11 +71,29 @@ def _too_near(case: Case, which: Array, gap: Array, margin: Array, t: Array) -> 
     # What is already nearer than the bound counts only when the plan brings it nearer still.
     gaps = case.policy.clearance
     bad = (gap < margin - (gaps.tracked_gap_m if case.running else 0.0)) & (gap < gap[0] - gaps.nearer_m)
+    bad[0] |= _drifted_to(case, which) & (gap[0] < gaps.drifted_gap_m + _still_to_drift(case))
     if not bad.any():
         return []
     worst = np.where(bad, gap, np.inf).min(axis=0)
     nearest = [k for k in np.argsort(worst)[:NAMED] if np.isfinite(worst[k])]
     return [_reject(case, int(which[k]), float(t[bad[:, k].argmax()]), float(worst[k])) for k in nearest]
+
+
+def _drifted_to(case: Case, which: Array) -> Mask:
+    """(objects,): those on whose side of its path the ego is, by more than localisation is good for."""
+    if abs(case.error_m) < case.policy.tracking.beside_m:
+        return np.zeros(len(which), bool)
+    result: Mask = (case.view.d[which] - case.view.ego_d) * case.error_m > 0.0
+    return result
+
+
+def _still_to_drift(case: Case) -> float:
+    """How much further aside the body comes while it stops, as it points now (m)."""
+    if case.error_m * case.error_rad <= 0.0:
+        return 0.0
+    speed = case.view.ego.speed_mps
+    way_m = speed * case.policy.stopping.lag_s + speed**2 / (2 * case.view.ego.limits.comfort_braking_mps2)
+    return float(np.sin(min(abs(case.error_rad), np.pi / 2)) * way_m)
 
 
 def _doors(case: Case, standing: Array, gap: Array) -> list[Reject]:

@@ -144,7 +144,8 @@ class Guard:
         # The stack shows another window of the road as it gets on: the lanes entered are looked up in this one.
         rest = replace(rest, enters=tuple(view.frame.same_lane(lane) for lane in rest.enters))
         case = Case(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
-        case = replace(case, stopped_at_s=proven.stopped_at_s)
+        error_m, error_rad = self._error(proven, view)
+        case = replace(case, stopped_at_s=proven.stopped_at_s, error_m=error_m, error_rad=error_rad)
         if not proven.committed(view.ego_s):
             known = [reject for reject in (self._stale(view), off) if reject]
             rejects = known or self._run(proven.checks_on_tick, case) or self._swings(case, proven)
@@ -283,10 +284,16 @@ class Guard:
         return Reject(code=RejectCode.OVERSPEED, detail=f"drives {now:.1f} m/s, the plan allows {cap:.1f} m/s")
 
     def _off_path(self, proven: Proven, view: View) -> Reject | None:
-        error = abs(view.ego_d - float(np.interp(view.ego_s, proven.path.s, proven.path.d)))
+        error = abs(self._error(proven, view)[0])
         if error <= self.policy.tracking.error_m:
             return None
         return Reject(code=RejectCode.DEVIATION, detail=f"{error:.1f} m beside the proven path", gap_m=error)
+
+    def _error(self, proven: Proven, view: View) -> tuple[float, float]:
+        """How far the ego is beside the path that was proven (m), and turned from it (rad); left positive."""
+        path = proven.path
+        beside = view.ego_d - float(np.interp(view.ego_s, path.s, path.d))
+        return beside, view.ego_yaw - float(np.interp(view.ego_s, path.s, path.heading()))
 
 
 def _unsound(behaviors: Sequence[Behavior], view: View) -> Reject | None:

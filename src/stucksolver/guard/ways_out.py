@@ -44,6 +44,10 @@ def least_harm(case: Case, giving_way: bool) -> WayOut:
     on = _finishing(case, giving_way)
     if on is None:
         return FINISH
+    rests = abs(case.view.ego.speed_mps) < case.policy.stopping.rests_mps
+    if rests and not case.on_rails(case.view.ego_s):
+        # Whoever runs into a vehicle that stands could have stopped; nobody is driven into from rest.
+        return WayOut(Abort.GIVE_WAY, limits.comfort_braking_mps2)
     found = [(_rank(on, on_rails=False), FINISH)]
     for braking in (limits.comfort_braking_mps2, limits.max_braking_mps2):
         met, end_s = _stopping(case, braking)
