@@ -10,13 +10,14 @@ AT_REST_MPS = 0.1
 TOLERANCE_M = 0.15
 """What a tracking error takes of each gap."""
 GO_OUR_WAY = ("leads", "queues", "comes up in the lane entered", "goes beside us", "filters past us")
-RESTS, SIDE, LEADS, SILENT, FILTERS, SETS_OFF, UNSEEN = (
+RESTS, SIDE, LEADS, SILENT, FILTERS, SETS_OFF, HIDDEN, UNSEEN = (
     "runs into the standing vehicle: those who meet one that stands keep their own distance",
     "steps off into our side: a step off the kerb is promised never to be met by the front",
     "traffic ahead in our lane: the stack follows it",
     "in silence a path that is finished is watched by the stack's own braking only, which the oracle's vehicle lacks",
     "comes from behind in our own lane, and leaves less room beside us than a tracking error may take",
     "not covered: stands before us, sets off while we pass, and does not brake for who is entering their lane",
+    "not covered: on a crossing road, and not in sight when the plan was begun",
     "not in sight until it was too late to stop, by 6 m/s² after half a second",
 )
 
@@ -30,6 +31,8 @@ def excluded_by(contact: Contact) -> str | None:
         return LEADS
     if contact.role == "filters past us" and contact.room < TOLERANCE_M:
         return FILTERS
+    if contact.role == "crosses" and not contact.from_start:
+        return HIDDEN
     if contact.role == "queues" and contact.their_part == "front":
         return SETS_OFF
     stands, never_seen = abs(contact.closing - abs(contact.ego_speed)) < AT_REST_MPS, contact.seen_s == 0.0
