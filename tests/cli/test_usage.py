@@ -175,3 +175,11 @@ def test_the_example_says_that_nobody_serves_it_in_one_line(arguments, told):
     done = without((), AGENTS + RUN_EXAMPLE, *arguments)
     assert done.returncode == 1 and done.stderr.count("\n") == 1, done.stderr
     assert told in done.stderr
+
+
+def test_a_reader_of_the_output_that_has_had_enough_gets_no_traceback():
+    program = "import sys; from stucksolver.cli.main import main; sys.exit(main(['ladder']))"
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    assert process.returncode in (0, 141)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from stucksolver.cli.arguments import Parser, at_least, installed_version, port, whole
 from stucksolver.cli.cases import add_cases, run_cases_command
+from stucksolver.cli.doctor import add_doctor, run_doctor
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.evaluate import add_evaluate, run_evaluate
 from stucksolver.cli.ladder import add_ladder, run_ladder
@@ -21,18 +23,27 @@ from stucksolver.cli.watch import add_watch, run_watch
 
 SUPPORTED = "Python 3.10, 3.11 or 3.12 on Linux x86-64"
 
+PIPE_CLOSED = 128 + 13
+"""As a shell has it for a program that ends by SIGPIPE."""
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of the `stucksolver` command; returns the exit code."""
     options = _parser().parse_args(arguments)
     try:
-        return int(options.run(options))
+        code = int(options.run(options))
+        sys.stdout.flush()
+        return code
     except KeyboardInterrupt:
         print("\ninterrupted", file=sys.stderr)
         return 130
     except UsageError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
+    except BrokenPipeError:
+        # Whoever read the output has had enough. Python would complain once more while it closes the stream.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return PIPE_CLOSED
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -72,6 +83,7 @@ def _parser() -> argparse.ArgumentParser:
     add_prompt(commands).set_defaults(run=run_prompt)
     add_words(commands).set_defaults(run=run_words)
     add_cases(commands).set_defaults(run=_cases)
+    add_doctor(commands).set_defaults(run=run_doctor)
     return parser
 
 

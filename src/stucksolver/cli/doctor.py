@@ -1,0 +1,191 @@
+"""`stucksolver doctor`: what is installed here, what is missing, and how to get it."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import os
+import platform
+import shutil
+import socket
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, Literal
+
+from stucksolver.cli.arguments import installed_version
+from stucksolver.evaluate.terminal import filled
+
+State = Literal["ok", "absent", "missing", "broken"]
+"""`absent`: not there, and only needed for what it says."""
+ABOUT = "say what is installed here, what is missing, and how to get it"
+CARLA_PORT = 2000
+ANSWERS_S = 20.0
+FREE_MIB = 500
+"""A demonstration writes a few MiB, an evaluation of 220 routes a few hundred."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at. `needed`: without it the demonstration does not run."""
+
+    name: str
+    state: State
+    detail: str
+    remedy: str = ""
+    needed: bool = False
+
+
+def add_doctor(commands: Any) -> argparse.ArgumentParser:
+    """Register the command."""
+    parser: argparse.ArgumentParser = commands.add_parser("doctor", help=ABOUT, description=ABOUT)
+    parser.add_argument("--json", action="store_true", help="print it for a script")
+    return parser
+
+
+def run_doctor(options: argparse.Namespace) -> int:
+    """1 where something is missing or broken that the demonstration needs."""
+    found = list(findings())
+    if options.json:
+        print(json.dumps([asdict(one) for one in found], indent=1))
+    else:
+        print("\n".join(_line(one) for one in found))
+    return int(any(one.needed and one.state != "ok" for one in found))
+
+
+def _line(one: Finding) -> str:
+    text = f"{one.state:8}{one.name}: {one.detail}"
+    return filled(f"{text}; {one.remedy}" if one.state != "ok" and one.remedy else text)
+
+
+def findings() -> Iterator[Finding]:
+    """Everything that is looked at, in the order in which a newcomer needs it."""
+    for look in LOOKS:
+        yield from look()
+
+
+def _python() -> Iterator[Finding]:
+    told = f"{platform.python_version()}, {platform.system()} {platform.machine()}"
+    fits = (3, 10) <= sys.version_info[:2] <= (3, 12) and sys.platform == "linux" and platform.machine() == "x86_64"
+    yield Finding("stucksolver", "ok", installed_version(), needed=True)
+    yield Finding(
+        "python",
+        "ok" if fits else "broken",
+        told,
+        "the carla package exists for Python 3.10, 3.11 and 3.12 on Linux x86-64",
+        needed=True,
+    )
+
+
+def _package(name: str, use: str, extra: str, *, needed: bool = False) -> Callable[[], Iterator[Finding]]:
+    """A look for an installed package; what imports it is `use`, what brings it the extra."""
+
+    def look() -> Iterator[Finding]:
+        remedy = f"pip install 'stucksolver[{extra}]'"
+        if importlib.util.find_spec(name) is None:
+            yield Finding(name, "missing" if needed else "absent", use, remedy, needed)
+            return
+        try:
+            told = version(name)
+        except PackageNotFoundError:
+            told = "of unknown version"
+        yield Finding(name, "ok", f"{told}; {use}", needed=needed)
+
+    return look
+
+
+def _simulator() -> Iterator[Finding]:
+    """The simulator is started and asked: the client's library may be installed and still not load."""
+    if importlib.util.find_spec("carla") is None:
+        return
+    try:
+        from stucksolver.evaluate.server import carlette_server, connect
+
+        with carlette_server("demo_town") as server:
+            town = connect(server, ANSWERS_S).get_world().get_map().name
+    except Exception as error:  # noqa: BLE001 - whatever a foreign library raises is what is told
+        why = str(error).splitlines()[0] if str(error) else type(error).__name__
+        yield Finding("carlette", "broken", why, "pip install --force-reinstall 'stucksolver[sim]'", needed=True)
+        return
+    yield Finding("carlette", "ok", f"the embedded simulator was started and answered, with {town}", needed=True)
+
+
+def _words() -> Iterator[Finding]:
+    from stucksolver.words import NoReader, find_reader
+
+    reader = find_reader()
+    if isinstance(reader, NoReader):
+        yield Finding("reader of words", "absent", reader.why.split(";")[0], "pip install 'stucksolver[words]'")
+        return
+    try:
+        reading = reader.read("please go round it", "")
+    except RuntimeError as error:
+        yield Finding("reader of words", "broken", str(error), "install stucksolver again")
+        return
+    yield Finding("reader of words", "ok", f'{reader.name}; "please go round it" is read as {reading.told}')
+
+
+def _model() -> Iterator[Finding]:
+    name, base = "OPENAI_API_KEY", os.environ.get("OPENAI_BASE_URL", "")
+    if os.environ.get(name) or base:
+        yield Finding(
+            "language model", "ok", f"{name} is set" if os.environ.get(name) else f"OPENAI_BASE_URL is {base}"
+        )
+        return
+    remedy = f"set {name}, or name a server of your own: --reasoner openai:MODEL@http://HOST:PORT/v1"
+    yield Finding("language model", "absent", "no key and no server; the rules need none", remedy)
+
+
+def _maps() -> Iterator[Finding]:
+    told = os.environ.get("STUCKSOLVER_MAPS", "")
+    folders = [Path(folder) for folder in told.split(":") if folder]
+    towns = sorted({path.stem for folder in folders for path in folder.glob("*.xodr")})
+    gone = [str(folder) for folder in folders if not folder.is_dir()]
+    if gone:
+        yield Finding("maps", "broken", f"STUCKSOLVER_MAPS names no folder: {', '.join(gone)}", "mend the variable")
+    elif towns:
+        yield Finding("maps", "ok", f"{len(towns)} towns beside the shipped ones: {', '.join(towns)}")
+    else:
+        remedy = "for CARLA's towns set STUCKSOLVER_MAPS to the folder with their .xodr files"
+        yield Finding("maps", "absent", "the shipped towns only", remedy)
+
+
+def _agents() -> Iterator[Finding]:
+    told = os.environ.get("CARLA_AGENTS", "")
+    found = importlib.util.find_spec("agents") is not None or (told and Path(told, "agents").is_dir())
+    remedy = "set CARLA_AGENTS to PythonAPI/carla of a CARLA installation; only `attach` and Bench2Drive need it"
+    yield Finding("CARLA's agents", "ok" if found else "absent", told or "the package `agents`", remedy)
+
+
+def _server() -> Iterator[Finding]:
+    with socket.socket() as probe:
+        probe.settimeout(0.5)
+        runs = probe.connect_ex(("127.0.0.1", CARLA_PORT)) == 0
+    told = f"something listens on 127.0.0.1:{CARLA_PORT}" if runs else f"nothing listens on 127.0.0.1:{CARLA_PORT}"
+    remedy = "only `--host` needs one; the commands start carlette by themselves"
+    yield Finding("CARLA server", "ok" if runs else "absent", told, remedy)
+
+
+def _disk() -> Iterator[Finding]:
+    free = shutil.disk_usage(Path.cwd()).free // 2**20
+    state: State = "ok" if free >= FREE_MIB else "broken"
+    yield Finding("disk", state, f"{free:,} MiB free here", "make room, or give --out another place", needed=True)
+
+
+LOOKS: tuple[Callable[[], Iterator[Finding]], ...] = (
+    _python,
+    _package("carla", "the client of CARLA and carlette", "sim", needed=True),
+    _simulator,
+    _words,
+    _package("openai", "language models over HTTP", "llm"),
+    _model,
+    _package("matplotlib", "plots of evaluations", "report"),
+    _package("distributed", "evaluations on a cluster", "cluster"),
+    _maps,
+    _agents,
+    _server,
+    _disk,
+)

@@ -1,0 +1,66 @@
+"""`stucksolver doctor`: what it finds here, what it says of what is not there, and its exit code."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from stucksolver.cli.main import main
+
+
+def told(capsys, *arguments):
+    code = main(["doctor", *arguments])
+    return code, capsys.readouterr().out
+
+
+@pytest.mark.integration
+def test_in_this_environment_everything_that_the_demonstration_needs_is_there(capsys):
+    code, out = told(capsys, "--json")
+    found = {one["name"]: one for one in json.loads(out)}
+    assert code == 0
+    assert all(one["state"] == "ok" for one in found.values() if one["needed"])
+    assert "started and answered" in found["carlette"]["detail"]
+    assert found["reader of words"]["state"] == "ok"
+
+
+@pytest.mark.integration
+def test_what_is_not_there_is_told_with_its_remedy_and_fails_where_it_is_needed(capsys):
+    blocked = "import sys; sys.modules['carla'] = sys.modules['onnxruntime'] = sys.modules['openai'] = None; "
+    hides = (
+        "import importlib.util as u; found = u.find_spec; "
+        "u.find_spec = lambda n, *a: None if sys.modules.get(n, 0) is None else found(n, *a); "
+    )
+    program = blocked + hides + "from stucksolver.cli.main import main; sys.exit(main(['doctor']))"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    said = " ".join(done.stdout.split())
+    assert done.returncode == 1
+    assert "missing carla: the client of CARLA and carlette; pip install 'stucksolver[sim]'" in said
+    assert "absent reader of words" in said and "pip install 'stucksolver[words]'" in said
+    assert "carlette:" not in said, "without its client it is not tried"
+    assert not done.stderr
+
+
+def test_a_folder_of_maps_that_is_not_there_is_named(capsys, monkeypatch, tmp_path):
+    from stucksolver.cli import doctor
+
+    monkeypatch.setenv("STUCKSOLVER_MAPS", str(tmp_path / "towns"))
+    [found] = doctor._maps()
+    assert found.state == "broken" and str(tmp_path / "towns") in found.detail
+    (tmp_path / "towns").mkdir()
+    (tmp_path / "towns" / "Town99.xodr").touch()
+    [found] = doctor._maps()
+    assert (found.state, "Town99" in found.detail) == ("ok", True)
+
+
+def test_a_key_or_a_server_is_a_language_model(monkeypatch):
+    from stucksolver.cli import doctor
+
+    for name in ("OPENAI_API_KEY", "OPENAI_BASE_URL"):
+        monkeypatch.delenv(name, raising=False)
+    assert next(doctor._model()).state == "absent"
+    monkeypatch.setenv("OPENAI_API_KEY", "sk-secret")
+    found = next(doctor._model())
+    assert found.state == "ok" and "secret" not in found.detail
