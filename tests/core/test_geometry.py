@@ -15,6 +15,7 @@ from worlds import LANE_M, World, bent_road, straight_road, strip, thing
 from stucksolver.scene import LaneDirection, LaneKind, LineKind, ObjectKind
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.frenet import RoadFrame, road_frame, wrap_angle
+from stucksolver.scene.wording import stood_too_briefly, whereabouts
 
 offsets = st.floats(-6.0, 6.0)
 
@@ -175,3 +176,15 @@ def test_what_is_not_listed_is_not_seen():
     surroundings = World(straight_road()).surroundings().model_copy(update={"sight": ()})
     view = type(World(straight_road()).view())(surroundings)
     assert view.sight_ahead_m(view.frame.lanes[1]) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("ahead_m", "told"), [(12.4, "12 m ahead"), (0.4, "beside us"), (-0.3, "beside us"), (-3.0, "3 m behind")]
+)
+def test_places_are_told_as_people_say_them(ahead_m, told):
+    assert whereabouts(ahead_m) == told
+
+
+@pytest.mark.parametrize("stood_s", [0.0, 4.2, 9.5, 9.99])
+def test_who_has_stood_too_briefly_is_never_said_to_have_stood_long_enough(stood_s):
+    assert stood_too_briefly(stood_s, 10.0) == f"stands for {int(stood_s)} s; 10 s are needed"

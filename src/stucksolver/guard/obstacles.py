@@ -10,6 +10,7 @@ from stucksolver.scene.boxes import separation
 from stucksolver.scene.objects import MOTOR_VEHICLES, PASSABLE_KINDS, VEHICLES, VULNERABLE, ObjectKind
 from stucksolver.scene.surroundings import ControlKind, LightState
 from stucksolver.scene.view import MOVING_MPS
+from stucksolver.scene.wording import stood_too_briefly
 
 
 def patience(case: Case) -> list[Reject]:
@@ -44,7 +45,7 @@ def _standing(case: Case, i: int) -> str | None:
     stood = thing.stationary_s or 0.0
     if case.guided or case.running or stood >= needed:
         return None
-    return f"has stood for {stood:.0f} s, not yet {needed:.0f} s"
+    return stood_too_briefly(stood, needed)
 
 
 def in_queue(case: Case, i: int) -> bool:

@@ -12,6 +12,7 @@ from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Array, Lane, Mask
 from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import MOVING_MPS
+from stucksolver.scene.wording import whereabouts
 
 
 def oncoming(case: Case) -> list[Reject]:
@@ -71,7 +72,9 @@ def _gap(case: Case, lane: Lane, last: int) -> list[Reject]:
         speed = coming + policy.speedup_mps
         place = float(view.s[i] - view.along[i]) - speed * (back + policy.time_gap_s)
         if place < front:
-            detail = f"{thing.kind.value} {thing.id} comes at {coming:.1f} m/s, {view.s[i] - view.ego_s:.0f} m ahead"
+            detail = (
+                f"{thing.kind.value} {thing.id} comes at {coming:.1f} m/s, {whereabouts(float(view.s[i] - view.ego_s))}"
+            )
             return [
                 Reject(
                     code=RejectCode.ONCOMING_GAP,

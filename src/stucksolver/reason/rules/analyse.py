@@ -27,6 +27,7 @@ from stucksolver.scene import (
     Scene,
     SceneObject,
 )
+from stucksolver.scene.wording import stood_too_briefly
 
 MOVING_MPS = 5 / 3.6
 LIGHT_AHEAD_M = 20.0
@@ -173,7 +174,7 @@ def _held_by_vehicle(scene: Scene, limits: WaitLimits) -> Hold | None:
     needed = limits.hazard_or_parked_s if lead.hazard_lights or what is Intent.PARKED else limits.unknown_vehicle_s
     seen = lead.stationary_s or 0.0
     if seen < needed:
-        evidence = f"{lead.kind.value} {lead.id} stands for {seen:.0f} s, not yet {needed:.0f} s"
+        evidence = f"{lead.kind.value} {lead.id} {stood_too_briefly(seen, needed)}"
         return Hold(WaitReason.UNKNOWN_STOPPED, evidence)
     return None
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from stucksolver.reason.rules.attempts import has_failed
 from stucksolver.scene import MOTOR_VEHICLES, VULNERABLE, LaneRelation, Scene, SceneLane, SceneObject
+from stucksolver.scene.wording import whereabouts
 
 GROUP_GAP_M = 14.0
 """Objects nearer to each other than this are passed together."""
@@ -92,7 +93,7 @@ def in_lane_beside(scene: Scene, lane: SceneLane, target: Target, speed: float) 
 
 def said_of(blocking: SceneObject) -> str:
     """That it blocks the lane beside, in words."""
-    return f"{blocking.kind.value} {blocking.id} blocks the lane beside, {blocking.gap_m or 0.0:.0f} m ahead"
+    return f"{blocking.kind.value} {blocking.id} blocks the lane beside, {whereabouts(blocking.gap_m or 0.0)}"
 
 
 def stays(o: SceneObject) -> bool:
@@ -122,5 +123,5 @@ def oncoming_blocked(scene: Scene, lane: SceneLane, target: Target, speed: float
         if o.lane_id != lane.id or o.gap_m is None or end_of(o) < passed:
             continue
         if o.gap_m - (coming + 1.0 if coming > 0.5 else 0.0) * (time + 2.0) < way:
-            return f"{o.kind.value} {o.id} in the oncoming lane, {o.gap_m:.0f} m ahead at {coming:.1f} m/s"
+            return f"{o.kind.value} {o.id} in the oncoming lane, {whereabouts(o.gap_m)} at {coming:.1f} m/s"
     return None

@@ -112,7 +112,7 @@ class Watching:
 def _in_words(event: Event) -> str:
     """A decision with its verdict, in a line."""
     if event.waiting:
-        return f"waiting is right: {event.text}"
+        return f"waits: {event.text}"
     if event.verdict is None:
         return f"stuck; no plan: {event.text}"
     return f"stuck; would {event.text}: {event.verdict}"

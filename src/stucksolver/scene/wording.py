@@ -1,0 +1,20 @@
+"""Places and times as people say them."""
+
+from __future__ import annotations
+
+import math
+
+BESIDE_M = 0.5
+"""Nearer than this, somebody is beside us and neither ahead nor behind."""
+
+
+def whereabouts(ahead_m: float) -> str:
+    """`12 m ahead`, `beside us`, `3 m behind`."""
+    if abs(ahead_m) < BESIDE_M:
+        return "beside us"
+    return f"{abs(ahead_m):.0f} m {'ahead' if ahead_m > 0.0 else 'behind'}"
+
+
+def stood_too_briefly(stood_s: float, needed_s: float) -> str:
+    """`stands for 9 s; 10 s are needed`: the first figure rounded down, so that the two never look alike."""
+    return f"stands for {math.floor(stood_s)} s; {math.ceil(needed_s)} s are needed"
