@@ -123,3 +123,16 @@ def touches(ticks, other):
             return False  # ahead of us: it is followed
         x += v * (tick.t - before.t)
     return False
+
+
+@pytest.mark.parametrize("kind", [K.PEDESTRIAN, K.ANIMAL])
+@pytest.mark.parametrize(
+    ("plan", "aside_m"),
+    [(PullOver(distance_m=33.0, speed_mps=4.7), -2.4), (KeepLane(distance_m=40.0, speed_mps=4.0), -0.5)],
+)
+def test_who_walks_along_the_road_is_nobody_to_follow(kind, plan, aside_m):
+    """A stack keeps its distance to traffic ahead. Somebody on foot is none."""
+    walker = thing("walker", 72.0, aside_m, kind=kind, speed=1.0)
+    assert not GUARD.accept([plan], World(SHOULDER, [walker], speed=4.0).view(), False)[0].accepted
+    rider = thing("rider", 72.0, aside_m, kind=K.BICYCLE, speed=4.0)
+    assert GUARD.accept([plan], World(SHOULDER, [rider], speed=4.0).view(), False)[0].accepted

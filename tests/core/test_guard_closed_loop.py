@@ -43,6 +43,7 @@ FOUND = {
     "drifts by 6 cm a second into a parked van": (5, 7518, 3),
     "drifts into a parked truck while it stops": (5, 7995, 3),
     "drifts into a cyclist who filters past": (5, 9544, 1),
+    "pulls over onto somebody who walks along the edge": (6, 3770, 2),
     "sets off from rest before a motorcycle that crosses": (5, 10101, 1),
 }
 HARMLESS_FROM_REST = {

@@ -22,7 +22,8 @@ def will_be_followed(case: Case, station: Array, which: Array, t: Array) -> Mask
     """
     view, policy = case.view, case.policy.prediction
     leads = (view.vs[which] > policy.along_mps) & (np.abs(view.vd[which]) < policy.steady_mps) & ~view.elsewhere[which]
-    leads &= view.s[which] + view.along[which] > view.ego_s
+    # Somebody on foot is no traffic: what keeps a distance to vehicles ahead may not see them as such.
+    leads &= (view.s[which] + view.along[which] > view.ego_s) & ~view.on_foot[which]
     leads &= np.array([view.objects[int(i)].id not in case.path.passes for i in which], dtype=bool)
     result = np.zeros((len(station), 1, len(which)), dtype=bool)
     for k in np.flatnonzero(leads):
