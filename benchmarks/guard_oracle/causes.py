@@ -7,6 +7,8 @@ from benchmarks.guard_oracle.others import STOOD_LONG_S
 
 ANSWERS_S, HARD_MPS2 = 0.5, 6.0
 AT_REST_MPS = 0.1
+JUNCTION_M = 15.0
+"""Who came into sight within so much of our way was not in sight when we came to the junction."""
 TOLERANCE_M = 0.15
 """What a tracking error takes of each gap."""
 GO_OUR_WAY = ("leads", "queues", "comes up in the lane entered", "goes beside us", "filters past us")
@@ -17,7 +19,7 @@ RESTS, SIDE, LEADS, SILENT, FILTERS, SETS_OFF, HIDDEN, UNSEEN = (
     "in silence a path that is finished is watched by the stack's own braking only, which the oracle's vehicle lacks",
     "comes from behind in our own lane, and leaves less room beside us than a tracking error may take",
     "not covered: stands before us, sets off while we pass, and does not brake for who is entering their lane",
-    "not covered: on a crossing road, and not in sight when the plan was begun",
+    "not covered: on a crossing road, and not in sight when the junction was entered",
     "not in sight until it was too late to stop, by 6 m/s² after half a second",
 )
 
@@ -31,7 +33,7 @@ def excluded_by(contact: Contact) -> str | None:
         return LEADS
     if contact.role == "filters past us" and contact.room < TOLERANCE_M:
         return FILTERS
-    if contact.role == "crosses" and not contact.from_start:
+    if contact.role == "crosses" and not contact.from_start and contact.seen_m < JUNCTION_M:
         return HIDDEN
     if contact.role == "queues" and contact.their_part == "front":
         return SETS_OFF

@@ -27,13 +27,15 @@ def table(head: Row, rows: Sequence[Row], width: int | None = None) -> str:
     """`rows` below `head`, or turned on their side where that would be wider than `width` columns.
 
     The first cell of a row is the name of its run. Turned, figures that no run has are left out, and runs with long
-    names become letters.
+    names become letters. Empty where no run has any figure.
     """
     limit = shutil.get_terminal_size((WIDTH, 24)).columns if width is None else width
     upright = _aligned([head, *rows])
     if max(len(line) for line in upright) <= limit or not rows:
         return "\n".join(upright)
     runs = _with_parts(rows)
+    if all(cell in NOTHING for run in runs for cell in run[1:]):
+        return ""
     label = max(len(name) for name in head)
     figures = [max(len(cell) for cell in run[1:]) for run in runs]
     names = [run[0] for run in runs]

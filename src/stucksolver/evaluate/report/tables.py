@@ -66,7 +66,7 @@ def summary_text(summaries: list[Summary]) -> str:
     ]
     warned = [banner for s in summaries for banner in banners(s)]
     words = [f"guidance to {run_name(s)}: {guidance_text(s)}" for s in summaries if s.recovery.said]
-    return "\n\n".join([*parts, *map(filled, words), *map(filled, warned)])
+    return "\n\n".join(part for part in (*parts, *map(filled, words), *map(filled, warned)) if part)
 
 
 def banners(summary: Summary) -> list[str]:
