@@ -149,6 +149,7 @@ def test_nan_pedals_mean_full_pedals() -> None:
     assert world.bodies.record["pedals"][car.row].tolist() == [0.0, 0.0, 1.0]
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("type_id", sorted(load_catalogue().vehicles))
 def test_every_vehicle_drives_and_stops(type_id: str) -> None:
     world = straight_world()

@@ -6,6 +6,7 @@ import pickle
 import time
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from straight import CAR, add, drive, straight_world
@@ -59,6 +60,7 @@ def state(world: World) -> bytes:
     return shown + hidden + repr((world.frame, world.elapsed_s, world.collisions, list(world.actors))).encode()
 
 
+@pytest.mark.integration
 @settings(max_examples=60)
 @given(st.lists(commands, max_size=12), st.lists(commands, max_size=12))
 def test_a_fork_and_a_pickle_go_the_way_of_the_original(before, after) -> None:

@@ -80,15 +80,6 @@ def test_a_reset_starts_with_the_first_phase() -> None:
     assert signals.lights.color.tolist() == [Color.GREEN, Color.RED, Color.RED]
 
 
-@pytest.mark.parametrize(("town", "lights"), [("Town01", 36), ("Town02", 24), ("Town04", 43), ("Town10HD", 15)])
-def test_towns_have_as_many_lights_as_in_the_real_simulator(town01, town: str, lights: int) -> None:
-    path = town01.with_name(f"{town}.xodr")
-    if not path.is_file():
-        pytest.skip(f"{town}.xodr is not beside Town01.xodr")
-    world = World(RoadNetwork(load_map(path)))
-    assert sum(one.kind is Kind.LIGHT for one in world.actors.values()) == lights
-
-
 def test_a_car_before_a_light_is_told_its_state(town01) -> None:
     world = World(RoadNetwork(load_map(town01)))
     light = next(one for one in world.actors.values() if one.kind is Kind.LIGHT)

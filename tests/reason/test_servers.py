@@ -391,6 +391,7 @@ def test_ollamas_default_is_told(server):
     assert "4,096" in asking(server).preflight()[0]
 
 
+@pytest.mark.integration
 def test_a_busy_server_is_waited_for(server):
     server.faults.append(Fault(status=503, headers={"retry-after": "0"}, error={"message": "Loading model"}))
     assert asking(server).preflight() == ()

@@ -199,6 +199,7 @@ def unfit():
     }
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("name", sorted(unfit()))
 def test_an_order_that_cannot_be_performed_is_stood_still_at_and_said_once(stage, capsys, name):
     car, stack = stage.ego(STREET, STREET_END)

@@ -4,7 +4,6 @@ The vehicle is a bicycle whose body's centre is kept on the path and whose rear 
 behind the path's direction by half a wheelbase, so that it is not tangent where the path bends. One that begins askew
 first drives off as it points, with a limited turning circle and a steering wheel that takes its time. One that is
 beside its path is taken to stay so far beside it as a stop takes, and a second more: whatever keeps it there may last.
-While it points away from the path, the error is taken to grow for as long.
 """
 
 from __future__ import annotations
@@ -65,11 +64,8 @@ def _kept_error(path: Manoeuvre, view: View, policy: TrackingPolicy) -> Array:
         return np.zeros(len(path.s))
     speed = abs(view.ego.speed_mps)
     kept = speed**2 / (2 * view.ego.limits.comfort_braking_mps2) + policy.kept_s * speed
-    way = path.s - path.s[0]
-    beyond = np.clip((way - kept) / policy.worked_off_m, 0.0, 1.0)
-    turned = view.ego_yaw - float(path.heading()[0])
-    grows = np.tan(turned) * np.minimum(way, kept) if error * turned > 0.0 and abs(turned) < policy.askew_rad else 0.0
-    result: Array = (error + grows) * (1 + np.cos(np.pi * beyond)) / 2
+    beyond = np.clip((path.s - path.s[0] - kept) / policy.worked_off_m, 0.0, 1.0)
+    result: Array = error * (1 + np.cos(np.pi * beyond)) / 2
     return result
 
 
