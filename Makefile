@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SEED ?= 1
 
-# `make test` in parts: unit tests take about a minute and a half on two cores, the integration tests about as long.
+# `make test` in parts: unit tests take about two minutes on two cores, the integration tests eight.
 .PHONY: demo test lint types unit integration model-server bench-smoke bench lock clean
 
 demo: $(VENV)/.sim

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Drives what results/*.md report. Goes on where it was after a kill.
 #
-#   results/run.sh bench220|dev|immobilized|sweep|wrong|wrong220|latency OUT
+#   results/run.sh bench220|dev|immobilized|sweep|wrong|wrong220|heedless|latency OUT
 #
 # Wants `stucksolver` on the path; OUT takes one folder for each arm. `latency` wants Python to be that of the
 # project's environment, since it starts the tests' model server.
@@ -32,7 +32,6 @@ late_arms() {
 
 wrong() {
     arm "$1-$2" --suite "$1" --recovery "faulty:$2"
-    arm "$1-$2-heedless" --suite "$1" --recovery "faulty:$2" --heedless
     [ "$2" = silent ] || arm "$1-$2-unguarded" --suite "$1" --recovery "faulty:$2" --unguarded
 }
 
@@ -47,6 +46,18 @@ wrong)
     for suite in dev immobilized; do
         arm "$suite-alone" --suite "$suite" --recovery none
         for who in random always_left always_drive_over silent late; do wrong "$suite" "$who"; done
+    done
+    ;;
+heedless)
+    # Without the driver's own braking on a plan's path, and with it; `types` is one route of each type of immobilized.
+    types=$(seq -s, 3000 10 3240)
+    for braking in "" -heedless; do
+        for who in random late always_drive_over always_left; do
+            arm "dev-$who$braking" --suite dev --recovery "faulty:$who" ${braking:+--heedless}
+        done
+        arm "dev-rules$braking" --suite dev --recovery rules ${braking:+--heedless}
+        arm "types-random$braking" --suite immobilized --routes "$types" --recovery faulty:random ${braking:+--heedless}
+        arm "types-rules$braking" --suite immobilized --routes "$types" --recovery rules ${braking:+--heedless}
     done
     ;;
 wrong220)

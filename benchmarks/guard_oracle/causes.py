@@ -12,16 +12,16 @@ JUNCTION_M = 15.0
 TOLERANCE_M = 0.15
 """What a tracking error takes of each gap."""
 GO_OUR_WAY = ("leads", "queues", "comes up in the lane entered", "goes beside us", "filters past us")
-RESTS, SIDE, LEADS, SILENT, FILTERS, SETS_OFF, HIDDEN, UNSEEN = (
-    "runs into the standing vehicle: those who meet one that stands keep their own distance",
-    "steps off into our side: a step off the kerb is promised never to be met by the front",
-    "traffic ahead in our lane: the stack follows it",
-    "in silence a path that is finished is watched by the stack's own braking only, which the oracle's vehicle lacks",
-    "comes from behind in our own lane, and leaves less room beside us than a tracking error may take",
-    "not covered: stands before us, sets off while we pass, and does not brake for who is entering their lane",
-    "not covered: on a crossing road, and not in sight when the junction was entered",
-    "not in sight until it was too late to stop, by 6 m/s² after half a second",
+RESTS = "runs into the standing vehicle: those who meet one that stands keep their own distance"
+SIDE = "steps off into our side: a step off the kerb is promised never to be met by the front"
+LEADS = "traffic ahead in our lane: the stack follows it"
+SILENT = (
+    "in silence a path that is finished is watched by the stack's own braking only, which the oracle's vehicle lacks"
 )
+FILTERS = "comes from behind in our own lane, and leaves less room beside us than a tracking error may take"
+SETS_OFF = "not covered: stands before us, sets off while we pass, and does not brake for who is entering their lane"
+HIDDEN = "not covered: on a crossing road, and not in sight when the junction was entered"
+UNSEEN = "not in sight until it was too late to stop, by 6 m/s² after half a second"
 
 
 def excluded_by(contact: Contact) -> str | None:

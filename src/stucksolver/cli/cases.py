@@ -15,7 +15,7 @@ from stucksolver.cli.words import tell_notes
 from stucksolver.ladder import LadderError
 from stucksolver.reason import Reasoner
 from stucksolver.reason.llm.exchanges import ExchangesError
-from stucksolver.reason.make import HELP, ReasonerNameError, make_reasoner, preflight, unanswered_banner
+from stucksolver.reason.make import HELP, ReasonerNameError, make_reasoner, preflight, sees, unanswered_banner
 
 if TYPE_CHECKING:
     from stucksolver.evaluate.cases.wordings import Wording
@@ -65,10 +65,10 @@ def run_cases_command(options: argparse.Namespace) -> int:
     def reasoner() -> Reasoner:
         return make_reasoner(options.reasoner, exchanges)
 
+    wordings = _wordings(options.wordings) if options.wordings is not None else ()
     try:
         tell_notes(preflight(reasoner(), options.reasoner))
         options.out.mkdir(parents=True, exist_ok=True)
-        wordings = _wordings(options.wordings) if options.wordings is not None else ()
         results = run_cases(
             worded(wordings) if wordings else CASES,
             reasoner,
@@ -77,7 +77,7 @@ def run_cases_command(options: argparse.Namespace) -> int:
             clock=options.clock,
             deadline_s=options.deadline,
             tries=options.tries,
-            pictures=not (wordings and options.reasoner == "rules"),
+            pictures=not wordings or sees(options.reasoner),
             say=_say,
         )
         if wordings:

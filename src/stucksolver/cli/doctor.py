@@ -22,6 +22,7 @@ from stucksolver.evaluate.terminal import filled
 State = Literal["ok", "absent", "missing", "broken"]
 """`absent`: not there, and only needed for what it says."""
 ABOUT = "say what is installed here, what is missing, and how to get it"
+SUPPORTED = "Python 3.10, 3.11 or 3.12 on Linux x86-64"
 CARLA_PORT = 2000
 ANSWERS_S = 20.0
 FREE_MIB = 500
@@ -75,7 +76,7 @@ def _python() -> Iterator[Finding]:
         "python",
         "ok" if fits else "broken",
         told,
-        "the carla package exists for Python 3.10, 3.11 and 3.12 on Linux x86-64",
+        f"the carla package exists for {SUPPORTED}",
         needed=True,
     )
 
@@ -84,6 +85,7 @@ def _package(name: str, use: str, extra: str, *, needed: bool = False) -> Callab
     """A look for an installed package; what imports it is `use`, what brings it the extra."""
 
     def look() -> Iterator[Finding]:
+        """Is it installed, and in which version?"""
         remedy = f"pip install 'stucksolver[{extra}]'"
         if importlib.util.find_spec(name) is None:
             yield Finding(name, "missing" if needed else "absent", use, remedy, needed)
@@ -129,13 +131,14 @@ def _words() -> Iterator[Finding]:
 
 
 def _model() -> Iterator[Finding]:
-    name, base = "OPENAI_API_KEY", os.environ.get("OPENAI_BASE_URL", "")
-    if os.environ.get(name) or base:
-        yield Finding(
-            "language model", "ok", f"{name} is set" if os.environ.get(name) else f"OPENAI_BASE_URL is {base}"
-        )
+    from stucksolver.reason.llm.failures import KEY_VARIABLE
+    from stucksolver.reason.llm.openai_api import URL_VARIABLE
+
+    key, base = os.environ.get(KEY_VARIABLE), os.environ.get(URL_VARIABLE)
+    if key or base:
+        yield Finding("language model", "ok", f"{KEY_VARIABLE} is set" if key else f"{URL_VARIABLE} is {base}")
         return
-    remedy = f"set {name}, or name a server of your own: --reasoner openai:MODEL@http://HOST:PORT/v1"
+    remedy = f"set {KEY_VARIABLE}, or name a server of your own: --reasoner openai:MODEL@http://HOST:PORT/v1"
     yield Finding("language model", "absent", "no key and no server; the rules need none", remedy)
 
 

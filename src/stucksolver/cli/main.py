@@ -11,7 +11,7 @@ from pathlib import Path
 
 from stucksolver.cli.arguments import Parser, at_least, installed_version, port, whole
 from stucksolver.cli.cases import add_cases, run_cases_command
-from stucksolver.cli.doctor import add_doctor, run_doctor
+from stucksolver.cli.doctor import SUPPORTED, add_doctor, run_doctor
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.evaluate import add_evaluate, run_evaluate
 from stucksolver.cli.ladder import add_ladder, run_ladder
@@ -20,8 +20,6 @@ from stucksolver.cli.read_words import add_words, run_words
 from stucksolver.cli.replay import add_replay, run_replay
 from stucksolver.cli.score import add_compare, add_score, run_compare, run_score
 from stucksolver.cli.watch import add_watch, run_watch
-
-SUPPORTED = "Python 3.10, 3.11 or 3.12 on Linux x86-64"
 
 PIPE_CLOSED = 128 + 13
 """As a shell has it for a program that ends by SIGPIPE."""

@@ -15,7 +15,8 @@ from stucksolver.evaluate.runlog import RunLog
 from stucksolver.evaluate.situation import Scenario
 
 SAY_S = 8.0
-WORDS = (SAY_S, "please overtake them")
+"""When the passenger speaks, since the start."""
+WORDS = "please overtake them"
 ALONE, HELPED, GUIDED = "driver alone", "StuckSolver", "StuckSolver + passenger"
 ARMS = (
     (Scenario.PARKED_CAR, ALONE),
@@ -78,7 +79,7 @@ def _job(spec: DemoSpec, scenario: Scenario, arm: str, number: int) -> Job:
         scenario=scenario,
         arm=arm,
         with_solver=arm != ALONE,
-        guidance=() if arm != GUIDED else (WORDS if spec.say is None else (SAY_S, spec.say),),
+        guidance=((SAY_S, spec.say or WORDS),) if arm == GUIDED else (),
         map_name=spec.map_name,
         maps=spec.maps,
         road=spec.road,

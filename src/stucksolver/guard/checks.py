@@ -7,7 +7,7 @@ import numpy as np
 from stucksolver.decision.behaviors import Release
 from stucksolver.guard.abreast import will_be_followed
 from stucksolver.guard.case import Case
-from stucksolver.guard.numerics import EPSILON
+from stucksolver.guard.numerics import EPSILON, way_to_stop
 from stucksolver.guard.policy import GuardPolicy
 from stucksolver.guard.predict import moving_gaps, profiles, relevant, standing_gaps, times
 from stucksolver.guard.rss import rss_lateral, step_off
@@ -91,8 +91,8 @@ def _still_to_drift(case: Case) -> float:
     """How much further aside the body comes while it stops, as it points now (m)."""
     if case.error_m * case.error_rad <= 0.0:
         return 0.0
-    speed = case.view.ego.speed_mps
-    way_m = speed * case.policy.stopping.lag_s + speed**2 / (2 * case.view.ego.limits.comfort_braking_mps2)
+    ego = case.view.ego
+    way_m = way_to_stop(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
     return float(np.sin(min(abs(case.error_rad), np.pi / 2)) * way_m)
 
 

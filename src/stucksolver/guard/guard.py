@@ -139,12 +139,12 @@ class Guard:
         `giving_way`: that was its last abort. It then goes on only when the way is free for a while.
         """
         view = self._facing(view, proven)
-        off = self._off_path(proven, view) or self._too_fast(proven, view)
+        error_m, error_rad = self._error(proven, view)
+        off = self._off_path(error_m) or self._too_fast(proven, view)
         rest = tracked(proven.path.from_station(view.ego_s), view, self.policy.tracking, reverse=proven.reverse)
         # The stack shows another window of the road as it gets on: the lanes entered are looked up in this one.
         rest = replace(rest, enters=tuple(view.frame.same_lane(lane) for lane in rest.enters))
         case = Case(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
-        error_m, error_rad = self._error(proven, view)
         case = replace(case, stopped_at_s=proven.stopped_at_s, error_m=error_m, error_rad=error_rad)
         if not proven.committed(view.ego_s):
             known = [reject for reject in (self._stale(view), off) if reject]
@@ -283,8 +283,8 @@ class Guard:
             return None
         return Reject(code=RejectCode.OVERSPEED, detail=f"drives {now:.1f} m/s, the plan allows {cap:.1f} m/s")
 
-    def _off_path(self, proven: Proven, view: View) -> Reject | None:
-        error = abs(self._error(proven, view)[0])
+    def _off_path(self, error_m: float) -> Reject | None:
+        error = abs(error_m)
         if error <= self.policy.tracking.error_m:
             return None
         return Reject(code=RejectCode.DEVIATION, detail=f"{error:.1f} m beside the proven path", gap_m=error)

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from stucksolver.decision.manoeuvre import STEP_M, Manoeuvre, body_heading
-from stucksolver.guard.numerics import EPSILON
+from stucksolver.guard.numerics import EPSILON, way_to_stop
 from stucksolver.guard.policy import TrackingPolicy
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import View
@@ -49,10 +49,8 @@ def swung(path: Manoeuvre, view: View, policy: TrackingPolicy, lag_s: float) -> 
     askew = view.ego_yaw - float(path.heading()[0])
     if abs(askew) < policy.askew_rad:
         return None
-    speed = float(path.speed.max())
-    ends_m = policy.error_m + math.sin(abs(askew)) * (
-        speed * lag_s + speed**2 / view.ego.limits.comfort_braking_mps2 / 2
-    )
+    way_m = way_to_stop(float(path.speed.max()), view.ego.limits.comfort_braking_mps2, lag_s)
+    ends_m = policy.error_m + math.sin(abs(askew)) * way_m
     beside = view.ego_d - path.d[0] + math.tan(askew) * (path.s - path.s[0])
     return replace(path, d=path.d + np.clip(beside, -ends_m, ends_m), yaw=np.full(len(path.s), view.ego_yaw))
 
@@ -63,7 +61,7 @@ def _kept_error(path: Manoeuvre, view: View, policy: TrackingPolicy) -> Array:
     if abs(error) < policy.beside_m:
         return np.zeros(len(path.s))
     speed = abs(view.ego.speed_mps)
-    kept = speed**2 / (2 * view.ego.limits.comfort_braking_mps2) + policy.kept_s * speed
+    kept = way_to_stop(speed, view.ego.limits.comfort_braking_mps2, policy.kept_s)
     beyond = np.clip((path.s - path.s[0] - kept) / policy.worked_off_m, 0.0, 1.0)
     result: Array = error * (1 + np.cos(np.pi * beyond)) / 2
     return result

@@ -6,7 +6,7 @@ import numpy as np
 
 from stucksolver.decision.rollout import Rollout
 from stucksolver.guard.case import Case
-from stucksolver.guard.numerics import EPSILON
+from stucksolver.guard.numerics import EPSILON, way_to_stop
 from stucksolver.guard.rss import rss_distance
 from stucksolver.guard.verdict import Reject, RejectCode
 from stucksolver.scene.frenet import Array, Lane, Mask
@@ -117,8 +117,7 @@ def is_due(case: Case, k: int) -> bool:
 
 def _stop_m(case: Case, later_s: float) -> float:
     """The ego's way to stop when it begins so much later."""
-    speed = case.view.ego.speed_mps
-    return speed**2 / (2 * case.view.ego.limits.comfort_braking_mps2) + speed * later_s
+    return way_to_stop(case.view.ego.speed_mps, case.view.ego.limits.comfort_braking_mps2, later_s)
 
 
 def _entry(case: Case, lane: Lane, k: int) -> list[Reject]:
@@ -220,7 +219,7 @@ def inside_of(case: Case, k: int, border: Array, from_right: bool) -> Array:
 def _behind_whom(case: Case, own_mps: float, front_mps: float) -> float:
     """Distance to keep from somebody whom we come in behind, metres: Lemma 2 with our own reaction and brakes."""
     policy = case.policy
-    own = own_mps * policy.entry.own_reaction_s + own_mps**2 / (2 * case.view.ego.limits.comfort_braking_mps2)
+    own = way_to_stop(own_mps, case.view.ego.limits.comfort_braking_mps2, policy.entry.own_reaction_s)
     return max(own - front_mps**2 / (2 * policy.rss.max_braking_mps2), 0.0)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from stucksolver.scene import PastAttempt, Scene
-from stucksolver.scene.wording import whereabouts
 
 AHEAD_M = 25.0
 
@@ -21,7 +20,7 @@ def why_stopped(scene: Scene | None, attempts: tuple[PastAttempt, ...]) -> str:
     ahead = [o for o in scene.objects if o.in_path and o.gap_m is not None and o.gap_m > -0.5] if scene else []
     if ahead:
         nearest = min(ahead, key=lambda o: o.gap_m or 0.0)
-        parts.append(f"{nearest.kind.value} {nearest.id} blocks the way {whereabouts(nearest.gap_m or 0.0)}")
+        parts.append(f"{nearest.kind.value} {nearest.id} blocks the way {max(nearest.gap_m or 0.0, 0.0):.0f} m ahead")
     if attempts:
         parts.append(f"the last plan failed: {attempts[-1].outcome}")
     return "; ".join(parts) or "nothing helps, and nothing is seen in the way"

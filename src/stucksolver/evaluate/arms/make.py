@@ -78,7 +78,7 @@ def make_arm(
 
     def scene() -> Scene:
         told = stack.scene()
-        return told if camera is None else told.model_copy(update={"image": camera.image()})
+        return told if camera is None else camera.seen_by(told)
 
     def make(listener: Listener) -> StuckSolver:
         return StuckSolver(

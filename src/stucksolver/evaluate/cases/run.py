@@ -179,7 +179,7 @@ def _drive(case: Case, reasoner: Reasoner, scenery: _Scenery, clock: str, ladder
 
     def scene() -> Scene:
         seen = stack.scene()
-        return seen if camera is None else seen.model_copy(update={"image": camera.image()})
+        return seen if camera is None else camera.seen_by(seen)
 
     with StuckSolver(scene, models={"model": reasoner}, ladder=ladder, clock=clock, on_event=events.append) as solver:
         start_s = stack.status().time_s

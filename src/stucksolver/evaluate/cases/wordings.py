@@ -11,6 +11,7 @@ from pathlib import Path
 from PIL import Image, ImageDraw, ImageFont
 
 from stucksolver.evaluate.cases.case import CASES, Case
+from stucksolver.evaluate.cases.figure import GREY, INK, PAPER
 from stucksolver.evaluate.cases.run import CaseResult
 from stucksolver.plotting import can_plot
 from stucksolver.scene import Reading
@@ -18,13 +19,21 @@ from stucksolver.solver import EventKind
 
 DRIVE_S = 66.0
 """Then the street of the shipped map ends, for who has stayed behind the cyclists."""
-TEXT_W, READ_W, CHART_W, END_W = 470, 230, 420, 300
-ROW_H, HEAD_H, MARGIN = 58, 66, 16
+TEXT_W = 470
+READ_W = 230
+CHART_W = 420
+END_W = 300
+"""Widths of the four columns, in pixels, as everything below."""
+ROW_H = 58
+HEAD_H = 66
+MARGIN = 16
 REACH_M = 40.0
 """The chart shows so much of the lane behind the first rider and before them."""
-ASCII, LATIN = 0x7F, 0x2000
-"""The last signs that a font of English, and one of European languages, may be asked for."""
-INK, GREY, LINE, PAPER = (28, 30, 34), (108, 112, 120), (214, 217, 222), (255, 255, 255)
+ASCII = 0x7F
+"""The last sign that a font of English may be asked for."""
+LATIN = 0x2000
+"""The same of European languages."""
+LINE = (214, 217, 222)
 PASSED, STAYED, HIT = (24, 128, 74), (36, 92, 170), (190, 40, 40)
 
 

@@ -51,6 +51,7 @@ def run_name(summary: Summary) -> str:
 
 
 def main_row(summary: Summary) -> Row:
+    """A run's scores, in the order of `HEAD`."""
     m = summary.manifest
     return (
         run_name(summary),
@@ -118,6 +119,7 @@ RECOVERY_HEAD = (
 
 
 def recovery_row(summary: Summary) -> Row:
+    """What a run's recovery did and cost, in the order of `RECOVERY_HEAD`."""
     f = summary.recovery
     latency = sum(f.latencies_s) / len(f.latencies_s) if f.latencies_s else None
     rungs = ", ".join(f"{name} {count}" for name, count in f.by_rung.most_common()) or "–"

@@ -6,7 +6,7 @@ import base64
 import io
 from typing import Any
 
-from stucksolver.scene import CameraImage
+from stucksolver.scene import CameraImage, Scene
 
 WIDTH, HEIGHT, FOV_DEG = 800, 450, 90.0
 PERIOD_S = 0.5
@@ -48,6 +48,10 @@ class FrontCamera:
         if self._made is None or self._made[0] != raw.frame:
             self._made = (raw.frame, _encoded(raw))
         return self._made[1]
+
+    def seen_by(self, scene: Scene) -> Scene:
+        """The scene with the latest picture in it."""
+        return scene.model_copy(update={"image": self.image()})
 
     def close(self) -> None:
         """End the sensor. The simulator may be gone already."""
