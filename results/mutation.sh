@@ -18,6 +18,8 @@ mkdir -p "$out/src" "$out/tests"
 rm -rf "${out:?}/src/stucksolver" "${out:?}/tests/core"
 cp -r "$root/src/stucksolver" "$out/src/stucksolver"
 cp -r "$root/tests/core" "$out/tests/core"
+rm -rf "${out:?}/benchmarks"
+cp -r "$root/benchmarks" "$out/benchmarks"
 {
     printf '[mutmut]\nsource_paths = src\nonly_mutate =\n'
     for module in ${*:-checks traffic aborts obstacles predict}; do
@@ -26,17 +28,22 @@ cp -r "$root/tests/core" "$out/tests/core"
     printf 'pytest_add_cli_args_test_selection =\n'
     for test in $(cd "$root" && ls ${TESTS:-tests/core/test_guard_*.py}); do
         case $test in
-        # Not these: random examples (a mutant must be killed by a promise that says what it breaks), and the policy's own.
-        */test_guard_oracle.py | */test_guard_proofs.py | */test_guard_policy.py) ;;
+        # Not these: random examples and kept verdicts (a mutant is to be killed by a promise that says what it breaks), and
+        # the policy's own.
+        */test_guard_oracle.py | */test_guard_closed_loop.py | */test_guard_kept.py) [ -n "${TESTS:-}" ] && echo "    $test" ;;
+        */test_guard_proofs.py | */test_guard_policy.py) ;;
         *) echo "    $test" ;;
         esac
     done
     # Nor drives that take seconds each.
     printf 'pytest_add_cli_args =\n    -p\n    no:cacheprovider\n    -k\n    not never_yields and not speeds_up\n'
+    printf 'also_copy =\n    benchmarks\n'
     printf 'track_dependencies = false\nuse_git_change_detection = false\ntimeout_multiplier = 10\n'
 } >"$out/setup.cfg"
 cd "$out"
-nice mutmut run --max-children 1
+# MUTANTS: names of those to be run (default: all).
+# shellcheck disable=SC2086
+nice mutmut run --max-children 1 ${MUTANTS:-}
 mutmut results >survivors.txt
 mutmut export-cicd-stats
 cat mutants/mutmut-cicd-stats.json

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import benchmarks.guard_oracle.scenes  # noqa: F401
@@ -45,17 +45,47 @@ def scene_rows(seed: int, number: int, judge_only: bool = False, only: int | Non
             yield {"scene": number, "k": k, "class": name, **row}
 
 
-def one(seed: int, number: int, k: int, judge_only: bool = False) -> Row | None:
-    """Proposal `k` of a scene, judged and, if accepted, driven. Proposal 0 is the rules' own; None if they wait."""
+@dataclass
+class Proposal:
+    """A plan in a scene. `silent`: from when on the solver will say nothing more (s)."""
+
+    world: World
+    plan: RecoveryPlan
+    guided: bool
+    silent: float
+
+
+def proposal_of(seed: int, number: int, k: int, may_fall_silent: bool = True) -> Proposal | None:
+    """Proposal `k` of a scene, made anew on each call. Proposal 0 is the rules' own; None if they wait."""
     draw = random.Random(f"{seed}/{number}/{k}")
     _, setting = setting_of(seed, number)
-    how, silent = manner(draw), silence(draw)
+    how = manner(draw)
+    silent = silence(draw) if may_fall_silent else math.inf
     world = World(setting, how)
     plan = from_rules(View(world.surroundings()), setting.stopped_s) if k == 0 else at_random(draw, setting)
     if plan is None:
         return None
     guided = draw.random() < GUIDED and any(isinstance(b, BorrowOncomingLane) for b in plan.behaviors)
-    return judge_and_drive(world, plan, guided, math.nan if judge_only else silent, "rules" if k == 0 else "random")
+    return Proposal(world, plan, guided, silent)
+
+
+def proposals_of(seed: int, number: int) -> Iterator[tuple[int, Proposal]]:
+    """Every proposal in a scene with its number, to a solver that never falls silent; none in an impossible scene."""
+    if not World(setting_of(seed, number)[1], Manner()).is_possible():
+        return
+    for k in range(RANDOM_PLANS + 1):
+        proposal = proposal_of(seed, number, k, may_fall_silent=False)
+        if proposal is not None:
+            yield k, proposal
+
+
+def one(seed: int, number: int, k: int, judge_only: bool = False) -> Row | None:
+    """Proposal `k` of a scene, judged and, if accepted, driven; None where the rules wait."""
+    told = proposal_of(seed, number, k)
+    if told is None:
+        return None
+    silent = math.nan if judge_only else told.silent
+    return judge_and_drive(told.world, told.plan, told.guided, silent, "rules" if k == 0 else "random")
 
 
 def judge_and_drive(world: World, plan: RecoveryPlan, guided: bool, silent: float, source: str) -> Row:

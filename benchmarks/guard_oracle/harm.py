@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,10 +23,11 @@ from benchmarks.guard_oracle.world import DT, World
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import ChangeLane
 from stucksolver.decision.directive import CONTINUE
-from stucksolver.guard import NOBODY, Guard, Verdict
+from stucksolver.guard import NOBODY, Guard, RejectCode, Verdict
 from stucksolver.scene.view import View
 from stucksolver.solver.execution import Execution, Outcome
 
+OFF = frozenset({RejectCode.OFF_LANES, RejectCode.OFF_ROAD})
 BRAKES_MPS2 = 3.5
 """Nobody may be made to brake harder, to begin a plan."""
 LANE_M, ROAD_M = 0.1, 0.15
@@ -52,14 +54,14 @@ class Harm:
     off_lane_m: float = 0.0
     off_road_m: float = 0.0
 
-    def shown(self, why: str) -> bool:
-        """Is there any, such as a refusal for that reason is to prevent?"""
-        off_lane = "leaves_its_lane" in why and self.off_lane_m > LANE_M
-        off_road = "off_road" in why and self.off_road_m > ROAD_M
+    def shown(self, codes: Collection[str]) -> bool:
+        """Is there any, such as a refusal for these reasons is to prevent?"""
+        off_lane = RejectCode.LEAVES_LANE in codes and self.off_lane_m > LANE_M
+        off_road = not OFF.isdisjoint(codes) and self.off_road_m > ROAD_M
         return off_lane or off_road or self.contact is not None or self.brakes_mps2 > BRAKES_MPS2
 
 
-def harm_of(seed: int, number: int, plan: RecoveryPlan, why: str) -> Harm:
+def harm_of(seed: int, number: int, plan: RecoveryPlan, codes: Collection[str]) -> Harm:
     """Of a plan in a scene, over an eager and a sluggish way of driving it and both ways in which others answer.
 
     Where it was refused since somebody may come out of what is not seen behind, somebody does, at the limit.
@@ -67,7 +69,7 @@ def harm_of(seed: int, number: int, plan: RecoveryPlan, why: str) -> Harm:
     worst = Harm()
     for how, answers in itertools.product((0.0, 1.0), ("lane", "way")):
         _, setting = setting_of(seed, number)
-        if "way_not_seen" in why:
+        if RejectCode.UNSEEN in codes:
             _add_unseen(setting, plan)
         for other in setting.others:
             if isinstance(other, AlongLane):

@@ -68,8 +68,8 @@ def compare(before: Path, after: Path) -> dict[str, Any]:
             counts[group]["after"] += now["accepted"]
             counts[group]["newly accepted"] += now["accepted"] and not was["accepted"]
         if was["accepted"] and not now["accepted"]:
-            harm = harm_of(seed, key[0], RecoveryPlan.model_validate({"behaviors": was["plan"]}), now["why"])
-            shown = harm.shown(now["why"])
+            harm = harm_of(seed, key[0], RecoveryPlan.model_validate({"behaviors": was["plan"]}), now["codes"])
+            shown = harm.shown(now["codes"])
             for group in groups:
                 counts[group]["newly refused"] += 1
                 counts[group]["with harm shown"] += shown

@@ -15,6 +15,7 @@ from stucksolver.guard import Guard, RejectCode
 from stucksolver.scene import LaneKind, LineKind, ObjectKind
 
 K = ObjectKind
+pytestmark = pytest.mark.usefixtures("alike")
 GUARD = Guard()
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
 OVER = PullOver(distance_m=20.0)

@@ -44,6 +44,10 @@ FOUND = {
     "drifts into a parked truck while it stops": (5, 7995, 3),
     "drifts into a cyclist who filters past": (5, 9544, 1),
     "pulls over onto somebody who walks along the edge": (6, 3770, 2),
+    "drifts into a barrier that is passed at 17 km/h": (5, 9478, 0),
+    "lets a motorcycle by and goes on before the car behind it": (8, 3943, 2),
+    "lets a cyclist near its nose by, and goes on": (8, 1374, 3),
+    "creeps, at 19 km/h, towards a queue 3 m ahead": (9, 1885, 3),
     "sets off from rest before a motorcycle that crosses": (5, 10101, 1),
 }
 

@@ -75,7 +75,7 @@ TWINS = {
         C.GAP,
         AHEAD,
         World(TWO_WAY, [thing("lead", 65.0, 2.0, kind=K.BARRIER)]),
-        World(TWO_WAY, [thing("lead", 65.0, 2.3, kind=K.BARRIER)]),
+        World(TWO_WAY, [thing("lead", 65.0, 2.45, kind=K.BARRIER)]),
     ),
     "a door that may open": (
         C.DOOR,
@@ -92,8 +92,8 @@ TWINS = {
     "a door at walking pace": (
         C.DOOR,
         AHEAD,
-        World(TWO_WAY, [thing("lead", 65.0, 2.3)]),
-        World(TWO_WAY, [thing("lead", 65.0, 2.3, kind=K.BUS)]),
+        World(TWO_WAY, [thing("lead", 65.0, 2.45)]),
+        World(TWO_WAY, [thing("lead", 65.0, 2.45, kind=K.BUS)]),
     ),
     "a walker who may step off the kerb": (
         C.CLEARANCE,
@@ -155,7 +155,7 @@ TWINS = {
     "a solid line without anybody's yes": (C.SOLID_LINE, BORROW, solid(), parked()),
     "a kerb": (C.OFF_ROAD, LEFT, World(kerbed(LineKind.KERB)), World(kerbed(LineKind.BROKEN))),
     "beyond the known road": (C.OFF_ROAD, AHEAD, World(TWO_WAY, x=385.0), World(TWO_WAY, x=370.0)),
-    "on beside the road": (C.OFF_ROAD, AHEAD, World(TWO_WAY, y=-2.5), World(TWO_WAY, y=-1.2)),
+    "on beside the road": (C.OFF_LANES, AHEAD, World(TWO_WAY, y=-2.5), World(TWO_WAY, y=-1.2)),
     "an unasked speed": (
         C.OVERSPEED,
         KeepLane(distance_m=20.0, speed_mps=6.0),

@@ -15,6 +15,7 @@ from stucksolver.scene import LaneDirection, LineKind, ObjectKind, Zone, ZoneKin
 from stucksolver.scene.view import View
 from stucksolver.solver.execution import Execution, Outcome
 
+pytestmark = pytest.mark.usefixtures("alike")
 GUARD = Guard()
 JUNCTION = straight_road(zones=(Zone(kind=ZoneKind.JUNCTION, start_m=60.0, end_m=85.0),))
 ON = KeepLane(distance_m=60.0, speed_mps=5.0)

@@ -13,6 +13,7 @@ from stucksolver.guard.tracking import tracked
 from stucksolver.scene import LineKind, ObjectKind
 
 C = RejectCode
+pytestmark = pytest.mark.usefixtures("alike")
 GUARD = Guard()
 ROAD = straight_road(left=LineKind.BROKEN, oncoming=None)
 LEFT = ChangeLane(side="left", distance_m=30.0, speed_mps=5.0)
@@ -77,6 +78,7 @@ def first_ahead(speed):
     return far
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("speed", [1.0, 2.0, 3.0, 5.0, 7.0, 9.0])
 def test_whoever_we_come_in_behind_may_stop_as_hard_as_can_be_just_then(speed):
     """At the entry: we answer half a second later, and brake comfortably."""

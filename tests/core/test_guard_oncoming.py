@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from worlds import LANE_M, World, straight_road, thing
 
 from stucksolver.decision.behaviors import BorrowOncomingLane
-from stucksolver.guard import Guard, GuardPolicy, RejectCode
+from stucksolver.guard import NOBODY, Guard, GuardPolicy, RejectCode, traffic
+from stucksolver.guard.case import Case
 from stucksolver.guard.policy import OncomingPolicy
+from stucksolver.scene import LaneDirection
 
 C = RejectCode
+pytestmark = pytest.mark.usefixtures("alike")
 GUARD = Guard()
 ROAD = straight_road()
 BORROW = BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)
@@ -124,3 +129,8 @@ def test_the_oncoming_lane_must_go_on_beside_the_whole_way():
     road = ROAD.model_copy(update={"lanes": (ROAD.lanes[0], short), "key": "short"})
     view = World(road, [LEAD]).view()
     assert {r.code for r in GUARD.accept([BORROW], view, False)[0].rejects} & {C.OFF_ROAD, C.NO_PATH}
+    lane = next(lane for lane in view.frame.lanes if lane.strip.direction is LaneDirection.OPPOSITE)
+    whole = World(ROAD, [LEAD]).view()
+    path = GUARD.lay_out([BORROW], whole, False, NOBODY).path
+    (found,) = traffic.oncoming(Case(view, replace(path, enters=(lane,)), GUARD.policy))
+    assert found.code is C.OFF_ROAD and found.detail == "the oncoming lane ends beside the manoeuvre"

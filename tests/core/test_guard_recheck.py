@@ -16,6 +16,7 @@ from stucksolver.solver.execution import Execution, Outcome
 
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
+pytestmark = pytest.mark.usefixtures("alike")
 GUARD = Guard()
 BORROW = BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)
 LEFT = ChangeLane(side="left", distance_m=60.0, speed_mps=5.0)
@@ -198,7 +199,7 @@ def nosing_in(gap_m, speed, reaches_m=0.3, giving_way=False, own_mps=1.5):
     """A slow change of lanes whose nose is in the next lane, and somebody in it so far behind the nose."""
     world = World(MULTI)
     proven = begin([ChangeLane(side="left", distance_m=60.0, speed_mps=1.5)], world)
-    s = float(proven.path.s[int(np.argmax(proven.path.d > reaches_m))])
+    s = float(proven.path.s[int(np.argmax(proven.path.d > reaches_m))]) + 0.05
     put(world, proven, s, own_mps)
     world.objects.append(thing("behind", s + 2.45 - gap_m - 2.3, LANE_M, speed=speed))
     assert proven.committed(s)
@@ -250,6 +251,7 @@ def test_who_speeds_up_a_little_does_not_end_a_plan_begun_in_good_order():
     assert least[0] - least[1] > 3.0
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("appears_at", [50.0, 51.0, 51.5, 52.0])
 @pytest.mark.parametrize("gap_m", [15.0, 20.0, 25.0, 30.0])
 def test_who_comes_from_behind_and_never_yields_passes_our_nose_without_touching_it(appears_at, gap_m):

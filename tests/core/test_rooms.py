@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -88,3 +89,12 @@ for room in {[*rooms, "stucksolver"]!r}:
 def test_a_file_of_the_core_stays_short(room):
     for file in modules(room):
         assert len(file.read_text(encoding="utf-8").splitlines()) < 400, file.name
+
+
+def test_the_architecture_page_says_what_is_checked_here():
+    page = (ROOT.parents[1] / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(\w+)` \|[^|]*\| ([^|]*) \|$", page, re.MULTILINE)
+    told = {room: set() if names == "–" else set(names.split(", ")) for room, names in rows}
+    assert told == MAY_IMPORT
+    named = re.findall(r"`((?:\w+/)+\w+\.py)`", page)
+    assert named and all((ROOT / file).is_file() or (ROOT.parents[1] / file).is_file() for file in named)

@@ -11,7 +11,7 @@ from worlds import LANE_M, World, drive, red_light, said, straight_road, thing
 from stucksolver.decision import CauseCode, WaitReason
 from stucksolver.guard import Guard
 from stucksolver.reason import RuleReasoner
-from stucksolver.scene import LightState, LineKind, ObjectKind, PastAttempt
+from stucksolver.scene import LightState, LineKind, ObjectKind, PastAttempt, RejectCode
 from stucksolver.solver import EventKind
 
 TWO_WAY = straight_road()
@@ -31,11 +31,11 @@ def names(decision):
     return [b.name for b in behaviors_of(decision)]
 
 
-def after(world, outcome, *behaviors, ago_s=0.0, **ego):
+def after(world, code, *behaviors, ago_s=0.0, **ego):
     """What the rules say once a plan has been refused."""
     scene = world.scene()
     ego = scene.ego.model_copy(update={"stopped_for_s": 30.0, **ego})
-    attempt = PastAttempt(time_s=scene.time_s - ago_s, behaviors=behaviors, outcome=outcome)
+    attempt = PastAttempt(time_s=scene.time_s - ago_s, behaviors=behaviors, codes=(code,), outcome="")
     return RuleReasoner().decide(scene.model_copy(update={"ego": ego, "attempts": (attempt,)}))
 
 
@@ -111,7 +111,7 @@ def test_it_backs_up_less_where_there_is_less_room_behind():
 
 
 def test_with_too_little_sight_it_gets_back_and_aside_and_passes_from_there():
-    refused = "oncoming_sight: sees 90 m"
+    refused = RejectCode.ONCOMING_SIGHT
     near, far = World(TWO_WAY, [thing("lead", 60.0)]), World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 12.0 + 2.3)])
     assert names(after(near, refused, "borrow_oncoming_lane")) == ["back_up", "nudge", *LOOK]
     assert names(after(far, refused, "borrow_oncoming_lane")) == ["nudge", *LOOK]
@@ -120,17 +120,17 @@ def test_with_too_little_sight_it_gets_back_and_aside_and_passes_from_there():
 
 def test_from_beside_what_stands_far_right_it_looks_without_going_further_back_than_to_swing_out():
     van = World(TWO_WAY, [thing("lead", 60.0, -0.6)])
-    back, nudge, room, borrow = behaviors_of(after(van, "oncoming_sight: sees 60 m", "borrow_oncoming_lane"))
+    back, nudge, room, borrow = behaviors_of(after(van, RejectCode.ONCOMING_SIGHT, "borrow_oncoming_lane"))
     assert [b.name for b in (back, nudge, room, borrow)] == ["back_up", "nudge", "back_up", "borrow_oncoming_lane"]
     assert back.distance_m == 8.0 and room.distance_m < 4.0
     wider = World(TWO_WAY, [*van.objects, thing("beyond", 66.0)])
-    assert names(after(wider, "oncoming_sight: sees 60 m", "borrow_oncoming_lane")) == ["back_up", "nudge", *LOOK]
+    assert names(after(wider, RejectCode.ONCOMING_SIGHT, "borrow_oncoming_lane")) == ["back_up", "nudge", *LOOK]
 
 
 def test_a_look_that_did_not_help_is_not_repeated():
     far = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 12.0 + 2.3)])
-    looked = PastAttempt(time_s=0.0, behaviors=("nudge", *LOOK), outcome="refused: oncoming_sight: sees 90 m")
-    again = PastAttempt(time_s=0.0, behaviors=("borrow_oncoming_lane",), outcome="oncoming_sight: sees 90 m")
+    looked = PastAttempt(time_s=0.0, behaviors=("nudge", *LOOK), codes=(RejectCode.ONCOMING_SIGHT,), outcome="")
+    again = PastAttempt(time_s=0.0, behaviors=("borrow_oncoming_lane",), codes=(RejectCode.ONCOMING_SIGHT,), outcome="")
     decision = RuleReasoner().decide(standing_for_long(far.scene()).model_copy(update={"attempts": (looked, again)}))
     assert decision.plan is None
     assert decision.analysis.wait is WaitReason.NO_SAFE_WAY
@@ -138,12 +138,12 @@ def test_a_look_that_did_not_help_is_not_repeated():
 
 def test_without_room_behind_it_does_not_back_up_to_look():
     world = World(TWO_WAY, [thing("lead", 64.0), thing("behind", 40.0)])
-    assert after(world, "oncoming_sight: sees 90 m", "borrow_oncoming_lane").plan is None
+    assert after(world, RejectCode.ONCOMING_SIGHT, "borrow_oncoming_lane").plan is None
 
 
-@pytest.mark.parametrize("code", ["vulnerable_clearance", "door_may_open"])
+@pytest.mark.parametrize("code", [RejectCode.CLEARANCE, RejectCode.DOOR])
 def test_refused_for_want_of_clearance_it_tries_at_walking_pace(code):
-    (borrow,) = behaviors_of(after(blocked(), f"{code}: walker", "borrow_oncoming_lane"))
+    (borrow,) = behaviors_of(after(blocked(), code, "borrow_oncoming_lane"))
     assert borrow.speed_mps == pytest.approx(2.2)
 
 

@@ -70,7 +70,11 @@ def run_log(scenario="parked car", arm="StuckSolver", words="go round it", frame
             "stuck": ((3.0, 9.5),),
             "decisions": (
                 DecisionMoment(
-                    time_s=5.0, trigger="guidance", decision={**DECISION, "rationale": words}, verdict="accepted"
+                    time_s=5.0,
+                    trigger="guidance",
+                    decision={**DECISION, "rationale": words},
+                    outcome="accepted",
+                    verdict="accepted",
                 ),
             ),
             "events": (LogEvent(time_s=4.0, kind="guidance", text=words),),

@@ -9,6 +9,7 @@ import numpy as np
 from stucksolver.decision.behaviors.base import CannotPlan, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, straight
 from stucksolver.decision.rollout import sluggish
+from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection, LaneKind
 from stucksolver.scene.view import View
@@ -51,15 +52,17 @@ def find_passing(view: View, start: Start, object_id: str, lane: Lane) -> Passin
     """All that is to be passed up to and including an object. Raises `CannotPlan` where it does not fit."""
     target = view.index_of(object_id)
     if target is None:
-        raise CannotPlan(f"object {object_id} is not seen")
+        raise CannotPlan(PlanFailure.NOT_SEEN, f"object {object_id} is not seen")
     which = _group(view, start, target)
     if not which:
-        raise CannotPlan(f"object {object_id} is not in the way")
+        raise CannotPlan(PlanFailure.NOT_IN_THE_WAY, f"object {object_id} is not in the way")
     half = view.ego.width_m / 2
     _, centre, left = lane.at(float(view.s[target]))
     limit = left - half - 0.1
     if _beside(view, which, NARROW_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M) > limit:
-        raise CannotPlan(f"the oncoming lane is too narrow to pass {object_id} with enough clearance")
+        raise CannotPlan(
+            PlanFailure.LANE_TOO_NARROW, f"the oncoming lane is too narrow to pass {object_id} with enough clearance"
+        )
     wished = _beside(view, which, CLEARANCE_M, VULNERABLE_CLEARANCE_M)
     moving = max(float(view.vs[i]) for i in which)
     # Beside something that moves we want all of the other lane; beside something that stands no more than needed.
@@ -131,5 +134,5 @@ def length_abreast(view: View, start: Start, out: Manoeuvre, passing: Passing, s
     other = passing.far_s + (passing.speed_mps + SPEED_MARGIN_MPS) * slow.t
     ahead = np.flatnonzero((rear > other + AHEAD_OF_MOVING_M) & (path.s > out.end_s))
     if not len(ahead):
-        raise CannotPlan("it would take more than 400 m to pass")
+        raise CannotPlan(PlanFailure.TOO_LONG, "it would take more than 400 m to pass")
     return max(float(path.s[ahead[0]]) - out.end_s, 0.5)

@@ -6,6 +6,7 @@ import numpy as np
 
 from stucksolver.decision.behaviors.base import CannotPlan, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
+from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.view import View
 
@@ -34,8 +35,13 @@ def swing_out(view: View, start: Start, d_to: float, speed_mps: float) -> Manoeu
                 return path
     way_there = start.s_m - view.ego_s
     if way_there > LATER_M:
-        raise CannotPlan(f"no room to come back by {abs(side):.1f} m, {way_there:.0f} m ahead: something stands there")
-    raise CannotPlan(f"no room to swing out by {abs(side):.1f} m: the obstacle ahead is too near")
+        raise CannotPlan(
+            PlanFailure.NO_ROOM_TO_COME_BACK,
+            f"no room to come back by {abs(side):.1f} m, {way_there:.0f} m ahead: something stands there",
+        )
+    raise CannotPlan(
+        PlanFailure.NO_ROOM_TO_SWING_OUT, f"no room to swing out by {abs(side):.1f} m: the obstacle ahead is too near"
+    )
 
 
 def touches_standing(view: View, path: Manoeuvre, clearance_m: float, vulnerable_m: float) -> bool:

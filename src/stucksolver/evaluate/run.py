@@ -10,6 +10,7 @@ from stucksolver.evaluate.jobs import CLIENT_TIMEOUT_S, PROGRESS_EVERY_S, Job
 from stucksolver.evaluate.mapview import map_view
 from stucksolver.evaluate.measure import BLOCKED_S, Measures
 from stucksolver.evaluate.mishaps import Mishaps
+from stucksolver.evaluate.results.outcome import QueryOutcome
 from stucksolver.evaluate.runlog import RunLog, RunResult
 from stucksolver.evaluate.scribe import Scribe
 from stucksolver.evaluate.server import Server, connect, set_synchronous
@@ -158,7 +159,7 @@ def _log(job: Job, title: str, site: Site, carla_map: Any, loop: _Loop, status: 
         time_to_recover_s=round(m.recovery_times_s[0], 2) if m.recovery_times_s else None,
         immobilizations=m.immobilizations,
         decisions=len(scribe.decisions),
-        plans_accepted=sum(d.verdict == "accepted" for d in scribe.decisions),
+        plans_accepted=sum(d.outcome is QueryOutcome.ACCEPTED for d in scribe.decisions),
         duration_s=round(loop.elapsed_s, 2),
         distance_m=round(m.completion_pct / 100 * m.length_m, 1),
     )

@@ -10,6 +10,8 @@ from typing import Any, Literal
 
 from pydantic import Field
 
+from stucksolver.evaluate.results.outcome import QueryOutcome
+from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.model import Model
 
 Polyline = tuple[tuple[float, float], ...]
@@ -74,8 +76,11 @@ class DecisionMoment(Model):
     """`detector` or `guidance`."""
     decision: dict[str, Any]
     """JSON form of `stucksolver.decision.Decision`: observation, analysis, plan (None: nothing to do), rationale."""
+    outcome: QueryOutcome
+    codes: tuple[RejectCode, ...] = ()
+    """Why the plan was refused."""
     verdict: str
-    """`accepted`, `refused: CODE ...`, or `nothing to do`."""
+    """The same for people, with the details."""
 
 
 class LogEvent(Model):

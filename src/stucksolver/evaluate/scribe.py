@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, Literal
 
 from stucksolver.decision import Directive, Execute, Replan, SafeStop
+from stucksolver.evaluate.results.outcome import came_to
 from stucksolver.evaluate.runlog import ActorInfo, ActorRole, DecisionMoment, Frame, LogEvent, Polyline
 from stucksolver.scene import TrackedObject
 from stucksolver.solver import Event, EventKind
@@ -114,14 +115,14 @@ class Scribe:
         """Listen to the solver."""
         time_s = event.time_s - self._start_s
         if event.kind is EventKind.DECIDED and event.decision is not None:
-            verdict = "nothing to do"
-            if event.verdict is not None:
-                verdict = "accepted" if event.verdict.accepted else f"refused: {event.verdict}"
+            outcome, verdict = came_to(event.verdict)
             self.decisions.append(
                 DecisionMoment(
                     time_s=round(time_s, 2),
                     trigger="guidance" if event.trigger == "guidance" else "detector",
                     decision=event.decision.model_dump(mode="json"),
+                    outcome=outcome,
+                    codes=() if event.verdict is None else event.verdict.codes,
                     verdict=verdict,
                 )
             )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from stucksolver.evaluate.results.outcome import QueryOutcome
 from stucksolver.evaluate.runlog import DecisionMoment, RunLog
 from stucksolver.evaluate.terminal import filled, table
 
@@ -45,7 +46,7 @@ def conversation(run: RunLog) -> str:
 
 def _decided(moment: DecisionMoment) -> str:
     rationale = str(moment.decision.get("rationale", ""))
-    return f"{rationale}: {moment.verdict}" if moment.verdict.startswith("refused") else rationale
+    return f"{rationale}: {moment.verdict}" if moment.outcome is QueryOutcome.REFUSED else rationale
 
 
 def _row(run: RunLog) -> tuple[str, ...]:

@@ -2,6 +2,19 @@
 
 from stucksolver.guard.guard import Guard, Proven
 from stucksolver.guard.policy import NOBODY, RULES, Approvals, GuardPolicy
-from stucksolver.guard.verdict import OK, Reject, RejectCode, Verdict
+from stucksolver.guard.verdict import OK, Reject, Verdict, no_path
+from stucksolver.scene.attempts import RejectCode
 
-__all__ = ["NOBODY", "OK", "RULES", "Approvals", "Guard", "GuardPolicy", "Proven", "Reject", "RejectCode", "Verdict"]
+__all__ = [
+    "NOBODY",
+    "OK",
+    "RULES",
+    "Approvals",
+    "Guard",
+    "GuardPolicy",
+    "Proven",
+    "Reject",
+    "RejectCode",
+    "Verdict",
+    "no_path",
+]

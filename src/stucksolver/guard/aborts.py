@@ -8,7 +8,8 @@ from stucksolver.decision.manoeuvre import STEP_M
 from stucksolver.guard.case import Case
 from stucksolver.guard.predict import moving_gaps, relevant
 from stucksolver.guard.straight import goes_straight
-from stucksolver.guard.verdict import Reject, RejectCode
+from stucksolver.guard.verdict import Reject
+from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.frenet import Array, Mask
 from stucksolver.scene.road import LaneDirection, ZoneKind
 from stucksolver.scene.view import MOVING_MPS
@@ -130,8 +131,14 @@ def stops_beside(case: Case, rejects: list[Reject], giving_way: bool) -> bool:
 
 
 def _kept(case: Case, giving_way: bool, gap_m: float) -> float:
-    """The gap that a stop must leave. Whoever stands already does best to stand on, as long as nobody hits it."""
-    return 0.0 if giving_way and abs(case.view.ego.speed_mps) < MOVING_MPS else gap_m
+    """The gap that a stop must leave.
+
+    Whoever brakes for somebody already goes on to do so as long as it ends short of them, and whoever stands does best
+    to stand on, as long as nobody hits it.
+    """
+    if not giving_way:
+        return gap_m
+    return 0.0 if abs(case.view.ego.speed_mps) < MOVING_MPS else min(gap_m, case.policy.harm.touch_m)
 
 
 def braking_now(case: Case, braking_mps2: float | None = None) -> tuple[Array, Array]:

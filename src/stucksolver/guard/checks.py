@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.decision.behaviors import Release
+from stucksolver.decision.rollout import MIN_SPEED_MPS
 from stucksolver.guard.abreast import will_be_followed
 from stucksolver.guard.case import Case
 from stucksolver.guard.numerics import EPSILON, way_to_stop
 from stucksolver.guard.policy import GuardPolicy
 from stucksolver.guard.predict import moving_gaps, profiles, relevant, standing_gaps, times
 from stucksolver.guard.rss import rss_lateral, step_off
-from stucksolver.guard.verdict import Reject, RejectCode
+from stucksolver.guard.verdict import Reject
+from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.frenet import Array, Mask
 from stucksolver.scene.objects import ObjectKind, TrackedObject
 from stucksolver.scene.surroundings import ControlKind, LightState
@@ -58,11 +60,20 @@ def _margins(case: Case, which: Array, speed: Array) -> Array:
     mu = np.where(creeping, gaps.standing_gap_m, gaps.moving_gap_m)
     margin = np.where(view.moving[which], rss_lateral(drift, mu, policy.rss), gaps.standing_gap_m)
     margin = np.where(view.vulnerable[which], np.maximum(margin, gaps.vulnerable_gap_m), margin)
+    margin = np.maximum(margin, _drawn_aside(case, speed)[:, None])
     stepping = view.on_foot[which]
     if not stepping.any():
         return margin
     step = step_off(speed, view.ego.limits.max_braking_mps2, policy.people)
     result: Array = np.maximum(margin, step[:, None] * stepping)
+    return result
+
+
+def _drawn_aside(case: Case, speed: Array) -> Array:
+    """(instants,): how far a fault that begins beside something draws the body aside before it stands (m)."""
+    tracking, ego = case.policy.tracking, case.view.ego
+    takes_s = case.policy.stopping.lag_s + speed / ego.limits.comfort_braking_mps2
+    result: Array = tracking.beside_m + tracking.drift_mps * takes_s
     return result
 
 
@@ -130,15 +141,15 @@ def _reject(case: Case, index: int, time_s: float, gap_m: float) -> Reject:
 
 def drivable_area(case: Case) -> list[Reject]:
     """The body stays on the driving lanes."""
-    return within(case, case.view.frame.drivable, "the driving lanes")
+    return within(case, case.view.frame.drivable, RejectCode.OFF_LANES, "the driving lanes")
 
 
 def roadside(case: Case) -> list[Reject]:
     """The body stays on what may be stood on: driving and parking lanes, and shoulders."""
-    return within(case, case.view.frame.roadside, "the road")
+    return within(case, case.view.frame.roadside, RejectCode.OFF_ROAD, "the road")
 
 
-def within(case: Case, borders: tuple[Array, Array], what: str) -> list[Reject]:
+def within(case: Case, borders: tuple[Array, Array], code: RejectCode, what: str) -> list[Reject]:
     """The body stays between borders (low, high), each (stations of the frame,)."""
     low, high = borders
     s = case.path.s
@@ -156,17 +167,24 @@ def within(case: Case, borders: tuple[Array, Array], what: str) -> list[Reject]:
     if beyond[worst] <= allowed[worst]:
         return []
     detail = f"{beyond[worst]:.1f} m off {what}, {s[worst] - s[0]:.0f} m ahead"
-    return [Reject(code=RejectCode.OFF_ROAD, detail=detail, gap_m=-float(beyond[worst]))]
+    return [Reject(code=code, detail=detail, gap_m=-float(beyond[worst]))]
 
 
 def speed(case: Case) -> list[Reject]:
-    """The cap: low while recovering, higher for what a passenger asked for on the move."""
+    """The cap: low while recovering, higher for what a passenger asked for on the move. It must be kept, too.
+
+    A way too short to slow down to what is asked for ends in what lies beyond it, which nobody has looked at.
+    """
     speeds = case.policy.speeds
     cap = speeds.guided_mps if case.guided else speeds.recovery_mps
-    asked = float(case.path.speed.max())
-    if asked <= cap + EPSILON:
-        return []
-    return [Reject(code=RejectCode.OVERSPEED, detail=f"asks {asked:.1f} m/s, the cap is {cap:.1f} m/s")]
+    asked, ends = float(case.path.speed.max()), float(case.path.speed[-1])
+    if asked > cap + EPSILON:
+        return [Reject(code=RejectCode.OVERSPEED, detail=f"asks {asked:.1f} m/s, the cap is {cap:.1f} m/s")]
+    left = float(case.quick.v[-1])
+    if left > max(ends, MIN_SPEED_MPS) + speeds.tolerance_mps:
+        detail = f"at {left:.1f} m/s still at the end of the way, which asks for {ends:.1f} m/s"
+        return [Reject(code=RejectCode.OVERSPEED, detail=detail)]
+    return []
 
 
 def stop_line(case: Case) -> list[Reject]:

@@ -19,8 +19,9 @@ from stucksolver.guard.hand_back import clear_to_hand_back
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.guard.sight import seen
 from stucksolver.guard.tracking import swung, tracked
-from stucksolver.guard.verdict import OK, Reject, RejectCode, Verdict
+from stucksolver.guard.verdict import OK, Reject, Verdict, no_path
 from stucksolver.guard.ways_out import WayOut, brakes_hard, least_harm
+from stucksolver.scene.attempts import PlanFailure, RejectCode
 from stucksolver.scene.frenet import Mask
 from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.sound import why_unsound
@@ -115,7 +116,7 @@ class Guard:
         try:
             proven = self.lay_out(behaviors, view, guided, approvals)
         except CannotPlan as error:
-            return Verdict(rejects=(Reject(code=RejectCode.NO_PATH, detail=str(error)),)), None
+            return no_path(error), None
         view = self._facing(view, proven)
         way = tracked(proven.path, view, self.policy.tracking, reverse=proven.reverse)
         case = Case(view, way, self.policy, guided, approvals=approvals)
@@ -220,7 +221,7 @@ class Guard:
     def lay_out(self, behaviors: Sequence[Behavior], view: View, guided: bool, approvals: Approvals) -> Proven:
         """Behaviours as one path from here, nothing of it judged yet. Raises `CannotPlan`."""
         if len({b.reverse for b in behaviors}) > 1:
-            raise CannotPlan("the vehicle must stop between going ahead and backing up")
+            raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stop between going ahead and backing up")
         view = view.backwards if behaviors and behaviors[0].reverse else view
         start = Start(view.ego_s, view.ego_d, view.ego.speed_mps)
         path: Manoeuvre | None = None
@@ -229,12 +230,12 @@ class Guard:
             why = behavior.precondition(view) if k == 0 else None
             part = None if why else behavior.manoeuvre(view, start)
             if part is None:
-                raise CannotPlan(why or f"{behavior.name} has no path")
+                raise CannotPlan(PlanFailure.PRECONDITION, why or f"{behavior.name} has no path")
             path = part if path is None else path.then(part)
             ends.append(part.end_s)
             start = Start(part.end_s, part.end_d, float(part.speed[-1]))
         if path is None:
-            raise CannotPlan("the plan is empty")
+            raise CannotPlan(PlanFailure.EMPTY, "the plan is empty")
         case = Case(view, path, self.policy, guided)
         return Proven(
             tuple(behaviors),

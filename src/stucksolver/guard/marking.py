@@ -8,7 +8,8 @@ from stucksolver.decision.behaviors import Release
 from stucksolver.guard.case import Case
 from stucksolver.guard.numerics import KMH_PER_MPS
 from stucksolver.guard.obstacles import in_queue
-from stucksolver.guard.verdict import Reject, RejectCode
+from stucksolver.guard.verdict import Reject
+from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.objects import MOTOR_VEHICLES
 from stucksolver.scene.road import LaneDirection, LaneKind, LineKind

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.guard.case import Case
-from stucksolver.guard.verdict import Reject, RejectCode
+from stucksolver.guard.verdict import Reject
+from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.objects import MOTOR_VEHICLES, PASSABLE_KINDS, VEHICLES, VULNERABLE, ObjectKind
 from stucksolver.scene.surroundings import ControlKind, LightState

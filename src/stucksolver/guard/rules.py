@@ -6,7 +6,8 @@ import numpy as np
 
 from stucksolver.guard.case import Case
 from stucksolver.guard.numerics import EPSILON
-from stucksolver.guard.verdict import Reject, RejectCode
+from stucksolver.guard.verdict import Reject
+from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.frenet import Array, Lane
 from stucksolver.scene.objects import MOTOR_VEHICLES, ObjectKind, TrackedObject
 from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind

@@ -7,7 +7,8 @@ import numpy as np
 from stucksolver.guard.case import Case
 from stucksolver.guard.rss import rss_distance
 from stucksolver.guard.traffic import is_due
-from stucksolver.guard.verdict import Reject, RejectCode
+from stucksolver.guard.verdict import Reject
+from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection, LaneKind
 

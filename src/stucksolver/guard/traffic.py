@@ -8,7 +8,8 @@ from stucksolver.decision.rollout import Rollout
 from stucksolver.guard.case import Case
 from stucksolver.guard.numerics import EPSILON, way_to_stop
 from stucksolver.guard.rss import rss_distance
-from stucksolver.guard.verdict import Reject, RejectCode
+from stucksolver.guard.verdict import Reject
+from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.frenet import Array, Lane, Mask
 from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import MOVING_MPS
@@ -148,16 +149,17 @@ def unyielding(case: Case, giving_way: bool) -> list[Reject]:
         left_of_us = bool(view.d[i] > path.d[0])
         edge = float(view.d[i]) + (-1.0 if left_of_us else 1.0) * float(view.across[i])
         inside = path.d + case.reach - edge if left_of_us else edge - path.d + case.reach
-        meets = inside > -policy.beside_m
-        if meets[0] or not meets.any():
+        # They must get by beside us, and those who have seen us only in their very way must be able to stop. Where the
+        # nose is in that room already, for one who has gone by, the next ones still need the latter.
+        borders = [(beside_m, inside > -beside_m) for beside_m in (policy.beside_m, 0.0)]
+        borders = [(beside_m, reaches) for beside_m, reaches in borders if reaches.any() and not reaches[0]]
+        if not borders:
             continue
-        if float(path.s[int(meets.argmax())] - path.s[0]) > _stop_m(case, policy.stops_s) + policy.stops_m:
+        due_m = float(path.s[int(borders[0][1].argmax())] - path.s[0])
+        if due_m > _stop_m(case, policy.stops_s) + policy.stops_m:
             continue
-        # They must get by beside us, and those who have seen us only in their very way must be able to stop.
-        for beside_m in (policy.beside_m, 0.0):
-            reject = _presses(
-                case, int(i), inside > -beside_m, edge + (-beside_m if left_of_us else beside_m), giving_way
-            )
+        for beside_m, reaches in borders:
+            reject = _presses(case, int(i), reaches, edge + (-beside_m if left_of_us else beside_m), giving_way)
             if reject is not None:
                 return [reject]
     return []
@@ -165,8 +167,6 @@ def unyielding(case: Case, giving_way: bool) -> list[Reject]:
 
 def _presses(case: Case, i: int, reaches: Mask, border: float, giving_way: bool) -> Reject | None:
     """One from behind against our body beyond a border at the side of their way, which it `reaches` at (stations,)."""
-    if not reaches.any():
-        return None
     k = int(reaches.argmax())
     tail = inside_of(case, k, np.full(len(case.path.s) - k, border), bool(case.view.d[i] > case.path.d[0]))
     # The slower we are, the nearer they have come by then; the quicker, the less they have passed us.
@@ -180,8 +180,10 @@ def _could_not_stop(case: Case, run: Rollout, k: int, i: int, tail: Array, react
     view, policy, thing = case.view, case.policy, case.view.objects[i]
     now, when, lane = float(view.vs[i]), float(run.t[k]), view.lane_of[i]
     limit = (lane.strip.speed_limit_mps if lane else None) or policy.oncoming.unknown_limit_mps
-    speed = max(now, min(now + policy.entry.accelerates_mps2 * when, limit))
-    front = float(view.s[i]) + (now + speed) / 2 * when + float(view.along[i])
+    gains = policy.entry.accelerates_mps2
+    speed = max(now, min(now + gains * when, limit))
+    gaining_s = (speed - now) / max(gains, EPSILON)
+    front = float(view.s[i]) + (now + speed) / 2 * gaining_s + speed * (when - gaining_s) + float(view.along[i])
     if front - 2 * float(view.along[i]) > float(case.path.s[k]) + view.ego.length_m / 2:
         return None  # past us by then
     sooner = (policy.rss.reaction_s - reaction_s) * speed

@@ -2,43 +2,9 @@
 
 from __future__ import annotations
 
-from enum import Enum
-
-from stucksolver.decision.behaviors import Abort
+from stucksolver.decision.behaviors import Abort, CannotPlan
+from stucksolver.scene.attempts import PlanFailure, RejectCode
 from stucksolver.scene.model import Model
-
-
-class RejectCode(str, Enum):
-    STALE = "stale_surroundings"
-    UNSOUND = "unsound_input"
-    PRECONDITION = "precondition"
-    APPROVAL = "approval_missing"
-    NO_PATH = "no_path"
-    COLLISION = "collision"
-    GAP = "gap"
-    CLEARANCE = "vulnerable_clearance"
-    RED_LIGHT = "red_light"
-    STOP_LINE = "stop_line"
-    ONCOMING_SIGHT = "oncoming_sight"
-    ONCOMING_GAP = "oncoming_gap"
-    LANE_ENTRY = "lane_entry"
-    ZONE = "junction_or_crossing"
-    SOLID_LINE = "solid_line"
-    OFF_ROAD = "off_road"
-    DOOR = "door_may_open"
-    OFF_ROUTE = "off_route"
-    AUTHORITY = "own_authority"
-    WAIT_FIRST = "wait_first"
-    NOT_PASSABLE = "not_passable"
-    LEAVES_LANE = "leaves_its_lane"
-    STOPPING_PLACE = "no_place_to_stop"
-    UNSEEN = "way_not_seen"
-    NO_ABORT = "no_safe_abort"
-    OVERSPEED = "overspeed"
-    DEVIATION = "off_the_path"
-    TIMEOUT = "timeout"
-    NOT_IMMOBILIZED = "not_immobilized"
-    REPEATED = "repeated"
 
 
 class Reject(Model):
@@ -49,6 +15,8 @@ class Reject(Model):
     object_id: str | None = None
     time_s: float | None = None
     gap_m: float | None = None
+    failure: PlanFailure | None = None
+    """Why there is no path, with `RejectCode.NO_PATH`."""
 
 
 class Verdict(Model):
@@ -62,10 +30,25 @@ class Verdict(Model):
     def accepted(self) -> bool:
         return not self.rejects
 
+    @property
+    def codes(self) -> tuple[RejectCode, ...]:
+        """Why it is not accepted, each reason once."""
+        return tuple(dict.fromkeys(r.code for r in self.rejects))
+
+    @property
+    def failures(self) -> tuple[PlanFailure, ...]:
+        """Why there is no path, each reason once."""
+        return tuple(dict.fromkeys(r.failure for r in self.rejects if r.failure is not None))
+
     def __str__(self) -> str:
         if self.accepted:
             return "accepted"
         return "; ".join(f"{r.code.value}: {r.detail}" for r in self.rejects)
+
+
+def no_path(error: CannotPlan) -> Verdict:
+    """Refuses behaviours that have no path."""
+    return Verdict(rejects=(Reject(code=RejectCode.NO_PATH, detail=str(error), failure=error.failure),))
 
 
 OK = Verdict()

@@ -145,7 +145,7 @@ class _Again:
         question = event.question
         if event.kind is EventKind.USELESS and self._last_plan is not None:
             self._failures.useless(self._last_plan)
-        denied = event.kind is EventKind.ANSWERED and event.text.endswith("no")
+        denied = event.answer is False
         if denied and question and question.plan and question.kind is QuestionKind.APPROVAL:
             self._failures.denied(question.plan)
 
@@ -225,8 +225,8 @@ def _verdict(data: dict[str, Any]) -> Verdict:
     return Verdict.model_validate(data.get("verdict", {}))
 
 
-def _plain(result: object) -> Any:
-    return result.model_dump(mode="json") if isinstance(result, Model) else vars(result)
+def _plain(result: Model | Outcome) -> Any:
+    return result.recorded() if isinstance(result, Outcome) else result.model_dump(mode="json")
 
 
 def _short(result: object) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import dataclasses
 import datetime
 import hashlib
 import importlib.metadata
@@ -25,7 +24,7 @@ from stucksolver.scene import RoadGeometry
 from stucksolver.solver.events import Event, Facts, Judgement, Tick
 from stucksolver.solver.execution import Outcome
 
-FORMAT = 2
+FORMAT = 3
 APPROVALS: TypeAdapter[Approvals] = TypeAdapter(Approvals)
 DETECTOR: TypeAdapter[DetectorSettings] = TypeAdapter(DetectorSettings)
 MOST_FILES = 100_000
@@ -107,7 +106,7 @@ class Scroll:
         if not tick.verdict.accepted:
             data["verdict"] = tick.verdict.model_dump(mode="json", exclude_defaults=True)
         if isinstance(tick.result, Outcome):
-            data["outcome"] = dataclasses.asdict(tick.result)
+            data["outcome"] = tick.result.recorded()
         elif tick.result is not self._said:
             data["directive"] = tick.result.model_dump(mode="json")
             self._said = tick.result

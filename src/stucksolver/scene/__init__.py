@@ -1,5 +1,6 @@
 """What the solver is told."""
 
+from stucksolver.scene.attempts import AttemptEnd, PastAttempt, PlanFailure, RejectCode
 from stucksolver.scene.objects import (
     MOTOR_VEHICLES,
     ON_FOOT,
@@ -27,7 +28,6 @@ from stucksolver.scene.scene import (
     CandidateWaypoint,
     Guidance,
     LaneRelation,
-    PastAttempt,
     Scene,
     SceneEgo,
     SceneLane,
@@ -53,6 +53,7 @@ __all__ = [
     "STATIC_KINDS",
     "VEHICLES",
     "VULNERABLE",
+    "AttemptEnd",
     "AvailableBehavior",
     "CameraImage",
     "CandidateWaypoint",
@@ -70,7 +71,9 @@ __all__ = [
     "LineKind",
     "ObjectKind",
     "PastAttempt",
+    "PlanFailure",
     "Reading",
+    "RejectCode",
     "RoadGeometry",
     "Scene",
     "SceneEgo",

@@ -9,6 +9,7 @@ from typing import Literal
 
 from pydantic import Base64Bytes, Field, JsonValue
 
+from stucksolver.scene.attempts import PastAttempt
 from stucksolver.scene.model import Model
 from stucksolver.scene.objects import TrackedObject
 from stucksolver.scene.reading import Reading
@@ -118,14 +119,6 @@ class Guidance(Model):
     time_s: float
     reading: Reading | None = None
     """What the words were read as, by the vehicle's own reader; None where nobody has read them."""
-
-
-class PastAttempt(Model):
-    """A plan of this episode that did not work, and why."""
-
-    time_s: float
-    behaviors: tuple[str, ...]
-    outcome: str
 
 
 class Scene(Model):

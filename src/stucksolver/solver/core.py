@@ -138,7 +138,9 @@ class Core:
 
     # ---- telling
 
-    def _tell(self, now: float, kind: EventKind, text: str, *, question: Question | None = None) -> None:
+    def _tell(
+        self, now: float, kind: EventKind, text: str, *, question: Question | None = None, answer: bool | None = None
+    ) -> None:
         self._teller.event(
             Event(
                 time_s=self._stack_s(now),
@@ -147,6 +149,7 @@ class Core:
                 intervention=self._interventions if self._open else None,
                 rung=self._climb.rung,
                 question=question,
+                answer=answer,
             )
         )
 

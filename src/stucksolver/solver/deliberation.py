@@ -7,10 +7,10 @@ from stucksolver.detect import Trigger
 from stucksolver.guard import NOBODY, Reject, RejectCode, Verdict
 from stucksolver.ladder import AskPerson, AskReasoner, Assist, Resume
 from stucksolver.reason import ReasonerError
-from stucksolver.scene import Status
+from stucksolver.scene import AttemptEnd, Status
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.execution import STAND, Outcome
-from stucksolver.solver.failures import GOT_ON_M, USELESS, passes, signature
+from stucksolver.solver.failures import GOT_ON_M, TEXTS, passes, signature
 from stucksolver.solver.helping import why_stopped
 from stucksolver.solver.panel import Answer, Held
 from stucksolver.solver.people import People
@@ -91,8 +91,8 @@ class Deliberation(People):
         if not self._failures.may_be_useless(done[0]):
             return
         self._failures.useless(done[0])
-        self._failures.note(done[0], USELESS, self._stack_s(status.time_s))
-        self._tell(status.time_s, EventKind.USELESS, USELESS)
+        self._failures.note(done[0], AttemptEnd.USELESS, self._stack_s(status.time_s))
+        self._tell(status.time_s, EventKind.USELESS, TEXTS[AttemptEnd.USELESS])
 
     def _take_answer(self, status: Status, trigger: Trigger | None, read: Read) -> Directive:
         try:
@@ -190,7 +190,7 @@ class Deliberation(People):
         if judged is None or not judged.passing or now >= held.until_s:
             self._held = None
             if judged is not None:
-                self._failures.note(held.plan, str(judged.verdict), self._stack_s(now))
+                self._failures.note(held.plan, AttemptEnd.REFUSED, self._stack_s(now), verdict=judged.verdict)
         return self._resting
 
     def _refused(self, judged: Judged, answer: Answer, status: Status, trigger: Trigger | None, read: Read) -> None:
@@ -199,7 +199,7 @@ class Deliberation(People):
         if judged.passing:
             self._held = Held(answer, judged.plan, now + self.ladder.asking.hold_s)
             return
-        self._failures.note(judged.plan, str(judged.verdict), self._stack_s(now))
+        self._failures.note(judged.plan, AttemptEnd.REFUSED, self._stack_s(now), verdict=judged.verdict)
         climb = self._words_climb if self._words.now is not None else self._climb
         if climb.may_repair(now):
             self._next(status, trigger, read)
@@ -233,7 +233,8 @@ class Deliberation(People):
         self._stays = not result.finished and not self._running.clear_to_hand_back(read, now)
         self._tell(now, kind, result.text + (STANDS_THERE if self._stays else ""))
         if not result.finished:
-            self._failures.note(plan, f"aborted: {result.text}", self._stack_s(now))
+            text = f"aborted: {result.text}"
+            self._failures.note(plan, AttemptEnd.GIVEN_UP, self._stack_s(now), text=text, verdict=result.verdict)
             self._failures.aborted(plan, verdict)
             passing = passes(verdict, frozenset())
             self._failed(now, counts=not passing)
@@ -270,7 +271,7 @@ class Deliberation(People):
         """A person's yes or no."""
         now, question = status.time_s, reply.question
         said = "yes" if reply.yes else "no"
-        self._tell(now, EventKind.ANSWERED, f"{reply.by}: {said}", question=question)
+        self._tell(now, EventKind.ANSWERED, f"{reply.by}: {said}", question=question, answer=reply.yes)
         if question.kind is QuestionKind.ASSISTANCE:
             return self._helped_out(reply.yes, now)
         answer, self._for_approval = self._for_approval, None

@@ -64,6 +64,8 @@ class Event(Model):
     trace: Trace | None = None
     verdict: Verdict | None = None
     question: Question | None = None
+    answer: bool | None = None
+    """A person's yes or no, with `EventKind.ANSWERED`."""
     reading: Reading | None = None
     """What a passenger's words were read as."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -18,7 +18,7 @@ from stucksolver.decision.behaviors import (
     Wait,
 )
 from stucksolver.decision.manoeuvre import Manoeuvre, landing_m
-from stucksolver.guard import NOBODY, Approvals, Guard, Proven, Reject, RejectCode, Verdict
+from stucksolver.guard import NOBODY, OK, Approvals, Guard, Proven, Reject, RejectCode, Verdict
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import View
 
@@ -38,6 +38,12 @@ class Outcome:
 
     finished: bool
     text: str
+    verdict: Verdict = field(default=OK, compare=False)
+    """Why it was given up, where the guard said so. A record has it in the tick's own verdict."""
+
+    def recorded(self) -> dict[str, object]:
+        """What a record keeps of it."""
+        return {"finished": self.finished, "text": self.text}
 
 
 Step = Execute | Replan | SafeStop
@@ -98,7 +104,7 @@ class Execution:
         if self._ending is not None:
             return self._end(view)
         if self._withdrawn and not self._committed(view):
-            return self._abort(Abort.STOP, "withdrawn", view)
+            return self._abort(Abort.STOP, OK, view, "withdrawn")
         if self._proven is None:
             return self._stand(view, now_s)
         return self._move(self._proven, view, now_s)
@@ -118,18 +124,18 @@ class Execution:
         if verdict.abort is Abort.GIVE_WAY:
             if now_s > self._until_s:
                 # The stack knows how to get through a junction, too; it is not left standing there by a plan.
-                return Outcome(False, f"it gave way for longer than its time allowance: {verdict}")
+                return Outcome(False, f"it gave way for longer than its time allowance: {verdict}", verdict)
             self._gives_way = True
             return STAND if verdict.brake_mps2 is None else stand(verdict.brake_mps2)
         if self._gives_way:
             self._gives_way, self._directive = False, self._direct(view)
         if not verdict.accepted and verdict.abort is not Abort.FINISH:
-            return self._abort(verdict.abort or Abort.STOP, str(verdict), view)
+            return self._abort(verdict.abort or Abort.STOP, verdict, view)
         seen = _facing(view, proven)
         if now_s > self._until_s and not proven.committed(seen.ego_s):
             late = Reject(code=RejectCode.TIMEOUT, detail="it took longer than its time allowance")
             self.last_verdict = Verdict(rejects=(late,), abort=Abort.STOP)
-            return self._abort(Abort.STOP, str(self.last_verdict), view)
+            return self._abort(Abort.STOP, self.last_verdict, view)
         if _arrived(proven, seen) or (self._behavior.done(view) and not proven.committed(seen.ego_s)):
             self._proven = None
             return self._next(view, now_s)
@@ -146,17 +152,17 @@ class Execution:
         verdict = self.start(view, now_s)
         if not verdict.accepted:
             self.last_verdict = verdict
-            return self._abort(Abort.STOP, f"the next step was refused: {verdict}", view)
+            return self._abort(Abort.STOP, verdict, view, f"the next step was refused: {verdict}")
         assert self._directive is not None
         self._shown = True
         return self._directive
 
-    def _abort(self, way: Abort, why: str, view: View) -> Step | Outcome:
+    def _abort(self, way: Abort, verdict: Verdict, view: View, why: str | None = None) -> Step | Outcome:
         """Ends the plan by a stop where one may stand, else by the way back, else by handing over at once.
 
         The stack then drives on by itself; it never stands where nobody should.
         """
-        self._ending = Outcome(False, why)
+        self._ending = Outcome(False, why or str(verdict), verdict)
         if way is Abort.RETURN_TO_LANE or not self._guard.may_stand(view):
             self._way_back = self._guard.way_back(view)
             if self._way_back is None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import Behavior
 from stucksolver.decision.behaviors.base import CREEP_MPS
-from stucksolver.guard import Reject, RejectCode, Verdict
-from stucksolver.scene import PastAttempt
+from stucksolver.guard import OK, Reject, RejectCode, Verdict
+from stucksolver.scene import AttemptEnd, PastAttempt
 
 UNSEEN = frozenset({RejectCode.TIMEOUT, RejectCode.DEVIATION})
 """Reasons that no look at the start of a plan can find: a plan that failed for them is not started again."""
@@ -20,8 +20,10 @@ PASSING = frozenset(
     }
 )
 """Reasons that go away with the traffic: waiting is right, and no try is used up."""
-DENIED = "a person said no"
-USELESS = "it was done, and the vehicle did not get on"
+TEXTS = {
+    AttemptEnd.DENIED: "a person said no",
+    AttemptEnd.USELESS: "it was done, and the vehicle did not get on",
+}
 GOT_ON_M = 1.0
 """With less new progress than this a finished plan changed nothing."""
 
@@ -54,9 +56,18 @@ class Failures:
         self._barred: dict[Signature, str] = {}
         self.attempts: tuple[PastAttempt, ...] = ()
 
-    def note(self, plan: RecoveryPlan, outcome: str, time_s: float) -> None:
-        """Remember for the reasoner."""
-        attempt = PastAttempt(time_s=time_s, behaviors=tuple(b.name for b in plan.behaviors), outcome=outcome)
+    def note(
+        self, plan: RecoveryPlan, ended: AttemptEnd, time_s: float, *, text: str = "", verdict: Verdict = OK
+    ) -> None:
+        """Remember for the reasoner. `verdict`: for what it was refused or given up; `text` where that is not all."""
+        attempt = PastAttempt(
+            time_s=time_s,
+            behaviors=tuple(b.name for b in plan.behaviors),
+            ended=ended,
+            codes=verdict.codes,
+            failures=verdict.failures,
+            outcome=text or TEXTS.get(ended) or str(verdict),
+        )
         self.attempts = (*self.attempts, attempt)[-self._remembered :] if self._remembered else ()
 
     def aborted(self, plan: RecoveryPlan, verdict: Verdict) -> None:
@@ -67,7 +78,7 @@ class Failures:
 
     def useless(self, plan: RecoveryPlan) -> None:
         """It was carried through, and changed nothing."""
-        self._barred[signature(plan)] = USELESS
+        self._barred[signature(plan)] = TEXTS[AttemptEnd.USELESS]
 
     @staticmethod
     def may_be_useless(plan: RecoveryPlan) -> bool:
@@ -76,7 +87,7 @@ class Failures:
 
     def denied(self, plan: RecoveryPlan) -> None:
         """A person said no to it."""
-        self._barred[signature(plan)] = DENIED
+        self._barred[signature(plan)] = TEXTS[AttemptEnd.DENIED]
 
     def against(self, plan: RecoveryPlan) -> Verdict | None:
         """Refuses a plan that has failed before for a reason that has not gone away."""

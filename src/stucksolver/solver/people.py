@@ -8,7 +8,7 @@ from stucksolver.decision import CONTINUE, Directive, GuidanceIntent, SafeStop
 from stucksolver.guard import NOBODY
 from stucksolver.ladder import Assist, Resume
 from stucksolver.ladder.moves import Person
-from stucksolver.scene import Guidance, Reading
+from stucksolver.scene import AttemptEnd, Guidance, Reading
 from stucksolver.solver.core import Core
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.failures import signature
@@ -180,7 +180,7 @@ class People(Core):
     def _denied(self, question: Question, now: float) -> None:
         assert question.plan is not None
         self._failures.denied(question.plan)
-        self._failures.note(question.plan, "a person said no", self._stack_s(now))
+        self._failures.note(question.plan, AttemptEnd.DENIED, self._stack_s(now))
         self._failed(now)
 
     # ---- help from outside

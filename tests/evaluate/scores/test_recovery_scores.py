@@ -88,10 +88,13 @@ def test_min_speed_entries_and_being_blocked_are_no_harm() -> None:
 
 
 def test_questions_are_counted_with_their_cost() -> None:
-    queries = (Query(asked_s=10, answered_s=12.8, took_s=2.5, tokens=900, usd=0.004), Query(asked_s=20))
+    queries = (
+        Query(asked_s=10, answered_s=12.8, took_s=2.5, tokens=900, usd=0.004, outcome="nothing to do"),
+        Query(asked_s=20),
+    )
     queries += (
-        Query(asked_s=30, answered_s=30, verdict="refused: collision"),
-        Query(asked_s=40, verdict="failed: late"),
+        Query(asked_s=30, answered_s=30, outcome="refused", verdict="refused: collision"),
+        Query(asked_s=40, outcome="failed", verdict="failed: late"),
     )
     found = figures(queries=queries)
     assert (found.queries, found.tokens, found.latencies_s) == (4, 900, [2.5])

@@ -6,6 +6,7 @@ from pydantic import Field
 
 from stucksolver.decision.behaviors.base import CREEP_MPS, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, straight
+from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.view import View
 
 STANDS_MPS = 0.3
@@ -33,5 +34,5 @@ class BackUp(Behavior):
 
     def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
         if abs(start.speed_mps) > STANDS_MPS:
-            raise CannotPlan("the vehicle must stand before it backs up")
+            raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stand before it backs up")
         return straight(start.s_m, start.d_m, self.distance_m, self.speed_mps).stopping()

@@ -8,6 +8,7 @@ from enum import Enum
 from typing import ClassVar
 
 from stucksolver.decision.manoeuvre import Manoeuvre
+from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.model import Model
 from stucksolver.scene.road import LaneDirection, ZoneKind
 from stucksolver.scene.view import View
@@ -130,4 +131,8 @@ def no_place_to_stand(view: View) -> str | None:
 
 
 class CannotPlan(Exception):
-    """No path exists for a behaviour here; the message says why."""
+    """No path exists for a behaviour here; `failure` says why, and the message says it to people."""
+
+    def __init__(self, failure: PlanFailure, text: str) -> None:
+        super().__init__(text)
+        self.failure = failure

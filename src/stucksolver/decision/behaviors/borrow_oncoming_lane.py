@@ -9,6 +9,7 @@ from stucksolver.decision.behaviors.base import CREEP_MPS, MOVING_CHECKS, Abort,
 from stucksolver.decision.manoeuvre import Manoeuvre, along_lane, landing_m, lateral, shortest_shift
 from stucksolver.decision.passing import Passing, borrowed_lane, find_passing, length_abreast, standing_beyond
 from stucksolver.decision.swing import swing_out
+from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.view import View
 
 STOP_GAP_M, STRAIGHT_M, LEAST_BACK_M = 2.0, 1.0, 6.0
@@ -45,7 +46,7 @@ class BorrowOncomingLane(Behavior):
     def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
         lane = borrowed_lane(view, start.s_m)
         if lane is None:
-            raise CannotPlan("there is no oncoming lane on the left")
+            raise CannotPlan(PlanFailure.NO_LANE, "there is no oncoming lane on the left")
         passing: Passing = find_passing(view, start, self.past_object_id, lane)
         speed = min(self.speed_mps, CREEP_MPS) if passing.slowly else self.speed_mps
         out = swing_out(view, start, passing.offset_m, speed)

@@ -7,6 +7,7 @@ from pydantic import Field
 from stucksolver.decision.behaviors.base import MOVING_CHECKS, Abort, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, along_lane, landing_m
 from stucksolver.decision.swing import swing_out
+from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection, LaneKind
 from stucksolver.scene.view import View
@@ -30,9 +31,9 @@ class ChangeLane(Behavior):
     def target(self, view: View, start: Start) -> Lane:
         lane = view.frame.beside(start.s_m, start.d_m, +1 if self.side == "left" else -1)
         if lane is None or lane.strip.kind is not LaneKind.DRIVING:
-            raise CannotPlan(f"there is no driving lane on the {self.side}")
+            raise CannotPlan(PlanFailure.NO_LANE, f"there is no driving lane on the {self.side}")
         if lane.strip.direction is LaneDirection.OPPOSITE:
-            raise CannotPlan(f"the lane on the {self.side} belongs to oncoming traffic")
+            raise CannotPlan(PlanFailure.NOT_OUR_LANE, f"the lane on the {self.side} belongs to oncoming traffic")
         return lane
 
     def manoeuvre(self, view: View, start: Start) -> Manoeuvre:

@@ -8,6 +8,7 @@ from pydantic import Field
 from stucksolver.decision.behaviors.base import CREEP_MPS, MOVING_CHECKS, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.behaviors.keep_lane import own_lane
 from stucksolver.decision.manoeuvre import Manoeuvre, along_lane
+from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.view import View
 
 BEYOND_M = 2.0
@@ -28,9 +29,9 @@ class DriveOver(Behavior):
     def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
         i = view.index_of(self.object_id)
         if i is None:
-            raise CannotPlan(f"object {self.object_id} is not seen")
+            raise CannotPlan(PlanFailure.NOT_SEEN, f"object {self.object_id} is not seen")
         past = float(view.s[i] + view.along[i]) + view.ego.length_m / 2 + BEYOND_M - start.s_m
         if not 3.0 < past < 40.0:
-            raise CannotPlan(f"object {self.object_id} is not close ahead")
+            raise CannotPlan(PlanFailure.NOT_IN_THE_WAY, f"object {self.object_id} is not close ahead")
         path = along_lane(own_lane(view, start), start.s_m, start.d_m, past, self.speed_mps)
         return replace(path, over=(self.object_id,))

@@ -7,6 +7,7 @@ from pydantic import Field
 from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.behaviors.keep_lane import own_lane
 from stucksolver.decision.manoeuvre import Manoeuvre, along_lane
+from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.view import View
 
 RANGE_M = 50.0
@@ -29,7 +30,8 @@ class FollowVehicle(Behavior):
     def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
         i = view.index_of(self.leader_id)
         if i is None or not self._leads(view, i):
-            raise CannotPlan(f"{self.leader_id} does not lead: it must move ahead in the own lane")
+            why = f"{self.leader_id} does not lead: it must move ahead in the own lane"
+            raise CannotPlan(PlanFailure.NOT_LEADING, why)
         return along_lane(own_lane(view, start), start.s_m, start.d_m, self.distance_m, self.speed_mps)
 
     def done(self, view: View) -> bool:

@@ -6,6 +6,7 @@ from pydantic import Field
 
 from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, along_lane
+from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import View
@@ -30,5 +31,5 @@ def own_lane(view: View, start: Start) -> Lane | None:
     """The lane at a place. Raises `CannotPlan` where that is an oncoming one."""
     lane = view.frame.lane_at(start.s_m, start.d_m)
     if lane is not None and lane.strip.direction is LaneDirection.OPPOSITE:
-        raise CannotPlan("the vehicle is in an oncoming lane, which is left, not kept")
+        raise CannotPlan(PlanFailure.NOT_OUR_LANE, "the vehicle is in an oncoming lane, which is left, not kept")
     return lane

@@ -9,6 +9,7 @@ from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, CannotP
 from stucksolver.decision.behaviors.keep_lane import own_lane
 from stucksolver.decision.manoeuvre import Manoeuvre, straight
 from stucksolver.decision.swing import swing_out
+from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import View
 
@@ -37,19 +38,19 @@ class Nudge(Behavior):
     def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
         lane = own_lane(view, start)
         if lane is None:
-            raise CannotPlan("the vehicle is in no lane")
+            raise CannotPlan(PlanFailure.NO_LANE, "the vehicle is in no lane")
         right, _, left = lane.at(start.s_m + self.distance_m)
         half, turn = view.ego.width_m / 2 + EDGE_M, 1 if self.side == "left" else -1
         target = min(max(start.d_m + turn * self.offset_m, right + half), left - half)
         if (target - start.d_m) * turn < 0.15:
-            raise CannotPlan(f"the lane leaves no room on the {self.side}")
+            raise CannotPlan(PlanFailure.NO_ROOM_ASIDE, f"the lane leaves no room on the {self.side}")
         for share in SHARES:
             aside = share * (target - start.d_m)
             out = swing_out(view, start, start.d_m + aside, self.speed_mps)
             if float((turn * out.d + body_reach(out, view)).max()) <= (left if turn > 0 else -right) + 2 * EDGE_M:
                 rest = max(start.s_m + self.distance_m - out.end_s, 0.5)
                 return out.then(straight(out.end_s, out.end_d, rest, self.speed_mps)).stopping()
-        raise CannotPlan(f"the lane leaves no room to turn to the {self.side}")
+        raise CannotPlan(PlanFailure.NO_ROOM_ASIDE, f"the lane leaves no room to turn to the {self.side}")
 
 
 def body_reach(path: Manoeuvre, view: View) -> Array:

@@ -8,6 +8,7 @@ from pydantic import Field
 from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.behaviors.nudge import body_reach
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift, straight
+from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 from stucksolver.scene.view import View
@@ -34,7 +35,7 @@ class PullOver(Behavior):
     def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
         lanes = _to_the_right(view, start)
         if not lanes:
-            raise CannotPlan("the vehicle is in no lane of its own direction")
+            raise CannotPlan(PlanFailure.NO_LANE, "the vehicle is in no lane of its own direction")
         end = start.s_m + self.distance_m
         target = min(lane.at(end)[0] for lane in lanes) + view.ego.width_m / 2 + EDGE_M
         length = min(max(shortest_shift(start.d_m - target, 1.5 * view.ego.limits.min_turn_radius_m), 4.0), 30.0)

@@ -8,6 +8,7 @@ from pydantic import Field
 from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, along_lane, landing_m
 from stucksolver.decision.swing import swing_out
+from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.view import View
 
 
@@ -28,7 +29,7 @@ class RejoinRoute(Behavior):
     def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
         home = view.frame.lane_at(start.s_m, 0.0)
         if home is None:
-            raise CannotPlan("the route has no lane here")
+            raise CannotPlan(PlanFailure.NO_LANE, "the route has no lane here")
         here = view.frame.lane_at(start.s_m, start.d_m)
         out = swing_out(view, start, 0.0, self.speed_mps) if abs(start.d_m) > 0.1 else None
         s, d = (start.s_m, start.d_m) if out is None else (out.end_s, out.end_d)

@@ -8,7 +8,7 @@ from typing import Any
 from stucksolver.decision import Directive, SafeStop
 from stucksolver.evaluate.arms.arm import ArmLog, Now
 from stucksolver.evaluate.arms.timed import TimedReasoner
-from stucksolver.evaluate.results.outcome import FAILED, REFUSED, Intervention, Query
+from stucksolver.evaluate.results.outcome import Intervention, Query, QueryOutcome, came_to
 from stucksolver.record import Recorder
 from stucksolver.solver import Event, EventKind, StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
@@ -89,11 +89,9 @@ class SolverArm:
             listener(event)
 
     def _answered(self, event: Event) -> None:
-        verdict = "nothing to do"
-        if event.verdict is not None:
-            verdict = "accepted" if event.verdict.accepted else f"{REFUSED}: {event.verdict}"
         if self.log.queries:
-            answer = {"answered_s": self._now.time_s, "verdict": verdict}
+            outcome, verdict = came_to(event.verdict)
+            answer = {"answered_s": self._now.time_s, "outcome": outcome, "verdict": verdict}
             asked = self._reasoners.get(event.reasoner or "", next(iter(self._reasoners.values())))
             cost = {"took_s": asked.took_s, "tokens": asked.tokens, "usd": asked.usd}
             self.log.queries[-1] = self.log.queries[-1].model_copy(update=answer | cost)
@@ -101,7 +99,7 @@ class SolverArm:
 
     def _failed(self, event: Event) -> None:
         if self.log.queries and self.log.queries[-1].answered_s is None:
-            told = {"verdict": f"{FAILED}: {event.text}"}
+            told = {"outcome": QueryOutcome.FAILED, "verdict": f"failed: {event.text}"}
             self.log.queries[-1] = self.log.queries[-1].model_copy(update=told)
 
     def _began(self, event: Event) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stucksolver.decision.behaviors import REGISTRY, Behavior, CannotPlan, Release
-from stucksolver.guard import NOBODY, OK, Approvals, Guard, GuardPolicy, Proven, Reject, RejectCode, Verdict
+from stucksolver.guard import NOBODY, OK, Approvals, Guard, GuardPolicy, Proven, Verdict, no_path
 from stucksolver.scene.view import View
 
 
@@ -22,7 +22,7 @@ class Unguarded(Guard):
         try:
             return OK, self.lay_out(behaviors, view, guided, approvals)
         except CannotPlan as error:
-            return Verdict(rejects=(Reject(code=RejectCode.NO_PATH, detail=str(error)),)), None
+            return no_path(error), None
 
     def allows_standing(self, behavior: Behavior, view: View, approvals: Approvals = NOBODY) -> Verdict:
         return OK

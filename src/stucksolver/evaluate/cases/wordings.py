@@ -110,7 +110,7 @@ def _row(draw: ImageDraw.ImageDraw, top: int, wording: Wording, result: CaseResu
     colour = HIT if result.collisions else PASSED if passed_s(result) is not None else STAYED
     at = left + READ_W + CHART_W
     draw.text((at, top + 9), outcome(result), colour, font=ImageFont.load_default(16))
-    last = next((e.text for e in reversed(result.events) if e.text.startswith('"')), "")
+    last = next((e.text for e in reversed(result.events) if e.kind is EventKind.GUIDANCE_ENDED), "")
     draw.text((at, top + 31), last.rpartition('": ')[2][:44], GREY, font=ImageFont.load_default(13))
 
 

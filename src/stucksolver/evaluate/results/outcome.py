@@ -5,10 +5,12 @@ Times are seconds since the start of the route, places metres along it.
 
 from __future__ import annotations
 
+from enum import Enum
 from typing import Literal
 
 from pydantic import Field
 
+from stucksolver.guard import Verdict
 from stucksolver.scene.model import Model
 
 Expected = Literal["recover", "wait", "ask", "reroute"]
@@ -48,8 +50,15 @@ class Intervention(Model):
     text: str = ""
 
 
-REFUSED, FAILED = "refused", "failed"
-"""How the verdict of a query begins whose plan was not accepted, or that got no answer."""
+class QueryOutcome(str, Enum):
+    """What became of a question to the reasoner."""
+
+    NO_PLAN = "nothing to do"
+    ACCEPTED = "accepted"
+    REFUSED = "refused"
+    """A plan that the guard did not accept."""
+    FAILED = "failed"
+    """There was no answer."""
 
 
 class Query(Model):
@@ -61,7 +70,19 @@ class Query(Model):
     """Wall time."""
     tokens: int = 0
     usd: float | None = None
+    outcome: QueryOutcome | None = None
+    """None: nobody waited for the answer any more."""
     verdict: str = ""
+    """The same for people, with the reasons."""
+
+
+def came_to(verdict: Verdict | None) -> tuple[QueryOutcome, str]:
+    """What an answer came to, and the same for people; None where it proposed no plan."""
+    if verdict is None:
+        return QueryOutcome.NO_PLAN, QueryOutcome.NO_PLAN.value
+    if verdict.accepted:
+        return QueryOutcome.ACCEPTED, QueryOutcome.ACCEPTED.value
+    return QueryOutcome.REFUSED, f"{QueryOutcome.REFUSED.value}: {verdict}"
 
 
 class Reliability(Model):

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stucksolver.evaluate.results.outcome import FAILED, REFUSED, Intervention, Outcome, Spell
+from stucksolver.evaluate.results.outcome import Intervention, Outcome, QueryOutcome, Spell
 
 MET_S = 10.0
 WITHIN_S = 60.0
@@ -148,13 +148,13 @@ def _add_spell(f: RecoveryFigures, spell: Spell, o: Outcome) -> None:
 
 def _add_queries(f: RecoveryFigures, o: Outcome) -> None:
     f.queries += len(o.queries)
-    f.dropped += sum(q.answered_s is None and not q.verdict for q in o.queries)
-    f.failed += sum(q.verdict.startswith(FAILED) for q in o.queries)
+    f.dropped += sum(q.outcome is None for q in o.queries)
+    f.failed += sum(q.outcome is QueryOutcome.FAILED for q in o.queries)
     for one in o.reliability:
         f.asked[one.reasoner] += one.asked
         f.unanswered[one.reasoner] += one.unanswered
         f.whys[one.why] += bool(one.why)
-    f.refused += sum(q.verdict.startswith(REFUSED) for q in o.queries)
+    f.refused += sum(q.outcome is QueryOutcome.REFUSED for q in o.queries)
     f.tokens += sum(q.tokens for q in o.queries)
     f.usd += sum(q.usd or 0.0 for q in o.queries)
     f.latencies_s += [q.took_s for q in o.queries if q.took_s is not None]

@@ -29,6 +29,9 @@ class TrackingPolicy(Model):
     """Turned by less from where the body should point, it is on its way without driving off first."""
     beside_m: NonNegativeFloat = 0.05
     """Beside the path by less, it is on it: what localisation is good for."""
+    drift_mps: NonNegativeFloat = 0.25
+    """A fault draws the body aside no more quickly. Ours: 3 degrees off the path at 20 km/h. A plan is begun only with
+    gaps that leave room for that until the vehicle stands; at walking pace the gaps of `ClearancePolicy` are enough."""
     kept_s: NonNegativeFloat = 1.0
     """A tracking error is kept for so long beyond a stop: whatever keeps it there may last."""
     worked_off_m: PositiveFloat = 6.0

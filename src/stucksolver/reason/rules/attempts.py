@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from stucksolver.scene import Scene
+from collections.abc import Iterator
+
+from stucksolver.scene import PastAttempt, PlanFailure, RejectCode, Scene
 
 REMEMBERED_S = 30.0
 
 
-def has_failed(scene: Scene, *words: str) -> bool:
-    """Was a plan of the last half minute refused or given up for one of these reasons, or of one of these names?"""
-    recent = [a for a in scene.attempts if scene.time_s - a.time_s < REMEMBERED_S]
-    return any(word in a.outcome or word in a.behaviors for a in recent for word in words)
+def was_tried(scene: Scene, name: str) -> bool:
+    """Did a plan with this behaviour come to nothing in the last half minute?"""
+    return any(name in attempt.behaviors for attempt in _recent(scene))
+
+
+def failed_for(scene: Scene, *why: RejectCode | PlanFailure) -> bool:
+    """Was a plan of the last half minute refused or given up for one of these reasons?"""
+    return any(one in (*attempt.codes, *attempt.failures) for attempt in _recent(scene) for one in why)
+
+
+def _recent(scene: Scene) -> Iterator[PastAttempt]:
+    return (a for a in scene.attempts if scene.time_s - a.time_s < REMEMBERED_S)

@@ -6,7 +6,7 @@ import math
 
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import ReplanRoute
-from stucksolver.reason.rules.attempts import has_failed
+from stucksolver.reason.rules.attempts import was_tried
 from stucksolver.reason.rules.past import Way
 from stucksolver.scene import CandidateWaypoint, LaneKind, LaneRelation, ObjectKind, Scene, SceneObject
 
@@ -24,7 +24,7 @@ def by_another_road(scene: Scene, lead: SceneObject) -> Way | None:
     A passenger's words are about the way past; they are not answered with another route.
     """
     offered = "replan" in {b.name for b in scene.behaviors}
-    if not offered or scene.guidance is not None or has_failed(scene, "replan") or not is_closed(scene, lead):
+    if not offered or scene.guidance is not None or was_tried(scene, "replan") or not is_closed(scene, lead):
         return None
     start = min(_elsewhere(scene), key=lambda w: w.route_length_m or math.inf, default=None)
     if start is None:

@@ -14,14 +14,14 @@ from stucksolver.decision import (
 )
 from stucksolver.decision.behaviors import RequestAssistance
 from stucksolver.reason.rules.analyse import blocker
-from stucksolver.reason.rules.attempts import has_failed
+from stucksolver.reason.rules.attempts import failed_for, was_tried
 from stucksolver.reason.rules.closed import by_another_road
 from stucksolver.reason.rules.elsewhere import asked_for, without_lead
 from stucksolver.reason.rules.passing import group_of
 from stucksolver.reason.rules.past import Way, speed_for, way_past
 from stucksolver.reason.rules.room import over_it, to_see_more, to_swing_out, within_the_lane
 from stucksolver.reason.rules.standoff import away_from_who_faces, into_who_joins, towards_who_crosses
-from stucksolver.scene import REQUESTS, VEHICLES, ObjectKind, Scene, SceneObject
+from stucksolver.scene import REQUESTS, VEHICLES, ObjectKind, RejectCode, Scene, SceneObject
 
 LEAD_RANGE_M = 45.0
 SAME_MOMENT_S = 0.5
@@ -85,13 +85,13 @@ def _way_on(scene: Scene, analysis: Analysis) -> Way:
         return other
     target = group_of(scene, lead)
     aside = within_the_lane(scene, target)
-    if aside is not None and not has_failed(scene, "nudge"):
+    if aside is not None and not was_tried(scene, "nudge"):
         return aside
     plan, why = way_past(scene, target, speed_for(scene, target))
     if plan is None:
         back = away_from_who_faces(scene, lead) if why[0] is WaitReason.NO_SAFE_WAY else None
         return back or (plan, why)
-    if has_failed(scene, "oncoming_sight") and _just_refused(scene, plan) is not None:
+    if failed_for(scene, RejectCode.ONCOMING_SIGHT) and _just_refused(scene, plan) is not None:
         look = to_see_more(scene, target, plan)
         if look is not None:
             return look
@@ -121,7 +121,7 @@ def _just_refused(scene: Scene, plan: RecoveryPlan) -> str | None:
     """
     names = tuple(b.name for b in plan.behaviors)
     same = [a for a in scene.attempts if a.behaviors == names and scene.time_s - a.time_s < SAME_MOMENT_S]
-    slowed = len(same) == 1 and has_failed(scene, "vulnerable_clearance", "door_may_open")
+    slowed = len(same) == 1 and failed_for(scene, RejectCode.CLEARANCE, RejectCode.DOOR)
     return same[-1].outcome if same and not slowed else None
 
 

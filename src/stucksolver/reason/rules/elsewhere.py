@@ -6,7 +6,7 @@ from stucksolver.decision import Analysis, CauseCode, GuidanceIntent, RecoveryPl
 from stucksolver.decision.behaviors import BackUp, KeepLane, PullOver, ReplanRoute
 from stucksolver.decision.behaviors.base import Behavior
 from stucksolver.reason.rules.analyse import red_light_within
-from stucksolver.reason.rules.attempts import has_failed
+from stucksolver.reason.rules.attempts import was_tried
 from stucksolver.reason.rules.past import Way
 from stucksolver.scene import ControlKind, LightState, Scene
 
@@ -22,7 +22,7 @@ def without_lead(scene: Scene, analysis: Analysis) -> Way:
     if light is not None:
         return None, (WaitReason.LIGHT, light)
     if analysis.cause is CauseCode.LOOP:
-        if has_failed(scene, "replan"):
+        if was_tried(scene, "replan"):
             return None, (None, "a new route has led nowhere")
         return _one(scene, ReplanRoute(), "it goes in circles: plan the route anew")
     if analysis.guidance_intent is None and _all_way_stop(scene):
@@ -37,7 +37,7 @@ def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
     if wanted is GuidanceIntent.BACK_UP:
         return _one(scene, BackUp(distance_m=3.0), "the passenger asks to back up")
     if wanted in (GuidanceIntent.REROUTE, GuidanceIntent.TURN_ROUND):
-        if has_failed(scene, "replan"):
+        if was_tried(scene, "replan"):
             return None, (None, "a new route has led nowhere")
         return _one(scene, ReplanRoute(), "the passenger asks for another way")
     if light is not None:

@@ -4,8 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stucksolver.reason.rules.attempts import has_failed
-from stucksolver.scene import MOTOR_VEHICLES, VULNERABLE, LaneRelation, Scene, SceneLane, SceneObject
+from stucksolver.reason.rules.attempts import failed_for
+from stucksolver.scene import (
+    MOTOR_VEHICLES,
+    VULNERABLE,
+    LaneRelation,
+    PlanFailure,
+    RejectCode,
+    Scene,
+    SceneLane,
+    SceneObject,
+)
 from stucksolver.scene.wording import whereabouts
 
 GROUP_GAP_M = 14.0
@@ -72,7 +81,8 @@ def way_to_pass_m(scene: Scene, target: Target, speed: float) -> tuple[float, fl
 
 
 def _merge_room_m(scene: Scene) -> float:
-    return TIGHT_MERGE_ROOM_M if has_failed(scene, "no room to come back", "off the driving lanes") else MERGE_ROOM_M
+    tight = failed_for(scene, PlanFailure.NO_ROOM_TO_COME_BACK, RejectCode.OFF_LANES)
+    return TIGHT_MERGE_ROOM_M if tight else MERGE_ROOM_M
 
 
 def in_lane_beside(scene: Scene, lane: SceneLane, target: Target, speed: float) -> tuple[SceneObject, ...]:

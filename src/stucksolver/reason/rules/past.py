@@ -8,7 +8,7 @@ from typing import Literal
 from stucksolver.decision import RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import AnyBehavior, BorrowOncomingLane, ChangeLane, DriveOver, KeepLane
 from stucksolver.reason.rules.analyse import red_light_within
-from stucksolver.reason.rules.attempts import has_failed
+from stucksolver.reason.rules.attempts import failed_for, was_tried
 from stucksolver.reason.rules.passing import (
     Target,
     end_of,
@@ -27,6 +27,7 @@ from stucksolver.scene import (
     LaneRelation,
     LineKind,
     Reading,
+    RejectCode,
     Scene,
     SceneLane,
     SceneObject,
@@ -55,7 +56,7 @@ def asked(scene: Scene) -> Reading | None:
 
 def speed_for(scene: Scene, target: Target) -> float:
     """Walking pace where more was refused for want of clearance; quicker past who moves, when asked to pass."""
-    if has_failed(scene, "vulnerable_clearance", "door_may_open"):
+    if failed_for(scene, RejectCode.CLEARANCE, RejectCode.DOOR):
         return SLOW_MPS
     reading = asked(scene)
     if reading is None or reading.intent is not GuidanceIntent.OVERTAKE or target.speed_mps < 0.5:
@@ -72,7 +73,7 @@ def may_be_driven_over(scene: Scene, o: SceneObject) -> bool:
         for other in scene.objects
     )
     offered = "drive_over" in {b.name for b in scene.behaviors}
-    return sure and low and not living and offered and not has_failed(scene, "drive_over")
+    return sure and low and not living and offered and not was_tried(scene, "drive_over")
 
 
 def way_past(scene: Scene, target: Target, speed: float) -> Way:

@@ -6,10 +6,10 @@ import math
 
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import BackUp, DriveOver, Nudge
-from stucksolver.reason.rules.attempts import has_failed
+from stucksolver.reason.rules.attempts import failed_for
 from stucksolver.reason.rules.passing import Target
 from stucksolver.reason.rules.past import SLOW_MPS, Way, lane_of, may_be_driven_over
-from stucksolver.scene import VULNERABLE, LaneRelation, Scene, SceneObject
+from stucksolver.scene import VULNERABLE, LaneRelation, PlanFailure, Scene, SceneObject
 
 SWING_M, ROOM_M = 4.5, 7.0
 """Nearer than the first to what is ahead, the ego backs up to the second before it swings out."""
@@ -59,7 +59,7 @@ def within_the_lane(scene: Scene, target: Target) -> Way | None:
 def to_swing_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryPlan:
     """The same plan, with a way back first where the ego stands too near to swing out."""
     gap = lead.gap_m or 0.0
-    failed = has_failed(scene, "no room to swing out")
+    failed = failed_for(scene, PlanFailure.NO_ROOM_TO_SWING_OUT)
     near = gap < SWING_M or (failed and gap < ENOUGH_M)
     room = max(ROOM_M, min(gap + MORE_M, ENOUGH_M)) if failed else ROOM_M
     way = _back_m(scene, min(max(room - gap, 1.0), 8.0))

@@ -7,7 +7,7 @@ import math
 from stucksolver.decision import RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import BackUp, KeepLane, Wait
 from stucksolver.reason.rules.analyse import red_light_within
-from stucksolver.reason.rules.attempts import has_failed
+from stucksolver.reason.rules.attempts import was_tried
 from stucksolver.reason.rules.observe import crosses, drives, joins, no_gap_to_join
 from stucksolver.reason.rules.past import Way
 from stucksolver.reason.rules.room import may_back_up
@@ -40,7 +40,7 @@ def towards_who_crosses(scene: Scene, lead: SceneObject) -> Way | None:
     if scene.ego.stopped_for_s < FIRST_TURN_S:
         return None, (WaitReason.YIELD, f"{who} comes from a crossing road and may go first")
     way = STEP_M * math.floor(((lead.gap_m or 0.0) - SHORT_OF_M) / STEP_M)
-    if way < LEAST_M or has_failed(scene, "keep_lane"):
+    if way < LEAST_M or was_tried(scene, "keep_lane"):
         return None
     creep = KeepLane(distance_m=min(way, MOST_M), speed_mps=CREEP_MPS)
     return RecoveryPlan(behaviors=(creep,)), (None, f"{who} crosses and does not go: creep, to show who begins")
@@ -77,7 +77,7 @@ def away_from_who_faces(scene: Scene, lead: SceneObject) -> Way | None:
     None where nobody faces us, or the way behind is not free.
     """
     faces = lead.kind in MOTOR_VEHICLES and math.cos(lead.yaw_rad) < FACES_COS and not lead.hazard_lights
-    if not faces or scene.ego.speed_mps > 0.2 or has_failed(scene, "back_up"):
+    if not faces or scene.ego.speed_mps > 0.2 or was_tried(scene, "back_up"):
         return None
     way = next((m for m in (BACK_M, LEAST_BACK_M) if may_back_up(scene, m, REAR_MARGIN_M)), None)
     if way is None:

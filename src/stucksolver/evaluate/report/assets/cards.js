@@ -5,7 +5,7 @@ const PARTICIPANT = ["Participant", "Lane", "Distance", "Intent"];
 function decisionCard(moment, seek) {
   const { decision } = moment;
   const analysis = recordOf(decision.analysis);
-  const tone = verdictTone(moment.verdict);
+  const tone = outcomeTone(moment.outcome);
   const body = h("details", { open: tone === "good" },
     h("summary", null, "Observation, analysis, decision"),
     step("1", "Observation", observation(recordOf(decision.observation))),

@@ -37,9 +37,9 @@ function actorColour(actor) {
   return actor.role === "scenario" ? colours().scenario : colours().traffic;
 }
 
-function verdictTone(verdict) {
-  if (verdict.startsWith("accepted")) return "good";
-  return verdict.startsWith("refused") ? "bad" : "idle";
+function outcomeTone(outcome) {
+  if (outcome === "accepted") return "good";
+  return outcome === "refused" ? "bad" : "idle";
 }
 
 function statusTone(status) {

@@ -74,7 +74,7 @@ class SpeedPlot {
 
   marks() {
     const decisions = this.run.decisions.map((moment) => {
-      const [x, tone] = [this.x(moment.time_s), verdictTone(moment.verdict)];
+      const [x, tone] = [this.x(moment.time_s), outcomeTone(moment.outcome)];
       return s("path", { class: `moment ${tone}`, d: tone === "idle" ? `M${x} 7v6` : `M${x - 4.5} 5h9l-4.5 8z` },
         s("title", null, `${seconds(moment.time_s)}: decision, ${moment.verdict}`));
     });

@@ -22,10 +22,10 @@ class Records {
     cards.forEach((card, index) => this.items.push({ time: group[index].time_s, element: card }));
     if (cards.length === 1) return cards[0];
     const [first, last] = [group[0], group[group.length - 1]];
-    const tone = verdictTone(first.verdict);
+    const tone = outcomeTone(first.outcome);
     const fold = h("details", { class: `group ${tone}` },
       h("summary", null, h("span", { class: "time" }, `${first.time_s.toFixed(1)}–${seconds(last.time_s)}`),
-        h("span", { class: `tag ${tone}` }, `${group.length} × ${verdictName(first.verdict)}`),
+        h("span", { class: `tag ${tone}` }, `${group.length} × ${outcomeName(first)}`),
         h("span", { class: "ground" }, headline(first.decision))),
       cards);
     this.items.slice(-cards.length).forEach((item) => { item.fold = fold; });
@@ -59,8 +59,8 @@ function grouped(decisions) {
   const groups = [];
   let last = null;
   for (const moment of decisions) {
-    const key = verdictTone(moment.verdict) === "good"
-      ? null : `${moment.trigger}|${verdictName(moment.verdict)}|${headline(moment.decision)}`;
+    const key = outcomeTone(moment.outcome) === "good"
+      ? null : `${moment.trigger}|${outcomeName(moment)}|${headline(moment.decision)}`;
     if (key !== null && key === last) groups[groups.length - 1].push(moment);
     else groups.push([moment]);
     last = key;
@@ -68,10 +68,9 @@ function grouped(decisions) {
   return groups;
 }
 
-// `refused: CODE` without the figures that follow.
-function verdictName(verdict) {
-  const refused = verdict.match(/^refused: *[A-Za-z_]+/);
-  return refused ? refused[0] : verdict;
+// The outcome with the first reason, without the figures that follow.
+function outcomeName(moment) {
+  return moment.codes.length ? `${moment.outcome}: ${moment.codes[0]}` : moment.outcome;
 }
 
 function eventRow(event, seek) {
