@@ -97,10 +97,19 @@ def test_a_server_elsewhere_is_looked_for_before_the_client_waits_for_it() -> No
         port = int(there.getsockname()[1])
         server = remote_server("127.0.0.1", port)
         assert (server.host, server.port, server.process) == ("127.0.0.1", port, None)
-    with pytest.raises(ServerError, match=f"no CARLA server at 127.0.0.1:{port}: Connection refused"):
-        remote_server("127.0.0.1", port)
-    with pytest.raises(ServerError, match="port"):
-        remote_server("127.0.0.1", 99999)
+    with socket.socket() as bound:  # taken, so that nobody else can listen there meanwhile, but not listening
+        bound.bind(("127.0.0.1", 0))
+        port = int(bound.getsockname()[1])
+        with pytest.raises(ServerError, match=f"no CARLA server at 127.0.0.1:{port}: Connection refused"):
+            remote_server("127.0.0.1", port)
+
+
+@pytest.mark.parametrize("beyond", (-65536, 0, 65536))
+def test_a_port_that_there_is_not_is_never_taken_for_another(beyond: int) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as there:
+        port = int(there.getsockname()[1]) + beyond if beyond else 0
+        with pytest.raises(ServerError, match=f"{port}: a port is a number from 1 to 65535"):
+            remote_server("127.0.0.1", port)
 
 
 def test_the_interpreter_is_our_own() -> None:

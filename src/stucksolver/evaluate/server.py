@@ -37,9 +37,11 @@ class Server:
 
 def remote_server(host: str, port: int) -> Server:
     """A server that runs already. Raises `ServerError` where nobody listens, which the client finds out late."""
+    if not 1 <= port <= 65535:  # the C library takes port 99999 for 34463, where somebody else may listen
+        raise ServerError(f"no CARLA server at {host}:{port}: a port is a number from 1 to 65535; see --port")
     try:
         socket.create_connection((host, port), timeout=REACH_S).close()
-    except (OSError, OverflowError) as error:
+    except OSError as error:
         reason = getattr(error, "strerror", None) or error
         raise ServerError(f"no CARLA server at {host}:{port}: {reason}; start one, or see --host and --port") from error
     return Server(host, port)
