@@ -1,14 +1,14 @@
-"""Gets an immobilized autonomous vehicle moving again, and proves each plan safe before and while it runs."""
+"""Gets an immobilized autonomous vehicle moving again, and examines each plan before and while it runs."""
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from stucksolver.decision import CONTINUE, Continue, Directive, Execute, Replan, SafeStop
-from stucksolver.guard import Guard, GuardPolicy
-from stucksolver.ladder import Ladder
-from stucksolver.scene import Scene, Status, Surroundings
-from stucksolver.solver import StuckSolver
-
 if TYPE_CHECKING:
+    from stucksolver.decision import CONTINUE, Continue, Directive, Execute, Replan, SafeStop
+    from stucksolver.guard import Guard, GuardPolicy
+    from stucksolver.ladder import Ladder
+    from stucksolver.scene import Scene, Status, Surroundings
+    from stucksolver.solver import StuckSolver
     from stucksolver.stacks.behavior_agent import attach
 
 __all__ = [
@@ -28,11 +28,23 @@ __all__ = [
     "attach",
 ]
 
+_HOMES = {
+    "stucksolver.decision": ("CONTINUE", "Continue", "Directive", "Execute", "Replan", "SafeStop"),
+    "stucksolver.guard": ("Guard", "GuardPolicy"),
+    "stucksolver.ladder": ("Ladder",),
+    "stucksolver.scene": ("Scene", "Status", "Surroundings"),
+    "stucksolver.solver": ("StuckSolver",),
+    "stucksolver.stacks.behavior_agent": ("attach",),
+}
+
 
 def __getattr__(name: str) -> Any:
-    # Importing stucksolver must not import carla.
-    if name == "attach":
-        from stucksolver.stacks.behavior_agent import attach
-
-        return attach
+    # What is asked for is imported then: a command's help needs none of it, and nobody needs carla unless for `attach`.
+    for home, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(home), name)
     raise AttributeError(f"module 'stucksolver' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

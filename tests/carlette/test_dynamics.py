@@ -272,6 +272,8 @@ def test_two_vehicles_never_pass_through_each_other(v1: float, v2: float, aside_
         gap = world.pose(other).location.x - world.pose(car).location.x
         beside = abs(world.pose(other).location.y - world.pose(car).location.y) > 1.0
         assert beside or gap > 1.0
+        if beside and gap < 0.0:
+            return  # thrown aside, it is past us, and may come to lie in our track behind
 
 
 @given(

@@ -183,3 +183,24 @@ def test_a_reader_of_the_output_that_has_had_enough_gets_no_traceback():
         process.stdout.close()
         assert process.stderr.read() == b""
     assert process.returncode in (0, 141)
+
+
+@pytest.mark.parametrize("asked", ["import stucksolver", "main(['--help'])", "main(['--version'])"])
+def test_help_comes_at_once_since_nothing_is_imported_for_it(asked):
+    program = (
+        "import contextlib, sys\n"
+        "from stucksolver.cli.main import main\n"
+        f"with contextlib.suppress(SystemExit):\n    {asked}\n"
+        "print(sorted({'numpy', 'pydantic', 'carla', 'shapely', 'openai'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_whatever_the_package_offers_is_there():
+    import stucksolver
+
+    assert set(stucksolver.__all__) <= set(dir(stucksolver))
+    assert all(getattr(stucksolver, name) is not None for name in stucksolver.__all__ if name != "attach")
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = stucksolver.nothing

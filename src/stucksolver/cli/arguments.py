@@ -10,6 +10,8 @@ from typing import Any, NoReturn
 
 EXIT_USAGE = 2
 LAST_PORT = 65535
+SUPPORTED = "Python 3.10, 3.11 or 3.12 on Linux x86-64"
+"""Where CARLA's client package exists."""
 
 
 class _Formatter(argparse.ArgumentDefaultsHelpFormatter):
@@ -46,6 +48,28 @@ def port(text: str) -> int:
     if not text.isdecimal() or not 1 <= int(text) <= LAST_PORT:
         raise argparse.ArgumentTypeError(f"'{text}' is no port; give a number from 1 to {LAST_PORT}")
     return int(text)
+
+
+def add_clock(parser: argparse.ArgumentParser) -> None:
+    """How a reasoner's time is counted in a simulation."""
+    parser.add_argument("--clock", default="lockstep", help="lockstep, latency:SECONDS or latency:measured")
+
+
+def add_map(parser: argparse.ArgumentParser, usual: str) -> None:
+    """Where to drive."""
+    parser.add_argument("--map", default=usual, help="a town's name or an OpenDRIVE file")
+    add_maps(parser)
+
+
+def add_maps(parser: argparse.ArgumentParser) -> None:
+    """Where towns are looked for."""
+    parser.add_argument("--maps", help="folders to search for towns, separated by ':'")
+
+
+def add_server(parser: argparse.ArgumentParser) -> None:
+    """A server that runs already, in place of our own."""
+    parser.add_argument("--host", help="use the CARLA server at this address instead of starting carlette")
+    parser.add_argument("--port", type=port, default=2000, help="of that server")
 
 
 def whole(text: str) -> int:

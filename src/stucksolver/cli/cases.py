@@ -6,9 +6,9 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from stucksolver.cli.arguments import above_zero, at_least
+from stucksolver.cli.arguments import above_zero, add_clock, add_map, at_least
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.lines import json_lines
 from stucksolver.cli.words import tell_notes
@@ -21,16 +21,13 @@ if TYPE_CHECKING:
     from stucksolver.evaluate.cases.wordings import Wording
 
 FIGURE, WORDINGS = "cases.png", "wordings.png"
-ABOUT = "act out the paper's three cases with a reasoner, and draw what it saw and decided"
 
 
-def add_cases(commands: Any) -> argparse.ArgumentParser:
-    """Register the command."""
-    parser: argparse.ArgumentParser = commands.add_parser("cases", help=ABOUT, description=ABOUT)
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the command is told."""
     parser.add_argument("--reasoner", default="rules", help=f"{HELP}")
-    parser.add_argument("--clock", default="lockstep", help="lockstep, latency:SECONDS or latency:measured")
-    parser.add_argument("--map", default="grid_town", help="a town's name or an OpenDRIVE file")
-    parser.add_argument("--maps", help="folders to search for towns, separated by ':'")
+    add_clock(parser)
+    add_map(parser, "grid_town")
     parser.add_argument("--out", type=Path, default=Path("out/cases"), help="folder for results")
     parser.add_argument("--deadline", type=above_zero, default=30.0, metavar="S", help="seconds for an answer")
     parser.add_argument(
@@ -47,10 +44,9 @@ def add_cases(commands: Any) -> argparse.ArgumentParser:
         help='drive the cyclists\' case with each sentence of FILE instead: lines of {"text": words}',
     )
     parser.add_argument("--exchanges", action="store_true", help="keep every request and answer in OUT/exchanges")
-    return parser
 
 
-def run_cases_command(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
     """0 when each case got a decision, and most questions an answer; 1 otherwise. Raises `UsageError`."""
     from stucksolver.evaluate.cases import CASES, run_cases
     from stucksolver.evaluate.cases.figure import draw_figure

@@ -4,20 +4,49 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 
+from stucksolver.cli.arguments import add_clock, add_map, add_server, at_least, whole
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.words import clock_name, driver_profile
-from stucksolver.evaluate.demo import DemoSpec, demo
-from stucksolver.evaluate.files import OutputError
-from stucksolver.evaluate.jobs import RunError
-from stucksolver.evaluate.report import ReportError
-from stucksolver.evaluate.table import conversation, runs_table
 from stucksolver.scene import MAX_WORDS
 from stucksolver.words import NoReader, find_reader
 
 
-def run_demo(options: argparse.Namespace) -> int:
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the command is told."""
+    add_map(parser, "demo_town")
+    parser.add_argument("--seed", type=whole, default=1, help="of places and traffic")
+    parser.add_argument(
+        "--driver",
+        default="behavior",
+        help="behavior, or behavior:cautious, behavior:normal, behavior:aggressive",
+    )
+    parser.add_argument("--road", choices=("any", "one_lane", "multi_lane"), default="any", help="kind of street")
+    parser.add_argument(
+        "--oncoming",
+        type=at_least(0),
+        default=3,
+        metavar="N",
+        help="cars that come towards us where there is one lane each way",
+    )
+    add_clock(parser)
+    parser.add_argument(
+        "--say", metavar="WORDS", help="what a passenger says in both streets, instead of our own script"
+    )
+    parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder for results")
+    add_server(parser)
+
+
+def run(options: argparse.Namespace) -> int:
     """Run it, print the table, say where the report is. Raises `UsageError` for what cannot be done."""
+    # Not before: these need CARLA's client package, and help does not.
+    from stucksolver.evaluate.demo import DemoSpec, demo
+    from stucksolver.evaluate.files import OutputError
+    from stucksolver.evaluate.jobs import RunError
+    from stucksolver.evaluate.report import ReportError
+    from stucksolver.evaluate.table import conversation, runs_table
+
     spec = DemoSpec(
         map_name=options.map,
         maps=options.maps,

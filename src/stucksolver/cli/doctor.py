@@ -14,15 +14,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-from stucksolver.cli.arguments import installed_version
+from stucksolver.cli.arguments import SUPPORTED, installed_version
 from stucksolver.evaluate.terminal import filled
 
 State = Literal["ok", "absent", "missing", "broken"]
 """`absent`: not there, and only needed for what it says."""
-ABOUT = "say what is installed here, what is missing, and how to get it"
-SUPPORTED = "Python 3.10, 3.11 or 3.12 on Linux x86-64"
 CARLA_PORT = 2000
 ANSWERS_S = 20.0
 FREE_MIB = 500
@@ -40,14 +38,12 @@ class Finding:
     needed: bool = False
 
 
-def add_doctor(commands: Any) -> argparse.ArgumentParser:
-    """Register the command."""
-    parser: argparse.ArgumentParser = commands.add_parser("doctor", help=ABOUT, description=ABOUT)
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the command is told."""
     parser.add_argument("--json", action="store_true", help="print it for a script")
-    return parser
 
 
-def run_doctor(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
     """1 where something is missing or broken that the demonstration needs."""
     found = list(findings())
     if options.json:

@@ -6,9 +6,8 @@ import argparse
 import shlex
 import sys
 from pathlib import Path
-from typing import Any
 
-from stucksolver.cli.arguments import at_least, port, whole
+from stucksolver.cli.arguments import add_clock, add_maps, add_server, at_least, whole
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.score import show_scores, show_sweep
 from stucksolver.cli.words import clock_name, driver_profile
@@ -18,10 +17,8 @@ REPLAYS = ("none", "failed", "all")
 INTERRUPTED = "interrupted; what has been driven is kept: the same command with --resume goes on"
 
 
-def add_evaluate(commands: Any) -> argparse.ArgumentParser:
-    """The command's options."""
-    about = "drive a suite of routes with scenarios, and score it"
-    parser: argparse.ArgumentParser = commands.add_parser("evaluate", help=about, description=about)
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the command is told."""
     parser.add_argument("--suite", required=True, help="bench220, dev, immobilized, or a leaderboard route file")
     parser.add_argument("--routes", default="", metavar="ID,ID", help="only these routes of the suite")
     parser.add_argument("--driver", default="behavior", help="behavior, or behavior:cautious|normal|aggressive")
@@ -33,7 +30,7 @@ def add_evaluate(commands: Any) -> argparse.ArgumentParser:
     parser.add_argument(
         "--guidance", type=Path, metavar="SCRIPT", help="what a passenger says where: a file, or shipped"
     )
-    parser.add_argument("--clock", default="lockstep", help="lockstep, latency:SECONDS or latency:measured")
+    add_clock(parser)
     parser.add_argument("--perception", default="privileged", choices=PERCEPTIONS, help="where scenes come from")
     parser.add_argument("--jobs", type=at_least(1), default=2, help="routes driven at a time")
     parser.add_argument("--seed", type=whole, default=1, help="of traffic and wordings")
@@ -52,9 +49,8 @@ def add_evaluate(commands: Any) -> argparse.ArgumentParser:
     parser.add_argument(
         "--heedless", action="store_true", help="experiment: on a plan's path the driver brakes for nobody by itself"
     )
-    parser.add_argument("--maps", help="folders to search for towns, separated by ':'")
-    parser.add_argument("--host", help="use the CARLA server at this address instead of starting carlette")
-    parser.add_argument("--port", type=port, default=2000, help="of that server")
+    add_maps(parser)
+    add_server(parser)
     parser.add_argument("--cluster", metavar="ADDRESS", help="run the routes on the workers of a dask scheduler")
     parser.add_argument(
         "--sweep",
@@ -63,10 +59,9 @@ def add_evaluate(commands: Any) -> argparse.ArgumentParser:
         metavar="NAME=A,B",
         help="v_min (km/h) or dt (s) of the detector: an evaluation for each combination",
     )
-    return parser
 
 
-def run_evaluate(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
     """Run it and print the scores. Raises `UsageError` for what cannot be done; 1 if a route crashed."""
     from stucksolver.evaluate.arms.make import ArmError
     from stucksolver.evaluate.files import OutputError

@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 from stucksolver.cli.errors import UsageError
 from stucksolver.ladder import PROFILES, Ladder, LadderError, find_ladder, profile_text
 
-ABOUT = "print a ladder that ships, to start from, or check one of your own"
 
-
-def add_ladder(commands: Any) -> argparse.ArgumentParser:
-    """Register the command."""
-    parser: argparse.ArgumentParser = commands.add_parser("ladder", help=ABOUT, description=ABOUT)
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the command is told."""
     parser.add_argument("ladder", nargs="?", default="default", help=f"{', '.join(PROFILES)} or a file")
-    return parser
 
 
-def run_ladder(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
     """Print a profile's file, or what a file says. Raises `UsageError`."""
     if options.ladder in PROFILES:
         print(profile_text(options.ladder), end="")

@@ -1,4 +1,4 @@
-"""`stucksolver`: the commands."""
+"""`stucksolver`: the program."""
 
 from __future__ import annotations
 
@@ -6,20 +6,11 @@ import argparse
 import importlib.util
 import os
 import sys
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Collection, Sequence
 
-from stucksolver.cli.arguments import Parser, at_least, installed_version, port, whole
-from stucksolver.cli.cases import add_cases, run_cases_command
-from stucksolver.cli.doctor import SUPPORTED, add_doctor, run_doctor
+from stucksolver.cli.arguments import SUPPORTED, Parser, installed_version
+from stucksolver.cli.commands import COMMANDS
 from stucksolver.cli.errors import UsageError
-from stucksolver.cli.evaluate import add_evaluate, run_evaluate
-from stucksolver.cli.ladder import add_ladder, run_ladder
-from stucksolver.cli.prompt import add_prompt, run_prompt
-from stucksolver.cli.read_words import add_words, run_words
-from stucksolver.cli.replay import add_replay, run_replay
-from stucksolver.cli.score import add_compare, add_score, run_compare, run_score
-from stucksolver.cli.watch import add_watch, run_watch
 
 PIPE_CLOSED = 128 + 13
 """As a shell has it for a program that ends by SIGPIPE."""
@@ -27,8 +18,11 @@ PIPE_CLOSED = 128 + 13
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of the `stucksolver` command; returns the exit code."""
-    options = _parser().parse_args(arguments)
+    told = sys.argv[1:] if arguments is None else list(arguments)
+    options = _parser(filled=[word for word in told if word in COMMANDS][:1]).parse_args(told)
     try:
+        if options.drives:
+            _require_client()
         code = int(options.run(options))
         sys.stdout.flush()
         return code
@@ -44,67 +38,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return PIPE_CLOSED
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(filled: Collection[str] = tuple(COMMANDS)) -> argparse.ArgumentParser:
+    """The parser; only the commands named have their options, since those of others need not be imported."""
     parser = Parser(prog="stucksolver", description="Gets immobilized vehicles moving again.")
     parser.add_argument("--version", action="version", version=f"%(prog)s {installed_version()}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    about = "drive past a parked car and two cyclists, without and with help, and report"
-    demo = commands.add_parser("demo", help=about, description=about)
-    demo.add_argument("--map", default="demo_town", help="a town's name or an OpenDRIVE file")
-    demo.add_argument("--maps", help="folders to search for towns, separated by ':'")
-    demo.add_argument("--seed", type=whole, default=1, help="of places and traffic")
-    demo.add_argument(
-        "--driver",
-        default="behavior",
-        help="behavior, or behavior:cautious, behavior:normal, behavior:aggressive",
-    )
-    demo.add_argument("--road", choices=("any", "one_lane", "multi_lane"), default="any", help="kind of street")
-    demo.add_argument(
-        "--oncoming",
-        type=at_least(0),
-        default=3,
-        metavar="N",
-        help="cars that come towards us where there is one lane each way",
-    )
-    demo.add_argument("--clock", default="lockstep", help="lockstep, latency:SECONDS or latency:measured")
-    demo.add_argument("--say", metavar="WORDS", help="what a passenger says in both streets, instead of our own script")
-    demo.add_argument("--out", type=Path, default=Path("out/demo"), help="folder for results")
-    demo.add_argument("--host", help="use the CARLA server at this address instead of starting carlette")
-    demo.add_argument("--port", type=port, default=2000, help="of that server")
-    demo.set_defaults(run=_demo)
-    add_evaluate(commands).set_defaults(run=_evaluate)
-    add_score(commands).set_defaults(run=run_score)
-    add_compare(commands).set_defaults(run=run_compare)
-    add_watch(commands).set_defaults(run=_watch)
-    add_replay(commands).set_defaults(run=run_replay)
-    add_ladder(commands).set_defaults(run=run_ladder)
-    add_prompt(commands).set_defaults(run=run_prompt)
-    add_words(commands).set_defaults(run=run_words)
-    add_cases(commands).set_defaults(run=_cases)
-    add_doctor(commands).set_defaults(run=run_doctor)
+    for name, command in COMMANDS.items():
+        one = commands.add_parser(name, help=command.about, description=command.more or command.about)
+        if name in filled:
+            command.fill(one)
     return parser
-
-
-def _demo(options: argparse.Namespace) -> int:
-    _require_client()
-    from stucksolver.cli.demo import run_demo
-
-    return run_demo(options)
-
-
-def _evaluate(options: argparse.Namespace) -> int:
-    _require_client()
-    return run_evaluate(options)
-
-
-def _cases(options: argparse.Namespace) -> int:
-    _require_client()
-    return run_cases_command(options)
-
-
-def _watch(options: argparse.Namespace) -> int:
-    _require_client()
-    return run_watch(options)
 
 
 def _require_client() -> None:

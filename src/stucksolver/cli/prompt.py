@@ -14,18 +14,14 @@ from stucksolver.reason.llm.prompt import messages, prompt_name
 from stucksolver.reason.llm.schema import decide_tool
 from stucksolver.scene import Scene
 
-ABOUT = "show what a model would be sent for a scene"
 
-
-def add_prompt(commands: Any) -> argparse.ArgumentParser:
-    """Register the command."""
-    parser: argparse.ArgumentParser = commands.add_parser("prompt", help=ABOUT, description=ABOUT)
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the command is told."""
     parser.add_argument("scene", type=Path, metavar="SCENE.json", help="a scene, or a record of an intervention")
     parser.add_argument("--json", action="store_true", help="messages and tool as JSON, the image left out")
-    return parser
 
 
-def run_prompt(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
     """Raises `UsageError` for a file that holds no scene."""
     scene = read_scene(options.scene)
     turns, tool = messages(scene), decide_tool(scene)

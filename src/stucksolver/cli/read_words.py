@@ -13,21 +13,18 @@ from stucksolver.cli.lines import json_lines
 from stucksolver.scene import Scene
 from stucksolver.words import NoReader, WordsReader, find_reader, situation_of
 
-ABOUT = "read a passenger's words: lines of situation and text in, readings out"
 
-
-def add_words(commands: Any) -> argparse.ArgumentParser:
-    parser: argparse.ArgumentParser = commands.add_parser("words", help=ABOUT, description=ABOUT)
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the command is told."""
     parser.add_argument(
         "file",
         type=Path,
         metavar="IN.jsonl",
         help='a line each: {"situation": a sentence or a scene, "text": words}; - reads standard input',
     )
-    return parser
 
 
-def run_words(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
     """Print one reading a line as JSON. Raises `UsageError` for what cannot be read."""
     reader = find_reader()
     if isinstance(reader, NoReader):

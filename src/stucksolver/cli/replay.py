@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from stucksolver.cli.errors import UsageError
 from stucksolver.plotting import can_plot
@@ -13,12 +12,10 @@ from stucksolver.record import Anchor, RecordError, Report, check_anchor, read_h
 from stucksolver.record.picture import draw_record
 
 SHOWN = 20
-ABOUT = "derive every decision and verdict of a record again, offline"
 
 
-def add_replay(commands: Any) -> argparse.ArgumentParser:
-    """Register the command."""
-    parser: argparse.ArgumentParser = commands.add_parser("replay", help=ABOUT, description=ABOUT)
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the command is told."""
     parser.add_argument("records", nargs="*", type=Path, metavar="FILE", help="a record, intervention-….jsonl")
     parser.add_argument(
         "--save-heads", type=Path, metavar="FILE", help="write line and hash of each record's end, to be kept elsewhere"
@@ -30,10 +27,9 @@ def add_replay(commands: Any) -> argparse.ArgumentParser:
     parser.add_argument(
         "--at", type=float, nargs="+", default=(), metavar="S", help="moments to draw, by the stack's clock"
     )
-    return parser
 
 
-def run_replay(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
     """0 when all are whole and match, else 1. Raises `UsageError` for a record that was changed."""
     try:
         anchors = {} if options.anchors is None else read_heads(options.anchors)

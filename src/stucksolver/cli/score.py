@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stucksolver.cli.errors import UsageError
 
@@ -13,29 +13,20 @@ if TYPE_CHECKING:
     from stucksolver.evaluate.scores.summary import Summary
 
 
-def add_score(commands: Any) -> argparse.ArgumentParser:
-    about = "compute all scores of evaluations from their files"
-    parser: argparse.ArgumentParser = commands.add_parser("score", help=about, description=about)
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the command is told."""
     parser.add_argument("folders", nargs="+", type=Path, metavar="DIR", help="what `evaluate --out` wrote")
     parser.add_argument("--alone", type=Path, metavar="DIR", help="the same suite and seeds with the driver alone")
     parser.add_argument("--plots", type=Path, metavar="DIR", help="write PNG plots of all of them, side by side")
-    return parser
 
 
-def add_compare(commands: Any) -> argparse.ArgumentParser:
-    parser: argparse.ArgumentParser = commands.add_parser(
-        "compare",
-        help="is the second evaluation better than the first, and how surely?",
-        description="Is the second evaluation better than the first, and how surely? Prints driving score, success "
-        "rate and route completion of both, the difference B - A over the routes and seeds that both drove, with its "
-        "95 % interval and p-value, what their recoveries did, and the routes that B won and lost.",
-    )
+def add_compare_options(parser: argparse.ArgumentParser) -> None:
+    """What the command is told."""
     parser.add_argument("first", type=Path, metavar="A", help="what `evaluate --out` wrote: what is compared with")
     parser.add_argument("second", type=Path, metavar="B", help="what `evaluate --out` wrote, of the same routes")
-    return parser
 
 
-def run_score(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
     from stucksolver.plotting import can_plot
 
     if options.plots is not None and not can_plot():

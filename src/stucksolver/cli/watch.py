@@ -7,7 +7,6 @@ import contextlib
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 from stucksolver.cli.arguments import above_zero, port
 from stucksolver.cli.errors import UsageError
@@ -15,22 +14,19 @@ from stucksolver.cli.ladder import chosen_ladder
 from stucksolver.record import RecordError
 
 SHOW_EVERY_S = 0.5
-ABOUT = "observe a running car in CARLA or carlette: detect, reason, check and record, never act"
 
 
-def add_watch(commands: Any) -> argparse.ArgumentParser:
-    """Register the command."""
-    parser: argparse.ArgumentParser = commands.add_parser("watch", help=ABOUT, description=ABOUT)
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the command is told."""
     parser.add_argument("--host", default="127.0.0.1", help="of the server")
     parser.add_argument("--port", type=port, default=2000, help="of the server")
     parser.add_argument("--role", default="hero", help="role name of the car")
     parser.add_argument("--out", type=Path, help="folder for the records; without it nothing is written")
     parser.add_argument("--ladder", default="default", help="a profile or a file")
     parser.add_argument("--seconds", type=above_zero, help="end after this much wall time (default: until Ctrl-C)")
-    return parser
 
 
-def run_watch(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
     """Look on until told to end. Raises `UsageError`, also where a record could not be written to its end."""
     from stucksolver.evaluate.files import OutputError, require_writable
     from stucksolver.evaluate.server import ServerError, connect, remote_server
