@@ -15,7 +15,7 @@ from stucksolver.decision import Directive, RecoveryPlan
 from stucksolver.decision.directive import CONTINUE
 from stucksolver.guard import Guard
 from stucksolver.scene.view import View
-from stucksolver.solver.execution import Execution, Outcome
+from stucksolver.solver.machine.execution import Execution, Outcome
 
 EVERY = 2
 """So many ticks from one look of the guard's to the next."""

@@ -25,7 +25,7 @@ from stucksolver.decision.behaviors import ChangeLane
 from stucksolver.decision.directive import CONTINUE
 from stucksolver.guard import NOBODY, Guard, RejectCode, Verdict
 from stucksolver.scene.view import View
-from stucksolver.solver.execution import Execution, Outcome
+from stucksolver.solver.machine.execution import Execution, Outcome
 
 OFF = frozenset({RejectCode.OFF_LANES, RejectCode.OFF_ROAD})
 BRAKES_MPS2 = 3.5

@@ -25,8 +25,8 @@ from stucksolver.decision.behaviors import (
 )
 from stucksolver.guard import Guard
 from stucksolver.scene import LineKind, ObjectKind, Zone, ZoneKind
-from stucksolver.solver.execution import Execution, Outcome
-from stucksolver.solver.minimal_risk import minimal_risk
+from stucksolver.solver.machine.execution import Execution, Outcome
+from stucksolver.solver.machine.minimal_risk import minimal_risk
 
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN)

@@ -13,11 +13,14 @@ from hypothesis import strategies as st
 from worlds import World, straight_road, thing
 
 from stucksolver.decision import CONTINUE
+from stucksolver.guard import Guard
+from stucksolver.ladder import PROFILES, profile
 from stucksolver.reason import RuleReasoner
 from stucksolver.solver import EventKind, StuckSolver, make_clock
-from stucksolver.solver.clock import Query
-from stucksolver.solver.panel import Answer
-from stucksolver.solver.thinking import Thinking
+from stucksolver.solver.answer import Query
+from stucksolver.solver.workers.clock import Pending
+from stucksolver.solver.workers.reasoner_pool import ReasonerPool
+from stucksolver.solver.workers.reasoner_worker import ReasonerWorker
 
 
 class Patient:
@@ -41,16 +44,16 @@ class Patient:
 
 def ticks_until_answered(clock: str, dt: float = 0.05, reasoner=None) -> int:
     """Polls from the question to the answer."""
-    asked = reasoner or RuleReasoner()
-    thinking = Thinking(make_clock(clock))
+    pool = ReasonerPool({"asked": reasoner or RuleReasoner()}, profile(PROFILES[0]).waits)
+    worker = ReasonerWorker(pool, Guard(), make_clock(clock))
     scene = World(straight_road(), time_s=100.0).scene()
-    thinking.ask(asked, lambda scene: Answer(asked.decide(scene), asked.name), scene, 100.0, 60.0)
+    worker.work_on(Query(1, "asked", scene, 100.0, 60.0, screen=False, outlived=frozenset(), seen=None, reading=None))
     try:
         for tick in range(1, 1000):
-            if thinking.poll(100.0 + tick * dt) is not None:
+            if worker.poll(100.0 + tick * dt) is not None:
                 return tick
     finally:
-        thinking.drop()
+        worker.work_on(None)
     raise AssertionError("never answered")
 
 
@@ -67,7 +70,7 @@ def test_latency_answers_after_that_many_ticks_of_a_world_that_goes_on(latency, 
 def test_latency_is_never_shorter_and_at_most_a_tick_longer(latency, dt):
     clock, answer = make_clock(f"latency:{latency!r}"), Future()
     answer.set_result(None)
-    query = Query(asked_s=3.0, asked_wall_s=0.0)
+    query = Pending(asked_s=3.0, asked_wall_s=0.0)
     tick = next(k for k in range(1, 2000) if clock.due(query, 3.0 + k * dt, answer))
     assert tick * dt >= latency - 2e-6
     assert (tick - 1) * dt < latency or tick == 1

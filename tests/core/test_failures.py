@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from stucksolver.guard import Reject, RejectCode, Verdict
-from stucksolver.solver.failures import passes
+from stucksolver.solver.machine.history import passes
 
 C = RejectCode
 

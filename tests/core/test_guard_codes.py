@@ -15,7 +15,7 @@ from stucksolver.guard import Approvals, Guard, GuardPolicy, RejectCode
 from stucksolver.reason import RuleReasoner
 from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl, Zone, ZoneKind
 from stucksolver.solver import EventKind
-from stucksolver.solver.execution import Execution
+from stucksolver.solver.machine.execution import Execution
 
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN)

@@ -13,7 +13,7 @@ from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, KeepLane, 
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.scene import LaneDirection, LineKind, ObjectKind, Zone, ZoneKind
 from stucksolver.scene.view import View
-from stucksolver.solver.execution import Execution, Outcome
+from stucksolver.solver.machine.execution import Execution, Outcome
 
 pytestmark = pytest.mark.usefixtures("alike")
 GUARD = Guard()

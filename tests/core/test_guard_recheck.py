@@ -12,7 +12,7 @@ from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, ChangeLane, KeepLane
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl
-from stucksolver.solver.execution import Execution, Outcome
+from stucksolver.solver.machine.execution import Execution, Outcome
 
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)

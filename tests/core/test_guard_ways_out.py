@@ -10,7 +10,7 @@ from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, KeepLane
 from stucksolver.guard import Guard
 from stucksolver.scene import LineKind, ObjectKind, Zone, ZoneKind
-from stucksolver.solver.execution import Execution, Outcome
+from stucksolver.solver.machine.execution import Execution, Outcome
 
 K = ObjectKind
 GUARD = Guard()

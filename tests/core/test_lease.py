@@ -9,7 +9,7 @@ from stucksolver.decision import CONTINUE, Continue, Execute, Lease, PathPoint, 
 from stucksolver.decision.behaviors import BorrowOncomingLane, KeepLane, Wait
 from stucksolver.decision.directive import EXPIRES_TICKS, directive_adapter
 from stucksolver.guard import Guard
-from stucksolver.solver.execution import Execution, Outcome
+from stucksolver.solver.machine.execution import Execution, Outcome
 
 GUARD = Guard()
 ON = KeepLane(distance_m=60.0, speed_mps=5.0)

@@ -10,7 +10,7 @@ from stucksolver.decision.behaviors import RequestAssistance
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.scene import LineKind, Zone, ZoneKind
 from stucksolver.solver import EventKind
-from stucksolver.solver.minimal_risk import minimal_risk, stops_where_one_may_stand
+from stucksolver.solver.machine.minimal_risk import minimal_risk, stops_where_one_may_stand
 
 GUARD = Guard()
 ONLY_HELP = ladder(rungs={"rules": {"tries": 1, "cooldown_s": 1.0}, "model": None, "passenger": None})

@@ -17,7 +17,7 @@ from stucksolver.ladder import profile
 from stucksolver.reason import ReasonerError, RuleReasoner
 from stucksolver.scene import LineKind
 from stucksolver.solver import EventKind, QuestionKind
-from stucksolver.solver.failures import Failures
+from stucksolver.solver.machine.history import History
 
 # ---- deadlines
 
@@ -190,8 +190,7 @@ def test_walking_pace_makes_another_plan_of_one_that_failed():
     def plan(speed):
         return RecoveryPlan(behaviors=(ChangeLane(side="left", distance_m=30.0, speed_mps=speed),))
 
-    failures = Failures(remembered=5)
-    failures.useless(plan(5.0))
+    failures = History(remembered=5).useless(plan(5.0))
     assert [r.code for r in failures.against(plan(4.0)).rejects] == [RejectCode.REPEATED]
     assert failures.against(plan(2.0)) is None
 

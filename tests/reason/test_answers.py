@@ -20,7 +20,7 @@ from stucksolver.reason.llm.prompt import messages
 from stucksolver.reason.llm.schema import decide_tool
 from stucksolver.reason.reasoner import parse_trace
 from stucksolver.scene import LightState, LineKind, ObjectKind
-from stucksolver.solver.execution import Execution
+from stucksolver.solver.machine.execution import Execution
 
 WORLD = World(
     straight_road(left=LineKind.BROKEN),

@@ -24,8 +24,8 @@ from stucksolver.decision.behaviors import (  # noqa: E402
 )
 from stucksolver.guard import Guard, GuardPolicy  # noqa: E402
 from stucksolver.scene.view import View  # noqa: E402
-from stucksolver.solver.execution import Execution, Outcome  # noqa: E402
-from stucksolver.solver.minimal_risk import minimal_risk  # noqa: E402
+from stucksolver.solver.machine.execution import Execution, Outcome  # noqa: E402
+from stucksolver.solver.machine.minimal_risk import minimal_risk  # noqa: E402
 
 pytestmark = pytest.mark.integration
 

@@ -22,7 +22,7 @@ class Measures:
     standing_s: float = 0.0
     standing_run_s: float = 0.0
     stuck: list[tuple[float, float]] = field(default_factory=list)
-    watch: ProgressWatch = field(default_factory=ProgressWatch)
+    watch: ProgressWatch = ProgressWatch()
     immobilizations: int = 0
     recovery_times_s: list[float] = field(default_factory=list)
     _last: Status | None = None
@@ -51,7 +51,7 @@ class Measures:
 
     def _recovery(self, status: Status, trigger: Trigger | None) -> None:
         was_on = self.watch.on
-        recovered_after_s = self.watch.update(status, self.detector.slow_since_s, trigger)
+        self.watch, recovered_after_s = self.watch.updated(status, self.detector.slow_since_s, trigger)
         self.immobilizations += self.watch.on and not was_on
         if recovered_after_s is not None:
             self.recovery_times_s.append(recovered_after_s)

@@ -21,10 +21,10 @@ from stucksolver.scene import Scene, Surroundings
 from stucksolver.scene.model import Model
 from stucksolver.scene.view import View
 from stucksolver.solver.events import Event, EventKind
-from stucksolver.solver.execution import Execution, Outcome
-from stucksolver.solver.failures import Failures
+from stucksolver.solver.machine.admission import admit
+from stucksolver.solver.machine.execution import Execution, Outcome
+from stucksolver.solver.machine.history import History
 from stucksolver.solver.questions import QuestionKind
-from stucksolver.solver.trial import against_offers, against_releases
 
 KINDS = ("begin", "road", "event", "judged", "tick", "end")
 EQUAL = 1e-6
@@ -81,7 +81,7 @@ class _Judged:
     line: int
     plan: RecoveryPlan
     approvals: Approvals
-    execution: Execution
+    guided: bool
     view: View
     now_s: float
     verdict: Verdict
@@ -124,7 +124,7 @@ class _Again:
         self.report.versions = data["versions"]
         self._guard = Guard(policy_of(data["policy"], self._path))
         self._rules = RuleReasoner(ladder.waits.limits())
-        self._failures = Failures(ladder.asking.remembered)
+        self._history = History(ladder.asking.remembered)
 
     def _road(self, number: int, data: dict[str, Any]) -> None:
         self._unpacker.add_road(data["road"])
@@ -144,10 +144,10 @@ class _Again:
             self._decide(number, event, event.decision)
         question = event.question
         if event.kind is EventKind.USELESS and self._last_plan is not None:
-            self._failures.useless(self._last_plan)
+            self._history = self._history.useless(self._last_plan)
         denied = event.answer is False
         if denied and question and question.plan and question.kind is QuestionKind.APPROVAL:
-            self._failures.denied(question.plan)
+            self._history = self._history.denied(question.plan)
 
     def _read_event(self, data: dict[str, Any]) -> Event:
         image = (data.get("scene") or {}).get("image")
@@ -174,9 +174,8 @@ class _Again:
         self.settle_judgement()
         plan = RecoveryPlan.model_validate(data["plan"])
         approvals = APPROVALS.validate_python(data["approvals"])
-        execution = Execution(plan, self._guard, data["guided"], approvals)
         view = View(self._unpacker.unpack(data["seen"]))
-        self._waiting = _Judged(number, plan, approvals, execution, view, data["now_s"], _verdict(data))
+        self._waiting = _Judged(number, plan, approvals, data["guided"], view, data["now_s"], _verdict(data))
 
     def settle_judgement(self) -> None:
         """Judge the plan that waits for its scene."""
@@ -184,12 +183,20 @@ class _Again:
         if judged is None:
             return
         self.report.plans += 1
-        verdict = against_offers(judged.plan, self._scene) or self._failures.against(judged.plan)
-        verdict = verdict or against_releases(judged.plan, self._guard, judged.approvals)
-        verdict = verdict or judged.execution.start(judged.view, judged.now_s)
-        self._compare(judged.line, "verdict at acceptance", judged.verdict, verdict)
-        if verdict.accepted:
-            self._execution, self._last_plan = judged.execution, judged.plan
+        again = admit(
+            judged.plan,
+            judged.view,
+            judged.now_s,
+            guard=self._guard,
+            scene=self._scene,
+            history=self._history,
+            guided=judged.guided,
+            approvals=judged.approvals,
+            again=True,
+        )
+        self._compare(judged.line, "verdict at acceptance", judged.verdict, again.verdict)
+        if again.verdict.accepted:
+            self._execution, self._last_plan = again.execution, judged.plan
 
     def _tick(self, number: int, data: dict[str, Any]) -> None:
         self.settle_judgement()
@@ -211,7 +218,7 @@ class _Again:
         if isinstance(recorded, Outcome):
             self._execution = None
             if not recorded.finished:
-                self._failures.aborted(execution.plan, execution.last_verdict)
+                self._history = self._history.aborted(execution.plan, execution.last_verdict)
 
     def _compare(self, line: int, what: str, recorded: Verdict, derived: Verdict) -> None:
         if not _same(recorded.model_dump(mode="json"), derived.model_dump(mode="json")):

@@ -22,7 +22,7 @@ from stucksolver.record.chain import ChainWriter, RecordError
 from stucksolver.record.compact import Packer
 from stucksolver.scene import RoadGeometry
 from stucksolver.solver.events import Event, Facts, Judgement, Tick
-from stucksolver.solver.execution import Outcome
+from stucksolver.solver.machine.execution import Outcome
 
 FORMAT = 3
 APPROVALS: TypeAdapter[Approvals] = TypeAdapter(Approvals)

@@ -14,7 +14,7 @@ from stucksolver.ladder import Ladder
 from stucksolver.reason import Trace
 from stucksolver.scene import Reading, Scene, Surroundings
 from stucksolver.scene.model import Model
-from stucksolver.solver.execution import Outcome
+from stucksolver.solver.machine.execution import Outcome
 from stucksolver.solver.questions import Question
 
 

@@ -2,32 +2,39 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 from stucksolver.detect import Trigger
 from stucksolver.scene import Status
 
 RECOVERED_M = 15.0
 
 
+@dataclass(frozen=True)
 class ProgressWatch:
-    """Remembers where and when the present immobilization began."""
+    """Remembers where and when the present immobilization began.
 
-    def __init__(self, recovered_m: float = RECOVERED_M) -> None:
-        self._recovered_m = recovered_m
-        self._onset: tuple[float, float] | None = None
+    `onset`: time (s) and progress on the route (m) at its begin; None while there is none.
+    """
+
+    recovered_m: float = RECOVERED_M
+    onset: tuple[float, float] | None = None
 
     @property
     def on(self) -> bool:
         """Is an immobilization going on that has not been recovered from?"""
-        return self._onset is not None
+        return self.onset is not None
 
-    def update(self, status: Status, slow_since_s: float | None, trigger: Trigger | None) -> float | None:
-        """Seconds from onset to recovery, at the tick at which the way is made; else None."""
-        if self._onset is None:
-            if trigger is not None:
-                self._onset = (status.time_s if slow_since_s is None else slow_since_s, status.progress_m)
-            return None
-        onset_s, onset_m = self._onset
-        if status.progress_m - onset_m < self._recovered_m:
-            return None
-        self._onset = None
-        return status.time_s - onset_s
+    def updated(
+        self, status: Status, slow_since_s: float | None, trigger: Trigger | None
+    ) -> tuple[ProgressWatch, float | None]:
+        """After one more tick; and the seconds from onset to recovery, at the tick at which the way is made."""
+        if self.onset is None:
+            if trigger is None:
+                return self, None
+            began_s = status.time_s if slow_since_s is None else slow_since_s
+            return replace(self, onset=(began_s, status.progress_m)), None
+        onset_s, onset_m = self.onset
+        if status.progress_m - onset_m < self.recovered_m:
+            return self, None
+        return replace(self, onset=None), status.time_s - onset_s

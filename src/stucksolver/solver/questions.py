@@ -48,30 +48,19 @@ class QuestionError(ValueError):
     """An answer to no question, or by the wrong person; the message says what is asked."""
 
 
-class Desk:
-    """Holds the one question that is open. `reply` may be called from any thread."""
+class QuestionDesk:
+    """Shows the open question, and takes the reply to it. May be called from any thread."""
 
     def __init__(self) -> None:
         self.pending: Question | None = None
-        self.reply_given: Reply | None = None
-        self._count = 0
-        self._opened_s = 0.0
+        self._reply: Reply | None = None
         self._lock = threading.Lock()
 
-    def next_id(self) -> str:
-        self._count += 1
-        return f"q{self._count}"
-
-    def open(self, question: Question, now_s: float) -> Question:
-        """Ask something, in the solver's own time; it replaces what was asked before."""
+    def show(self, question: Question | None) -> None:
+        """What is asked from now on; a reply to what was asked before counts no more."""
         with self._lock:
-            self.pending, self.reply_given, self._opened_s = question, None, now_s
-        return question
-
-    def expired(self, now_s: float) -> bool:
-        """Has nobody answered the open question in time?"""
-        question = self.pending
-        return question is not None and question.within_s is not None and now_s - self._opened_s > question.within_s
+            if question != self.pending:
+                self.pending, self._reply = question, None
 
     def reply(self, yes: bool, question_id: str | None, by: Person) -> None:
         """Take an answer; it counts from the next step on. Raises `QuestionError`."""
@@ -85,18 +74,10 @@ class Desk:
                 raise QuestionError(f"question {question.id} asks for words: call guide(text)")
             if question.to == "operator" and by != "operator":
                 raise QuestionError(f"question {question.id} is for the operator")
-            self.reply_given = Reply(question, yes, by)
+            self._reply = Reply(question, yes, by)
 
     def take(self) -> Reply | None:
-        """The reply to the open question, which is closed by that; None while there is none."""
-        if self.reply_given is None:
-            return None
+        """The reply to the open question, once; None while there is none."""
         with self._lock:
-            reply, self.reply_given, self.pending = self.reply_given, None, None
+            reply, self._reply = self._reply, None
             return reply
-
-    def withdraw(self) -> Question | None:
-        """Close the open question without an answer; gives it back."""
-        with self._lock:
-            question, self.pending, self.reply_given = self.pending, None, None
-            return question

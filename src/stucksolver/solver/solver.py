@@ -3,20 +3,38 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TypeVar
 
 from stucksolver.decision import CONTINUE, Directive
-from stucksolver.detect import DetectorSettings, Trigger
+from stucksolver.detect import Detector, DetectorSettings, Trigger
+from stucksolver.guard import Guard
+from stucksolver.ladder import Ladder, LadderError, find_ladder
 from stucksolver.ladder.moves import Person
-from stucksolver.scene import MAX_WORDS, Status, Surroundings
-from stucksolver.solver.deliberation import Deliberation
-from stucksolver.solver.events import EventKind
-from stucksolver.solver.execution import STAND
-from stucksolver.solver.questions import Question
-from stucksolver.solver.senses import Read
+from stucksolver.reason import Reasoner, RuleReasoner
+from stucksolver.scene import MAX_WORDS, Scene, Status, Surroundings
+from stucksolver.solver.camera import CameraWatch
+from stucksolver.solver.event_bus import EventBus
+from stucksolver.solver.events import Event, EventKind, Facts, Listener, Witness
+from stucksolver.solver.machine.guidance import to_be_answered
+from stucksolver.solver.machine.inputs import Inputs, Setup, Sight, Snapshot
+from stucksolver.solver.machine.state import Monitoring, Querying, State
+from stucksolver.solver.machine.transition import first_state, transition, without_status
+from stucksolver.solver.questions import Question, QuestionDesk
+from stucksolver.solver.senses import Read, Senses
+from stucksolver.solver.timeline import Timeline
+from stucksolver.solver.workers.clock import Clock, make_clock
+from stucksolver.solver.workers.reasoner_pool import ReasonerPool
+from stucksolver.solver.workers.reasoner_worker import ReasonerWorker
+from stucksolver.solver.workers.words_worker import WordsWorker
+from stucksolver.words import NoReader, WordsReader, find_reader, situation_of
+
+T = TypeVar("T")
+ASK_BACK = "I did not understand that. Shall I wait, drive on, go round, or take another way?"
 
 
-class StuckSolver(Deliberation):
+class StuckSolver:
     """Three lines around a stack's own loop: make one, call `step` on every tick, perform what it returns.
 
     `scene` is called only when something may be wrong; `surroundings` (an argument of `step`) only then and while a
@@ -27,7 +45,55 @@ class StuckSolver(Deliberation):
     the ladder's other rungs name. `reader` reads a passenger's words: the shipped network, where its packages are
     installed. `record` is told all that is needed to derive everything again. With `observe_only`
     plans are judged but never performed, and nobody is asked. Raises `LadderError`.
+
+    This is the shell: it owns threads, clocks and senses. What follows from what they bring is decided by `transition`
+    alone (`stucksolver.solver.machine`), a pure function of a state and a tick's inputs.
     """
+
+    def __init__(
+        self,
+        scene: Callable[[], Scene | None],
+        *,
+        ladder: Ladder | Path | str | None = None,
+        reasoner: Reasoner | None = None,
+        models: Mapping[str, Reasoner] | None = None,
+        reader: WordsReader | None = None,
+        guard: Guard | None = None,
+        detector: DetectorSettings | None = None,
+        clock: Clock | str = "wall",
+        on_event: Listener | None = None,
+        record: Witness | None = None,
+        observe_only: bool = False,
+    ) -> None:
+        self.ladder = find_ladder(ladder)
+        self.guard = guard or Guard(self.ladder.guard_policy())
+        laxer = self.guard.policy.laxer_than(self.ladder.guard_policy())
+        if laxer:
+            raise LadderError(
+                f"the guard given asks for less than ladder {self.ladder.name!r} does for: {', '.join(laxer)}; "
+                "give a stricter one, or a ladder whose approvals say so and no guard"
+            )
+        self.clock = make_clock(clock) if isinstance(clock, str) else clock
+        reasoners = {"rules": reasoner or RuleReasoner(self.ladder.waits.limits()), **(models or {})}
+        self.reasoners: Mapping[str, Reasoner] = reasoners
+        names = {rung: one.name for rung, one in reasoners.items()}
+        self._stack_scene = scene
+        self._detector = Detector(detector)
+        self._timeline = Timeline()
+        self._senses = Senses()
+        self._camera = CameraWatch()
+        self._bus = EventBus(on_event, record)
+        if record is not None:
+            settings = self._detector.settings
+            record.begin(Facts(self.ladder, self.guard.policy, self.clock.name, settings, names, observe_only))
+        self._reasoner = ReasonerWorker(ReasonerPool(reasoners, self.ladder.waits), self.guard, self.clock)
+        self._reader = WordsWorker(reader or find_reader(), self.clock)
+        self._desk = QuestionDesk()
+        self._said: str | None = None
+        unread = self._reader.reader
+        ask_back = unread.why if isinstance(unread, NoReader) else ASK_BACK
+        self._setup = Setup(self.guard, self.ladder, names, ask_back, observe_only)
+        self._state = first_state(self.ladder, frozenset(reasoners), observe_only=observe_only)
 
     # ---- called by the stack, a page, an operator's desk
 
@@ -37,11 +103,24 @@ class StuckSolver(Deliberation):
             return self._without_status()
         status = self._timeline.follow(status)
         trigger = self._detector.update(status)
-        if trigger is None and not self._engaged and self._said is None and self._timeline.jump_s is None:
+        idle = trigger is None and self._said is None and self._timeline.jump_s is None
+        if idle and not self._state.engaged and not self._reader.busy:
             return CONTINUE
-        directive = self._attend(status, trigger, surroundings)
-        self._engaged = trigger is not None or self._open or self._progress.on or self._busy
+        inputs = self._inputs(status, trigger, surroundings)
+        before = self._state
+        self._state, directive, told = transition(before, inputs, self._setup)
+        self._desk.show(self._state.question)
+        if self._state.afresh_s != before.afresh_s:
+            self._detector.forget()
+        self._put_to_work()
+        for one in told:
+            self._bus.tell(one)
         return directive
+
+    @property
+    def state(self) -> State:
+        """Where it stands: a frozen value."""
+        return self._state
 
     @property
     def detector_settings(self) -> DetectorSettings:
@@ -67,7 +146,9 @@ class StuckSolver(Deliberation):
 
     def close(self) -> None:
         """Forget the question under way; nothing is asked any more unless `step` is called again."""
-        self._asking.drop()
+        if isinstance(self._state.activity, Querying):
+            self._state = self._state.but(activity=Monitoring())
+        self._put_to_work()
 
     def __enter__(self) -> StuckSolver:
         return self
@@ -78,35 +159,70 @@ class StuckSolver(Deliberation):
     # ---- the tick
 
     def _without_status(self) -> Directive:
-        """Nothing is known of this tick: nothing begins, and a plan that runs stands still."""
-        if self._timeline.now_s is not None:
-            self._tell_fault(self._timeline.now_s, "the status has a value that is no number")
-        return self._resting if self._running.execution is None else STAND
+        """Nothing is known of this tick."""
+        now = self._timeline.now_s
+        fault = "the status has a value that is no number"
+        if now is not None and self._state.told_fault != fault:
+            under_way, rung = self._state.intervention, self._state.escalation.rung
+            number = None if under_way is None else under_way.number
+            time_s = now - self._timeline.offset_s
+            self._bus.tell(Event(time_s=time_s, kind=EventKind.FAULT, text=fault, intervention=number, rung=rung))
+            self._state = self._state.but(told_fault=fault)
+        return without_status(self._state)
 
-    def _attend(self, status: Status, trigger: Trigger | None, read: Read) -> Directive:
-        """A tick on which something is, or may be, the matter."""
+    def _inputs(self, status: Status, trigger: Trigger | None, read: Read) -> Inputs:
+        """All that this tick brings. Words and answers are taken from their threads when the clock delivers them."""
         now = status.time_s
-        self._running.offset_s = self._timeline.offset_s
-        if self._timeline.jump_s is not None:
-            self._tell(now, EventKind.FAULT, f"the clock jumped by {self._timeline.jump_s:.2f} s")
-        self._hear(now)
-        self._watch(status, trigger)
-        directive = self._act(status, trigger, read)
-        if self._stays and directive == CONTINUE:
-            directive = self._stay(status, read)
-        self._tell_fault(now, self._running.senses.fault or self._asking.camera_fault)
-        self._settle(status)
-        return directive
+        if self._said is not None:
+            said, self._said = self._said, None
+            question = to_be_answered(self._state)
+            situation = situation_of(self._stack_scene(), question.text if question else None)
+            self._reader.take(said, now - self._timeline.offset_s, now, situation)
+        heard = self._reader.poll(now)
+        answer = self._reasoner.poll(now)
+        return Inputs(
+            status=status,
+            look=_once(lambda: self._look(read, now)),
+            scene=_once(lambda: self._snapshot(status)),
+            trigger=trigger,
+            slow_since_s=self._detector.slow_since_s,
+            progress_in_window_m=self._detector.progress_in_window_m,
+            offset_s=self._timeline.offset_s,
+            jump_s=self._timeline.jump_s,
+            heard=heard,
+            hearing=self._reader.busy,
+            reply=self._desk.take(),
+            answer=answer,
+            busy=self._reasoner.at_work(),
+        )
 
-    def _act(self, status: Status, trigger: Trigger | None, read: Read) -> Directive:
-        now, reply = status.time_s, self._desk.take()
-        if self._running.execution is not None:
-            return self._perform(status, read)
-        if reply is not None:
-            return self._replied(reply, status, trigger, read)
-        if trigger is None and self._words.now is None and self._stop is None and not self._still_there(status):
-            self._cleared(now)
-            return CONTINUE
-        if self._asking.busy:
-            return self._take_answer(status, trigger, read)
-        return self._next(status, trigger, read)
+    def _look(self, read: Read, now_s: float) -> Sight:
+        seen = self._senses.look(read, now_s)
+        return Sight(seen, self._senses.fault, self._senses.blind_s(now_s))
+
+    def _snapshot(self, status: Status) -> Snapshot:
+        try:
+            scene = self._stack_scene()
+        except Exception as error:  # noqa: BLE001 - a stack's own fault, of whatever type, must not end the control loop
+            return Snapshot(None, f"the stack's scene raised {type(error).__name__}: {error}")
+        if scene is None:
+            return Snapshot(None, "the stack has no scene to give")
+        scene, fault = self._camera.checked(scene, status.progress_m)
+        return Snapshot(scene, camera_fault=fault)
+
+    def _put_to_work(self) -> None:
+        """Have the reasoner at work on what the state asks, and on nothing else."""
+        activity = self._state.activity
+        self._reasoner.work_on(activity.query if isinstance(activity, Querying) else None)
+
+
+def _once(make: Callable[[], T]) -> Callable[[], T]:
+    """The same function, called at most once."""
+    made: list[T] = []
+
+    def get() -> T:
+        if not made:
+            made.append(make())
+        return made[0]
+
+    return get

@@ -25,7 +25,7 @@ class SpellWatch:
         trigger = self._detector.update(status)
         slow_s = self._detector.slow_since_s
         was_on = self._watch.on
-        recovered_after_s = self._watch.update(status, slow_s, trigger)
+        self._watch, recovered_after_s = self._watch.updated(status, slow_s, trigger)
         if self._watch.on and not was_on:
             self._onset = (time_s if slow_s is None else slow_s, place_m)
         if recovered_after_s is not None:

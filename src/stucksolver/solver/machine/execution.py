@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -58,14 +59,17 @@ def stand(brake_mps2: float) -> Execute:
 
 
 class Execution:
-    """One plan on its way. Call `start`, then `tick` until it returns an `Outcome`."""
+    """One plan on its way. Call `start`, then `tick` until it returns an `Outcome`.
+
+    Whatever it holds is never changed in place, so a shallow copy (`ticked`, `withdrawn`) goes its own way from there.
+    """
 
     def __init__(self, plan: RecoveryPlan, guard: Guard, guided: bool, approvals: Approvals = NOBODY) -> None:
         self.plan = plan
         self._guard = guard
         self._guided = guided
         self._approvals = approvals
-        self._segments = _segments(plan.behaviors)
+        self._segments: tuple[tuple[Behavior, ...], ...] = _segments(plan.behaviors)
         self._proven: Proven | None = None
         self._behavior: Behavior = plan.behaviors[0]
         self._directive: Step | None = None
@@ -87,7 +91,7 @@ class Execution:
         else:
             verdict, proven = self._guard.accept(segment, view, self._guided, self._approvals)
         if verdict.accepted:
-            self._segments.pop(0)
+            self._segments = self._segments[1:]
             self._proven, self._behavior = proven, segment[0]
             self._index, self._shown = 0, False
             expected = proven.expected_s if proven else 0.0
@@ -98,6 +102,17 @@ class Execution:
     def withdraw(self) -> None:
         """Give the plan up as soon as that is safe: at once before the commit point, else at its end."""
         self._withdrawn = True
+
+    def withdrawn(self) -> Execution:
+        """The same, to be given up."""
+        other = copy.copy(self)
+        other.withdraw()
+        return other
+
+    def ticked(self, view: View, now_s: float) -> tuple[Execution, Step | Outcome]:
+        """How it stands after one more tick, and what to do at that tick, or how it ended. This one stays as it is."""
+        other = copy.copy(self)
+        return other, other.tick(view, now_s)
 
     def tick(self, view: View, now_s: float) -> Step | Outcome:
         """What to do at this tick, or how it ended."""
@@ -212,7 +227,7 @@ def _arrived(proven: Proven, seen: View) -> bool:
     return left <= (landing_m(seen.ego.speed_mps) if way > SHORT_M else way / 4)
 
 
-def _segments(behaviors: tuple[Behavior, ...]) -> list[list[Behavior]]:
+def _segments(behaviors: tuple[Behavior, ...]) -> tuple[tuple[Behavior, ...], ...]:
     """Behaviours that move on without a stop are proven together, as one path; the others each by itself."""
     segments: list[list[Behavior]] = []
     joined = False
@@ -223,7 +238,7 @@ def _segments(behaviors: tuple[Behavior, ...]) -> list[list[Behavior]]:
         else:
             segments.append([behavior])
         joined = not alone
-    return segments
+    return tuple(map(tuple, segments))
 
 
 def path_points(path: Manoeuvre, view: View, no_stop: Array | bool = False) -> tuple[PathPoint, ...]:

@@ -7,14 +7,15 @@ import time
 from concurrent.futures import Future
 
 from stucksolver.scene import Guidance, Reading
-from stucksolver.solver.clock import Clock, Lockstep, Measured, Query, Wall
+from stucksolver.solver.machine.inputs import Heard
+from stucksolver.solver.workers.clock import Clock, Lockstep, Measured, Pending, Wall
 from stucksolver.words import NoReader, WordsReader
 
 DEADLINE_S = 5.0
 """Words that are not read by then count as unclear. The first ones wait for the reader to load."""
 
 
-class Listening:
+class WordsWorker:
     """Words on their way to being understood.
 
     A reading takes tens of milliseconds: a clock that charges a language model's answers with seconds does not apply.
@@ -25,10 +26,8 @@ class Listening:
         self.reader = reader
         self._clock: Clock = clock if isinstance(clock, Wall | Measured) else Lockstep()
         self._said: Guidance | None = None
-        self._query: Query | None = None
+        self._query: Pending | None = None
         self._reading: Future[Reading] | None = None
-        self.fault: str | None = None
-        """Why the last words could not be read."""
 
     @property
     def busy(self) -> bool:
@@ -36,12 +35,12 @@ class Listening:
 
     def take(self, text: str, time_s: float, now_s: float, situation: str) -> None:
         """New words, in place of those not read yet. `time_s` is the stack's time, `now_s` the solver's own."""
-        self._said, self._query = Guidance(text=text, time_s=time_s), Query(now_s, time.monotonic())
+        self._said, self._query = Guidance(text=text, time_s=time_s), Pending(now_s, time.monotonic())
         self._reading = reading = Future[Reading]()
         work = (self.reader, text, situation, self._query, reading)
         threading.Thread(target=_read, args=work, name="stucksolver-words", daemon=True).start()
 
-    def poll(self, now_s: float) -> Guidance | None:
+    def poll(self, now_s: float) -> Heard | None:
         """The words with their reading, once it is due."""
         said, query, reading = self._said, self._query, self._reading
         if said is None or query is None or reading is None:
@@ -50,8 +49,8 @@ class Listening:
         if not self._clock.due(query, now_s, reading) and now_s - query.asked_s <= DEADLINE_S:
             return None
         self._said = None
-        found, self.fault = _result(reading)
-        return said.model_copy(update={"reading": found})
+        found, fault = _result(reading)
+        return Heard(said.model_copy(update={"reading": found}), fault)
 
 
 def _result(reading: Future[Reading]) -> tuple[Reading, str | None]:
@@ -65,7 +64,7 @@ def _result(reading: Future[Reading]) -> tuple[Reading, str | None]:
     return reading.result(), None
 
 
-def _read(reader: WordsReader, text: str, situation: str, query: Query, reading: Future[Reading]) -> None:
+def _read(reader: WordsReader, text: str, situation: str, query: Pending, reading: Future[Reading]) -> None:
     try:
         result = reader.read(text, situation)
     except BaseException as error:  # noqa: BLE001 - kept for the taker, whatever a reader raises

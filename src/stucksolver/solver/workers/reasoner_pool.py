@@ -3,36 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
-from stucksolver.decision import Decision, RecoveryPlan, WaitReason
+from stucksolver.decision import Decision, WaitReason
 from stucksolver.ladder import Waits
-from stucksolver.reason import Reasoner, ReasonerError, RuleReasoner, Trace, Traced
+from stucksolver.reason import Reasoner, ReasonerError, RuleReasoner, Traced
 from stucksolver.reason.reasoner import AsksGuard, KeepsDeadline, PlanCheck
 from stucksolver.scene import Scene
+from stucksolver.solver.answer import Answer
 
 
-@dataclass(frozen=True)
-class Answer:
-    """A decision, who made it, and how."""
-
-    decision: Decision
-    reasoner: str
-    trace: Trace | None = None
-
-
-@dataclass(frozen=True)
-class Held:
-    """A plan that only traffic speaks against: looked at again on every tick until a gap comes, or the time is over."""
-
-    answer: Answer
-    plan: RecoveryPlan
-    until_s: float
-    from_m: float | None = None
-    """Progress on the route when it was begun, if it was given up for the traffic right after its start."""
-
-
-class Panel:
+class ReasonerPool:
     """Reasoners by the name that the ladder calls them."""
 
     def __init__(self, reasoners: Mapping[str, Reasoner], waits: Waits) -> None:

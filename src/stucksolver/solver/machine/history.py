@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import Behavior
 from stucksolver.decision.behaviors.base import CREEP_MPS
@@ -48,18 +52,19 @@ def _pace(behavior: Behavior) -> tuple[str, ...]:
     return () if speed is None else ("walking" if speed <= CREEP_MPS else "driving",)
 
 
-class Failures:
-    """Kept from the start of an intervention to its end."""
+@dataclass(frozen=True)
+class History:
+    """Kept from the start of an intervention to its end. `remembered`: so many attempts are told to the reasoner."""
 
-    def __init__(self, remembered: int) -> None:
-        self._remembered = remembered
-        self._barred: dict[Signature, str] = {}
-        self.attempts: tuple[PastAttempt, ...] = ()
+    remembered: int
+    barred: Mapping[Signature, str] = field(default_factory=lambda: MappingProxyType({}))
+    """Plans that are not begun again, and why."""
+    attempts: tuple[PastAttempt, ...] = ()
 
-    def note(
+    def noted(
         self, plan: RecoveryPlan, ended: AttemptEnd, time_s: float, *, text: str = "", verdict: Verdict = OK
-    ) -> None:
-        """Remember for the reasoner. `verdict`: for what it was refused or given up; `text` where that is not all."""
+    ) -> History:
+        """With one more for the reasoner. `verdict`: for what it was refused or given up; `text` where that is not all."""
         attempt = PastAttempt(
             time_s=time_s,
             behaviors=tuple(b.name for b in plan.behaviors),
@@ -68,38 +73,40 @@ class Failures:
             failures=verdict.failures,
             outcome=text or TEXTS.get(ended) or str(verdict),
         )
-        self.attempts = (*self.attempts, attempt)[-self._remembered :] if self._remembered else ()
+        return replace(self, attempts=(*self.attempts, attempt)[-self.remembered :] if self.remembered else ())
 
-    def aborted(self, plan: RecoveryPlan, verdict: Verdict) -> None:
+    def aborted(self, plan: RecoveryPlan, verdict: Verdict) -> History:
         """A running plan was given up: bar it, where the reason cannot be seen before it starts again."""
         codes = sorted({r.code.value for r in verdict.rejects if r.code in UNSEEN})
-        if codes:
-            self._barred[signature(plan)] = ", ".join(codes)
+        return self._barred(plan, ", ".join(codes)) if codes else self
 
-    def useless(self, plan: RecoveryPlan) -> None:
+    def useless(self, plan: RecoveryPlan) -> History:
         """It was carried through, and changed nothing."""
-        self._barred[signature(plan)] = TEXTS[AttemptEnd.USELESS]
+        return self._barred(plan, TEXTS[AttemptEnd.USELESS])
 
     @staticmethod
     def may_be_useless(plan: RecoveryPlan) -> bool:
         """Should the vehicle have got on by it? Not by moves that only prepare what comes next."""
         return not all(b.prepares for b in plan.behaviors)
 
-    def denied(self, plan: RecoveryPlan) -> None:
+    def denied(self, plan: RecoveryPlan) -> History:
         """A person said no to it."""
-        self._barred[signature(plan)] = TEXTS[AttemptEnd.DENIED]
+        return self._barred(plan, TEXTS[AttemptEnd.DENIED])
 
     def against(self, plan: RecoveryPlan) -> Verdict | None:
         """Refuses a plan that has failed before for a reason that has not gone away."""
-        why = self._barred.get(signature(plan))
+        why = self.barred.get(signature(plan))
         if why is None:
             return None
         detail = f"the same plan failed before: {why}"
         return Verdict(rejects=(Reject(code=RejectCode.REPEATED, detail=detail),))
 
-    def forget_attempts(self) -> None:
+    def without_attempts(self) -> History:
         """New words ask for something new; what is barred stays barred."""
-        self.attempts = ()
+        return replace(self, attempts=())
+
+    def _barred(self, plan: RecoveryPlan, why: str) -> History:
+        return replace(self, barred=MappingProxyType({**self.barred, signature(plan): why}))
 
 
 def passes(verdict: Verdict, moving: frozenset[str]) -> bool:

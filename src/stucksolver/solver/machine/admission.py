@@ -1,4 +1,4 @@
-"""Tries a proposed plan: is it offered, has it failed before, does the guard accept it, whose yes would it need?"""
+"""Admits a proposed plan: is it offered, has it failed before, does the guard accept it, whose yes would it need?"""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import Release
-from stucksolver.guard import RULES, Approvals, Guard, Reject, RejectCode, Verdict
+from stucksolver.guard import NOBODY, RULES, Approvals, Guard, Reject, RejectCode, Verdict
 from stucksolver.ladder.moves import Person
 from stucksolver.scene import Scene
 from stucksolver.scene.view import View
-from stucksolver.solver.execution import Execution
+from stucksolver.solver.machine.execution import Execution
+from stucksolver.solver.machine.history import History, passes
 
 RELEASABLE = frozenset(name for name in RULES if name != "red_light")
 """What a question may be raised for without being told to: a lit red light is released on an operator's own word."""
@@ -30,6 +31,56 @@ class Need:
         """What is approved once it is given."""
         names = frozenset(self.what)
         return Approvals(passenger=names) if self.to == "passenger" else Approvals(operator=names)
+
+
+@dataclass(frozen=True)
+class Admission:
+    """A plan with its verdict; `execution` is ready to go on where that is an acceptance.
+
+    `need`: the yes that is all it lacks. `passing`: is it refused only for traffic that will go on?
+    """
+
+    plan: RecoveryPlan
+    verdict: Verdict
+    execution: Execution
+    need: Need | None
+    passing: bool
+
+
+def admit(
+    plan: RecoveryPlan,
+    view: View,
+    now_s: float,
+    *,
+    guard: Guard,
+    scene: Scene | None,
+    history: History,
+    guided: bool,
+    approvals: Approvals,
+    again: bool = False,
+) -> Admission:
+    """Judge a plan against the world as it is now.
+
+    `scene`: what was offered. `guided`: the passenger's words ask for it. `again`: it is looked at on every tick for its
+    moment; then nobody is looked for who might say yes.
+    """
+    execution = Execution(plan, guard, guided, approvals)
+    known = against_offers(plan, scene) or history.against(plan)
+    verdict = known or against_releases(plan, guard, approvals) or execution.start(view, now_s)
+    need = None
+    if known is None and not verdict.accepted and not again:
+        need = missing_yes(plan, verdict, guard, view, now_s, guided, approvals)
+    return Admission(plan, verdict, execution, need, passes(verdict, moving(view)))
+
+
+def second_opinion(plan: RecoveryPlan, view: View, now_s: float, *, guard: Guard, guided: bool) -> str:
+    """What the guard would say of a plan, for a reasoner that asks before it commits to it."""
+    return str(Execution(plan, guard, guided, NOBODY).start(view, now_s))
+
+
+def moving(view: View) -> frozenset[str]:
+    """Ids of what moves now."""
+    return frozenset(o.id for o, moves in zip(view.objects, view.moving, strict=True) if moves)
 
 
 def against_offers(plan: RecoveryPlan, scene: Scene | None) -> Verdict | None:

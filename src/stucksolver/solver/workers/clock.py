@@ -15,8 +15,8 @@ answer counts as missing."""
 
 
 @dataclass
-class Query:
-    """One question under way."""
+class Pending:
+    """One question under way, to a reasoner or to the reader of words."""
 
     asked_s: float
     asked_wall_s: float
@@ -33,7 +33,7 @@ class Clock(Protocol):
 
     name: str
 
-    def due(self, query: Query, now_s: float, answer: Future[T]) -> bool:
+    def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
         """True when the answer is to be taken now. It is there, unless the reasoner hangs."""
 
 
@@ -42,7 +42,7 @@ class Lockstep:
 
     name = "lockstep"
 
-    def due(self, query: Query, now_s: float, answer: Future[T]) -> bool:
+    def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
         _wait(answer, query.wait_s)
         return True
 
@@ -56,7 +56,7 @@ class Latency:
         self.latency_s = latency_s
         self.name = f"latency:{latency_s:g}"
 
-    def due(self, query: Query, now_s: float, answer: Future[T]) -> bool:
+    def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
         if now_s - query.asked_s < self.latency_s - 1e-6:
             return False
         _wait(answer, query.wait_s)
@@ -68,7 +68,7 @@ class Measured:
 
     name = "latency:measured"
 
-    def due(self, query: Query, now_s: float, answer: Future[T]) -> bool:
+    def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
         simulated = now_s - query.asked_s
         if not answer.done():
             _wait(answer, max(query.asked_wall_s + simulated - time.monotonic(), 0.0))
@@ -84,7 +84,7 @@ class Wall:
 
     name = "wall"
 
-    def due(self, query: Query, now_s: float, answer: Future[T]) -> bool:
+    def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
         return answer.done()
 
 

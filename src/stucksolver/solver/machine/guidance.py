@@ -1,0 +1,126 @@
+"""The passenger's words: which ones count, what they stop, and when they are done with."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from stucksolver.decision import GuidanceIntent
+from stucksolver.ladder import Resume
+from stucksolver.scene import Guidance, Reading
+from stucksolver.solver.events import EventKind
+from stucksolver.solver.machine.people import resumes
+from stucksolver.solver.machine.state import AwaitingGap, Executing, MinimalRisk, Monitoring, State, WordsInForce
+from stucksolver.solver.machine.turn import Turn
+from stucksolver.solver.questions import Question, QuestionKind, Reply
+from stucksolver.words.fields import STAYS
+
+
+def to_be_answered(state: State) -> Question | None:
+    """The open question that a yes or no of the passenger answers. "What shall I do?" is answered by a request."""
+    asked = state.question
+    answerable = asked is not None and asked.to == "passenger" and asked.kind is not QuestionKind.ADVICE
+    return asked if answerable else None
+
+
+def hear(turn: Turn) -> None:
+    """Act on words that were read, and drop those that led to nothing in time."""
+    heard = turn.inputs.heard
+    if heard is not None:
+        turn.tell_fault(heard.fault)
+        _understand(turn, heard.words)
+    if _expired(turn):
+        turn.drop_query()
+        attempts = turn.state.history.attempts
+        end_words(turn, f"expired ({attempts[-1].outcome if attempts else 'no occasion'})")
+
+
+def end_words(turn: Turn, how: str) -> None:
+    """They do not count any more."""
+    in_force = turn.state.words
+    assert in_force is not None
+    _dismiss(turn, in_force.words, how)
+    turn.set(words=None, history=turn.state.history.without_attempts())
+
+
+def _expired(turn: Turn) -> bool:
+    """Have the words that count led to nothing in time? Those that a running plan follows have not."""
+    in_force, activity = turn.state.words, turn.state.activity
+    if in_force is None or (isinstance(activity, Executing) and activity.words is in_force.words):
+        return False
+    return turn.now_s - in_force.since_s > turn.setup.ladder.words.expire_s
+
+
+def _understand(turn: Turn, words: Guidance) -> None:
+    """Act on a reading: an answer, a refusal, a call to stop, a request, or nothing that concerns the driving."""
+    reading = words.reading
+    assert reading is not None
+    turn.tell_words(words)
+    intent = reading.intent
+    if intent in (GuidanceIntent.YES, GuidanceIntent.NO) and _is_answered(turn, intent, words):
+        return
+    if intent is GuidanceIntent.NONE:
+        _dismiss(turn, words, "nothing is asked of the driving")
+    elif intent is GuidanceIntent.UNLAWFUL:
+        _dismiss(turn, words, "refused: that is not allowed")
+    elif intent in (GuidanceIntent.UNCLEAR, GuidanceIntent.YES):
+        _ask_back(turn, words)
+    else:
+        _take(turn, words)
+        turn.set(asked_back=False)
+        if intent in STAYS and turn.state.words is not None:
+            _hold_back(turn, reading)
+
+
+def _is_answered(turn: Turn, intent: GuidanceIntent, words: Guidance) -> bool:
+    """Take yes or no as the answer to the passenger's open question, if there is one that a yes answers."""
+    question = to_be_answered(turn.state)
+    if question is None:
+        return False
+    turn.reply = Reply(question, intent is GuidanceIntent.YES, "passenger")
+    _dismiss(turn, words, f"answers question {question.id}")
+    return True
+
+
+def _take(turn: Turn, words: Guidance) -> None:
+    """From now on these count: everything that was about to be done for another reason is dropped."""
+    state = turn.state
+    turn.set(
+        words=WordsInForce(words, turn.now_s),
+        words_escalation=state.words_escalation.reset(),
+        escalation=replace(state.escalation, quiet_until_s=turn.now_s),
+        history=state.history.without_attempts(),
+    )
+    if isinstance(state.activity, AwaitingGap):
+        turn.set(activity=Monitoring())
+    turn.drop_query()
+    if state.question is not None and state.question.kind is not QuestionKind.ASSISTANCE:
+        turn.withdraw_question()
+    if isinstance(state.posture, MinimalRisk) and resumes(turn) is Resume.OPERATOR:
+        end_words(turn, "only the operator may end this stop")
+
+
+def _hold_back(turn: Turn, reading: Reading) -> None:
+    """They ask to stay: a running plan ends by its safe abort, and nothing begins for now.
+
+    A refusal holds until other words are said or the intervention is over; a plain "wait" as long as words last.
+    """
+    running = turn.state.activity
+    if isinstance(running, Executing):
+        turn.set(activity=replace(running, execution=running.execution.withdrawn(), withdrawn=True))
+    refuses = reading.negated or reading.intent in (GuidanceIntent.NO, GuidanceIntent.FOLLOW)
+    until = math.inf if refuses else turn.now_s + turn.setup.ladder.words.expire_s
+    turn.set(escalation=replace(turn.state.escalation, quiet_until_s=until))
+    end_words(turn, "the plan is given up" if isinstance(running, Executing) else "nothing is begun")
+
+
+def _ask_back(turn: Turn, words: Guidance) -> None:
+    """Unclear words move nothing; the passenger is asked once what was meant."""
+    _dismiss(turn, words, "not understood")
+    if not turn.state.asked_back:
+        turn.set(asked_back=True)
+        turn.tell(EventKind.ASKED_BACK, turn.setup.ask_back)
+
+
+def _dismiss(turn: Turn, words: Guidance, how: str) -> None:
+    turn.tell(EventKind.GUIDANCE_ENDED, f'"{words.text}": {how}')

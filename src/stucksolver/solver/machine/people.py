@@ -1,0 +1,131 @@
+"""Questions to people, their yes or no, and the stop in which help is called."""
+
+from __future__ import annotations
+
+from stucksolver.decision import CONTINUE, Directive, SafeStop
+from stucksolver.guard import NOBODY
+from stucksolver.ladder import Assist, Resume
+from stucksolver.scene import AttemptEnd
+from stucksolver.solver.answer import Answer
+from stucksolver.solver.events import EventKind
+from stucksolver.solver.machine.admission import Admission, granted
+from stucksolver.solver.machine.blockage import still_blocked, why_stopped
+from stucksolver.solver.machine.history import signature
+from stucksolver.solver.machine.state import AwaitingApproval, MinimalRisk, Monitoring
+from stucksolver.solver.machine.turn import Turn
+from stucksolver.solver.questions import Question, QuestionKind
+
+# ---- a yes to a plan
+
+
+def ask_for_yes(turn: Turn, judged: Admission, answer: Answer) -> None:
+    """A plan that would be accepted if a person agreed."""
+    need = judged.need
+    assert need is not None
+    turn.set(activity=AwaitingApproval(answer))
+    what = " and ".join(name.replace("_", " ") for name in need.what)
+    text = f"{answer.decision.rationale}. May I? It needs your yes for: {what}"
+    within = turn.setup.ladder.asking.approval_within_s
+    turn.ask_person(QuestionKind.APPROVAL, need.to, text, within_s=within, plan=judged.plan, needs=need.what)
+
+
+def overdue(turn: Turn) -> bool:
+    """Has nobody answered the open question in time?"""
+    question = turn.state.question
+    limit = None if question is None else question.within_s
+    return limit is not None and turn.now_s - turn.state.question_since_s > limit
+
+
+def unanswered(turn: Turn, question: Question) -> None:
+    """Nobody answered in time."""
+    turn.withdraw_question()
+    turn.tell(EventKind.CANCELLED, f"no answer from the {question.to}", question=question)
+    if question.kind is QuestionKind.ADVICE:
+        turn.climb()
+    else:
+        turn.failed()
+
+
+def agreed(turn: Turn, question: Question) -> None:
+    """Keep a yes for this plan, for as long as the intervention lasts."""
+    under_way = turn.state.intervention
+    assert question.plan is not None and under_way is not None
+    key = signature(question.plan)
+    yes = granted(under_way.approved.get(key, NOBODY), question.to, question.needs)
+    turn.note(approved={**under_way.approved, key: yes})
+
+
+def denied(turn: Turn, question: Question) -> None:
+    """A plan that somebody said no to is not begun in this intervention."""
+    assert question.plan is not None
+    turn.set(activity=Monitoring())
+    history = turn.state.history.denied(question.plan)
+    turn.set(history=history.noted(question.plan, AttemptEnd.DENIED, turn.stack_s))
+    turn.failed()
+
+
+# ---- help from outside
+
+
+def halt(turn: Turn, move: Assist) -> Directive:
+    """The minimal risk condition, and the call for help."""
+    state = turn.state
+    why = why_stopped(state.scene, state.history.attempts)
+    assert not isinstance(state.posture, MinimalRisk)
+    stop = MinimalRisk(SafeStop(reason=why), still_blocked(state.scene), state.posture)
+    turn.set(posture=stop)
+    turn.tell(EventKind.STOPPED, f"minimal risk condition: {why}")
+    call_for_help(turn, why)
+    turn.pause(turn.now_s + move.look_every_s)
+    return stop.directive
+
+
+def not_held(turn: Turn, move: Assist) -> Directive:
+    """No place to stand, and no way to one: call for help, and leave the stack free to drive off."""
+    why = why_stopped(turn.state.scene, turn.state.history.attempts)
+    if turn.state.question is None:
+        call_for_help(turn, f"it stands where nobody should: {why}")
+    turn.pause(turn.now_s + move.look_every_s)
+    return CONTINUE
+
+
+def call_for_help(turn: Turn, why: str) -> None:
+    turn.ask_person(QuestionKind.ASSISTANCE, "operator", f"The vehicle needs help: {why}")
+
+
+def resumes(turn: Turn) -> Resume | None:
+    """What ends the stop, on the last rung."""
+    move = turn.state.escalation.move
+    return move.resume if isinstance(move, Assist) else None
+
+
+def release(turn: Turn, why: str) -> None:
+    """End the stop; the rung stays until the hand-back is verified."""
+    posture, move = turn.state.posture, turn.state.escalation.move
+    if isinstance(posture, MinimalRisk):
+        turn.set(posture=posture.was)
+    turn.note(tried_aside=False)
+    turn.withdraw_question()
+    turn.tell(EventKind.RELEASED, why)
+    turn.pause(turn.now_s + (move.look_every_s if isinstance(move, Assist) else 0.0))
+
+
+def free_again(turn: Turn) -> bool:
+    """Has what stood in the way when the vehicle stopped gone?"""
+    posture, by_itself = turn.state.posture, resumes(turn) in (Resume.CLEAR, Resume.PLAN)
+    blocked = isinstance(posture, MinimalRisk) and posture.blocked
+    return by_itself and blocked and not still_blocked(turn.state.scene)
+
+
+def helped_out(turn: Turn, yes: bool) -> Directive:
+    """The operator's answer to the call."""
+    if yes:
+        release(turn, "the operator lets it try again")
+        turn.set(escalation=turn.state.escalation.reset())
+    return turn.resting
+
+
+def only_looks(turn: Turn) -> bool:
+    """In the stop of the last rung: does a plan of the reasoner not count?"""
+    stopped = isinstance(turn.state.posture, MinimalRisk)
+    return stopped and turn.state.words is None and resumes(turn) is not Resume.PLAN

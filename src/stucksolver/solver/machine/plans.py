@@ -1,0 +1,245 @@
+"""A plan from its proposal to its end: judged, held for a gap, begun, carried out, given up."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from stucksolver.decision import CONTINUE, Directive, RecoveryPlan, Replan, asks_for, releases
+from stucksolver.decision.behaviors import Behavior
+from stucksolver.guard import NOBODY, Approvals, Reject, RejectCode, Verdict
+from stucksolver.ladder import Assist
+from stucksolver.scene import AttemptEnd
+from stucksolver.solver.answer import Answer
+from stucksolver.solver.events import EventKind, Judgement, Tick
+from stucksolver.solver.machine.admission import Admission, admit
+from stucksolver.solver.machine.execution import STAND, Execution, Outcome, Step
+from stucksolver.solver.machine.guidance import end_words
+from stucksolver.solver.machine.history import passes, signature
+from stucksolver.solver.machine.minimal_risk import minimal_risk, stops_where_one_may_stand
+from stucksolver.solver.machine.people import ask_for_yes, halt, release
+from stucksolver.solver.machine.state import AwaitingGap, Driving, Executing, Holding, MinimalRisk, Monitoring
+from stucksolver.solver.machine.turn import Turn
+
+HARDLY_BEGUN_M = 2.0
+"""A plan given up for traffic before that much of it was driven waits for the next gap as it is."""
+STANDS_THERE = "; it stands: the way back into the lane is not free"
+OBSERVED_AGAIN_S = 5.0
+"""An observer who found a plan looks again this much later."""
+BLIND_LIMIT_S = 5.0
+"""A running plan ends after so long without anything new seen: it cannot be known any more whether it is done."""
+
+# ---- judging
+
+
+def judge(turn: Turn, answer: Answer, plan: RecoveryPlan) -> Directive | None:
+    """Check a plan against the world as it is now, not as it was when the question was asked.
+
+    None: it was refused, and the reasoner may be told why and asked again at once.
+    """
+    turn.set(activity=Monitoring())
+    reading = turn.state.reading
+    turn.begin(turn.state.trigger)
+    stopped = isinstance(turn.state.posture, MinimalRisk)
+    if turn.inputs.trigger is None and not asks_for(reading, plan) and not stopped:
+        gone = Reject(code=RejectCode.NOT_IMMOBILIZED, detail="the vehicle moves again")
+        turn.tell_decision(answer, Verdict(rejects=(gone,)))
+        return CONTINUE
+    judged = _admitted(turn, plan, guided=releases(reading, plan), approvals=_approvals(turn, plan))
+    if judged is None:
+        turn.tell(EventKind.FAILED, "there are no surroundings to check the plan against")
+        turn.failed()
+        return turn.resting
+    turn.tell_decision(answer, judged.verdict)
+    if turn.setup.observe_only:
+        turn.pause(turn.now_s + OBSERVED_AGAIN_S)
+        return CONTINUE
+    if judged.verdict.accepted:
+        return start(turn, judged, answer)
+    if judged.need is not None:
+        ask_for_yes(turn, judged, answer)
+        return turn.resting
+    return _refused(turn, judged, answer)
+
+
+def _refused(turn: Turn, judged: Admission, answer: Answer) -> Directive | None:
+    """Keep it for a gap where traffic is all; else tell the reasoner why, at once while repair rounds last."""
+    if judged.passing:
+        until = turn.now_s + turn.setup.ladder.asking.hold_s
+        turn.set(activity=AwaitingGap(answer, judged.plan, until))
+        return turn.resting
+    _note_refusal(turn, judged)
+    whose = "escalation" if turn.state.words is None else "words_escalation"
+    repaired = getattr(turn.state, whose).repair(turn.now_s)
+    if repaired is None:
+        turn.failed()
+        return turn.resting
+    turn.set(**{whose: repaired})
+    return None
+
+
+def await_gap(turn: Turn, held: AwaitingGap) -> Directive:
+    """A plan that waits for a gap in the traffic: is this the moment?"""
+    guided = releases(turn.state.reading, held.plan)
+    judged = _admitted(turn, held.plan, guided=guided, approvals=_approvals(turn, held.plan), again=True)
+    if judged is not None and judged.verdict.accepted:
+        turn.tell_decision(held.answer, judged.verdict)
+        return start(turn, judged, held.answer)
+    if judged is None or not judged.passing or turn.now_s >= held.until_s:
+        turn.set(activity=Monitoring())
+        if judged is not None:
+            _note_refusal(turn, judged)
+    return turn.resting
+
+
+def still_there(turn: Turn) -> bool:
+    """Does a plan, given up right after its start, wait for the next gap while the vehicle has not driven on?"""
+    held = turn.state.activity
+    begun = held.from_m if isinstance(held, AwaitingGap) else None
+    return begun is not None and turn.status.progress_m - begun < HARDLY_BEGUN_M
+
+
+def aside(turn: Turn) -> Admission | None:
+    """The way to a better place to stand, judged; None where there is none, or nothing is known."""
+    view = turn.view
+    behaviors: tuple[Behavior, ...] = ()
+    if view is not None:
+        behaviors = minimal_risk(turn.setup.guard, view, "").behaviors[:-1]
+    if all(b.stands_still for b in behaviors):
+        return None
+    return _admitted(turn, RecoveryPlan(behaviors=behaviors), guided=False, approvals=NOBODY)  # type: ignore[arg-type]
+
+
+def may_stop(turn: Turn) -> bool:
+    """Would a stop here end where one may stand? Where nothing is known it must do."""
+    return turn.view is None or stops_where_one_may_stand(turn.setup.guard, turn.view)
+
+
+def _admitted(
+    turn: Turn, plan: RecoveryPlan, *, guided: bool, approvals: Approvals, again: bool = False
+) -> Admission | None:
+    """The plan judged, and told; one that is looked at again on every tick only when it is accepted."""
+    seen, view, now = turn.seen, turn.view, turn.now_s
+    if seen is None or view is None:
+        return None
+    state = turn.state
+    judged = admit(
+        plan,
+        view,
+        now,
+        guard=turn.setup.guard,
+        scene=state.scene,
+        history=state.history,
+        guided=guided,
+        approvals=approvals,
+        again=again,
+    )
+    if judged.verdict.accepted or not again:
+        turn.told.append(Judgement(turn.stack_s, now, plan, seen, guided, approvals, judged.verdict))
+    return judged
+
+
+def _approvals(turn: Turn, plan: RecoveryPlan) -> Approvals:
+    """What people have agreed to for this plan."""
+    under_way = turn.state.intervention
+    return NOBODY if under_way is None else under_way.approved.get(signature(plan), NOBODY)
+
+
+def _note_refusal(turn: Turn, judged: Admission) -> None:
+    history = turn.state.history
+    noted = history.noted(judged.plan, AttemptEnd.REFUSED, turn.stack_s, verdict=judged.verdict)
+    turn.set(history=noted)
+
+
+# ---- carrying out
+
+
+def start(turn: Turn, judged: Admission, answer: Answer | None = None) -> Directive:
+    """Begin an accepted plan; `answer` is what it comes from, None for the way to the roadside."""
+    state = turn.state
+    words = None if state.words is None else state.words.words
+    turn.set(
+        activity=Executing(judged.execution, answer, words, turn.status.progress_m),
+        escalation=state.escalation.begun(),
+        words_escalation=state.words_escalation.begun(),
+    )
+    turn.note(done=None, helped=True)
+    turn.withdraw_question()
+    posture = state.posture
+    if isinstance(posture, MinimalRisk):
+        turn.set(posture=replace(posture, was=Driving()))
+        release(turn, "a plan was accepted")
+    else:
+        turn.set(posture=Driving())
+    turn.tell(EventKind.STARTED, ", ".join(b.name for b in judged.plan.behaviors))
+    return perform(turn)
+
+
+def perform(turn: Turn) -> Directive:
+    """One tick of the plan under way."""
+    running = turn.state.activity
+    assert isinstance(running, Executing)
+    execution, result = _ticked(turn, running)
+    if not isinstance(result, Outcome):
+        turn.set(activity=replace(running, execution=execution))
+        return result
+    turn.set(activity=Monitoring())
+    stays = not result.finished and not _clear_to_hand_back(turn)
+    turn.set(posture=Holding() if stays else Driving())
+    kind = EventKind.FINISHED if result.finished else EventKind.ABORTED
+    turn.tell(kind, result.text + (STANDS_THERE if stays else ""))
+    if result.finished:
+        return _finished(turn, running)
+    return _given_up(turn, running, result, execution.last_verdict)
+
+
+def _ticked(turn: Turn, running: Executing) -> tuple[Execution, Step | Outcome]:
+    """The plan after this tick, and what to do, or how it ended."""
+    seen, view, now = turn.seen, turn.view, turn.now_s
+    if seen is None or view is None or turn.sight.blind_s > BLIND_LIMIT_S:
+        return running.execution, Outcome(False, f"nothing has been seen for {BLIND_LIMIT_S:g} s")
+    execution, result = running.execution.ticked(view, now)
+    turn.told.append(Tick(turn.stack_s, now, seen, running.withdrawn, result, execution.last_verdict))
+    return execution, result
+
+
+def _finished(turn: Turn, running: Executing) -> Directive:
+    plan = running.execution.plan
+    in_force, move = turn.state.words, turn.state.escalation.move
+    if in_force is not None and running.words is in_force.words:
+        end_words(turn, "done")
+    turn.note(done=(plan, running.begun_m))
+    if running.answer is None and isinstance(move, Assist) and may_stop(turn):
+        return halt(turn, move)  # at once: the stack would drive back to where it was blocked
+    turn.set(escalation=turn.state.escalation.failed(turn.now_s), afresh_s=turn.now_s)
+    return Replan(route_start=plan.route_start) if plan.replan_route else CONTINUE
+
+
+def _given_up(turn: Turn, running: Executing, result: Outcome, last: Verdict) -> Directive:
+    plan, now = running.execution.plan, turn.now_s
+    text = f"aborted: {result.text}"
+    history = turn.state.history
+    history = history.noted(plan, AttemptEnd.GIVEN_UP, turn.stack_s, text=text, verdict=result.verdict)
+    turn.set(history=history.aborted(plan, last))
+    passing = passes(last, frozenset())
+    turn.failed(counts=not passing)
+    hardly_begun = turn.status.progress_m - running.begun_m < HARDLY_BEGUN_M
+    if passing and hardly_begun and running.answer is not None and not running.withdrawn:
+        until = now + turn.setup.ladder.asking.hold_s
+        turn.set(activity=AwaitingGap(running.answer, plan, until, running.begun_m))
+    return CONTINUE
+
+
+def stay(turn: Turn) -> Directive:
+    """A plan was given up: stand until the stack can drive on from here, or another plan begins."""
+    if not turn.status.at_destination and not _clear_to_hand_back(turn):
+        return STAND
+    turn.set(posture=Driving())
+    turn.tell(EventKind.RELEASED, "the way back into the lane is free")
+    return CONTINUE
+
+
+def _clear_to_hand_back(turn: Turn) -> bool:
+    """May the stack drive on from where a plan was given up? So it must, too, where nothing is seen for long."""
+    if turn.view is None:
+        return turn.sight.blind_s > BLIND_LIMIT_S
+    return turn.setup.guard.clear_to_hand_back(turn.view)

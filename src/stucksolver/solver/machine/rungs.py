@@ -1,0 +1,216 @@
+"""Whoever is due on the ladder: reasoners are asked and answer, people are asked, help is called."""
+
+from __future__ import annotations
+
+from stucksolver.decision import Directive
+from stucksolver.detect import Trigger
+from stucksolver.ladder import AskPerson, AskReasoner, Assist, Resume
+from stucksolver.scene import AttemptEnd
+from stucksolver.solver.answer import Answer, NoAnswer, Query
+from stucksolver.solver.events import EventKind
+from stucksolver.solver.machine import people, plans
+from stucksolver.solver.machine.blockage import why_stopped
+from stucksolver.solver.machine.history import GOT_ON_M, TEXTS
+from stucksolver.solver.machine.state import (
+    AwaitingApproval,
+    AwaitingGap,
+    Executing,
+    MinimalRisk,
+    Monitoring,
+    Querying,
+)
+from stucksolver.solver.machine.turn import Turn
+from stucksolver.solver.questions import QuestionKind, Reply
+
+
+def next_step(turn: Turn) -> Directive:
+    """Nothing is under way: ask whoever is due."""
+    now, question = turn.now_s, turn.state.question
+    if question is not None and people.overdue(turn):
+        people.unanswered(turn, question)
+    activity = turn.state.activity
+    if isinstance(activity, AwaitingApproval):
+        return turn.resting
+    if isinstance(activity, AwaitingGap):
+        return plans.await_gap(turn, activity)
+    if turn.state.words is not None:
+        climb = turn.state.words_escalation
+        if climb.ready(now) and isinstance(climb.move, AskReasoner):
+            _ask(turn, climb.move, Trigger.GUIDANCE)
+        return turn.resting
+    if turn.state.escalation.exhausted:
+        turn.climb()
+    if not turn.state.escalation.ready(now):
+        return turn.resting
+    return _on_rung(turn)
+
+
+def _on_rung(turn: Turn) -> Directive:
+    move, trigger = turn.state.escalation.move, turn.inputs.trigger
+    if not isinstance(move, AskReasoner):
+        turn.begin(trigger)
+    posture = turn.state.posture
+    if isinstance(move, Assist) and not isinstance(posture, MinimalRisk):
+        return _help(turn, move)
+    if isinstance(move, AskPerson) and turn.state.question is None:
+        left = turn.state.escalation.since_s + move.within_s - turn.now_s
+        if left <= 0.0:
+            turn.climb()
+            return turn.resting
+        why = why_stopped(turn.state.scene, turn.state.history.attempts)
+        turn.ask_person(QuestionKind.ADVICE, move.to, f"I cannot get on: {why}. What shall I do?", within_s=left)
+    if isinstance(posture, MinimalRisk) and turn.state.question is None:
+        # Another question, about a plan for a passenger's words, took the place of the call.
+        people.call_for_help(turn, posture.stop.reason)
+    whom = move if isinstance(move, AskReasoner) else turn.state.escalation.lowest
+    if whom is not None and people.resumes(turn) is not Resume.OPERATOR:
+        _ask(turn, whom, trigger or Trigger.SPEED)
+    return turn.resting
+
+
+def _help(turn: Turn, move: Assist) -> Directive:
+    """The last rung: to the best place in reach, where a plan for that is accepted; then stop, where one may stand.
+
+    Where nobody may, help is called, the vehicle is not held, and a way out is looked for again and again.
+    """
+    may_stop, under_way = plans.may_stop(turn), turn.state.intervention
+    tried = under_way is not None and under_way.tried_aside
+    if not may_stop or (move.pull_over and not tried):
+        turn.note(tried_aside=True)
+        judged = plans.aside(turn)
+        if judged is not None and judged.verdict.accepted:
+            return plans.start(turn, judged)
+    return people.halt(turn, move) if may_stop else people.not_held(turn, move)
+
+
+# ---- reasoners
+
+
+def _ask(turn: Turn, move: AskReasoner, trigger: Trigger) -> None:
+    """Start a question, unless the stack has no scene, or the reasoner is still at an older one."""
+    turn.set(trigger=trigger)
+    seen = turn.seen
+    _look_back(turn)
+    turn.tell(EventKind.TRIGGERED, trigger.value)
+    shot = turn.inputs.scene()
+    if shot.scene is None:
+        _no_answer(turn, shot.why_none)
+        return
+    turn.set(camera_fault=shot.camera_fault)
+    if move.reasoner in turn.inputs.busy:
+        _no_answer(turn, f"{turn.setup.reasoners[move.reasoner]} is still busy with an older question")
+        return
+    state, slow_since = turn.state, turn.inputs.slow_since_s
+    ego = shot.scene.ego.model_copy(
+        update={
+            "stopped_for_s": 0.0 if slow_since is None else round(turn.now_s - slow_since, 2),
+            "progress_20s_m": turn.inputs.progress_in_window_m,
+        }
+    )
+    words = None if state.words is None else state.words.words
+    told = {"ego": ego, "guidance": words, "attempts": state.history.attempts}
+    query = Query(
+        number=state.queries + 1,
+        reasoner=move.reasoner,
+        scene=shot.scene.model_copy(update=told),
+        asked_s=turn.now_s,
+        deadline_s=move.deadline_s,
+        screen=state.escalation.on.screens,
+        outlived=state.escalation.outlived(turn.now_s),
+        seen=seen,
+        reading=state.reading,
+    )
+    turn.set(activity=Querying(query), queries=query.number, scene=query.scene)
+
+
+def _look_back(turn: Turn) -> None:
+    """Still immobilized after a finished plan: did that plan change anything?"""
+    under_way = turn.state.intervention
+    done = None if under_way is None else under_way.done
+    turn.note(done=None)
+    if done is None or turn.state.words is not None or turn.status.progress_m - done[1] >= GOT_ON_M:
+        return
+    plan, history = done[0], turn.state.history
+    if not history.may_be_useless(plan):
+        return
+    turn.set(history=history.useless(plan).noted(plan, AttemptEnd.USELESS, turn.stack_s))
+    turn.tell(EventKind.USELESS, TEXTS[AttemptEnd.USELESS])
+
+
+def take_answer(turn: Turn) -> Directive:
+    """The reasoner's answer, where it is there."""
+    answer = turn.inputs.answer
+    if answer is None:
+        return turn.resting
+    turn.set(activity=Monitoring())
+    if isinstance(answer, NoAnswer):
+        _no_answer(turn, answer.why)
+        return turn.resting
+    if answer.decision.plan is None or people.only_looks(turn):
+        _no_plan(turn, answer)
+        return turn.resting
+    directive = plans.judge(turn, answer, answer.decision.plan)
+    return _asked_again(turn) if directive is None else directive
+
+
+def _asked_again(turn: Turn) -> Directive:
+    """At once, with the reason of the refusal among the past attempts."""
+    next_step(turn)
+    return turn.resting
+
+
+def _no_answer(turn: Turn, why: str) -> None:
+    turn.begin(turn.state.trigger)
+    turn.tell(EventKind.FAILED, f"the reasoner gave no answer: {why}")
+    turn.failed()
+
+
+def _no_plan(turn: Turn, answer: Answer) -> None:
+    """Is waiting right? Else it was a try that led to nothing."""
+    now = turn.now_s
+    if turn.state.words is not None:
+        turn.begin(turn.state.trigger)
+        turn.tell_decision(answer, None)
+        again = now + turn.setup.ladder.asking.recheck_s
+        turn.set(words_escalation=turn.state.words_escalation.paused(again))
+        return
+    waits = turn.state.escalation.waited(answer.decision.analysis.wait, now)
+    if waits is None:
+        turn.begin(turn.state.trigger)
+    else:
+        turn.set(escalation=waits)
+    turn.tell_decision(answer, None, waiting=waits is not None)
+    if people.free_again(turn):
+        people.release(turn, "the way is free")
+    elif waits is None:
+        turn.failed()
+
+
+# ---- people
+
+
+def replied(turn: Turn, reply: Reply) -> Directive:
+    """A person's yes or no."""
+    question, activity = reply.question, turn.state.activity
+    said = "yes" if reply.yes else "no"
+    turn.tell(EventKind.ANSWERED, f"{reply.by}: {said}", question=question, answer=reply.yes)
+    if question.kind is QuestionKind.ASSISTANCE:
+        return people.helped_out(turn, reply.yes)
+    if not reply.yes or question.plan is None or not isinstance(activity, AwaitingApproval):
+        people.denied(turn, question)
+        return turn.resting
+    people.agreed(turn, question)
+    directive = plans.judge(turn, activity.answer, question.plan)
+    return _asked_again(turn) if directive is None else directive
+
+
+def cleared(turn: Turn) -> None:
+    """The vehicle goes by itself: nobody need answer any more."""
+    if turn.drop_query():
+        turn.tell(EventKind.CANCELLED, "the vehicle moves again")
+    if not isinstance(turn.state.activity, Executing):
+        turn.set(activity=Monitoring())
+    turn.set(escalation=turn.state.escalation.moved())
+    question = turn.withdraw_question()
+    if question is not None:
+        turn.tell(EventKind.CANCELLED, "the vehicle moves again", question=question)

@@ -1,0 +1,115 @@
+"""The solver's rule: from a state and one tick's inputs to the next state, what the stack is to do, and what is told."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from stucksolver.decision import CONTINUE, Directive
+from stucksolver.detect import Trigger
+from stucksolver.ladder import Ladder
+from stucksolver.solver.events import EventKind
+from stucksolver.solver.machine import guidance, plans, rungs
+from stucksolver.solver.machine.escalation import Escalation, Rungs
+from stucksolver.solver.machine.execution import STAND
+from stucksolver.solver.machine.history import History
+from stucksolver.solver.machine.inputs import Inputs, Setup
+from stucksolver.solver.machine.state import AwaitingGap, Executing, Holding, MinimalRisk, Monitoring, Querying, State
+from stucksolver.solver.machine.turn import Told, Turn
+from stucksolver.solver.progress import ProgressWatch
+
+REFUSAL_M = 50.0
+"""So far on, what a passenger refused lies behind: about a braking distance and the length of a queue."""
+
+
+def first_state(ladder: Ladder, reasoners: frozenset[str], *, observe_only: bool = False) -> State:
+    """Before the first tick. Raises `ValueError` where no rung of the ladder can be used."""
+    return State(
+        escalation=Escalation(Rungs.of(ladder, reasoners, only_reasoners=observe_only)),
+        words_escalation=Escalation(Rungs.of(ladder, reasoners, only_reasoners=True)),
+        history=History(ladder.asking.remembered),
+        progress=ProgressWatch(ladder.hand_back.progress_m),
+    )
+
+
+def transition(state: State, inputs: Inputs, setup: Setup) -> tuple[State, Directive, tuple[Told, ...]]:
+    """One tick. Depends on its arguments alone, and changes none of them.
+
+    A `Querying` state with a new query asks for a reasoner to be put to work; one that has gone without its answer asks
+    for that work to be dropped.
+    """
+    turn = Turn(state, inputs, setup)
+    if inputs.jump_s is not None:
+        turn.tell(EventKind.FAULT, f"the clock jumped by {inputs.jump_s:.2f} s")
+    guidance.hear(turn)
+    _watch(turn)
+    directive = _act(turn)
+    if isinstance(turn.state.posture, Holding) and directive == CONTINUE:
+        directive = plans.stay(turn)
+    turn.tell_fault(turn.state.senses_fault or turn.state.camera_fault)
+    _settle(turn)
+    return turn.state, directive, tuple(turn.told)
+
+
+def without_status(state: State) -> Directive:
+    """For a tick of which nothing is known: nothing begins, and a plan that runs stands still."""
+    return STAND if isinstance(state.activity, Executing) else state.posture.directive
+
+
+def _act(turn: Turn) -> Directive:
+    reply = turn.reply
+    if reply is not None:
+        turn.set(question=None)
+    if isinstance(turn.state.activity, Executing):
+        return plans.perform(turn)
+    if reply is not None:
+        return rungs.replied(turn, reply)
+    state = turn.state
+    stopped = isinstance(state.posture, MinimalRisk)
+    if turn.inputs.trigger is None and state.words is None and not stopped and not plans.still_there(turn):
+        rungs.cleared(turn)
+        return CONTINUE
+    if isinstance(state.activity, Querying):
+        return rungs.take_answer(turn)
+    return rungs.next_step(turn)
+
+
+def _watch(turn: Turn) -> None:
+    """Notes progress. A legitimate wait is no immobilization: only an open intervention is."""
+    _forget_refusal(turn)
+    under_way = turn.state.intervention
+    counted: Trigger | None = None if under_way is None else turn.inputs.trigger
+    progress, recovered_after = turn.state.progress.updated(turn.status, turn.onset_s, counted)
+    turn.set(progress=progress)
+    if recovered_after is None or under_way is None:
+        return
+    if under_way.helped:
+        far = turn.setup.ladder.hand_back.progress_m
+        turn.tell(EventKind.RECOVERED, f"{far:g} m of new progress, {recovered_after:.1f} s after onset")
+    turn.note(recovered=True, helped=False)
+
+
+def _forget_refusal(turn: Turn) -> None:
+    """What a passenger refused counts until it lies behind."""
+    escalation, refused_m = turn.state.escalation, turn.state.refused_m
+    if escalation.quiet_until_s != math.inf:
+        turn.set(refused_m=None)
+        return
+    refused_m = turn.status.progress_m if refused_m is None else refused_m
+    turn.set(refused_m=refused_m)
+    if turn.status.progress_m - refused_m > REFUSAL_M:
+        turn.set(escalation=replace(escalation, quiet_until_s=turn.now_s), refused_m=None)
+
+
+def _settle(turn: Turn) -> None:
+    """The hand-back is verified, or there is nothing more to do: the counters start anew."""
+    state = turn.state
+    if state.intervention is None or not state.settled or turn.inputs.hearing:
+        return
+    recovered = state.intervention.recovered
+    if not (recovered or not state.progress.on or turn.status.at_destination):
+        return
+    turn.tell(EventKind.CLOSED, "the vehicle is on its way" if recovered else "done")
+    if isinstance(state.activity, AwaitingGap):
+        turn.set(activity=Monitoring())
+    turn.set(intervention=None, escalation=state.escalation.reset(), history=History(state.history.remembered))

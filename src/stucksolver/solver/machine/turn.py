@@ -1,0 +1,197 @@
+"""One transition while it is worked out: the state so far, and what is to be told. Nothing outside of it changes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+
+from stucksolver.decision import Continue, SafeStop
+from stucksolver.detect import Trigger
+from stucksolver.guard import Verdict
+from stucksolver.ladder.moves import Person
+from stucksolver.scene import Guidance, Status, Surroundings
+from stucksolver.scene.view import View
+from stucksolver.solver.answer import Answer
+from stucksolver.solver.events import Event, EventKind, Judgement, Tick
+from stucksolver.solver.machine.inputs import Inputs, Setup, Sight
+from stucksolver.solver.machine.state import AwaitingApproval, Intervention, Monitoring, Querying, State
+from stucksolver.solver.questions import Question, QuestionKind
+
+Told = Event | Judgement | Tick
+"""What a transition tells, in order."""
+
+
+class Turn:
+    """Starts from a state and one tick's inputs; the functions of this package take it on, step by step."""
+
+    def __init__(self, state: State, inputs: Inputs, setup: Setup) -> None:
+        self.state = state
+        self.inputs = inputs
+        self.setup = setup
+        self.told: list[Told] = []
+        self.reply = inputs.reply
+        """A person's yes or no that has not been acted on."""
+
+    def set(self, **changes: object) -> None:
+        """Change fields of the state."""
+        self.state = self.state.but(**changes)
+
+    # ---- the tick
+
+    @property
+    def status(self) -> Status:
+        return self.inputs.status
+
+    @property
+    def now_s(self) -> float:
+        """The solver's own time."""
+        return self.inputs.status.time_s
+
+    @property
+    def stack_s(self) -> float:
+        """The stack's time."""
+        return self.now_s - self.inputs.offset_s
+
+    @property
+    def resting(self) -> Continue | SafeStop:
+        """What to do while nothing is performed."""
+        return self.state.posture.directive
+
+    @property
+    def onset_s(self) -> float | None:
+        """Since when the vehicle has been slow without a good reason; None while it is not."""
+        slow, waited = self.inputs.slow_since_s, self.state.escalation.last_wait_s
+        return slow if slow is None or waited is None else max(slow, waited)
+
+    # ---- looking
+
+    @cached_property
+    def sight(self) -> Sight:
+        """What the senses show. The first look decides for the whole tick."""
+        sight = self.inputs.look()
+        self.set(senses_fault=sight.fault)
+        return sight
+
+    @property
+    def seen(self) -> Surroundings | None:
+        """The surroundings; None where nothing has ever been seen."""
+        return self.sight.surroundings
+
+    @cached_property
+    def view(self) -> View | None:
+        """The same beside the road."""
+        seen = self.seen
+        return None if seen is None else View(seen)
+
+    # ---- telling
+
+    def tell(self, kind: EventKind, text: str, *, question: Question | None = None, answer: bool | None = None) -> None:
+        self._tell(kind, text, question=question, answer=answer)
+
+    def tell_words(self, words: Guidance) -> None:
+        """What was said, and what it was read as."""
+        self._tell(EventKind.GUIDANCE, words.text, reading=words.reading)
+
+    def tell_decision(self, answer: Answer, verdict: Verdict | None, *, waiting: bool = False) -> None:
+        trigger = self.state.trigger
+        self._tell(
+            EventKind.DECIDED,
+            answer.decision.rationale,
+            trigger=trigger.value if trigger else None,
+            scene=self.state.scene,
+            reasoner=answer.reasoner,
+            decision=answer.decision,
+            waiting=waiting,
+            trace=answer.trace,
+            verdict=verdict,
+        )
+
+    def tell_fault(self, fault: str | None) -> None:
+        """Once for each fault that begins."""
+        if fault is not None and fault != self.state.told_fault:
+            self.tell(EventKind.FAULT, fault)
+        self.set(told_fault=fault)
+
+    def _tell(self, kind: EventKind, text: str, **more: object) -> None:
+        under_way = self.state.intervention
+        event = Event(
+            time_s=self.stack_s,
+            kind=kind,
+            text=text,
+            intervention=None if under_way is None else under_way.number,
+            rung=self.state.escalation.rung,
+            **more,  # type: ignore[arg-type]
+        )
+        self.told.append(event)
+
+    # ---- the intervention
+
+    def begin(self, trigger: Trigger | None) -> None:
+        """From the first answer on that is no legitimate wait, this is an intervention."""
+        if self.state.intervention is not None:
+            return
+        number = self.state.interventions + 1
+        self.set(intervention=Intervention(number), interventions=number)
+        moving = trigger in (None, Trigger.GUIDANCE) and self.inputs.slow_since_s is None
+        progress, _ = self.state.progress.updated(self.status, self.onset_s, None if moving else trigger)
+        self.set(progress=progress)
+
+    def note(self, **changes: object) -> None:
+        """Change fields of the intervention under way, if there is one."""
+        if self.state.intervention is not None:
+            self.set(intervention=replace(self.state.intervention, **changes))  # type: ignore[arg-type]
+
+    # ---- the ladder
+
+    def failed(self, *, counts: bool = True) -> None:
+        """Whoever was asked did not help: pause, and count it where it counts."""
+        if self.state.words is not None:
+            self.set(words_escalation=self.state.words_escalation.failed(self.now_s, counts=False))
+        else:
+            self.set(escalation=self.state.escalation.failed(self.now_s, counts=counts))
+
+    def climb(self) -> None:
+        """To the next rung, if there is one."""
+        before = self.state.escalation
+        self.set(escalation=before.climbed(self.now_s))
+        if not before.is_last:
+            self.tell(EventKind.ESCALATED, f"to the rung {self.state.escalation.rung}")
+
+    def pause(self, until_s: float) -> None:
+        """Ask nobody before then."""
+        self.set(escalation=self.state.escalation.paused(until_s))
+
+    # ---- questions
+
+    def drop_query(self) -> bool:
+        """The question to a reasoner is not wanted any more. Was there one?"""
+        asked = isinstance(self.state.activity, Querying)
+        if asked:
+            self.set(activity=Monitoring())
+        return asked
+
+    def ask_person(
+        self, kind: QuestionKind, to: Person, text: str, *, within_s: float | None = None, **more: object
+    ) -> None:
+        """Open a question to a person, in place of the one that was open."""
+        number = self.state.questions + 1
+        question = Question(
+            id=f"q{number}",
+            time_s=self.stack_s,
+            kind=kind,
+            to=to,
+            text=text,
+            within_s=within_s,
+            **more,  # type: ignore[arg-type]
+        )
+        self.reply = None
+        self.set(question=question, question_since_s=self.now_s, questions=number)
+        self.tell(EventKind.ASKED, text, question=question)
+
+    def withdraw_question(self) -> Question | None:
+        """Close the open question without an answer; gives it back."""
+        question, self.reply = self.state.question, None
+        self.set(question=None)
+        if isinstance(self.state.activity, AwaitingApproval):
+            self.set(activity=Monitoring())
+        return question

@@ -1,0 +1,118 @@
+"""Asks a reasoner off the control loop: one question at a time, in a thread of its own, with a deadline."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from concurrent.futures import Future
+
+from stucksolver.decision import RecoveryPlan, releases
+from stucksolver.guard import Guard
+from stucksolver.reason import Cancellable, ReasonerError
+from stucksolver.reason.reasoner import PlanCheck
+from stucksolver.scene.view import View
+from stucksolver.solver.answer import Answer, NoAnswer, Query
+from stucksolver.solver.machine.admission import second_opinion
+from stucksolver.solver.workers.clock import WAIT_LIMIT_S, Clock, Pending
+from stucksolver.solver.workers.reasoner_pool import ReasonerPool
+
+
+class ReasonerWorker:
+    """Holds the question under way, if one is.
+
+    Its threads are daemons: a reasoner that never answers does not keep the process from ending.
+    """
+
+    def __init__(self, pool: ReasonerPool, guard: Guard, clock: Clock) -> None:
+        self._pool = pool
+        self._guard = guard
+        self._clock = clock
+        self._query: Query | None = None
+        self._pending: Pending | None = None
+        self._answer: Future[Answer] | None = None
+        self._calls: dict[str, Future[Answer]] = {}
+        """By the ladder's name: the last call, dropped ones too. One reasoner is never called twice at once."""
+
+    def work_on(self, query: Query | None) -> None:
+        """From now on this is asked, or nothing; a reasoner at work on something else is told to stop, if it can be."""
+        if query is self._query:
+            return
+        self._drop()
+        if query is not None:
+            self._begin(query)
+
+    def at_work(self) -> frozenset[str]:
+        """Reasoners whose last call has not come back, by the ladder's names for them."""
+        busy = {id(self._pool.reasoners[name]) for name, call in self._calls.items() if not call.done()}
+        return frozenset(name for name, one in self._pool.reasoners.items() if id(one) in busy)
+
+    def poll(self, now_s: float) -> Answer | NoAnswer | None:
+        """The answer when the clock delivers it, again on every tick until something else is asked."""
+        query, pending, answer = self._query, self._pending, self._answer
+        if query is None or pending is None or answer is None:
+            return None
+        name = self._pool.reasoners[query.reasoner].name
+        pending.ticks += 1
+        if not self._clock.due(pending, now_s, answer):
+            if now_s - query.asked_s <= query.deadline_s:
+                return None
+            return NoAnswer(f"{name} gave no answer within {query.deadline_s:g} s")
+        if not answer.done():
+            return NoAnswer(f"{name} hangs: no answer within {pending.wait_s:g} s of wall time")
+        error = answer.exception()
+        if error is None:
+            return answer.result()
+        if isinstance(error, ReasonerError):
+            return NoAnswer(str(error))
+        return NoAnswer(f"{name} failed: {type(error).__name__}: {error}")
+
+    def _begin(self, query: Query) -> None:
+        self._query = query
+        # A simulated world waits for as long as the reasoner may take, and a little more, so that it can say why not.
+        wait_s = max(WAIT_LIMIT_S, query.deadline_s + 5.0)
+        self._pending = pending = Pending(query.asked_s, time.monotonic(), wait_s=wait_s)
+        self._answer = self._calls[query.reasoner] = answer = Future[Answer]()
+        work = (self._pool, query, self._check(query), pending, answer)
+        threading.Thread(target=_think, args=work, name="stucksolver-reasoner", daemon=True).start()
+
+    def _drop(self) -> None:
+        """Forget the question under way; a reasoner that can be told so is told that its answer is not wanted."""
+        query, answer = self._query, self._answer
+        self._query = self._pending = self._answer = None
+        if query is None or answer is None or answer.done():
+            return
+        reasoner: object = self._pool.reasoners[query.reasoner]
+        if isinstance(reasoner, Cancellable):
+            with contextlib.suppress(Exception):  # whatever a reasoner does when it is told to stop
+                reasoner.cancel()
+
+    def _check(self, query: Query) -> PlanCheck | None:
+        """What the guard would say of a plan, as things stood when the question was asked."""
+        seen = query.seen
+        if seen is None:
+            return None
+
+        def check(plan: RecoveryPlan) -> str:
+            guided = releases(query.reading, plan)
+            return second_opinion(plan, View(seen), query.asked_s, guard=self._guard, guided=guided)
+
+        return check
+
+
+def _think(pool: ReasonerPool, query: Query, check: PlanCheck | None, pending: Pending, answer: Future[Answer]) -> None:
+    try:
+        result = pool.consult(
+            query.reasoner,
+            query.scene,
+            screen=query.screen,
+            outlived=query.outlived,
+            check=check,
+            limit_s=query.deadline_s,
+        )
+    except BaseException as error:  # noqa: BLE001 - kept for the taker, whatever a reasoner raises
+        pending.took_s = time.monotonic() - pending.asked_wall_s
+        answer.set_exception(error)
+    else:
+        pending.took_s = time.monotonic() - pending.asked_wall_s
+        answer.set_result(result)
