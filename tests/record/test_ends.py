@@ -46,7 +46,7 @@ def test_a_run_that_ends_with_an_intervention_under_way_writes_its_end(tmp_path)
 
 
 def test_a_run_that_dies_writes_no_end_but_all_that_went_before(broken):
-    assert last_line(broken)["kind"] == "tick"
+    assert last_line(broken)["kind"] == "step"
     report = replay(broken)
     assert report.matches and report.ended is None and report.ticks > 20
 

@@ -22,7 +22,7 @@ class Measures:
     standing_s: float = 0.0
     standing_run_s: float = 0.0
     stuck: list[tuple[float, float]] = field(default_factory=list)
-    watch: ProgressWatch = ProgressWatch()
+    watch: ProgressWatch = field(default_factory=ProgressWatch)
     immobilizations: int = 0
     recovery_times_s: list[float] = field(default_factory=list)
     _last: Status | None = None

@@ -87,23 +87,30 @@ class _Reader:
         try:
             if line["kind"] == "road":
                 self._unpacker.add_road(line["road"])
-            elif line["kind"] == "event" and EventKind(line["event"]["kind"]) in TOLD:
-                self._text = f"{line['event']['kind']}: {line['event']['text']}"
-            elif line["kind"] in ("judged", "tick"):
-                self._seen(line)
+            elif line["kind"] == "step":
+                self._step(line)
         except (KeyError, TypeError, ValueError) as error:
             raise RecordError(f"{record}, line {number}: this line cannot be read: {error!r}") from error
 
-    def _seen(self, line: dict[str, Any]) -> None:
-        judged = line["kind"] == "judged"
+    def _step(self, line: dict[str, Any]) -> None:
         if "directive" in line:
             said = directive_adapter.validate_python(line["directive"])
             self._path = tuple((p.x_m, p.y_m) for p in said.path) if isinstance(said, Execute) else ()
-        verdict = "; ".join(f"{r['code']}: {r['detail']}" for r in line.get("verdict", {}).get("rejects", ()))
-        plan = ", ".join(b["name"] for b in line["plan"]["behaviors"]) if judged else ""
-        said_of = f"{plan}: {'refused, ' + verdict if verdict else 'accepted'}" if judged else self._text
-        view = View(self._unpacker.unpack(line["seen"]))
-        self.moments.append(_Moment(line["time_s"], view, () if judged else self._path, said_of))
+        view = View(self._unpacker.unpack(line["seen"])) if "seen" in line else None
+        for told in line.get("told", ()):
+            event = told.get("event", {})
+            if event and EventKind(event["kind"]) in TOLD:
+                self._text = f"{event['kind']}: {event['text']}"
+            if view is not None and "judged" in told:
+                self.moments.append(_Moment(line["time_s"], view, (), _judged(told["judged"])))
+            elif view is not None and "tick" in told:
+                self.moments.append(_Moment(line["time_s"], view, self._path, self._text))
+
+
+def _judged(data: dict[str, Any]) -> str:
+    verdict = "; ".join(f"{r['code']}: {r['detail']}" for r in data["verdict"].get("rejects", ()))
+    plan = ", ".join(b["name"] for b in data["plan"]["behaviors"])
+    return f"{plan}: {'refused, ' + verdict if verdict else 'accepted'}"
 
 
 def _draw(axes: Axes, moment: _Moment, start_s: float) -> None:

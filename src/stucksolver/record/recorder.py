@@ -7,11 +7,13 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
+from stucksolver.decision import Directive
 from stucksolver.record.chain import RecordError
 from stucksolver.record.scroll import Scroll
-from stucksolver.solver.events import Event, EventKind, Facts, Judgement, Tick
+from stucksolver.solver.events import Event, EventKind
+from stucksolver.solver.machine.state import Monitoring
+from stucksolver.solver.witness import Facts, StepTaken
 
-Entry = Event | Judgement | Tick
 LEAVE_S = 10.0
 RUN_ENDED = "the run ended with this intervention under way"
 
@@ -31,8 +33,9 @@ class Recorder:
         """Those begun so far."""
         self.error: RecordError | None = None
         self._facts: Facts | None = None
-        self._before: list[Entry] = []
-        """Said before it is clear that this is an intervention."""
+        self._before: list[StepTaken] = []
+        """Taken before it is clear that this is an intervention."""
+        self._directive: Directive | None = None
         self._scroll: Scroll | None = None
         self._work: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._write, name="stucksolver-record", daemon=True)
@@ -43,26 +46,22 @@ class Recorder:
     def begin(self, facts: Facts) -> None:
         self._facts = facts
 
-    def event(self, event: Event) -> None:
-        if self._scroll is None and event.intervention is None:
-            if event.kind is EventKind.TRIGGERED:
-                self._before.clear()
-            self._before.append(event)
+    def step(self, step: StepTaken) -> None:
+        if not step.told and step.directive is self._directive and step.after == step.before:
+            # Nothing came of it, and what follows does not depend on it.
             return
-        if self._scroll is None:
+        self._directive = step.directive
+        if self._scroll is not None:
+            self._put(step)
+        elif not self._waits(step):
             self._open()
-        self._put(event)
-        if event.kind is EventKind.CLOSED:
-            self._finish(event.text)
+        closed = [one for one in step.told if isinstance(one, Event) and one.kind is EventKind.CLOSED]
+        if closed:
+            self._finish(closed[-1].text)
 
-    def judgement(self, judgement: Judgement) -> None:
-        if self._scroll is None:
-            self._before.append(judgement)
-        else:
-            self._put(judgement)
-
-    def tick(self, tick: Tick) -> None:
-        self._put(tick)
+    def fault(self, event: Event) -> None:
+        if self._scroll is not None:
+            self._put(event)
 
     def close(self) -> None:
         """The run has ended: write what is left. The last line of an intervention under way says so."""
@@ -87,15 +86,24 @@ class Recorder:
 
     # ---- within
 
+    def _waits(self, step: StepTaken) -> bool:
+        """Keep a step in mind: is it not clear yet that this is an intervention? Each question starts afresh."""
+        before = step.before
+        asks = any(isinstance(one, Event) and one.kind is EventKind.TRIGGERED for one in step.told)
+        if asks and before.intervention is None and isinstance(before.activity, Monitoring):
+            self._before.clear()
+        self._before.append(step)
+        return step.after.intervention is None
+
     def _open(self) -> None:
         assert self._facts is not None, "the solver says first what it is made of"
-        scroll = self._scroll = Scroll(self.folder, self._facts)
+        scroll = self._scroll = Scroll(self.folder, self._facts, self._before[0].before)
         self._work.put(lambda: self.files.append(scroll.open()))
-        for entry in self._before:
-            self._put(entry)
+        for step in self._before:
+            self._put(step)
         self._before.clear()
 
-    def _put(self, entry: Entry) -> None:
+    def _put(self, entry: StepTaken | Event) -> None:
         if self.error is not None:
             raise self.error
         scroll = self._scroll

@@ -1,4 +1,4 @@
-"""Derives every decision and every verdict of a record again, without a simulator, and says what does not match."""
+"""Takes every step of a record again, without a simulator, and says what comes out otherwise."""
 
 from __future__ import annotations
 
@@ -9,24 +9,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from stucksolver.decision import Decision, Directive, Execute, RecoveryPlan
-from stucksolver.decision.directive import directive_adapter
-from stucksolver.guard import Approvals, Guard, Verdict
+from stucksolver.guard import Guard, Verdict
 from stucksolver.ladder import Ladder
 from stucksolver.reason import ReasonerError, RuleReasoner, parse_trace
 from stucksolver.record.chain import RecordError, read_chain
 from stucksolver.record.compact import Unpacker
-from stucksolver.record.scroll import APPROVALS, FORMAT, image_of, policy_of
-from stucksolver.scene import Scene, Surroundings
-from stucksolver.scene.model import Model
-from stucksolver.scene.view import View
-from stucksolver.solver.events import Event, EventKind
-from stucksolver.solver.machine.admission import admit
-from stucksolver.solver.machine.execution import Execution, Outcome
-from stucksolver.solver.machine.history import History
-from stucksolver.solver.questions import QuestionKind
+from stucksolver.record.forms import inputs_of, sight_of, snapshot_of, state_of, taken_answer, told_data
+from stucksolver.record.scroll import FORMAT, image_of, policy_of
+from stucksolver.scene import Scene
+from stucksolver.solver.answer import Answer
+from stucksolver.solver.machine.inputs import Setup, Snapshot
+from stucksolver.solver.machine.transition import transition
+from stucksolver.solver.witness import StepTaken
 
-KINDS = ("begin", "road", "event", "judged", "tick", "end")
+KINDS = ("begin", "road", "step", "fault", "end")
 EQUAL = 1e-6
 """Figures may differ by this much, relatively: another processor may round another way."""
 
@@ -70,35 +66,21 @@ def replay(path: Path) -> Report:
     again = _Again(path)
     for number, data in read_chain(path):
         again.line(number, data)
-    again.settle_judgement()
     if not again.report.lines:
         raise RecordError(f"{path}: this is an empty file, not a record")
     return again.report
 
 
-@dataclass(frozen=True)
-class _Judged:
-    line: int
-    plan: RecoveryPlan
-    approvals: Approvals
-    guided: bool
-    view: View
-    now_s: float
-    verdict: Verdict
-
-
 class _Again:
-    """Walks through the lines with a guard and a rule reasoner made from the first one."""
+    """Walks through the lines: every step is taken again, from the state that the one before it led to."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self.report = Report(path)
         self._unpacker = Unpacker()
-        self._scene: Scene | None = None
-        self._waiting: _Judged | None = None
-        self._execution: Execution | None = None
-        self._last_plan: RecoveryPlan | None = None
-        self._said: Directive | None = None
+        self._directive: dict[str, Any] = {}
+        self._lost = False
+        """Did a step lead elsewhere, so that none of those after it can be derived?"""
 
     def line(self, number: int, data: dict[str, Any]) -> None:
         """Take one line. Raises `RecordError` with its number where it cannot be read."""
@@ -109,7 +91,7 @@ class _Again:
                 raise RecordError(f"{self._path}, line {number}: a record begins with its one line of kind `begin`")
             readers = {name: getattr(self, f"_{name}") for name in KINDS}
             readers.get(kind, self._unknown)(number, data)
-        except (KeyError, TypeError, ValueError) as error:
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise RecordError(f"{self._path}, line {number}: this line cannot be read: {error!r}") from error
 
     def _unknown(self, number: int, data: dict[str, Any]) -> None:
@@ -121,123 +103,128 @@ class _Again:
         if data["format"] != FORMAT:
             raise RecordError(f"{self._path}: written in format {data['format']}, this program reads {FORMAT}")
         ladder = Ladder.model_validate(data["ladder"])
+        names, observe_only = data["reasoners"], data["observe_only"]
         self.report.versions = data["versions"]
-        self._guard = Guard(policy_of(data["policy"], self._path))
         self._rules = RuleReasoner(ladder.waits.limits())
-        self._history = History(ladder.asking.remembered)
+        guard = Guard(policy_of(data["policy"], self._path))
+        self._setup = Setup(guard, ladder, names, data["ask_back"], observe_only)
+        state = state_of(data["state"], ladder, frozenset(names), observe_only=observe_only)
+        self._state = state.but(scene=self._scene(data["state"]["scene"]))
 
     def _road(self, number: int, data: dict[str, Any]) -> None:
         self._unpacker.add_road(data["road"])
 
+    def _fault(self, number: int, data: dict[str, Any]) -> None:
+        """Something outside of the steps: nothing follows from it."""
+
     def _end(self, number: int, data: dict[str, Any]) -> None:
         self.report.ended = data["how"]
 
+    # ---- steps
+
+    def _step(self, number: int, data: dict[str, Any]) -> None:
+        seen = self._unpacker.unpack(data["seen"]) if "seen" in data else None
+        self._directive = data.get("directive", self._directive)
+        recorded: list[dict[str, Any]] = data.get("told", [])
+        for one in recorded:
+            self.report.plans += "judged" in one
+            self.report.ticks += "tick" in one
+        if self._lost:
+            return
+        before = self._state
+        inputs = inputs_of(data["in"], sight_of(data.get("sight"), seen), self._snapshot(data), before.question)
+        self._state, directive, told = transition(before, inputs, self._setup)
+        step = StepTaken(before, inputs, None, None, self._state, directive, told)
+        derived = [told_data(one, step) for one in told]
+        self._decision(number, step)
+        if [_kind(one) for one in recorded] != [_kind(one) for one in derived]:
+            self._first_difference(number, recorded, derived)
+            self._differs(number, "what happened", _kinds(recorded), f"{_kinds(derived)}; nothing after it is derived")
+            self._lost = True
+            return
+        for one, other in zip(recorded, derived, strict=True):
+            self._compare(number, one, other)
+        if not _same(self._directive, directive.model_dump(mode="json")):
+            self._differs(number, "directive", _said(self._directive), _said(directive.model_dump(mode="json")))
+
+    def _first_difference(self, number: int, recorded: list[dict[str, Any]], derived: list[dict[str, Any]]) -> None:
+        """The verdict from which on it went another way, if it was one."""
+        for one, other in zip(recorded, derived, strict=False):
+            found = len(self.report.findings)
+            if _kind(one) == _kind(other):
+                self._compare(number, one, other)
+            if len(self.report.findings) > found:
+                return
+
+    def _compare(self, number: int, recorded: dict[str, Any], derived: dict[str, Any]) -> None:
+        ((kind, one),), ((_, other),) = recorded.items(), derived.items()
+        if _same(one, other):
+            return
+        if kind == "event":
+            self._differs(number, f"event {one['kind']}", one["text"], _where(one, other))
+            return
+        verdicts = [Verdict.model_validate(each.get("verdict", {})) for each in (one, other)]
+        if _same(verdicts[0].model_dump(mode="json"), verdicts[1].model_dump(mode="json")):
+            self._differs(number, "plan" if kind == "judged" else "outcome", str(one), _where(one, other))
+        else:
+            what = "verdict at acceptance" if kind == "judged" else "verdict on a tick"
+            self._differs(number, what, str(verdicts[0]), str(verdicts[1]))
+
+    def _snapshot(self, data: dict[str, Any]) -> Snapshot:
+        asked = data.get("asked")
+        return snapshot_of(None if asked is None else {**asked, "scene": self._with_image(asked["scene"])})
+
+    def _scene(self, data: dict[str, Any] | None) -> Scene | None:
+        return None if data is None else Scene.model_validate(self._with_image(data))
+
+    def _with_image(self, scene: dict[str, Any] | None) -> dict[str, Any] | None:
+        image = None if scene is None else scene["image"]
+        return scene if scene is None or image is None else {**scene, "image": image_of(image, self._path.parent)}
+
     # ---- decisions
 
-    def _event(self, number: int, data: dict[str, Any]) -> None:
-        event = self._read_event(data["event"])
-        if event.scene is not None:
-            self._scene = event.scene
-        self.settle_judgement()
-        if event.decision is not None:
-            self.report.decisions += 1
-            self._decide(number, event, event.decision)
-        question = event.question
-        if event.kind is EventKind.USELESS and self._last_plan is not None:
-            self._history = self._history.useless(self._last_plan)
-        denied = event.answer is False
-        if denied and question and question.plan and question.kind is QuestionKind.APPROVAL:
-            self._history = self._history.denied(question.plan)
-
-    def _read_event(self, data: dict[str, Any]) -> Event:
-        image = (data.get("scene") or {}).get("image")
-        if image is not None:
-            data["scene"]["image"] = image_of(image, self._path.parent)
-        return Event.model_validate(data)
-
-    def _decide(self, number: int, event: Event, recorded: Decision) -> None:
-        scene = event.scene
-        if scene is None or (event.reasoner != self._rules.name and event.trace is None):
+    def _decision(self, number: int, step: StepTaken) -> None:
+        """The answer that came in: what does the reasoner make of the same scene again?"""
+        answer = taken_answer(step)
+        if not isinstance(answer, Answer):
+            return
+        self.report.decisions += 1
+        scene = step.before.scene
+        if scene is None or (answer.reasoner != self._rules.name and answer.trace is None):
             self.report.underivable += 1
             return
+        recorded = answer.decision
         try:
-            derived = parse_trace(event.trace, scene) if event.trace else self._rules.decide(scene)
+            derived = parse_trace(answer.trace, scene) if answer.trace else self._rules.decide(scene)
         except ReasonerError as error:
             self._differs(number, "decision", recorded.rationale, f"no answer: {error}")
             return
         if not _same(recorded.model_dump(mode="json"), derived.model_dump(mode="json")):
             self._differs(number, "decision", recorded.rationale, derived.rationale)
 
-    # ---- verdicts
-
-    def _judged(self, number: int, data: dict[str, Any]) -> None:
-        self.settle_judgement()
-        plan = RecoveryPlan.model_validate(data["plan"])
-        approvals = APPROVALS.validate_python(data["approvals"])
-        view = View(self._unpacker.unpack(data["seen"]))
-        self._waiting = _Judged(number, plan, approvals, data["guided"], view, data["now_s"], _verdict(data))
-
-    def settle_judgement(self) -> None:
-        """Judge the plan that waits for its scene."""
-        judged, self._waiting = self._waiting, None
-        if judged is None:
-            return
-        self.report.plans += 1
-        again = admit(
-            judged.plan,
-            judged.view,
-            judged.now_s,
-            guard=self._guard,
-            scene=self._scene,
-            history=self._history,
-            guided=judged.guided,
-            approvals=judged.approvals,
-            again=True,
-        )
-        self._compare(judged.line, "verdict at acceptance", judged.verdict, again.verdict)
-        if again.verdict.accepted:
-            self._execution, self._last_plan = again.execution, judged.plan
-
-    def _tick(self, number: int, data: dict[str, Any]) -> None:
-        self.settle_judgement()
-        self.report.ticks += 1
-        seen: Surroundings = self._unpacker.unpack(data["seen"])
-        if "directive" in data:
-            self._said = directive_adapter.validate_python(data["directive"])
-        recorded = Outcome(**data["outcome"]) if "outcome" in data else self._said
-        execution = self._execution
-        if execution is None:
-            self._differs(number, "tick", str(recorded), "no plan is running")
-            return
-        if data.get("withdrawn"):
-            execution.withdraw()
-        derived = execution.tick(View(seen), data["now_s"])
-        self._compare(number, "verdict on a tick", _verdict(data), execution.last_verdict)
-        if type(derived) is not type(recorded) or not _same(_plain(recorded), _plain(derived)):
-            self._differs(number, "directive", _short(recorded), _short(derived))
-        if isinstance(recorded, Outcome):
-            self._execution = None
-            if not recorded.finished:
-                self._history = self._history.aborted(execution.plan, execution.last_verdict)
-
-    def _compare(self, line: int, what: str, recorded: Verdict, derived: Verdict) -> None:
-        if not _same(recorded.model_dump(mode="json"), derived.model_dump(mode="json")):
-            self._differs(line, what, str(recorded), str(derived))
-
     def _differs(self, line: int, what: str, recorded: str, derived: str) -> None:
         self.report.findings.append(Finding(line, what, recorded, derived))
 
 
-def _verdict(data: dict[str, Any]) -> Verdict:
-    return Verdict.model_validate(data.get("verdict", {}))
+def _kind(told: dict[str, Any]) -> str:
+    """What was told, in a word or two."""
+    ((kind, data),) = told.items()
+    return str(data["kind"]) if kind == "event" else kind
 
 
-def _plain(result: Model | Outcome) -> Any:
-    return result.recorded() if isinstance(result, Outcome) else result.model_dump(mode="json")
+def _kinds(told: list[dict[str, Any]]) -> str:
+    return ", ".join(map(_kind, told)) or "nothing"
 
 
-def _short(result: object) -> str:
-    return f"execute {result.behavior.name}" if isinstance(result, Execute) else str(result)
+def _where(one: dict[str, Any], other: dict[str, Any]) -> str:
+    """The first field in which the second differs, with its value there."""
+    name = next(k for k in sorted(one.keys() | other.keys()) if not _same(one.get(k), other.get(k)))
+    return f"{name}: {other.get(name)}"
+
+
+def _said(directive: dict[str, Any]) -> str:
+    behavior = directive.get("behavior")
+    return f"execute {behavior['name']}" if behavior else str(directive)
 
 
 def _same(one: Any, other: Any) -> bool:

@@ -8,6 +8,7 @@ import hashlib
 import importlib.metadata
 import platform
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,53 +18,70 @@ from pydantic import TypeAdapter, ValidationError
 from stucksolver.decision import Directive
 from stucksolver.decision.schema import VERSION
 from stucksolver.detect import DetectorSettings
-from stucksolver.guard import Approvals, GuardPolicy
+from stucksolver.guard import GuardPolicy
 from stucksolver.record.chain import ChainWriter, RecordError
 from stucksolver.record.compact import Packer
-from stucksolver.scene import RoadGeometry
-from stucksolver.solver.events import Event, Facts, Judgement, Tick
-from stucksolver.solver.machine.execution import Outcome
+from stucksolver.record.forms import event_data, finite, inputs_data, state_data, taken_answer, told_data
+from stucksolver.scene import RoadGeometry, Scene
+from stucksolver.solver.events import Event
+from stucksolver.solver.machine.inputs import Snapshot
+from stucksolver.solver.machine.state import Querying, State
+from stucksolver.solver.witness import Facts, StepTaken
 
-FORMAT = 3
-APPROVALS: TypeAdapter[Approvals] = TypeAdapter(Approvals)
+FORMAT = 4
 DETECTOR: TypeAdapter[DetectorSettings] = TypeAdapter(DetectorSettings)
 MOST_FILES = 100_000
-Lines = list[tuple[str, "Event | RoadGeometry | dict[str, Any]"]]
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line that is still to be made into JSON, off the control loop. `seen`: packed surroundings."""
+
+    said: StepTaken | Event | RoadGeometry
+    seen: dict[str, Any] | None = None
+    repeats: bool = False
+    """Does the directive stand in a line before?"""
 
 
 class Scroll:
-    """Lines of kind `begin`, `road`, `event`, `judged`, `tick`, `end`, in the order in which things happened."""
+    """Lines of kind `begin`, `road`, `step`, `fault`, `end`, in the order in which things happened."""
 
-    def __init__(self, folder: Path, facts: Facts) -> None:
+    def __init__(self, folder: Path, facts: Facts, before: State) -> None:
+        """`before`: the state from which the first step goes on."""
         self._folder = folder
         self._facts = facts
+        self._before = before
         self._packer = Packer()
-        self._said: Directive | None = None
+        self._told: Directive | None = None
         self._chain: ChainWriter | None = None
 
     def open(self) -> Path:
         """Begin a new file, never an old one again. Raises `RecordError`."""
         self._chain = _new_file(self._folder)
-        self._line("begin", _facts(self._facts))
+        self._line("begin", {**_facts(self._facts), "state": self._state(self._before)})
         return self._chain.path
 
-    def compact(self, entry: Event | Judgement | Tick) -> Lines:
+    def compact(self, entry: StepTaken | Event) -> list[Line]:
         """What an entry says, as lines: quick, for the control loop. Call it in the order in which things happen."""
         if isinstance(entry, Event):
-            return [("event", entry)]
-        road = self._packer.new_road(entry.surroundings)
-        kind, data = ("judged", self._judgement(entry)) if isinstance(entry, Judgement) else ("tick", self._tick(entry))
-        return [(kind, data)] if road is None else [("road", road), (kind, data)]
+            return [Line(entry)]
+        seen = None if entry.sight is None else entry.sight.surroundings
+        repeats, self._told = entry.directive is self._told, entry.directive
+        if seen is None:
+            return [Line(entry, repeats=repeats)]
+        road = self._packer.new_road(seen)
+        line = Line(entry, self._packer.pack(seen), repeats)
+        return [line] if road is None else [Line(road), line]
 
-    def write(self, lines: Lines) -> None:
+    def write(self, lines: list[Line]) -> None:
         """Append them. Raises `RecordError`."""
-        for kind, said in lines:
-            if isinstance(said, Event):
-                self._line(kind, {"event": self._event(said)})
-            elif isinstance(said, RoadGeometry):
-                self._line(kind, {"road": said.model_dump(mode="json")})
+        for line in lines:
+            if isinstance(line.said, Event):
+                self._line("fault", {"event": event_data(line.said, None)})
+            elif isinstance(line.said, RoadGeometry):
+                self._line("road", {"road": line.said.model_dump(mode="json")})
             else:
-                self._line(kind, said)
+                self._line("step", self._step(line.said, line))
 
     def end(self, how: str) -> None:
         """The last line; a record without it was broken off."""
@@ -78,39 +96,41 @@ class Scroll:
         assert self._chain is not None, "open it first"
         self._chain.write({"kind": kind, **data})
 
-    def _event(self, event: Event) -> dict[str, Any]:
-        data = event.model_dump(mode="json", exclude_none=False)
-        data = {key: value for key, value in data.items() if value is not None}
-        image = event.scene.image if event.scene else None
+    def _state(self, state: State) -> dict[str, Any]:
+        data = state_data(state)
+        data["scene"] = None if state.scene is None else self._scene(state.scene)
+        return data
+
+    def _step(self, step: StepTaken, line: Line) -> dict[str, Any]:
+        """What came in, what was told, and the directive where it is another than before."""
+        data: dict[str, Any] = {"time_s": step.inputs.status.time_s - step.inputs.offset_s}
+        data["in"] = inputs_data(step.inputs, taken_answer(step))
+        if step.sight is not None:
+            data["sight"] = {"fault": step.sight.fault, "blind_s": finite(step.sight.blind_s)}
+        if line.seen is not None:
+            data["seen"] = line.seen
+        if step.snapshot is not None:
+            data["asked"] = self._snapshot(step, step.snapshot)
+        if step.told:
+            data["told"] = [told_data(one, step) for one in step.told]
+        if not line.repeats:
+            data["directive"] = step.directive.model_dump(mode="json")
+        return data
+
+    def _snapshot(self, step: StepTaken, shot: Snapshot) -> dict[str, Any]:
+        """The scene as the reasoner was shown it, where it was."""
+        asked = step.after.activity
+        scene = asked.query.scene if isinstance(asked, Querying) and shot.scene is not None else shot.scene
+        shown = None if scene is None else self._scene(scene)
+        return {"scene": shown, "why_none": shot.why_none, "camera_fault": shot.camera_fault}
+
+    def _scene(self, scene: Scene) -> dict[str, Any]:
+        data = scene.model_dump(mode="json")
+        image = scene.image
         if image is not None:
             digest = hashlib.sha256(image.jpeg).hexdigest()
             _write_once(self._folder / "images" / f"{digest}.jpg", image.jpeg)
-            data["scene"]["image"] = {"width": image.width, "height": image.height, "sha256": digest}
-        return data
-
-    def _judgement(self, judgement: Judgement) -> dict[str, Any]:
-        return {
-            "time_s": judgement.time_s,
-            "now_s": judgement.now_s,
-            "plan": judgement.plan.model_dump(mode="json"),
-            "guided": judgement.guided,
-            "approvals": _sorted(APPROVALS.dump_python(judgement.approvals, mode="json")),
-            "verdict": judgement.verdict.model_dump(mode="json", exclude_defaults=True),
-            "seen": self._packer.pack(judgement.surroundings),
-        }
-
-    def _tick(self, tick: Tick) -> dict[str, Any]:
-        data: dict[str, Any] = {"time_s": tick.time_s, "now_s": tick.now_s}
-        if tick.withdrawn:
-            data["withdrawn"] = True
-        if not tick.verdict.accepted:
-            data["verdict"] = tick.verdict.model_dump(mode="json", exclude_defaults=True)
-        if isinstance(tick.result, Outcome):
-            data["outcome"] = tick.result.recorded()
-        elif tick.result is not self._said:
-            data["directive"] = tick.result.model_dump(mode="json")
-            self._said = tick.result
-        data["seen"] = self._packer.pack(tick.surroundings)
+            data["image"] = {"width": image.width, "height": image.height, "sha256": digest}
         return data
 
 
@@ -172,6 +192,7 @@ def _facts(facts: Facts) -> dict[str, Any]:
         },
         "clock": facts.clock,
         "reasoners": dict(facts.reasoners),
+        "ask_back": facts.ask_back,
         "observe_only": facts.observe_only,
         "detector": DETECTOR.dump_python(facts.detector, mode="json"),
         "policy": facts.policy.model_dump(mode="json"),
@@ -194,7 +215,3 @@ def _write_once(path: Path, content: bytes) -> None:
     part = path.with_suffix(".part")
     part.write_bytes(content)
     part.replace(path)
-
-
-def _sorted(data: dict[str, list[str]]) -> dict[str, list[str]]:
-    return {key: sorted(value) for key, value in data.items()}

@@ -1,9 +1,10 @@
 """The object a stack owns."""
 
-from stucksolver.solver.events import Event, EventKind, Judgement, Tick, Witness
+from stucksolver.solver.events import Event, EventKind, Judgement, Tick
 from stucksolver.solver.progress import ProgressWatch
 from stucksolver.solver.questions import Question, QuestionError, QuestionKind
 from stucksolver.solver.solver import StuckSolver
+from stucksolver.solver.witness import StepTaken, Witness
 from stucksolver.solver.workers.clock import Clock, make_clock
 
 __all__ = [
@@ -15,6 +16,7 @@ __all__ = [
     "Question",
     "QuestionError",
     "QuestionKind",
+    "StepTaken",
     "StuckSolver",
     "Tick",
     "Witness",

@@ -13,9 +13,9 @@ from stucksolver.scene import Reading, Scene, Surroundings
 class Query:
     """A question to a reasoner. Its number tells it from all others of a solver.
 
-    `reasoner`: the ladder's name for it. `asked_s`: in the solver's own time. `deadline_s`: seconds for the answer. `screen`:
-    rules answer in its place where the vehicle is only held up. `outlived`: reasons to wait that have lasted too long.
-    `seen`, `reading`: what the guard would be asked about a plan that the reasoner thinks of.
+    `reasoner`: the ladder's name for it. `asked_s`: when it was asked, in the solver's own time. `deadline_s`: seconds
+    for the answer. `screen`: rules answer in its place where the vehicle is only held up. `outlived`: reasons to wait
+    that have lasted too long. `seen`, `reading`: with these the guard is asked about plans that the reasoner thinks of.
     """
 
     number: int

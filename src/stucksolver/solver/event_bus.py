@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from stucksolver.solver.events import Event, EventKind, Judgement, Listener, Tick, Witness
+from stucksolver.solver.events import Event, EventKind, Listener
+from stucksolver.solver.witness import StepTaken, Witness
 
 
 class EventBus:
@@ -12,29 +13,36 @@ class EventBus:
         self._listener = listener
         self._witness = witness
 
-    def tell(self, one: Event | Judgement | Tick) -> None:
-        """Judgements and ticks are for the witness only, who is told first."""
+    def step(self, step: StepTaken) -> None:
+        """A step was taken: the witness is told first."""
         if self._witness is not None:
             try:
-                _to_witness(self._witness, one)
+                self._witness.step(step)
             except Exception as error:  # noqa: BLE001 - a full disk or a broken witness must not stop the car
-                self._witness = None
-                self._fault(one.time_s, f"the record ends here: {error}")
-        if self._listener is not None and isinstance(one, Event):
+                self._lose_witness(step.inputs.status.time_s - step.inputs.offset_s, error)
+        for one in step.told:
+            if isinstance(one, Event):
+                self._listen(one)
+
+    def fault(self, event: Event) -> None:
+        """Something went wrong outside of a step."""
+        if self._witness is not None:
             try:
-                self._listener(one)
+                self._witness.fault(event)
             except Exception as error:  # noqa: BLE001
-                self._listener = None
-                self._fault(one.time_s, f"a listener failed and is not called again: {error!r}")
+                self._lose_witness(event.time_s, error)
+        self._listen(event)
 
-    def _fault(self, time_s: float, text: str) -> None:
-        self.tell(Event(time_s=time_s, kind=EventKind.FAULT, text=text))
+    def _listen(self, event: Event) -> None:
+        if self._listener is None:
+            return
+        try:
+            self._listener(event)
+        except Exception as error:  # noqa: BLE001
+            self._listener = None
+            why = f"a listener failed and is not called again: {error!r}"
+            self.fault(Event(time_s=event.time_s, kind=EventKind.FAULT, text=why))
 
-
-def _to_witness(witness: Witness, one: Event | Judgement | Tick) -> None:
-    if isinstance(one, Event):
-        witness.event(one)
-    elif isinstance(one, Judgement):
-        witness.judgement(one)
-    else:
-        witness.tick(one)
+    def _lose_witness(self, time_s: float, error: Exception) -> None:
+        self._witness = None
+        self._listen(Event(time_s=time_s, kind=EventKind.FAULT, text=f"the record ends here: {error}"))

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
 
 from stucksolver.decision import Decision, Directive, RecoveryPlan
-from stucksolver.detect import DetectorSettings
-from stucksolver.guard import Approvals, GuardPolicy, Verdict
-from stucksolver.ladder import Ladder
+from stucksolver.guard import Approvals, Verdict
 from stucksolver.reason import Trace
 from stucksolver.scene import Reading, Scene, Surroundings
 from stucksolver.scene.model import Model
@@ -99,32 +96,5 @@ class Tick:
     verdict: Verdict
 
 
-@dataclass(frozen=True)
-class Facts:
-    """What a solver is made of. `reasoners`: the rungs' names for them, and their own."""
-
-    ladder: Ladder
-    policy: GuardPolicy
-    clock: str
-    detector: DetectorSettings
-    reasoners: Mapping[str, str]
-    observe_only: bool
-
-
-class Witness(Protocol):
-    """Is told everything that is needed to derive decisions and verdicts again; the record is one.
-
-    What it raises ends it: the solver tells of it once, and drives on.
-    """
-
-    def begin(self, facts: Facts) -> None:
-        """Called once, when the solver is made."""
-
-    def event(self, event: Event) -> None:
-        """Something happened."""
-
-    def judgement(self, judgement: Judgement) -> None:
-        """A plan was judged; the event of the decision follows."""
-
-    def tick(self, tick: Tick) -> None:
-        """A running plan was checked."""
+Told = Event | Judgement | Tick
+"""What a transition tells, in order."""

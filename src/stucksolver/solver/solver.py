@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 from stucksolver.decision import CONTINUE, Directive
 from stucksolver.detect import Detector, DetectorSettings, Trigger
@@ -16,7 +16,7 @@ from stucksolver.reason import Reasoner, RuleReasoner
 from stucksolver.scene import MAX_WORDS, Scene, Status, Surroundings
 from stucksolver.solver.camera import CameraWatch
 from stucksolver.solver.event_bus import EventBus
-from stucksolver.solver.events import Event, EventKind, Facts, Listener, Witness
+from stucksolver.solver.events import Event, EventKind, Listener
 from stucksolver.solver.machine.guidance import to_be_answered
 from stucksolver.solver.machine.inputs import Inputs, Setup, Sight, Snapshot
 from stucksolver.solver.machine.state import Monitoring, Querying, State
@@ -24,6 +24,7 @@ from stucksolver.solver.machine.transition import first_state, transition, witho
 from stucksolver.solver.questions import Question, QuestionDesk
 from stucksolver.solver.senses import Read, Senses
 from stucksolver.solver.timeline import Timeline
+from stucksolver.solver.witness import Facts, StepTaken, Witness
 from stucksolver.solver.workers.clock import Clock, make_clock
 from stucksolver.solver.workers.reasoner_pool import ReasonerPool
 from stucksolver.solver.workers.reasoner_worker import ReasonerWorker
@@ -31,7 +32,21 @@ from stucksolver.solver.workers.words_worker import WordsWorker
 from stucksolver.words import NoReader, WordsReader, find_reader, situation_of
 
 T = TypeVar("T")
+NO_NUMBER = "the status has a value that is no number"
 ASK_BACK = "I did not understand that. Shall I wait, drive on, go round, or take another way?"
+
+
+class Once(Generic[T]):
+    """A function that is called at most once; `made` is what it gave, None before."""
+
+    def __init__(self, make: Callable[[], T]) -> None:
+        self._make = make
+        self.made: T | None = None
+
+    def __call__(self) -> T:
+        if self.made is None:
+            self.made = self._make()
+        return self.made
 
 
 class StuckSolver:
@@ -83,17 +98,20 @@ class StuckSolver:
         self._senses = Senses()
         self._camera = CameraWatch()
         self._bus = EventBus(on_event, record)
-        if record is not None:
-            settings = self._detector.settings
-            record.begin(Facts(self.ladder, self.guard.policy, self.clock.name, settings, names, observe_only))
         self._reasoner = ReasonerWorker(ReasonerPool(reasoners, self.ladder.waits), self.guard, self.clock)
         self._reader = WordsWorker(reader or find_reader(), self.clock)
         self._desk = QuestionDesk()
         self._said: str | None = None
+        self._blind = False
+        """Was it told that there is no status?"""
         unread = self._reader.reader
         ask_back = unread.why if isinstance(unread, NoReader) else ASK_BACK
         self._setup = Setup(self.guard, self.ladder, names, ask_back, observe_only)
         self._state = first_state(self.ladder, frozenset(reasoners), observe_only=observe_only)
+        if record is not None:
+            settings = self._detector.settings
+            clock, policy = self.clock.name, self.guard.policy
+            record.begin(Facts(self.ladder, policy, clock, settings, names, ask_back, observe_only))
 
     # ---- called by the stack, a page, an operator's desk
 
@@ -106,15 +124,16 @@ class StuckSolver:
         idle = trigger is None and self._said is None and self._timeline.jump_s is None
         if idle and not self._state.engaged and not self._reader.busy:
             return CONTINUE
-        inputs = self._inputs(status, trigger, surroundings)
+        self._blind = False
+        look, scene = Once(lambda: self._look(surroundings, status.time_s)), Once(lambda: self._snapshot(status))
+        inputs = self._inputs(status, trigger, look, scene)
         before = self._state
         self._state, directive, told = transition(before, inputs, self._setup)
         self._desk.show(self._state.question)
         if self._state.afresh_s != before.afresh_s:
             self._detector.forget()
         self._put_to_work()
-        for one in told:
-            self._bus.tell(one)
+        self._bus.step(StepTaken(before, inputs, look.made, scene.made, self._state, directive, told))
         return directive
 
     @property
@@ -161,16 +180,15 @@ class StuckSolver:
     def _without_status(self) -> Directive:
         """Nothing is known of this tick."""
         now = self._timeline.now_s
-        fault = "the status has a value that is no number"
-        if now is not None and self._state.told_fault != fault:
+        if now is not None and not self._blind:
             under_way, rung = self._state.intervention, self._state.escalation.rung
             number = None if under_way is None else under_way.number
             time_s = now - self._timeline.offset_s
-            self._bus.tell(Event(time_s=time_s, kind=EventKind.FAULT, text=fault, intervention=number, rung=rung))
-            self._state = self._state.but(told_fault=fault)
+            self._bus.fault(Event(time_s=time_s, kind=EventKind.FAULT, text=NO_NUMBER, intervention=number, rung=rung))
+            self._blind = True
         return without_status(self._state)
 
-    def _inputs(self, status: Status, trigger: Trigger | None, read: Read) -> Inputs:
+    def _inputs(self, status: Status, trigger: Trigger | None, look: Once[Sight], scene: Once[Snapshot]) -> Inputs:
         """All that this tick brings. Words and answers are taken from their threads when the clock delivers them."""
         now = status.time_s
         if self._said is not None:
@@ -182,8 +200,8 @@ class StuckSolver:
         answer = self._reasoner.poll(now)
         return Inputs(
             status=status,
-            look=_once(lambda: self._look(read, now)),
-            scene=_once(lambda: self._snapshot(status)),
+            look=look,
+            scene=scene,
             trigger=trigger,
             slow_since_s=self._detector.slow_since_s,
             progress_in_window_m=self._detector.progress_in_window_m,
@@ -214,15 +232,3 @@ class StuckSolver:
         """Have the reasoner at work on what the state asks, and on nothing else."""
         activity = self._state.activity
         self._reasoner.work_on(activity.query if isinstance(activity, Querying) else None)
-
-
-def _once(make: Callable[[], T]) -> Callable[[], T]:
-    """The same function, called at most once."""
-    made: list[T] = []
-
-    def get() -> T:
-        if not made:
-            made.append(make())
-        return made[0]
-
-    return get

@@ -61,8 +61,8 @@ def admit(
 ) -> Admission:
     """Judge a plan against the world as it is now.
 
-    `scene`: what was offered. `guided`: the passenger's words ask for it. `again`: it is looked at on every tick for its
-    moment; then nobody is looked for who might say yes.
+    `scene`: what was offered. `guided`: the passenger's words ask for it. `again`: it is looked at on every tick, for
+    its moment; then nobody is looked for who might say yes.
     """
     execution = Execution(plan, guard, guided, approvals)
     known = against_offers(plan, scene) or history.against(plan)

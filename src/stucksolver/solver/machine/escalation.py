@@ -94,7 +94,10 @@ class Escalation:
         return frozenset(r for r, since in self.waiting.items() if now_s - since > self._patience(r))
 
     def waited(self, reason: WaitReason | None, now_s: float) -> Escalation | None:
-        """After a look that found this reason to wait; the next is due when the ladder says. None: waiting is not right."""
+        """After a look that found this reason to wait; the next look is due when the ladder says.
+
+        None: waiting is not right, or has lasted too long.
+        """
         waits = self.on.waits
         if reason is None or not waits.is_wait(reason):
             return None

@@ -64,7 +64,10 @@ class History:
     def noted(
         self, plan: RecoveryPlan, ended: AttemptEnd, time_s: float, *, text: str = "", verdict: Verdict = OK
     ) -> History:
-        """With one more for the reasoner. `verdict`: for what it was refused or given up; `text` where that is not all."""
+        """With one more for the reasoner.
+
+        `verdict`: for what it was refused or given up; `text`: where that is not all.
+        """
         attempt = PastAttempt(
             time_s=time_s,
             behaviors=tuple(b.name for b in plan.behaviors),

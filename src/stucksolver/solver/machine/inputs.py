@@ -24,7 +24,10 @@ class Sight:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The stack's scene at a tick, None with the reason where it gave none. `camera_fault`: why the image was left out."""
+    """The stack's scene at a tick; None with the reason where it gave none.
+
+    `camera_fault`: why its image was left out.
+    """
 
     scene: Scene | None
     why_none: str = ""
@@ -43,10 +46,11 @@ class Heard:
 class Inputs:
     """One tick. `look` and `scene` give the same each time they are called; what is not called is not measured.
 
-    `status`: in the solver's own time, which never jumps; `offset_s`: what must be taken off it for the stack's time. `jump_s`:
-    by how much the stack's clock jumped at this tick. `slow_since_s`, `progress_in_window_m`: what the detector has seen.
-    `hearing`: words are on their way to being read. `reply`: a person's yes or no to the open question. `answer`: what came
-    of the question to a reasoner, if it is there. `busy`: reasoners, by the ladder's names, that are still at a question.
+    `status`: in the solver's own time, which never jumps. `offset_s`: what must be taken off it for the stack's time.
+    `jump_s`: by how much the stack's clock jumped at this tick. `slow_since_s`, `progress_in_window_m`: what the detector
+    says. `hearing`: words are on their way to being read. `reply`: a person's yes or no to the open question. `answer`: what
+    came of the question to a reasoner, if it is there. `busy`: reasoners that are still at a question, by the ladder's
+    names for them.
     """
 
     status: Status
@@ -68,7 +72,8 @@ class Inputs:
 class Setup:
     """What does not change: the guard, the ladder, the reasoners' own names by the ladder's.
 
-    `ask_back`: what a passenger is told whose words are not understood. `observe_only`: plans are judged, never performed.
+    `ask_back`: what a passenger is told whose words are not understood. `observe_only`: plans are judged, and never
+    performed.
     """
 
     guard: Guard

@@ -69,8 +69,8 @@ class AwaitingApproval:
 class AwaitingGap:
     """A plan that only traffic speaks against.
 
-    `until_s`: it is dropped at this time. `from_m`: progress on the route when it was begun (m), for one that was given up
-    for the traffic right after its start; else None.
+    `until_s`: it is dropped at this time. `from_m`: progress on the route when it was begun (m), for one that was given
+    up for the traffic right after its start; else None.
     """
 
     answer: Answer
@@ -85,8 +85,8 @@ class AwaitingGap:
 class Executing:
     """A plan under way.
 
-    `answer`: what it comes from, None for the way to the roadside. `words`: those that it follows. `begun_m`: progress on
-    the route at its start (m). `withdrawn`: it was taken back by words, and ends as soon as that is safe.
+    `answer`: what it comes from, None for the way to the roadside. `words`: those that it follows. `begun_m`: progress
+    on the route at its start (m). `withdrawn`: it was taken back by words, and ends as soon as that is safe.
     """
 
     execution: Execution

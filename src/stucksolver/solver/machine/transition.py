@@ -1,4 +1,4 @@
-"""The solver's rule: from a state and one tick's inputs to the next state, what the stack is to do, and what is told."""
+"""The solver's rule: from a state and a tick's inputs to the next state, what the stack is to do, and what is told."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from dataclasses import replace
 from stucksolver.decision import CONTINUE, Directive
 from stucksolver.detect import Trigger
 from stucksolver.ladder import Ladder
-from stucksolver.solver.events import EventKind
+from stucksolver.solver.events import EventKind, Told
 from stucksolver.solver.machine import guidance, plans, rungs
 from stucksolver.solver.machine.escalation import Escalation, Rungs
 from stucksolver.solver.machine.execution import STAND
 from stucksolver.solver.machine.history import History
 from stucksolver.solver.machine.inputs import Inputs, Setup
 from stucksolver.solver.machine.state import AwaitingGap, Executing, Holding, MinimalRisk, Monitoring, Querying, State
-from stucksolver.solver.machine.turn import Told, Turn
+from stucksolver.solver.machine.turn import Turn
 from stucksolver.solver.progress import ProgressWatch
 
 REFUSAL_M = 50.0

@@ -12,13 +12,10 @@ from stucksolver.ladder.moves import Person
 from stucksolver.scene import Guidance, Status, Surroundings
 from stucksolver.scene.view import View
 from stucksolver.solver.answer import Answer
-from stucksolver.solver.events import Event, EventKind, Judgement, Tick
+from stucksolver.solver.events import Event, EventKind, Told
 from stucksolver.solver.machine.inputs import Inputs, Setup, Sight
 from stucksolver.solver.machine.state import AwaitingApproval, Intervention, Monitoring, Querying, State
 from stucksolver.solver.questions import Question, QuestionKind
-
-Told = Event | Judgement | Tick
-"""What a transition tells, in order."""
 
 
 class Turn:

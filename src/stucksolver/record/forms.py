@@ -1,0 +1,223 @@
+"""States and inputs as values of JSON, and back: what a step of the solver is derived from again."""
+
+from __future__ import annotations
+
+import math
+from types import MappingProxyType
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from stucksolver.decision import Decision, WaitReason
+from stucksolver.detect import Trigger
+from stucksolver.guard import Approvals
+from stucksolver.ladder import Ladder
+from stucksolver.reason import Trace
+from stucksolver.scene import Guidance, Scene, Status, Surroundings
+from stucksolver.solver.answer import Answer, NoAnswer
+from stucksolver.solver.events import Event, Judgement, Told
+from stucksolver.solver.machine.escalation import Escalation
+from stucksolver.solver.machine.execution import Outcome
+from stucksolver.solver.machine.inputs import Heard, Inputs, Sight, Snapshot
+from stucksolver.solver.machine.state import Querying, State, WordsInForce
+from stucksolver.solver.machine.transition import first_state
+from stucksolver.solver.questions import Question, Reply
+from stucksolver.solver.witness import StepTaken
+
+Data = dict[str, Any]
+APPROVALS: TypeAdapter[Approvals] = TypeAdapter(Approvals)
+NOT_LOOKED = "the record has nothing of this"
+SIMPLE = (
+    "question_since_s",
+    "questions",
+    "queries",
+    "asked_back",
+    "interventions",
+    "refused_m",
+    "afresh_s",
+    "senses_fault",
+    "camera_fault",
+    "told_fault",
+)
+"""Fields of a state that JSON can say as they are."""
+
+
+def finite(value: float | None) -> float | str | None:
+    """JSON has no word for infinity."""
+    return str(value) if value is not None and math.isinf(value) else value
+
+
+def of_finite(value: float | str | None) -> float:
+    """The way back. Raises `ValueError` or `TypeError`."""
+    return float(value)  # type: ignore[arg-type]
+
+
+# ---- the state at the start of a record
+
+
+def state_data(state: State) -> Data:
+    """A state in which nothing is under way, as a record begins with: without an intervention, a question or a plan."""
+    data = {name: getattr(state, name) for name in SIMPLE}
+    data["escalation"] = _escalation(state.escalation)
+    data["words_escalation"] = _escalation(state.words_escalation)
+    data["onset"] = None if state.progress.onset is None else [finite(x) for x in state.progress.onset]
+    data["trigger"] = None if state.trigger is None else state.trigger.value
+    if state.words is not None:
+        data["words"] = {"said": state.words.words.model_dump(mode="json"), "since_s": state.words.since_s}
+    return data
+
+
+def state_of(data: Data, ladder: Ladder, reasoners: frozenset[str], *, observe_only: bool) -> State:
+    """The way back. Raises `KeyError`, `TypeError` or `ValueError`."""
+    first = first_state(ladder, reasoners, observe_only=observe_only)
+    onset, words, trigger = data["onset"], data.get("words"), data["trigger"]
+    if onset is not None:
+        began_s, began_m = map(of_finite, onset)
+        first = first.but(progress=type(first.progress)(first.progress.recovered_m, (began_s, began_m)))
+    if words is not None:
+        first = first.but(words=WordsInForce(Guidance.model_validate(words["said"]), words["since_s"]))
+    return first.but(
+        escalation=_escalation_of(first.escalation, data["escalation"]),
+        words_escalation=_escalation_of(first.words_escalation, data["words_escalation"]),
+        trigger=None if trigger is None else Trigger(trigger),
+        **{name: data[name] for name in SIMPLE},
+    )
+
+
+def _escalation(one: Escalation) -> Data:
+    return {
+        "index": one.index,
+        "tries": one.tries,
+        "repairs": one.repairs,
+        "not_before_s": finite(one.not_before_s),
+        "quiet_until_s": finite(one.quiet_until_s),
+        "since_s": finite(one.since_s),
+        "waiting": {reason.value: since for reason, since in one.waiting.items()},
+        "last_wait_s": one.last_wait_s,
+    }
+
+
+def _escalation_of(first: Escalation, data: Data) -> Escalation:
+    return Escalation(
+        first.on,
+        data["index"],
+        data["tries"],
+        data["repairs"],
+        of_finite(data["not_before_s"]),
+        of_finite(data["quiet_until_s"]),
+        of_finite(data["since_s"]),
+        MappingProxyType({WaitReason(reason): since for reason, since in data["waiting"].items()}),
+        data["last_wait_s"],
+    )
+
+
+# ---- the inputs of a step
+
+
+def inputs_data(inputs: Inputs, answer: Answer | NoAnswer | None) -> Data:
+    """What differs from the usual; neither what was seen nor the scene. `answer`: the one given, where it was taken."""
+    data: Data = {"status": inputs.status.model_dump(mode="json", exclude_defaults=True)}
+    for name in ("slow_since_s", "progress_in_window_m", "jump_s"):
+        value = getattr(inputs, name)
+        if value is not None:
+            data[name] = value
+    if inputs.offset_s:
+        data["offset_s"] = inputs.offset_s
+    if inputs.trigger is not None:
+        data["trigger"] = inputs.trigger.value
+    if inputs.heard is not None:
+        data["heard"] = {"words": inputs.heard.words.model_dump(mode="json"), "fault": inputs.heard.fault}
+    if inputs.hearing:
+        data["hearing"] = True
+    if inputs.reply is not None:
+        data["reply"] = {"yes": inputs.reply.yes, "by": inputs.reply.by}
+    if isinstance(answer, NoAnswer):
+        data["answer"] = {"why": answer.why}
+    elif answer is not None:
+        trace = None if answer.trace is None else answer.trace.model_dump(mode="json", exclude_none=True)
+        decision = answer.decision.model_dump(mode="json")
+        data["answer"] = {"reasoner": answer.reasoner, "decision": decision, "trace": trace}
+    if inputs.busy:
+        data["busy"] = sorted(inputs.busy)
+    return data
+
+
+def inputs_of(data: Data, sight: Sight, snapshot: Snapshot, question: Question | None) -> Inputs:
+    """The way back; `question`: the open one. Raises `KeyError`, `TypeError` or `ValueError`."""
+    heard, reply, answer = data.get("heard"), data.get("reply"), data.get("answer")
+    if reply is not None and question is None:
+        raise ValueError("a person answers a question that nobody asked")
+    return Inputs(
+        status=Status.model_validate(data["status"]),
+        look=lambda: sight,
+        scene=lambda: snapshot,
+        trigger=Trigger(data["trigger"]) if "trigger" in data else None,
+        slow_since_s=data.get("slow_since_s"),
+        progress_in_window_m=data.get("progress_in_window_m"),
+        offset_s=data.get("offset_s", 0.0),
+        jump_s=data.get("jump_s"),
+        heard=None if heard is None else Heard(Guidance.model_validate(heard["words"]), heard["fault"]),
+        hearing=data.get("hearing", False),
+        reply=None if reply is None or question is None else Reply(question, reply["yes"], reply["by"]),
+        answer=_answer_of(answer),
+        busy=frozenset(data.get("busy", ())),
+    )
+
+
+def _answer_of(data: Data | None) -> Answer | NoAnswer | None:
+    if data is None:
+        return None
+    if "why" in data:
+        return NoAnswer(data["why"])
+    trace = None if data["trace"] is None else Trace.model_validate(data["trace"])
+    return Answer(Decision.model_validate(data["decision"]), data["reasoner"], trace)
+
+
+def sight_of(data: Data | None, seen: Surroundings | None) -> Sight:
+    """What the senses showed; a step that did not look has none, and must not look again."""
+    return Sight(None, NOT_LOOKED, math.inf) if data is None else Sight(seen, data["fault"], of_finite(data["blind_s"]))
+
+
+def snapshot_of(data: Data | None) -> Snapshot:
+    """The same for the scene."""
+    if data is None:
+        return Snapshot(None, NOT_LOOKED)
+    scene = None if data["scene"] is None else Scene.model_validate(data["scene"])
+    return Snapshot(scene, data["why_none"], data["camera_fault"])
+
+
+# ---- what a step tells
+
+
+def taken_answer(step: StepTaken) -> Answer | NoAnswer | None:
+    """The reasoner's answer, where this step acted on it."""
+    asked = step.before.activity
+    taken = isinstance(asked, Querying) and step.after.activity is not asked
+    return step.inputs.answer if taken else None
+
+
+def told_data(one: Told, step: StepTaken) -> Data:
+    """An event, a judgement or a tick of a running plan; surroundings and what a directive says stand in the step."""
+    if isinstance(one, Event):
+        return {"event": event_data(one, taken_answer(step))}
+    verdict = one.verdict.model_dump(mode="json", exclude_defaults=True)
+    if isinstance(one, Judgement):
+        approvals = {who: sorted(names) for who, names in APPROVALS.dump_python(one.approvals, mode="json").items()}
+        plan = one.plan.model_dump(mode="json")
+        return {"judged": {"plan": plan, "guided": one.guided, "approvals": approvals, "verdict": verdict}}
+    data: Data = {} if one.verdict.accepted else {"verdict": verdict}
+    if one.withdrawn:
+        data["withdrawn"] = True
+    if isinstance(one.result, Outcome):
+        data["outcome"] = one.result.recorded()
+    elif one.result is not step.directive:
+        data["directive"] = one.result.model_dump(mode="json")
+    return {"tick": data}
+
+
+def event_data(event: Event, answer: Answer | NoAnswer | None) -> Data:
+    """An event without its scene, which stands where it was asked about, nor a decision that is among the inputs."""
+    came_in = isinstance(answer, Answer) and event.decision is answer.decision
+    elsewhere = {"scene", "decision", "trace"} if came_in else {"scene"}
+    data = event.model_dump(mode="json", exclude_none=True, exclude=elsewhere)
+    return {key: value for key, value in data.items() if value is not False or key == "answer"}
