@@ -48,6 +48,9 @@ FOUND = {
     "lets a motorcycle by and goes on before the car behind it": (8, 3943, 2),
     "lets a cyclist near its nose by, and goes on": (8, 1374, 3),
     "creeps, at 19 km/h, towards a queue 3 m ahead": (9, 1885, 3),
+    "backs up askew before one who comes the other way": (10, 8452, 5),
+    "creeps, drawn aside, into the corner of a parked van": (10, 6155, 1),
+    "drifts into a cone at walking pace": (10, 6855, 0),
     "sets off from rest before a motorcycle that crosses": (5, 10101, 1),
 }
 

@@ -14,6 +14,7 @@ from stucksolver.guard.predict import moving_gaps, profiles, relevant, standing_
 from stucksolver.guard.rss import rss_lateral, step_off
 from stucksolver.guard.verdict import Reject
 from stucksolver.scene.attempts import RejectCode
+from stucksolver.scene.boxes import separation
 from stucksolver.scene.frenet import Array, Mask
 from stucksolver.scene.objects import ObjectKind, TrackedObject
 from stucksolver.scene.surroundings import ControlKind, LightState
@@ -82,7 +83,11 @@ def _too_near(case: Case, which: Array, gap: Array, margin: Array, t: Array) -> 
     # What is already nearer than the bound counts only when the plan brings it nearer still.
     gaps = case.policy.clearance
     bad = (gap < margin - (gaps.tracked_gap_m if case.running else 0.0)) & (gap < gap[0] - gaps.nearer_m)
-    bad[0] |= _drifted_to(case, which) & (gap[0] < gaps.drifted_gap_m + _still_to_drift(case))
+    drifted = _drifted_to(case, which)
+    if drifted.any():
+        bad[0] |= drifted & (
+            (gap[0] < gaps.drifted_gap_m + _still_to_drift(case)) | _stops_against(case, which, gap[0])
+        )
     if not bad.any():
         return []
     worst = np.where(bad, gap, np.inf).min(axis=0)
@@ -105,6 +110,23 @@ def _still_to_drift(case: Case) -> float:
     ego = case.view.ego
     way_m = way_to_stop(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
     return float(np.sin(min(abs(case.error_rad), np.pi / 2)) * way_m)
+
+
+def _stops_against(case: Case, which: Array, gap: Array) -> Mask:
+    """(objects,): does a stop straight on, as the body points now, come nearer than `gap` (objects,), and too near?"""
+    view, ego = case.view, case.view.ego
+    way_m = way_to_stop(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
+    # Places no further apart than 0.1 m: a corner is not stepped over.
+    on = np.linspace(0.0, way_m, 2 + int(10 * way_m))[:, None]
+    left = separation(
+        (view.ego_s + on * np.cos(view.ego_yaw), view.ego_d + on * np.sin(view.ego_yaw), view.ego_yaw),
+        (ego.length_m / 2, ego.width_m / 2),
+        (view.s[which], view.d[which], view.yaw[which]),
+        (view.half_length[which], view.half_width[which]),
+    ).min(axis=0)
+    gaps = case.policy.clearance
+    result: Mask = ~view.moving[which] & (left < np.minimum(gaps.drifted_gap_m, gap - gaps.nearer_m))
+    return result
 
 
 def _doors(case: Case, standing: Array, gap: Array) -> list[Reject]:

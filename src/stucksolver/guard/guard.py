@@ -262,7 +262,11 @@ class Guard:
             return []
         path = proven.path.from_station(case.view.ego_s) if case.running else proven.path
         way = swung(path, case.view, self.policy.tracking, self.policy.stopping.lag_s)
-        return [] if way is None else checks.collision(replace(case, path=way))
+        if way is None:
+            return []
+        # Who comes the other way comes up from behind, for one who backs up.
+        askew = replace(case, path=way)
+        return checks.collision(askew) + from_behind(askew)
 
     def _unreleased(self, behavior: Behavior, approvals: Approvals) -> Reject | None:
         needed = self.policy.release(behavior.name)

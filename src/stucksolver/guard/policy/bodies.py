@@ -21,7 +21,7 @@ class ClearancePolicy(Model):
     above the noise of a gap that stays as it is."""
     tracked_gap_m: NonNegativeFloat = 0.15
     """So much of each gap is left to tracking errors while a plan runs, which is examined from the ego's real pose."""
-    drifted_gap_m: NonNegativeFloat = 0.1
+    drifted_gap_m: NonNegativeFloat = 0.15
     """Nearer than this by a tracking error, and by what a stop still adds to it, a plan ends: errors that grow slowly
     leave each next step a little less."""
 

@@ -47,10 +47,10 @@ class Inputs:
     """One tick. `look` and `scene` give the same each time they are called; what is not called is not measured.
 
     `status`: in the solver's own time, which never jumps. `offset_s`: what must be taken off it for the stack's time.
-    `jump_s`: by how much the stack's clock jumped at this tick. `slow_since_s`, `progress_in_window_m`: what the detector
-    says. `hearing`: words are on their way to being read. `reply`: a person's yes or no to the open question. `answer`: what
-    came of the question to a reasoner, if it is there. `busy`: reasoners that are still at a question, by the ladder's
-    names for them.
+    `jump_s`: by how much the stack's clock jumped at this tick. `slow_since_s`, `progress_in_window_m`: what the
+    detector says. `hearing`: words are on their way to being read. `reply`: a person's yes or no to the open question.
+    `answer`: what came of the question to a reasoner, if it is there. `busy`: reasoners still at a question, by
+    the ladder's names for them.
     """
 
     status: Status

@@ -1,0 +1,101 @@
+"""The states and what leads from one to the next, as a table: `docs/states.md` is made of it.
+
+    python -m stucksolver.solver.machine.table > docs/states.md
+
+`tests/core/test_machine.py` drives the machine at random and checks that it takes no other way, and that it takes each
+of these.
+"""
+
+from __future__ import annotations
+
+import inspect
+
+from stucksolver.solver.machine import state
+from stucksolver.solver.machine.state import StateName
+
+S = StateName
+ACTIVITIES: dict[tuple[StateName, StateName], str] = {
+    (S.MONITORING, S.QUERYING): "a trigger or words, and a reasoner is due on the ladder",
+    (S.MONITORING, S.EXECUTING): "on the last rung, the guard accepts a way to a place to stand",
+    (S.QUERYING, S.QUERYING): "the plan is refused, and the reasoner is told why; or new words ask for something else",
+    (S.QUERYING, S.AWAITING_APPROVAL): "the plan lacks only the yes of a person",
+    (S.QUERYING, S.AWAITING_GAP): "only traffic speaks against the plan",
+    (S.QUERYING, S.EXECUTING): "the guard accepts the plan",
+    (S.QUERYING, S.MONITORING): "waiting is right, there is no plan or no answer, it is refused, or the way is free",
+    (S.AWAITING_APPROVAL, S.EXECUTING): "somebody says yes, and the guard accepts the plan as things stand now",
+    (S.AWAITING_APPROVAL, S.AWAITING_GAP): "somebody says yes, and now only traffic speaks against the plan",
+    (S.AWAITING_APPROVAL, S.QUERYING): "the plan is refused in spite of the yes; or words ask for something else",
+    (S.AWAITING_APPROVAL, S.MONITORING): "somebody says no, nobody answers in time, or the way is free",
+    (S.AWAITING_GAP, S.EXECUTING): "the guard accepts the plan: here is the gap",
+    (S.AWAITING_GAP, S.QUERYING): "words ask for something else",
+    (S.AWAITING_GAP, S.MONITORING): "time is over, something else speaks against the plan, or the way is free",
+    (S.EXECUTING, S.MONITORING): "the plan is done, or given up",
+    (S.EXECUTING, S.AWAITING_GAP): "given up for traffic before 2 m of it were driven",
+}
+POSTURES: dict[tuple[StateName, StateName], str] = {
+    (S.DRIVING, S.HOLDING): "a plan is given up where the stack would turn into what stands there",
+    (S.DRIVING, S.MINIMAL_RISK): "the last rung, at a place where one may stand: stop, and call for help",
+    (S.HOLDING, S.DRIVING): "the way back into the lane is free, nothing has been seen for 5 s, or a plan begins",
+    (S.HOLDING, S.MINIMAL_RISK): "the last rung, at a place where one may stand: stop, and call for help",
+    (S.MINIMAL_RISK, S.DRIVING): "the operator's yes, the way is free, or a plan begins, as the ladder's rung says",
+    (S.MINIMAL_RISK, S.HOLDING): "the same, for a vehicle that was held before",
+}
+
+
+def page() -> str:
+    """The whole page, in Markdown."""
+    return f"""# The solver's states
+
+Made by `python -m stucksolver.solver.machine.table > docs/states.md`.
+
+`StuckSolver.step` is a shell around one pure function, `transition(state, inputs, setup)`: from a state and a tick's
+inputs to the next state, the directive, and what is told. A state has two parts that go on beside each other: an
+activity, and what the vehicle does while nothing is executed. While a plan is executed that is always
+`{S.DRIVING.value}`.
+
+| state | what it means |
+|---|---|
+{_meanings()}
+
+```mermaid
+stateDiagram-v2
+{_diagram(ACTIVITIES)}
+```
+
+{_table(ACTIVITIES)}
+
+```mermaid
+stateDiagram-v2
+{_diagram(POSTURES)}
+```
+
+{_table(POSTURES)}
+
+An intervention begins with the first answer that is no legitimate wait. It is closed when the vehicle has made its
+way (`hand_back.progress_m` of the ladder) with nothing and nobody being waited for. The place on the ladder, the
+passenger's words, an open question to a person, and what has failed are further fields of the state
+(`stucksolver.solver.machine.state.State`).
+"""
+
+
+def _meanings() -> str:
+    """What stands below each name."""
+    source = inspect.getsource(state.StateName)
+    rows = []
+    for one in StateName:
+        after = source.split(f'{one.name} = "{one.value}"', 1)[1]
+        rows.append(f"| {one.value} | {after.split(chr(34) * 3)[1]} |")
+    return "\n".join(rows)
+
+
+def _diagram(rows: dict[tuple[StateName, StateName], str]) -> str:
+    return "\n".join(f"    {one.name.lower()} --> {other.name.lower()}" for one, other in rows)
+
+
+def _table(rows: dict[tuple[StateName, StateName], str]) -> str:
+    lines = [f"| {one.value} | {other.value} | {why} |" for (one, other), why in rows.items()]
+    return "\n".join(["| from | to | when |", "|---|---|---|", *lines])
+
+
+if __name__ == "__main__":
+    print(page(), end="")

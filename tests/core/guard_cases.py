@@ -1,0 +1,40 @@
+"""Cases as the guard's checks are given them, for tests of single checks."""
+
+from __future__ import annotations
+
+import numpy as np
+from worlds import LANE_M, World, straight_road, strip
+
+from stucksolver.decision.behaviors import BorrowOncomingLane
+from stucksolver.decision.manoeuvre import Manoeuvre
+from stucksolver.guard import NOBODY, Guard, RejectCode
+from stucksolver.guard.case import Case
+from stucksolver.guard.tracking import tracked
+from stucksolver.scene import (
+    LaneDirection,
+    LineKind,
+)
+
+C = RejectCode
+GUARD = Guard()
+POLICY = GUARD.policy
+MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
+PAST_LEAD = BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)
+LENGTH_M, WIDTH_M, CAR_M = 4.9, 1.85, 4.6
+RIGHT = strip("right", -LANE_M, LaneDirection.SAME, LineKind.BROKEN, 401)
+BOTH = MULTI.model_copy(update={"key": "both", "lanes": (*MULTI.lanes, RIGHT)})
+NUMBERS = range(40)
+
+
+def case_of(world, *behaviors, running=False):
+    view = world.view()
+    path = tracked(GUARD.lay_out(behaviors, view, False, NOBODY).path, view, POLICY.tracking, reverse=False)
+    return Case(view, path, POLICY, running=running)
+
+
+def case_on(d, turn, objects=(), *, start_s=50.0, **world):
+    """A path of one's own making, half a metre from station to station."""
+    view = World(MULTI, list(objects), x=start_s, **world).view()
+    s = start_s + 0.5 * np.arange(len(d))
+    path = Manoeuvre(s, np.asarray(d, float), np.full(len(d), 5.0), yaw=np.asarray(turn, float))
+    return Case(view, path, POLICY)
