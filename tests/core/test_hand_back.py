@@ -3,39 +3,15 @@
 from __future__ import annotations
 
 import pytest
+from given_up import GivesUp, askew
 from worlds import LANE_M, World, drive, straight_road, stubborn, thing
 
 from stucksolver.decision import CONTINUE, Execute
-from stucksolver.decision.behaviors import Abort
-from stucksolver.guard import Guard, Reject, RejectCode, Verdict
+from stucksolver.guard import Guard
 from stucksolver.scene import LineKind
 from stucksolver.solver import EventKind
 
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
-PRESSED = Verdict(rejects=(Reject(code=RejectCode.LANE_ENTRY, detail="a car comes"),), abort=Abort.STOP)
-
-
-class GivesUp(Guard):
-    """Sound, but has one plan given up, for the traffic, when a view says so."""
-
-    def __init__(self, when):
-        super().__init__()
-        self._when = when
-        self.gave_up = False
-
-    def recheck(self, proven, view, giving_way=False):
-        if not self.gave_up and self._when(view):
-            self.gave_up = True
-            return PRESSED
-        return super().recheck(proven, view, giving_way)
-
-    def accept(self, *arguments):
-        verdict = super().accept(*arguments)
-        return (PRESSED, None) if self.gave_up and self._when is askew else verdict
-
-
-def askew(view):
-    return abs(view.ego_yaw) > 0.25
 
 
 @pytest.mark.parametrize(

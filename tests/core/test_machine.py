@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pytest
+from given_up import GivesUp, askew
 from worlds import LANE_M, World, ladder, red_light, straight_road, stubborn, thing
 
 from stucksolver.decision import CONTINUE, Execute, SafeStop
@@ -66,8 +67,10 @@ LADDERS = {
     "asks": lambda: ladder(solid_line="passenger", rungs=QUICK),
     "stubborn": lambda: stubborn(),
     "people first": lambda: people_first(),
+    "help soon": lambda: ladder(rungs={"rules": {"tries": 1, "cooldown_s": 0.2}, "model": None, "passenger": None}),
 }
-EXAMPLES = 60
+SEEDS = (12, 14, 19, 33, 41, 214, *range(1000, 1014))
+"""The first six take every way of the table that chance has been seen to take."""
 
 
 def people_first():
@@ -81,7 +84,7 @@ def people_first():
 class Run:
     """Every step of a drive; hands them on to a recorder."""
 
-    seed: int
+    seed: int | str
     recorder: Recorder | None
     steps: list[StepTaken] = field(default_factory=list)
     setup: Setup | None = None
@@ -193,9 +196,56 @@ def spoilt_view(rng, world):
     return (lambda: None) if rng.random() < 0.01 else world.surroundings
 
 
+def staged(name):
+    """What chance hardly brings about. The operator says yes after 20 s, and all is gone after 30 s."""
+    world, options, meddles = STAGED[name]()
+    run = Run(name, None)
+    with StuckSolver(world.scene, clock="lockstep", record=run, **options) as solver:
+        for _ in range(round(75.0 / world.dt)):
+            meddles(world, solver)
+            if world.time_s > 30.0:
+                world.objects, world.cruise_mps = [], 8.0
+            pending = solver.pending_question
+            if world.time_s > 20.0 and pending is not None and pending.kind is QuestionKind.ASSISTANCE:
+                solver.approve(by="operator")
+            world.drive(solver.step(world.status(), world.surroundings))
+    return run
+
+
+def held_then_helped():
+    """Given up askew, held there, help is called, and the vehicle is held again after the operator's yes."""
+    world = World(ROADS[2], [thing("lead", 60.0)])
+    return world, {"guard": GivesUp(askew), "ladder": LADDERS["help soon"]()}, lambda world, solver: None
+
+
+def approved_into(*comes):
+    """Over a solid line with a passenger's yes; with the yes there comes what was not there before."""
+
+    def make():
+        def agree(world, solver):
+            pending = solver.pending_question
+            if pending is not None and pending.kind is QuestionKind.APPROVAL:
+                if len(world.objects) == 1:
+                    world.objects = [*world.objects, *(one(world) for one in comes)]
+                solver.approve()
+
+        slow = ladder(solid_line="passenger", rungs={"model": None, "rules": {"tries": 9, "repair_rounds": 2}})
+        world = World(ROADS[1], [thing("lead", 75.0)], x=60.0, cruise_mps=0.0)
+        return world, {"ladder": slow}, agree
+
+    return make
+
+
+STAGED = {
+    "held, then helped": held_then_helped,
+    "a yes, and a car comes": approved_into(lambda w: thing("car", w.x + 90.0, LANE_M, speed=-8.0)),
+    "a yes, and the other lane is shut": approved_into(lambda w: thing("shut", w.x + 22.0, LANE_M)),
+}
+
+
 @pytest.fixture(scope="module")
 def drives():
-    return [random_drive(seed) for seed in range(EXAMPLES)]
+    return [*map(random_drive, SEEDS), *map(staged, STAGED)]
 
 
 def test_no_way_is_taken_that_the_table_does_not_name(drives):
@@ -216,7 +266,7 @@ def test_each_step_goes_on_from_the_state_before(drives):
 
 def test_a_step_is_pure(drives):
     """Taken again with the same inputs it gives the same, and leaves the state that it began from as it was."""
-    for run in drives[::3]:
+    for run in drives[: len(SEEDS) : 2]:
         for step in run.steps[:: max(len(run.steps) // 40, 1)]:
             shown = repr(step.before)
             state, directive, told = transition(step.before, step.inputs, run.setup)
@@ -283,7 +333,7 @@ def test_every_way_of_the_table_is_taken_by_some_drive(drives):
     assert not missing
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(6))
 def test_every_record_is_derived_again_step_by_step(seed, tmp_path):
     run = random_drive(1000 + seed, Recorder(tmp_path), seconds=16.0)
     for file in run.files:

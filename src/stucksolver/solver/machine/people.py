@@ -107,6 +107,7 @@ def release(turn: Turn, why: str) -> None:
     turn.note(tried_aside=False)
     turn.withdraw_question()
     turn.tell(EventKind.RELEASED, why)
+    turn.set(afresh_s=turn.now_s)  # it stood because it was told to
     turn.pause(turn.now_s + (move.look_every_s if isinstance(move, Assist) else 0.0))
 
 

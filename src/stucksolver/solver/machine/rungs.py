@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 from stucksolver.decision import Directive
 from stucksolver.detect import Trigger
 from stucksolver.ladder import AskPerson, AskReasoner, Assist, Resume
@@ -40,9 +43,19 @@ def next_step(turn: Turn) -> Directive:
         return turn.resting
     if turn.state.escalation.exhausted:
         turn.climb()
-    if not turn.state.escalation.ready(now):
-        return turn.resting
-    return _on_rung(turn)
+    if turn.state.escalation.ready(now):
+        return _on_rung(turn)
+    if now >= turn.state.escalation.not_before_s:
+        _keep_calling(turn)  # also where the passenger asked that nothing be begun
+    return turn.resting
+
+
+def _keep_calling(turn: Turn) -> None:
+    """Stopped for good without a call for help: an operator said no, or a question about words took its place."""
+    posture, move = turn.state.posture, turn.state.escalation.move
+    if isinstance(posture, MinimalRisk) and isinstance(move, Assist) and turn.state.question is None:
+        people.call_for_help(turn, posture.stop.reason)
+        turn.pause(turn.now_s + move.look_every_s)
 
 
 def _on_rung(turn: Turn) -> Directive:
@@ -53,15 +66,16 @@ def _on_rung(turn: Turn) -> Directive:
     if isinstance(move, Assist) and not isinstance(posture, MinimalRisk):
         return _help(turn, move)
     if isinstance(move, AskPerson) and turn.state.question is None:
-        left = turn.state.escalation.since_s + move.within_s - turn.now_s
+        escalation = turn.state.escalation
+        since = turn.now_s if escalation.since_s == -math.inf else escalation.since_s
+        turn.set(escalation=replace(escalation, since_s=since))
+        left = since + move.within_s - turn.now_s
         if left <= 0.0:
             turn.climb()
             return turn.resting
         why = why_stopped(turn.state.scene, turn.state.history.attempts)
         turn.ask_person(QuestionKind.ADVICE, move.to, f"I cannot get on: {why}. What shall I do?", within_s=left)
-    if isinstance(posture, MinimalRisk) and turn.state.question is None:
-        # Another question, about a plan for a passenger's words, took the place of the call.
-        people.call_for_help(turn, posture.stop.reason)
+    _keep_calling(turn)
     whom = move if isinstance(move, AskReasoner) else turn.state.escalation.lowest
     if whom is not None and people.resumes(turn) is not Resume.OPERATOR:
         _ask(turn, whom, trigger or Trigger.SPEED)
