@@ -16,7 +16,7 @@ from typing import NoReturn
 from stucksolver.decision.behaviors import REGISTRY, BackUp, BorrowOncomingLane, describe
 from stucksolver.detect import Detector
 from stucksolver.guard import Guard
-from stucksolver.reason import RuleReasoner
+from stucksolver.reason import Request, RuleReasoner
 from stucksolver.scene import (
     EgoState,
     LaneDirection,
@@ -81,7 +81,7 @@ def _looks(batches: int, calls: int) -> dict[str, float]:
         "us_recheck": _median(batches, calls, lambda: guard.recheck(again, View(surroundings))),
         "us_recheck_backwards": _median(batches, calls, lambda: guard.recheck(back, View(surroundings))),
         "us_recheck_crowd": _median(batches, calls, lambda: guard.recheck(again, View(crowd))),
-        "us_rules": _median(batches, calls, lambda: rules.decide(scene)),
+        "us_rules": _median(batches, calls, lambda: rules.decide(Request(scene)).decision),
     }
 
 

@@ -20,6 +20,7 @@ from stucksolver.decision.behaviors import (
     Wait,
     describe,
 )
+from stucksolver.reason import Request
 from stucksolver.reason.rules import RuleReasoner
 from stucksolver.scene import Status
 from stucksolver.scene.build import build_scene
@@ -35,7 +36,7 @@ def from_rules(view: View, stopped_s: float) -> RecoveryPlan | None:
     status = Status(time_s=view.surroundings.time_s, speed_mps=speed, progress_m=view.ego_s)
     scene = build_scene(view, status, describe(NAMES))
     ego = scene.ego.model_copy(update={"stopped_for_s": stopped_s if speed < 0.5 else 0.0})
-    return RULES.decide(scene.model_copy(update={"ego": ego})).plan
+    return RULES.decide(Request(scene.model_copy(update={"ego": ego}))).decision.plan
 
 
 def _change(draw: Drawn) -> Behavior:

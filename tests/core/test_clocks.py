@@ -17,7 +17,7 @@ from stucksolver.guard import Guard
 from stucksolver.ladder import PROFILES, profile
 from stucksolver.reason import RuleReasoner
 from stucksolver.solver import EventKind, StuckSolver, make_clock
-from stucksolver.solver.answer import Query
+from stucksolver.solver.query import Query
 from stucksolver.solver.workers.clock import Pending
 from stucksolver.solver.workers.reasoner_pool import ReasonerPool
 from stucksolver.solver.workers.reasoner_worker import ReasonerWorker
@@ -35,11 +35,11 @@ class Patient:
         if let:
             self.let.set()
 
-    def decide(self, scene):
+    def decide(self, request):
         self.asked.set()
         self.let.wait(20.0)
         time.sleep(self.takes_s)
-        return RuleReasoner().decide(scene)
+        return RuleReasoner().decide(request)
 
 
 def ticks_until_answered(clock: str, dt: float = 0.05, reasoner=None) -> int:

@@ -225,9 +225,9 @@ class AlwaysBorrow:
 
     name = "always"
 
-    def decide(self, scene):
-        plan = RecoveryPlan(behaviors=(BORROW,))
-        return RuleReasoner().decide(scene).model_copy(update={"plan": plan})
+    def decide(self, request):
+        plan, answer = RecoveryPlan(behaviors=(BORROW,)), RuleReasoner().decide(request)
+        return replace(answer, decision=answer.decision.model_copy(update={"plan": plan}))
 
 
 @pytest.mark.parametrize("words", [{}, {5.0: "overtake"}])

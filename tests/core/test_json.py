@@ -14,7 +14,7 @@ from worlds import World, straight_road, thing
 from stucksolver.decision import Decision, Directive, Execute
 from stucksolver.decision.behaviors import REGISTRY, AnyBehavior, ChangeLane, describe, parse_behavior
 from stucksolver.decision.schema import ADAPTERS, VERSION, schemas
-from stucksolver.reason import RuleReasoner
+from stucksolver.reason import Request, RuleReasoner
 from stucksolver.scene import RoadGeometry, Scene, Status, Surroundings
 
 TYPES = {"status": Status, "surroundings": Surroundings, "scene": Scene, "decision": Decision, "directive": Directive}
@@ -45,7 +45,7 @@ def test_every_behaviour_survives_json_inside_a_directive(behavior, data):
 def examples() -> dict[str, dict[str, object]]:
     world = World(straight_road(), [thing("car", 60.0)])
     scene = world.scene()
-    decision = RuleReasoner().decide(scene)
+    decision = RuleReasoner().decide(Request(scene)).decision
     models = {
         "status": world.status(),
         "surroundings": world.surroundings(),

@@ -120,10 +120,10 @@ class Dice:
         self.rng = rng
         self.others = [RuleReasoner(), RuleReasoner(), make_faulty("random", seed=rng.randrange(99))]
 
-    def decide(self, scene):
+    def decide(self, request):
         if self.rng.random() < 0.1:
             raise ReasonerError("the dice said no")
-        return self.rng.choice(self.others).decide(scene)
+        return self.rng.choice(self.others).decide(request)
 
 
 def scenery(rng):

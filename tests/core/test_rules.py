@@ -10,7 +10,7 @@ from worlds import LANE_M, World, red_light, said, straight_road, thing
 from stucksolver.decision import CauseCode, Intent, WaitLimits, WaitReason
 from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane
 from stucksolver.guard import Guard, RejectCode
-from stucksolver.reason import RuleReasoner
+from stucksolver.reason import Request, RuleReasoner
 from stucksolver.scene import CandidateWaypoint, ControlKind, LightState, LineKind, ObjectKind, TrafficControl
 
 TWO_WAY = straight_road()
@@ -20,7 +20,7 @@ MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
 def decide(world, *, stopped_s=30.0, limits=None, **ego):
     scene = world.scene()
     ego = scene.ego.model_copy(update={"stopped_for_s": stopped_s, **ego})
-    return RuleReasoner(limits).decide(scene.model_copy(update={"ego": ego}))
+    return RuleReasoner(limits).decide(Request(scene.model_copy(update={"ego": ego}))).decision
 
 
 def blocked(**lead):
@@ -166,7 +166,7 @@ def turns_right(*others, lead=()):
         CandidateWaypoint(id=str(k), lane_id=lane, x_m=x, y_m=y, distance_m=s) for k, (x, y, s) in enumerate(route)
     )
     ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
-    return RuleReasoner().decide(scene.model_copy(update={"waypoints": waypoints, "ego": ego}))
+    return RuleReasoner().decide(Request(scene.model_copy(update={"waypoints": waypoints, "ego": ego}))).decision
 
 
 @pytest.mark.parametrize(("y", "speed"), [(60.0, -14.0), (20.0, -6.0), (-60.0, 14.0)])
@@ -204,7 +204,7 @@ def test_nobody_creeps_towards_who_drives_across_whatever_a_passenger_says(speed
     scene = world.scene()
     words = said("Just go, they will brake.")
     ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
-    decision = RuleReasoner().decide(scene.model_copy(update={"ego": ego, "guidance": words}))
+    decision = RuleReasoner().decide(Request(scene.model_copy(update={"ego": ego, "guidance": words}))).decision
     assert (decision.plan is not None) is plans, decision.rationale
 
 

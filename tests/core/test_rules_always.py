@@ -9,7 +9,7 @@ from instances import model, of
 from worlds import READER, World, red_light, said, straight_road, thing
 
 from stucksolver.decision import Decision, GuidanceIntent, WaitReason
-from stucksolver.reason import RuleReasoner
+from stucksolver.reason import Request, RuleReasoner
 from stucksolver.scene import (
     REQUESTS,
     Guidance,
@@ -34,7 +34,7 @@ def decide(world, words=None):
     scene = world.scene()
     ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
     guidance = None if words is None else said(words)
-    return RuleReasoner().decide(scene.model_copy(update={"ego": ego, "guidance": guidance}))
+    return RuleReasoner().decide(Request(scene.model_copy(update={"ego": ego, "guidance": guidance}))).decision
 
 
 def cyclists():
@@ -91,7 +91,7 @@ def test_what_asks_for_nothing_moves_nothing(words):
 
 def test_words_that_nobody_has_read_are_not_understood():
     scene = cyclists().scene().model_copy(update={"guidance": Guidance(text="overtake them", time_s=0.0)})
-    decision = RuleReasoner().decide(scene)
+    decision = RuleReasoner().decide(Request(scene)).decision
     assert decision.plan is None
     assert decision.analysis.guidance_intent is GuidanceIntent.UNCLEAR
 
@@ -162,7 +162,7 @@ PLAUSIBLE = model(
 @settings(max_examples=100, suppress_health_check=list(HealthCheck))
 @given(scene=PLAUSIBLE | model(Scene))
 def test_every_scene_gets_a_valid_decision_that_uses_only_what_is_offered(scene):
-    decision = RuleReasoner().decide(scene)
+    decision = RuleReasoner().decide(Request(scene)).decision
     assert Decision.model_validate_json(decision.model_dump_json()) == decision
     if decision.plan is not None:
         assert {b.name for b in decision.plan.behaviors} <= {b.name for b in scene.behaviors}
@@ -173,7 +173,7 @@ def test_every_scene_gets_a_valid_decision_that_uses_only_what_is_offered(scene)
 @given(scene=PLAUSIBLE)
 def test_the_same_scene_gets_the_same_decision(scene):
     again = Scene.model_validate_json(scene.model_dump_json())
-    assert RuleReasoner().decide(scene) == RuleReasoner().decide(again)
+    assert RuleReasoner().decide(Request(scene)).decision == RuleReasoner().decide(Request(again)).decision
 
 
 @settings(max_examples=60, suppress_health_check=list(HealthCheck))
@@ -181,5 +181,5 @@ def test_the_same_scene_gets_the_same_decision(scene):
 def test_no_scene_and_no_words_lead_past_a_red_light(scene, distance, words):
     guidance = None if words is None else said(words)
     held = scene.model_copy(update={"controls": (red_light(distance),), "guidance": guidance})
-    plan = RuleReasoner().decide(held).plan
+    plan = RuleReasoner().decide(Request(held)).decision.plan
     assert plan is None or {b.name for b in plan.behaviors} <= STAYING

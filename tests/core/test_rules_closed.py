@@ -6,7 +6,7 @@ import pytest
 from test_rules_moves import MULTI, NARROW, TWO_WAY, K
 from worlds import LANE_M, NAMES, World, said, thing
 
-from stucksolver.reason import RuleReasoner
+from stucksolver.reason import Request, RuleReasoner
 from stucksolver.scene import CandidateWaypoint, PastAttempt
 
 
@@ -26,7 +26,7 @@ def elsewhere(name, length_m, reaches=True, lane="other"):
 def decide(road, things, *waypoints, **more):
     scene = World(road, things, offers=more.pop("offers", NAMES)).scene()
     ego = scene.ego.model_copy(update={"stopped_for_s": 5.0})
-    return RuleReasoner().decide(scene.model_copy(update={"ego": ego, "waypoints": waypoints, **more}))
+    return RuleReasoner().decide(Request(scene.model_copy(update={"ego": ego, "waypoints": waypoints, **more})))
 
 
 def replanned(decision):

@@ -10,7 +10,7 @@ from worlds import LANE_M, World, drive, red_light, said, straight_road, thing
 
 from stucksolver.decision import CauseCode, WaitReason
 from stucksolver.guard import Guard
-from stucksolver.reason import RuleReasoner
+from stucksolver.reason import Request, RuleReasoner
 from stucksolver.scene import LightState, LineKind, ObjectKind, PastAttempt, RejectCode
 from stucksolver.solver import EventKind
 
@@ -36,7 +36,7 @@ def after(world, code, *behaviors, ago_s=0.0, **ego):
     scene = world.scene()
     ego = scene.ego.model_copy(update={"stopped_for_s": 30.0, **ego})
     attempt = PastAttempt(time_s=scene.time_s - ago_s, behaviors=behaviors, codes=(code,), outcome="")
-    return RuleReasoner().decide(scene.model_copy(update={"ego": ego, "attempts": (attempt,)}))
+    return RuleReasoner().decide(Request(scene.model_copy(update={"ego": ego, "attempts": (attempt,)}))).decision
 
 
 def bag(*others, x=60.0, **more):
@@ -131,7 +131,11 @@ def test_a_look_that_did_not_help_is_not_repeated():
     far = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 12.0 + 2.3)])
     looked = PastAttempt(time_s=0.0, behaviors=("nudge", *LOOK), codes=(RejectCode.ONCOMING_SIGHT,), outcome="")
     again = PastAttempt(time_s=0.0, behaviors=("borrow_oncoming_lane",), codes=(RejectCode.ONCOMING_SIGHT,), outcome="")
-    decision = RuleReasoner().decide(standing_for_long(far.scene()).model_copy(update={"attempts": (looked, again)}))
+    decision = (
+        RuleReasoner()
+        .decide(Request(standing_for_long(far.scene()).model_copy(update={"attempts": (looked, again)})))
+        .decision
+    )
     assert decision.plan is None
     assert decision.analysis.wait is WaitReason.NO_SAFE_WAY
 
@@ -233,5 +237,5 @@ def test_without_any_way_it_waits_two_minutes_and_then_calls_for_help():
 )
 def test_a_passenger_may_ask_for_it(words, name):
     scene = World(TWO_WAY).scene()
-    decision = RuleReasoner().decide(scene.model_copy(update={"guidance": said(words)}))
+    decision = RuleReasoner().decide(Request(scene.model_copy(update={"guidance": said(words)}))).decision
     assert names(decision) == [name]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import pytest
 from worlds import LANE_M, World, drive, red_light, straight_road, stubborn, thing
@@ -189,12 +190,13 @@ def test_a_plan_with_a_new_route_asks_for_it_at_its_end():
     class Onwards:
         name = "onwards"
 
-        def decide(self, scene):
-            decision = RuleReasoner().decide(scene)
+        def decide(self, request):
+            answer = RuleReasoner().decide(request)
+            decision = answer.decision
             if decision.plan is None:
-                return decision
+                return answer
             plan = {"behaviors": decision.plan.behaviors[:1], "replan_route": True, "route_start": "left+60"}
-            return decision.model_copy(update={"plan": decision.plan.model_copy(update=plan)})
+            return replace(answer, decision=decision.model_copy(update={"plan": decision.plan.model_copy(update=plan)}))
 
     seen = drive(world, 20.0, reasoner=Onwards())
     assert [d for d in seen.directives if isinstance(d, Replan)] == [Replan(route_start="left+60")]

@@ -9,7 +9,7 @@ from worlds import LANE_M, World, drive, straight_road, thing
 
 from stucksolver.decision import CONTINUE, Execute, GuidanceIntent, RecoveryPlan
 from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane, KeepLane, Wait
-from stucksolver.reason import ReasonerError, RuleReasoner
+from stucksolver.reason import Answer, ReasonerError, Request, RuleReasoner
 from stucksolver.scene import LineKind
 from stucksolver.solver import EventKind
 
@@ -25,14 +25,14 @@ class Says:
     def __init__(self, answer):
         self.answer = answer
 
-    def decide(self, scene):
-        return self.answer(scene)
+    def decide(self, request):
+        return Answer(self.answer(request.scene), self.name)
 
 
 def planning(*behaviors, **plan):
     """A reasoner that answers everything with one plan."""
     fixed = RecoveryPlan(behaviors=behaviors, **plan)
-    return Says(lambda scene: RuleReasoner().decide(scene).model_copy(update={"plan": fixed}))
+    return Says(lambda scene: RuleReasoner().decide(Request(scene)).decision.model_copy(update={"plan": fixed}))
 
 
 def raising(error):
@@ -155,7 +155,7 @@ def test_a_route_start_that_is_not_in_the_scene_is_refused():
 @pytest.mark.parametrize("intent", [GuidanceIntent.WAIT, GuidanceIntent.UNCLEAR, GuidanceIntent.OVERTAKE])
 def test_an_answer_to_words_that_nobody_said_changes_nothing(intent):
     def answer(scene):
-        decision = RuleReasoner().decide(scene)
+        decision = RuleReasoner().decide(Request(scene)).decision
         analysis = decision.analysis.model_copy(update={"guidance_intent": intent})
         return decision.model_copy(update={"analysis": analysis, "plan": None})
 

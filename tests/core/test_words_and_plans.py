@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from worlds import READER, World, drive, ladder, said, straight_road, stubborn, thing
 
@@ -25,11 +27,12 @@ class Untrusted:
         self._plan = plan
         self.asked = 0
 
-    def decide(self, scene):
+    def decide(self, request):
         self.asked += 1
-        decision = RuleReasoner().decide(scene)
+        answer = RuleReasoner().decide(request)
+        decision = answer.decision
         analysis = decision.analysis.model_copy(update={"guidance_intent": GuidanceIntent.OVERTAKE})
-        return decision.model_copy(update={"plan": self._plan, "analysis": analysis})
+        return replace(answer, decision=decision.model_copy(update={"plan": self._plan, "analysis": analysis}))
 
 
 def cyclists():

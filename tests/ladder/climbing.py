@@ -6,7 +6,7 @@ from worlds import World, straight_road, thing
 
 from stucksolver.decision import RecoveryPlan
 from stucksolver.ladder import Waits, profile
-from stucksolver.reason import ReasonerError, RuleReasoner
+from stucksolver.reason import Answer, ReasonerError, Request, RuleReasoner
 from stucksolver.scene import LineKind
 
 TWO_WAY, SOLID = straight_road(), straight_road(oncoming=LineKind.SOLID)
@@ -20,14 +20,14 @@ class Says:
     def __init__(self, answer, name="says"):
         self.answer, self.name, self.calls = answer, name, 0
 
-    def decide(self, scene):
+    def decide(self, request):
         self.calls += 1
-        return self.answer(scene)
+        return Answer(self.answer(request.scene), self.name)
 
 
 def planning(*behaviors):
     plan = RecoveryPlan(behaviors=behaviors)
-    return Says(lambda scene: RuleReasoner().decide(scene).model_copy(update={"plan": plan}))
+    return Says(lambda scene: RuleReasoner().decide(Request(scene)).decision.model_copy(update={"plan": plan}))
 
 
 def helpless():

@@ -14,7 +14,7 @@ from stucksolver.decision import Execute, RecoveryPlan
 from stucksolver.decision.behaviors import BackUp, BorrowOncomingLane, ChangeLane, KeepLane, Wait
 from stucksolver.guard import RejectCode
 from stucksolver.ladder import profile
-from stucksolver.reason import ReasonerError, RuleReasoner
+from stucksolver.reason import ReasonerError, Request, RuleReasoner
 from stucksolver.scene import LineKind
 from stucksolver.solver import EventKind, QuestionKind
 from stucksolver.solver.machine.history import History
@@ -26,10 +26,11 @@ def test_a_rungs_deadline_is_told_to_its_reasoner():
     class Slow(Says):
         told = ()
 
-        def answer_within(self, limit_s):
-            self.told = (*self.told, limit_s)
+        def decide(self, request):
+            self.told = (*self.told, request.deadline_s)
+            return super().decide(request)
 
-    model = Slow(lambda scene: RuleReasoner().decide(scene), name="slow")
+    model = Slow(lambda scene: RuleReasoner().decide(Request(scene)).decision, name="slow")
     rungs = {"model": {"deadline_s": 240.0}, "rules": {"tries": 1, "cooldown_s": 0.5, "repair_rounds": 0}}
     world = World(TWO_WAY, [thing("lead", 75.0)], x=66.0)
     drive(world, 20.0, ladder=ladder(rungs=rungs), reasoner=helpless(), models={"model": model})
@@ -66,7 +67,7 @@ def test_a_model_is_not_asked_about_a_red_light():
 
 def test_a_model_that_always_finds_a_reason_to_wait_is_believed_only_for_so_long():
     def always_people(scene):
-        decision = RuleReasoner().decide(scene)
+        decision = RuleReasoner().decide(Request(scene)).decision
         analysis = decision.analysis.model_copy(update={"wait": "people", "immobilized": False})
         return decision.model_copy(update={"analysis": analysis, "plan": None})
 
@@ -120,7 +121,7 @@ def test_without_a_model_its_rung_is_left_out():
 
 
 def test_a_model_is_asked_when_the_rules_are_at_their_end():
-    model = Says(RuleReasoner().decide, "clever")
+    model = Says(lambda scene: RuleReasoner().decide(Request(scene)).decision, "clever")
     world = stuck()
     seen = drive(world, 20.0, reasoner=helpless(), models={"model": model}, ladder=ladder(rungs=QUICK))
     assert EventKind.RECOVERED in seen.kinds()
@@ -229,7 +230,7 @@ def test_a_question_is_dropped_and_its_reasoner_told_when_the_situation_clears()
         def __init__(self):
             self.let, self.cancelled = threading.Event(), 0
 
-        def decide(self, scene):
+        def decide(self, request):
             self.let.wait(20.0)
             raise ReasonerError("cancelled")
 

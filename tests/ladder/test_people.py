@@ -23,10 +23,10 @@ def test_the_passenger_is_asked_and_may_answer_in_words(answer):
     class OnlyWhenAsked:
         name = "shy"
 
-        def decide(self, scene):
-            if scene.guidance is None:
+        def decide(self, request):
+            if request.scene.guidance is None:
                 raise ReasonerError("no idea")
-            return RuleReasoner().decide(scene)
+            return RuleReasoner().decide(request)
 
     with StuckSolver(
         world.scene,

@@ -9,12 +9,13 @@ import pytest
 from chat_server import Fault
 from worlds import World, straight_road, thing
 
-from stucksolver.reason import ReasonerError, RuleReasoner
+from stucksolver.reason import ReasonerError, Request, RuleReasoner
 from stucksolver.reason.fallback import FallbackReasoner
 from stucksolver.reason.llm import LanguageModelReasoner, ModelSettings
 from stucksolver.reason.llm.exchanges import ExchangesError, RecordedChat, RecordingChat
 from stucksolver.reason.llm.openai_api import OpenAiChat
-from stucksolver.reason.make import ReasonerNameError, make_reasoner
+from stucksolver.reason.make import make_reasoner
+from stucksolver.reason.registry import ReasonerNameError
 from stucksolver.scene import CameraImage, LineKind
 
 pytest.importorskip("openai", reason="the openai package is not installed: pip install 'stucksolver[llm]'")
@@ -29,14 +30,14 @@ def scene(x=60.0):
 
 def record(server, folder, *scenes):
     reasoner = LanguageModelReasoner(RecordingChat(OpenAiChat("reader", server.url), folder))
-    return [reasoner.decide(s) for s in scenes]
+    return [reasoner.decide(Request(s)).decision for s in scenes]
 
 
 def test_the_same_questions_get_the_same_answers_without_the_network(server, tmp_path):
     made = record(server, tmp_path, scene(60.0), scene(62.0))
     count = len(server.requests)
     again = LanguageModelReasoner(RecordedChat(tmp_path))
-    assert [again.decide(scene(60.0)), again.decide(scene(62.0))] == made
+    assert [again.decide(Request(scene(60.0))).decision, again.decide(Request(scene(62.0))).decision] == made
     assert len(server.requests) == count
 
 
@@ -44,7 +45,7 @@ def test_a_failure_that_passed_is_repeated_too(server, tmp_path):
     server.faults.append(Fault(status=503))
     record(server, tmp_path, scene())
     again = LanguageModelReasoner(RecordedChat(tmp_path))
-    assert again.decide(scene()).plan is not None
+    assert again.decide(Request(scene())).decision.plan is not None
 
 
 def test_images_are_kept_once_by_their_digest(server, tmp_path):
@@ -58,7 +59,7 @@ def test_images_are_kept_once_by_their_digest(server, tmp_path):
 def test_a_question_that_was_never_asked_is_a_failure(server, tmp_path):
     record(server, tmp_path, scene())
     with pytest.raises(ReasonerError, match="not among the recorded"):
-        LanguageModelReasoner(RecordedChat(tmp_path)).decide(scene(99.0))
+        LanguageModelReasoner(RecordedChat(tmp_path)).decide(Request(scene(99.0)))
 
 
 def test_a_changed_request_is_found(server, tmp_path):
@@ -77,7 +78,7 @@ def test_a_folder_without_exchanges_is_named(tmp_path):
 def test_a_disk_that_is_full_costs_the_record_only(server, tmp_path, monkeypatch):
     chat = RecordingChat(OpenAiChat("reader", server.url), tmp_path)
     (tmp_path / "exchanges.jsonl").mkdir()
-    assert LanguageModelReasoner(chat).decide(scene()).plan is not None
+    assert LanguageModelReasoner(chat).decide(Request(scene())).decision.plan is not None
     assert "no longer kept" in chat.fault
 
 
@@ -88,7 +89,7 @@ def test_the_next_reasoner_answers_when_the_first_has_none(server):
     server.faults.extend([Fault(status=401, error={"message": "no"})] * 2)
     first = LanguageModelReasoner(OpenAiChat("reader", server.url), settings=ModelSettings(deadline_s=1.0))
     both = FallbackReasoner([first, RuleReasoner()])
-    assert both.decide(scene()) == RuleReasoner().decide(scene())
+    assert both.decide(Request(scene())).decision == RuleReasoner().decide(Request(scene())).decision
     assert "OPENAI_API_KEY" in both.failures[0]
 
 

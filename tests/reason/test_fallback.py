@@ -7,7 +7,7 @@ import time
 import pytest
 from worlds import World, straight_road, thing
 
-from stucksolver.reason import ReasonerError, RuleReasoner
+from stucksolver.reason import ReasonerError, Request, RuleReasoner
 from stucksolver.reason.fallback import FallbackReasoner
 
 SCENE = World(straight_road(), [thing("car", 60.0)]).scene()
@@ -19,19 +19,19 @@ class Slow:
     def __init__(self, share=0.0):
         self.name, self.share, self.limits = "slow", share, []
 
-    def answer_within(self, limit_s):
-        self.limits.append(limit_s)
-
-    def decide(self, scene):
-        time.sleep(self.share * self.limits[-1])
+    def decide(self, request):
+        self.limits.append(request.deadline_s)
+        time.sleep(self.share * request.deadline_s)
         raise ReasonerError("no idea")
+
+    def cancel(self):
+        """Whoever can be told to stop may be slow."""
 
 
 def test_the_one_before_leaves_its_share_to_the_one_after():
     first, second = Slow(share=0.5), Slow()
     both = FallbackReasoner([first, second, RuleReasoner()])
-    both.answer_within(0.4)
-    assert both.decide(SCENE) == RuleReasoner().decide(SCENE)
+    assert both.decide(Request(SCENE, deadline_s=0.4)).decision == RuleReasoner().decide(Request(SCENE)).decision
     assert first.limits == [pytest.approx(0.2, abs=0.01)]
     assert second.limits[0] > first.limits[0]
 
@@ -39,6 +39,5 @@ def test_the_one_before_leaves_its_share_to_the_one_after():
 def test_rules_take_no_time_from_a_model():
     model = Slow()
     both = FallbackReasoner([model, RuleReasoner()])
-    both.answer_within(30.0)
-    both.decide(SCENE)
+    both.decide(Request(SCENE, deadline_s=30.0))
     assert model.limits == [pytest.approx(30.0, abs=0.1)]

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from worlds import World, straight_road, thing
 
-from stucksolver.reason import ReasonerError
+from stucksolver.reason import ReasonerError, Request
 from stucksolver.reason.llm import GiveUp, LanguageModelReasoner, ModelSettings
 from stucksolver.reason.llm.capabilities import Dialect, ModelOptions, capabilities_of
 from stucksolver.reason.llm.json_in import json_in
@@ -110,13 +110,14 @@ def test_its_answers_have_the_form_that_was_asked_for_and_its_cache_is_used(url,
     told = []
     for sc in (scene(), scene(62.0, guidance=Guidance(text="please overtake", time_s=0.0))):
         try:
-            reasoner.decide(sc)
+            trace = reasoner.decide(Request(sc)).trace
             told.append("a decision")
         except ReasonerError as error:
+            trace = error.trace
             told.append(str(error))
             if "no answer within" in told[-1]:
                 pytest.skip(f"this machine is too busy: {told[-1]}")
-        answer = json.loads(json_in(reasoner.last_trace.answers[0]))
+        answer = json.loads(json_in(trace.answers[0]))
         assert list(answer) == ["observation", "analysis", "decision"], told[-1]
         assert ("S2.1" in answer["analysis"]["steps"]) is (sc.guidance is not None)
     assert not any("cut off" in text for text in told), told

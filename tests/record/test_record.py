@@ -21,7 +21,7 @@ from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import Wait
 from stucksolver.guard import Guard, GuardPolicy
 from stucksolver.guard.policy import PeoplePolicy, RssPolicy, StoppingPolicy
-from stucksolver.reason import Trace
+from stucksolver.reason import Answer, Trace
 from stucksolver.reason.faulty import make_faulty
 from stucksolver.record import Recorder, RecordError, replay
 from stucksolver.record.chain import ChainWriter, read_chain
@@ -183,11 +183,11 @@ def test_a_plan_that_is_not_repeated_is_derived_again(tmp_path):
     class Waits:
         name = "rules"
 
-        def decide(self, scene):
-            decision = make_faulty("contradictory").decide(scene)
+        def decide(self, request):
+            decision = make_faulty("contradictory").decide(request).decision
             plan = RecoveryPlan(behaviors=(Wait(duration_s=1.0),))
-            self.last_trace = Trace(answers=(decision.model_copy(update={"plan": plan}).model_dump_json(),))
-            return decision.model_copy(update={"plan": plan})
+            decision = decision.model_copy(update={"plan": plan})
+            return Answer(decision, self.name, Trace(answers=(decision.model_dump_json(),)))
 
     seen, files = recorded(tmp_path, seconds=15.0, reasoner=Waits())
     assert EventKind.USELESS in seen.kinds()

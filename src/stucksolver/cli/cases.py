@@ -15,7 +15,8 @@ from stucksolver.cli.words import tell_notes
 from stucksolver.ladder import LadderError
 from stucksolver.reason import Reasoner
 from stucksolver.reason.llm.exchanges import ExchangesError
-from stucksolver.reason.make import HELP, ReasonerNameError, make_reasoner, preflight, sees, unanswered_banner
+from stucksolver.reason.make import HELP, make_reasoner, preflight, sees, unanswered_banner
+from stucksolver.reason.registry import ReasonerNameError
 
 if TYPE_CHECKING:
     from stucksolver.evaluate.cases.wordings import Wording

@@ -2,22 +2,24 @@
 
 from stucksolver.reason.reasoner import (
     PARSERS,
+    Answer,
     Cancellable,
     Reasoner,
     ReasonerError,
+    Request,
     Trace,
-    Traced,
     parse_trace,
 )
 from stucksolver.reason.rules import RuleReasoner
 
 __all__ = [
     "PARSERS",
+    "Answer",
     "Cancellable",
     "Reasoner",
     "ReasonerError",
+    "Request",
     "RuleReasoner",
     "Trace",
-    "Traced",
     "parse_trace",
 ]

@@ -5,73 +5,52 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 
-from stucksolver.decision import Decision
-from stucksolver.reason.reasoner import (
-    AsksGuard,
-    Cancellable,
-    KeepsDeadline,
-    PlanCheck,
-    Preflighted,
-    Reasoner,
-    ReasonerError,
-    Trace,
-    Traced,
-)
-from stucksolver.scene import Scene
+from stucksolver.reason.reasoner import Answer, Cancellable, Preflighted, Reasoner, ReasonerError, Request
 
 
 class FallbackReasoner:
-    """Asks the first; where it raises `ReasonerError`, the second, and so on. `last_trace` is of who answered."""
+    """Asks the first; where it raises `ReasonerError`, the second, and so on. The answer names who gave it."""
 
     def __init__(self, reasoners: Sequence[Reasoner]) -> None:
         if not reasoners:
             raise ValueError("a fallback needs at least one reasoner")
         self.reasoners = tuple(reasoners)
         self.name = ", then ".join(r.name for r in self.reasoners)
-        self.last_trace: Trace | None = None
         self.failures: tuple[str, ...] = ()
         """Why those before the one who answered had no answer, at the last question."""
-        self._limit_s: float | None = None
         self._asked: Reasoner | None = None
         self._cancelled = threading.Event()
 
-    def decide(self, scene: Scene) -> Decision:
+    def decide(self, request: Request) -> Answer:
         self._cancelled.clear()
         self.failures = ()
-        ends_at = None if self._limit_s is None else time.monotonic() + self._limit_s
+        ends_at = None if request.deadline_s is None else time.monotonic() + request.deadline_s
+        trace = None
         for number, reasoner in enumerate(self.reasoners):
             self._asked = reasoner
-            if ends_at is not None:
-                self._share(ends_at, number)
             try:
-                return reasoner.decide(scene)
+                return reasoner.decide(self._share(request, ends_at, number))
             except ReasonerError as error:
+                trace = error.trace or trace
                 self.failures = (*self.failures, f"{reasoner.name}: {error}")
                 if self._cancelled.is_set():
                     break
-            finally:
-                self.last_trace = reasoner.last_trace if isinstance(reasoner, Traced) else None
-        raise ReasonerError("; ".join(self.failures))
+        failed = ReasonerError("; ".join(self.failures))
+        failed.trace = trace
+        raise failed
 
-    def _share(self, ends_at: float, number: int) -> None:
-        """The one whose turn it is gets as much of the time that is left as each slow one after it."""
-        slow = [one for one in self.reasoners[number:] if isinstance(one, KeepsDeadline)]
-        reasoner = self.reasoners[number]
-        if isinstance(reasoner, KeepsDeadline):
-            reasoner.answer_within(max(ends_at - time.monotonic(), 0.0) / len(slow))
-
-    def answer_within(self, limit_s: float) -> None:
-        self._limit_s = limit_s
+    def _share(self, request: Request, ends_at: float | None, number: int) -> Request:
+        """The one whose turn it is gets as much of the time that is left as each that may be slow after it."""
+        if ends_at is None:
+            return request
+        slow = [one for one in self.reasoners[number:] if isinstance(one, Cancellable)]
+        return replace(request, deadline_s=max(ends_at - time.monotonic(), 0.0) / max(len(slow), 1))
 
     def preflight(self) -> tuple[str, ...]:
         checked = [one for one in self.reasoners if isinstance(one, Preflighted)]
         return tuple(note for one in checked for note in one.preflight())
-
-    def check_with(self, check: PlanCheck | None) -> None:
-        for reasoner in self.reasoners:
-            if isinstance(reasoner, AsksGuard):
-                reasoner.check_with(check)
 
     def cancel(self) -> None:
         self._cancelled.set()

@@ -22,7 +22,7 @@ from stucksolver.decision.behaviors import (
     Wait,
 )
 from stucksolver.decision.behaviors.base import Behavior
-from stucksolver.reason.reasoner import Reasoner, ReasonerError, Trace
+from stucksolver.reason.reasoner import Answer, Reasoner, ReasonerError, Request, Trace
 from stucksolver.reason.rules import RuleReasoner
 from stucksolver.scene import Scene, SceneObject
 
@@ -40,7 +40,6 @@ class Faulty:
 
     def __init__(self, name: str, choose: Choose, seed: int = 0, delay_s: float = 0.0) -> None:
         self.name = f"faulty:{name}"
-        self.last_trace: Trace | None = None
         self.random = random.Random(seed)
         self.calls = 0
         self.scenes: deque[Scene] = deque(maxlen=LATE_CALLS + 1)
@@ -49,7 +48,8 @@ class Faulty:
         self._delay_s = delay_s
         self._cancelled = 0
 
-    def decide(self, scene: Scene) -> Decision:
+    def decide(self, request: Request) -> Answer:
+        scene = request.scene
         self.calls += 1
         self.scenes.append(scene)
         if self._cancelled and self._delay_s:
@@ -61,8 +61,7 @@ class Faulty:
             time.sleep(min(0.05, self._delay_s))
         behaviors = self._choose(self, scene)
         decision = _sure(RecoveryPlan(behaviors=behaviors))  # type: ignore[arg-type]
-        self.last_trace = Trace(answers=(decision.model_dump_json(),), model=self.name)
-        return decision
+        return Answer(decision, self.name, Trace(answers=(decision.model_dump_json(),), model=self.name))
 
     def cancel(self) -> None:
         self._cancelled = self.calls
@@ -139,7 +138,7 @@ def _never(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
 
 def _late(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
     """A good answer to a question of long ago, whatever the clock."""
-    plan = RuleReasoner().decide(faulty.scenes[0]).plan
+    plan = RuleReasoner().decide(Request(faulty.scenes[0])).decision.plan
     if len(faulty.scenes) <= LATE_CALLS or plan is None:
         raise ReasonerError("still thinking")
     return plan.behaviors

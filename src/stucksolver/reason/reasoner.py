@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from pydantic import ValidationError
@@ -11,20 +12,21 @@ from stucksolver.decision import Decision, RecoveryPlan
 from stucksolver.scene import Scene
 from stucksolver.scene.model import Model
 
-
-class Reasoner(Protocol):
-    """Called off the control loop, one scene at a time."""
-
-    @property
-    def name(self) -> str:
-        """Shown in every result."""
-
-    def decide(self, scene: Scene) -> Decision:
-        """Observe, analyse, decide. Raises `ReasonerError` when it has no answer."""
+PlanCheck = Callable[[RecoveryPlan], str]
+"""What the guard would say of a plan now, in words; may be called from the reasoner's thread."""
 
 
-class ReasonerError(Exception):
-    """A reasoner could not answer; the message says why and what to do."""
+@dataclass(frozen=True)
+class Request:
+    """A question to a reasoner.
+
+    `check`: asks the guard about a plan before committing to it; None where nothing is known of the surroundings.
+    `deadline_s`: wall time for the answer in seconds; None for as long as it likes.
+    """
+
+    scene: Scene
+    check: PlanCheck | None = None
+    deadline_s: float | None = None
 
 
 class Trace(Model):
@@ -45,13 +47,30 @@ class Trace(Model):
     seconds: float | None = None
 
 
-@runtime_checkable
-class Traced(Protocol):
-    """A reasoner may say how it came to its last answer; read in the thread of `decide`, right after it."""
+@dataclass(frozen=True)
+class Answer:
+    """A decision, the name of who made it, and how; `trace` is None for one that is derived from the scene alone."""
+
+    decision: Decision
+    reasoner: str
+    trace: Trace | None = None
+
+
+class Reasoner(Protocol):
+    """Called off the control loop, one request at a time."""
 
     @property
-    def last_trace(self) -> Trace | None:
-        """Of the last `decide`, also of one that raised; None where there is nothing to tell."""
+    def name(self) -> str:
+        """Shown in every result."""
+
+    def decide(self, request: Request) -> Answer:
+        """Observe, analyse, decide. Raises `ReasonerError` when it has no answer."""
+
+
+class ReasonerError(Exception):
+    """A reasoner could not answer; the message says why and what to do. `trace`: what it cost, where that is known."""
+
+    trace: Trace | None = None
 
 
 @runtime_checkable
@@ -60,26 +79,6 @@ class Cancellable(Protocol):
 
     def cancel(self) -> None:
         """End the running `decide` soon, by `ReasonerError`; do nothing when none runs."""
-
-
-PlanCheck = Callable[[RecoveryPlan], str]
-"""What the guard would say of a plan now, in words; may be called from the reasoner's thread."""
-
-
-@runtime_checkable
-class AsksGuard(Protocol):
-    """A reasoner may want to ask the guard before it commits to a plan."""
-
-    def check_with(self, check: PlanCheck | None) -> None:
-        """Given before each `decide`; None where nothing is known of the surroundings."""
-
-
-@runtime_checkable
-class KeepsDeadline(Protocol):
-    """A reasoner that may be slow wants to know how long it may take."""
-
-    def answer_within(self, limit_s: float) -> None:
-        """Seconds of wall time for each `decide` from now on."""
 
 
 @runtime_checkable

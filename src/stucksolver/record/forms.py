@@ -12,15 +12,15 @@ from stucksolver.decision import Decision, WaitReason
 from stucksolver.detect import Trigger
 from stucksolver.guard import Approvals
 from stucksolver.ladder import Ladder
-from stucksolver.reason import Trace
+from stucksolver.reason import Answer, Trace
 from stucksolver.scene import Guidance, Scene, Status, Surroundings
-from stucksolver.solver.answer import Answer, NoAnswer
 from stucksolver.solver.events import Event, Judgement, Told
 from stucksolver.solver.machine.escalation import Escalation
 from stucksolver.solver.machine.execution import Outcome
 from stucksolver.solver.machine.inputs import Heard, Inputs, Sight, Snapshot
 from stucksolver.solver.machine.state import Querying, State, WordsInForce
 from stucksolver.solver.machine.transition import first_state
+from stucksolver.solver.query import NoAnswer
 from stucksolver.solver.questions import Question, Reply
 from stucksolver.solver.witness import StepTaken
 

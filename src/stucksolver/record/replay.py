@@ -11,13 +11,12 @@ from typing import Any
 
 from stucksolver.guard import Guard, Verdict
 from stucksolver.ladder import Ladder
-from stucksolver.reason import ReasonerError, RuleReasoner, parse_trace
+from stucksolver.reason import Answer, ReasonerError, Request, RuleReasoner, parse_trace
 from stucksolver.record.chain import RecordError, read_chain
 from stucksolver.record.compact import Unpacker
 from stucksolver.record.forms import inputs_of, sight_of, snapshot_of, state_of, taken_answer, told_data
 from stucksolver.record.scroll import FORMAT, image_of, policy_of
 from stucksolver.scene import Scene
-from stucksolver.solver.answer import Answer
 from stucksolver.solver.machine.inputs import Setup, Snapshot
 from stucksolver.solver.machine.transition import transition
 from stucksolver.solver.witness import StepTaken
@@ -195,7 +194,7 @@ class _Again:
             return
         recorded = answer.decision
         try:
-            derived = parse_trace(answer.trace, scene) if answer.trace else self._rules.decide(scene)
+            derived = parse_trace(answer.trace, scene) if answer.trace else self._rules.decide(Request(scene)).decision
         except ReasonerError as error:
             self._differs(number, "decision", recorded.rationale, f"no answer: {error}")
             return

@@ -16,7 +16,8 @@ from stucksolver.evaluate.runner.job import ArmSpec
 from stucksolver.ladder import find_ladder
 from stucksolver.reason import Reasoner
 from stucksolver.reason.faulty import FAULTY, make_faulty
-from stucksolver.reason.make import ReasonerNameError, make_reasoner, preflight, sees
+from stucksolver.reason.make import make_reasoner, preflight, sees
+from stucksolver.reason.registry import ReasonerNameError
 from stucksolver.record import Recorder
 from stucksolver.scene import Scene
 from stucksolver.solver import StuckSolver

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import time
 
-from stucksolver.decision import Decision
 from stucksolver.evaluate.results.outcome import Reliability
 from stucksolver.reason import Reasoner, ReasonerError
 from stucksolver.reason.llm import BudgetSpent
-from stucksolver.reason.reasoner import AsksGuard, Cancellable, KeepsDeadline, PlanCheck, Preflighted, Trace, Traced
-from stucksolver.scene import Scene
+from stucksolver.reason.reasoner import Answer, Cancellable, Preflighted, Request, Trace
 
 
 class TimedReasoner:
@@ -20,6 +18,7 @@ class TimedReasoner:
         self._asked = self._unanswered = 0
         self._why = ""
         self._withdrawn = False
+        self._trace: Trace | None = None
         self.took_s = 0.0
         """Wall time of the last answer."""
 
@@ -27,16 +26,18 @@ class TimedReasoner:
     def name(self) -> str:
         return self._inner.name
 
-    def decide(self, scene: Scene) -> Decision:
+    def decide(self, request: Request) -> Answer:
         began = time.perf_counter()
         self._withdrawn = False
+        self._trace = None
         try:
-            decision = self._inner.decide(scene)
-            self._asked += 1
-            return decision
+            answer = self._inner.decide(request)
+            self._asked, self._trace = self._asked + 1, answer.trace
+            return answer
         except BudgetSpent:
             raise
         except ReasonerError as error:
+            self._trace = error.trace
             # One that was withdrawn because the situation cleared says nothing of the reasoner.
             if not self._withdrawn:
                 self._asked, self._unanswered, self._why = self._asked + 1, self._unanswered + 1, str(error)
@@ -45,19 +46,15 @@ class TimedReasoner:
             self.took_s = time.perf_counter() - began
 
     @property
-    def last_trace(self) -> Trace | None:
-        return self._inner.last_trace if isinstance(self._inner, Traced) else None
-
-    @property
     def tokens(self) -> int:
         """Of the last answer, read and written."""
-        trace = self.last_trace
+        trace = self._trace
         return 0 if trace is None else (trace.input_tokens or 0) + (trace.output_tokens or 0)
 
     @property
     def usd(self) -> float | None:
         """What the last answer cost; None where that is not known, or nothing was paid for."""
-        return None if self.last_trace is None else self.last_trace.usd
+        return None if self._trace is None else self._trace.usd
 
     @property
     def reliability(self) -> Reliability | None:
@@ -70,11 +67,3 @@ class TimedReasoner:
         self._withdrawn = True
         if isinstance(self._inner, Cancellable):
             self._inner.cancel()
-
-    def check_with(self, check: PlanCheck | None) -> None:
-        if isinstance(self._inner, AsksGuard):
-            self._inner.check_with(check)
-
-    def answer_within(self, limit_s: float) -> None:
-        if isinstance(self._inner, KeepsDeadline):
-            self._inner.answer_within(limit_s)

@@ -17,7 +17,7 @@ from stucksolver.reason.llm.json_in import name_in
 from stucksolver.reason.llm.preflight import preflight_model
 from stucksolver.reason.llm.prompt import PROMPT_VERSION, messages
 from stucksolver.reason.llm.schema import CHECK_PLAN, DECIDE, check_tool, decide_tool
-from stucksolver.reason.reasoner import PlanCheck, ReasonerError, Trace
+from stucksolver.reason.reasoner import Answer, PlanCheck, ReasonerError, Request, Trace
 from stucksolver.scene import Scene
 
 FIRST_PAUSE_S = 0.25
@@ -30,7 +30,7 @@ class ModelSettings:
     """How long and how often a model is asked."""
 
     deadline_s: float = 5.0
-    """For one decision, repair and retries included; what `answer_within` says comes before it."""
+    """For one decision, repair and retries included; the deadline of a request comes before it."""
     repairs: int = 1
     checks: int = 2
     """Questions to the guard before the model must decide; only where a check is given."""
@@ -66,28 +66,21 @@ class LanguageModelReasoner:
     def __init__(self, model: ChatModel, *, settings: ModelSettings | None = None, purse: Purse | None = None) -> None:
         self.model = model
         self.name = f"{model.name} (prompt {PROMPT_VERSION})"
-        self.last_trace: Trace | None = None
         self.purse = purse or Purse(PRICES.get(getattr(model, "model", "")))
         self._settings = settings or ModelSettings()
-        self._deadline_s = self._settings.deadline_s
-        self._check: PlanCheck | None = None
         self._cancelled = threading.Event()
         self._last: tuple[float, float | None] | None = None
-
-    def check_with(self, check: PlanCheck | None) -> None:
-        """Let the model ask the guard before it commits; None takes that away."""
-        self._check = check
-
-    def answer_within(self, limit_s: float) -> None:
-        """As in `KeepsDeadline`."""
-        self._deadline_s = limit_s
 
     def preflight(self) -> tuple[str, ...]:
         """As in `Preflighted`. Costs one short question, which counts in no budget."""
         return preflight_model(self.model)
 
-    def decide(self, scene: Scene) -> Decision:
-        """As in `Reasoner`; raises `ReasonerError` for no answer in time, no budget, or an answer that stays wrong."""
+    def decide(self, request: Request) -> Answer:
+        """As in `Reasoner`; raises `ReasonerError` for no answer in time, no budget, or an answer that stays wrong.
+
+        Without a deadline in the request, that of the settings counts.
+        """
+        scene = request.scene
         self._cancelled.clear()
         self._note_episode(scene)
         self.purse.check()
@@ -95,16 +88,18 @@ class LanguageModelReasoner:
             scene,
             messages(scene),
             time.monotonic(),
-            self._deadline_s,
-            self._check,
+            self._settings.deadline_s if request.deadline_s is None else request.deadline_s,
+            request.check,
             self._settings.checks,
             self._settings.repairs,
         )
         first = list(talk.turns)
         try:
-            return self._talk(talk)
-        finally:
-            self.last_trace = self._trace(talk, first)
+            decision = self._talk(talk)
+        except ReasonerError as error:
+            error.trace = self._trace(talk, first)
+            raise
+        return Answer(decision, self.name, self._trace(talk, first))
 
     def cancel(self) -> None:
         self._cancelled.set()

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from stucksolver.decision import Decision, WaitLimits
+from stucksolver.reason.reasoner import Answer, Request
+from stucksolver.reason.registry import Kind, ReasonerNameError, help_text, register
 from stucksolver.reason.rules.analyse import analyse
 from stucksolver.reason.rules.decide import decide
 from stucksolver.reason.rules.observe import observe
@@ -18,12 +22,20 @@ class RuleReasoner:
     def __init__(self, limits: WaitLimits | None = None) -> None:
         self._limits = limits or WaitLimits()
 
-    def decide(self, scene: Scene) -> Decision:
-        return after_a_stop(scene, self._decide)
+    def decide(self, request: Request) -> Answer:
+        """What follows from the scene; the same each time."""
+        return Answer(after_a_stop(request.scene, self._decide), self.name)
 
     def _decide(self, scene: Scene) -> Decision:
         observation = observe(scene, self._limits)
         return decide(scene, observation, analyse(scene, observation, self._limits), self._limits)
 
 
+def _named(rest: str, exchanges: Path | None) -> RuleReasoner:
+    if rest:
+        raise ReasonerNameError(f"rules takes no {rest!r}: use {help_text()}")
+    return RuleReasoner()
+
+
+register(Kind("rules", "rules", _named))
 __all__ = ["RuleReasoner"]

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from stucksolver.detect import Trigger
 from stucksolver.guard import Guard
 from stucksolver.ladder import Ladder
+from stucksolver.reason import Answer
 from stucksolver.scene import Guidance, Scene, Status, Surroundings
-from stucksolver.solver.answer import Answer, NoAnswer
+from stucksolver.solver.query import NoAnswer
 from stucksolver.solver.questions import Reply
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from stucksolver.decision import CONTINUE, Directive, SafeStop
 from stucksolver.guard import NOBODY
 from stucksolver.ladder import Assist, Resume
+from stucksolver.reason import Answer
 from stucksolver.scene import AttemptEnd
-from stucksolver.solver.answer import Answer
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.machine.admission import Admission, granted
 from stucksolver.solver.machine.blockage import still_blocked, why_stopped

@@ -8,8 +8,8 @@ from stucksolver.decision import CONTINUE, Directive, RecoveryPlan, Replan, asks
 from stucksolver.decision.behaviors import Behavior
 from stucksolver.guard import NOBODY, Approvals, Reject, RejectCode, Verdict
 from stucksolver.ladder import Assist
+from stucksolver.reason import Answer
 from stucksolver.scene import AttemptEnd
-from stucksolver.solver.answer import Answer
 from stucksolver.solver.events import EventKind, Judgement, Tick
 from stucksolver.solver.machine.admission import Admission, admit
 from stucksolver.solver.machine.execution import STAND, Execution, Outcome, Step

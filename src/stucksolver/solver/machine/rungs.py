@@ -8,8 +8,8 @@ from dataclasses import replace
 from stucksolver.decision import Directive
 from stucksolver.detect import Trigger
 from stucksolver.ladder import AskPerson, AskReasoner, Assist, Resume
+from stucksolver.reason import Answer
 from stucksolver.scene import AttemptEnd
-from stucksolver.solver.answer import Answer, NoAnswer, Query
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.machine import people, plans
 from stucksolver.solver.machine.blockage import why_stopped
@@ -23,6 +23,7 @@ from stucksolver.solver.machine.state import (
     Querying,
 )
 from stucksolver.solver.machine.turn import Turn
+from stucksolver.solver.query import NoAnswer, Query
 from stucksolver.solver.questions import QuestionKind, Reply
 
 

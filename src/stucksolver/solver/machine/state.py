@@ -10,12 +10,13 @@ from types import MappingProxyType
 from stucksolver.decision import CONTINUE, Continue, RecoveryPlan, SafeStop
 from stucksolver.detect import Trigger
 from stucksolver.guard import Approvals
+from stucksolver.reason import Answer
 from stucksolver.scene import Guidance, Reading, Scene
-from stucksolver.solver.answer import Answer, Query
 from stucksolver.solver.machine.escalation import Escalation
 from stucksolver.solver.machine.execution import Execution
 from stucksolver.solver.machine.history import History, Signature
 from stucksolver.solver.progress import ProgressWatch
+from stucksolver.solver.query import Query
 from stucksolver.solver.questions import Question
 
 

@@ -9,9 +9,9 @@ from stucksolver.decision import Continue, SafeStop
 from stucksolver.detect import Trigger
 from stucksolver.guard import Verdict
 from stucksolver.ladder.moves import Person
+from stucksolver.reason import Answer
 from stucksolver.scene import Guidance, Status, Surroundings
 from stucksolver.scene.view import View
-from stucksolver.solver.answer import Answer
 from stucksolver.solver.events import Event, EventKind, Told
 from stucksolver.solver.machine.inputs import Inputs, Setup, Sight
 from stucksolver.solver.machine.state import AwaitingApproval, Intervention, Monitoring, Querying, State

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 
 from stucksolver.decision import Decision, WaitReason
 from stucksolver.ladder import Waits
-from stucksolver.reason import Reasoner, ReasonerError, RuleReasoner, Traced
-from stucksolver.reason.reasoner import AsksGuard, KeepsDeadline, PlanCheck
+from stucksolver.reason import Answer, Reasoner, ReasonerError, Request, RuleReasoner
+from stucksolver.reason.reasoner import PlanCheck
 from stucksolver.scene import Scene
-from stucksolver.solver.answer import Answer
 
 
 class ReasonerPool:
@@ -36,18 +35,15 @@ class ReasonerPool:
 
         Runs off the control loop. Raises what the reasoner raises, and `ReasonerError` for an answer of the wrong type.
         """
-        reasoner = self.reasoners[name]
+        reasoner, request = self.reasoners[name], Request(scene, check, limit_s)
         if screen and scene.guidance is None and not isinstance(reasoner, RuleReasoner):
-            held = self._rules.decide(scene)
-            reason = held.analysis.wait
-            if self._waits.is_wait(reason) and not held.analysis.immobilized and reason not in outlived:
-                return Answer(held, self._rules.name)
-        if isinstance(reasoner, AsksGuard):
-            reasoner.check_with(check)
-        if limit_s is not None and isinstance(reasoner, KeepsDeadline):
-            reasoner.answer_within(limit_s)
-        decision = reasoner.decide(scene)
-        if not isinstance(decision, Decision):
-            raise ReasonerError(f"{reasoner.name} answered with a {type(decision).__name__}, not a Decision")
-        trace = reasoner.last_trace if isinstance(reasoner, Traced) else None
-        return Answer(decision, reasoner.name, trace)
+            held = self._rules.decide(request)
+            analysis = held.decision.analysis
+            if self._waits.is_wait(analysis.wait) and not analysis.immobilized and analysis.wait not in outlived:
+                return held
+        answer = reasoner.decide(request)
+        if not isinstance(answer, Answer):
+            raise ReasonerError(f"{reasoner.name} answered with a {type(answer).__name__}, not an Answer")
+        if not isinstance(answer.decision, Decision):
+            raise ReasonerError(f"{reasoner.name} answered with a {type(answer.decision).__name__}, not a Decision")
+        return answer

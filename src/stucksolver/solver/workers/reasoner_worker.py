@@ -9,11 +9,11 @@ from concurrent.futures import Future
 
 from stucksolver.decision import RecoveryPlan, releases
 from stucksolver.guard import Guard
-from stucksolver.reason import Cancellable, ReasonerError
+from stucksolver.reason import Answer, Cancellable, ReasonerError
 from stucksolver.reason.reasoner import PlanCheck
 from stucksolver.scene.view import View
-from stucksolver.solver.answer import Answer, NoAnswer, Query
 from stucksolver.solver.machine.admission import second_opinion
+from stucksolver.solver.query import NoAnswer, Query
 from stucksolver.solver.workers.clock import WAIT_LIMIT_S, Clock, Pending
 from stucksolver.solver.workers.reasoner_pool import ReasonerPool
 

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from stucksolver.decision.directive import Directive, directive_adapter
 from stucksolver.ladder import LadderError
-from stucksolver.reason.make import ReasonerNameError
+from stucksolver.reason.registry import ReasonerNameError
 from stucksolver.scene import Scene, Status, Surroundings
 from stucksolver.solver import Event, StuckSolver
 from stucksolver.stacks.sidecar.settings import Settings

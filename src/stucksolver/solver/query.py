@@ -1,11 +1,10 @@
-"""A question to a reasoner, and what came of it."""
+"""A question of the solver to a reasoner."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stucksolver.decision import Decision, WaitReason
-from stucksolver.reason import Trace
+from stucksolver.decision import WaitReason
 from stucksolver.scene import Reading, Scene, Surroundings
 
 
@@ -27,15 +26,6 @@ class Query:
     outlived: frozenset[WaitReason]
     seen: Surroundings | None
     reading: Reading | None
-
-
-@dataclass(frozen=True)
-class Answer:
-    """A decision, who made it, and how."""
-
-    decision: Decision
-    reasoner: str
-    trace: Trace | None = None
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,40 @@
+"""Language models by the words that name them: `openai:MODEL…`, and `recorded:FOLDER`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from stucksolver.reason.llm import LanguageModelReasoner
+from stucksolver.reason.llm.capabilities import parse_options
+from stucksolver.reason.llm.exchanges import RecordedChat, RecordingChat
+from stucksolver.reason.llm.openai_api import OpenAiChat
+from stucksolver.reason.reasoner import Reasoner
+from stucksolver.reason.registry import Kind, ReasonerNameError, help_text, register
+
+BLIND = "#pictures=off"
+
+
+def _openai(rest: str, exchanges: Path | None) -> Reasoner:
+    address, *options = rest.split("#")
+    model, _, base_url = address.partition("@")
+    if not model:
+        raise ReasonerNameError(f"openai:{rest} names no model: use {help_text()}")
+    try:
+        chat = OpenAiChat(model, base_url or None, parse_options(options))
+    except ValueError as error:
+        raise ReasonerNameError(f"openai:{rest}: {error}") from error
+    return LanguageModelReasoner(chat if exchanges is None else RecordingChat(chat, exchanges))
+
+
+def _recorded(rest: str, exchanges: Path | None) -> Reasoner:
+    if not rest:
+        raise ReasonerNameError(f"recorded: names no folder: use {help_text()}")
+    return LanguageModelReasoner(RecordedChat(Path(rest)))
+
+
+def _sees(rest: str) -> bool:
+    return BLIND not in rest
+
+
+register(Kind("openai", "openai:MODEL[@BASE_URL][#OPTION=VALUE…]", _openai, _sees))
+register(Kind("recorded", "recorded:FOLDER", _recorded, _sees))

@@ -1,0 +1,28 @@
+"""`own:MODULE:CLASS`: a reasoner of the user's, imported by name and made without arguments."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+
+from stucksolver.reason.reasoner import Reasoner
+from stucksolver.reason.registry import Kind, ReasonerNameError, register
+
+
+def make_own(rest: str, exchanges: Path | None = None) -> Reasoner:
+    """One of a class elsewhere, `package.module:Class`. Raises `ReasonerNameError` that says what is wrong with it."""
+    module, _, name = rest.partition(":")
+    if not module or not name:
+        raise ReasonerNameError(f"own:{rest}: name a module and a class in it, as own:my_package.mine:MyReasoner")
+    try:
+        reasoner = getattr(importlib.import_module(module), name)()
+    except Exception as error:
+        raise ReasonerNameError(f"own:{rest} cannot be made: {type(error).__name__}: {error}") from error
+    lacking = [part for part in ("name", "decide") if not hasattr(reasoner, part)]
+    if lacking:
+        raise ReasonerNameError(f"own:{rest} is no reasoner: it has no {' and no '.join(lacking)}")
+    made: Reasoner = reasoner
+    return made
+
+
+register(Kind("own", "own:MODULE:CLASS", make_own, sees=lambda rest: True))
