@@ -236,7 +236,7 @@ def test_brakes_bite_hard_only_where_gentle_ones_would_meet_somebody(ahead_m, ha
     assert ways_out.brakes_hard(case) == hard
 
 
-@pytest.mark.parametrize(("x", "on_them"), [(54.9, False), (55.1, True), (69.9, True), (70.1, False)])
+@pytest.mark.parametrize(("x", "on_them"), [(52.5, False), (52.6, True), (72.4, True), (72.5, False)])
 def test_on_rails_is_where_we_are_or_where_we_should_stop(x, on_them):
     case = case_of(World(zones(ZoneKind.LEVEL_CROSSING, 55.0, 70.0), x=x), Creep(distance_m=2.0))
     assert case.on_rails(200.0) is on_them
