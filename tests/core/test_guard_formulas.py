@@ -10,12 +10,14 @@ import pytest
 from guard_cases import CAR_M, GUARD, LENGTH_M, MULTI, POLICY, WIDTH_M, C, case_of, case_on
 from worlds import LANE_M, World, straight_road, thing
 
-from stucksolver.decision.behaviors import Abort, ChangeLane, Creep, KeepLane, RequestAssistance
-from stucksolver.guard import abreast, marking, rules, sight, ways_out
+from stucksolver.decision.behaviors import Abort, BackUp, CannotPlan, ChangeLane, Creep, KeepLane, RequestAssistance
+from stucksolver.guard import NOBODY, abreast, marking, rules, sight, ways_out
 from stucksolver.guard.policy import RssPolicy
 from stucksolver.guard.rss import rss_distance, rss_lateral
+from stucksolver.guard.tracking import swung, tracked
 from stucksolver.guard.ways_out import Contact
-from stucksolver.scene import LineKind, ObjectKind, Zone, ZoneKind
+from stucksolver.scene import LaneKind, LineKind, ObjectKind, Zone, ZoneKind
+from stucksolver.scene.attempts import PlanFailure
 
 K = ObjectKind
 TWO_WAY = straight_road()
@@ -360,3 +362,156 @@ def test_no_solid_line_is_crossed_within_3_m_of_a_junction(at_m, refused):
     lane = next(lane for lane in view.frame.lanes if lane.strip.id == "oncoming")
     why = marking._against_solid(case, lane, 0)
     assert ("junction" in (why or "")) is refused
+
+
+# ---- what a path is looked at for
+
+
+def entering(left_at_m, shoulder_at_m, **world):
+    """A path that enters the left lane at one place and the shoulder at another."""
+    view = World(WITH_SHOULDER, x=50.0, speed=3.0, **world).view()
+    s = 50.0 + 0.5 * np.arange(120)
+    d = np.where(s >= left_at_m, LANE_M, np.where(s >= shoulder_at_m, -2.75, 0.0))
+    case = case_on([0.0] * 120, [0.0] * 120, speed=3.0)
+    lanes = {lane.strip.id: lane for lane in view.frame.lanes}
+    path = replace(case.path, d=d, enters=(lanes["own"], lanes["shoulder"], lanes["left"]))
+    return replace(case, view=view, path=path)
+
+
+WITH_SHOULDER = MULTI.model_copy(
+    update={
+        "key": "with shoulder",
+        "lanes": (
+            *MULTI.lanes,
+            MULTI.lanes[0].model_copy(
+                update={
+                    "id": "shoulder",
+                    "kind": LaneKind.SHOULDER,
+                    "offset_m": (-2.75,) * 401,
+                    "width_m": (2.0,) * 401,
+                }
+            ),
+        ),
+    }
+)
+
+
+@pytest.mark.parametrize("behind_m", [0.0, 56.0])
+def test_every_lane_entered_is_looked_back_along_and_one_reason_is_told(behind_m):
+    for left, shoulder in ((52.0, 1e3), (1e3, 52.0)):
+        found = sight.seen(entering(left, shoulder, behind_m=behind_m))
+        assert [r.code for r in found] == ([C.UNSEEN] if behind_m == 0.0 else [])
+
+
+def test_over_the_shoulder_cyclists_are_looked_for_and_in_a_lane_its_quickest():
+    """A cyclist needs 14 m behind, a car at the limit 50 m."""
+    for behind_m, seen in ((30.0, True), (5.0, False)):
+        assert bool(sight.seen(entering(1e3, 52.0, behind_m=behind_m))) is not seen
+    assert sight.seen(entering(52.0, 1e3, behind_m=30.0))
+
+
+def test_a_lane_that_is_entered_late_is_looked_at_when_it_is_due():
+    for at_m, due in ((105.0, False), (53.0, True)):
+        assert bool(sight.seen(replace(entering(at_m, 1e3, behind_m=0.0), running=True))) is due
+
+
+@pytest.mark.parametrize("way", [-1, 1])
+def test_behind_a_long_lorry_nobody_unseen_is_feared(way):
+    """The sight ends at its near end, 5 m from our bumper; its middle is 13 m from there."""
+    lorry = thing("lorry", 50.0 + way * (FRONT_M + 3.0 + 8.0), LANE_M if way < 0 else 0.0, speed=3.0, length=16.0)
+    change, ahead = ChangeLane(side="left", distance_m=40.0, speed_mps=3.0), KeepLane(distance_m=40.0, speed_mps=5.0)
+    sees = {"behind_m": FRONT_M + 3.0} if way < 0 else {"sight_m": FRONT_M + 3.0}
+    case = case_of(World(MULTI, [lorry], speed=3.0, **sees), change if way < 0 else ahead)
+    lane = next(lane for lane in case.view.frame.lanes if lane.strip.id == ("left" if way < 0 else "own"))
+    assert (sight._behind(case, lane, 5, 13.0) if way < 0 else sight._ahead(case, lane)) == []
+
+
+def test_between_ahead_and_back_the_vehicle_stops_and_no_plan_is_empty():
+    view = World(MULTI).view()
+    for behaviors, failure in (
+        ((Creep(distance_m=3.0), BackUp(distance_m=3.0)), PlanFailure.MUST_STAND),
+        ((), PlanFailure.EMPTY),
+    ):
+        with pytest.raises(CannotPlan) as raised:
+            GUARD.lay_out(behaviors, view, False, NOBODY)
+        assert raised.value.failure is failure
+
+
+def test_one_behaviour_goes_on_at_the_speed_at_which_the_one_before_it_ends():
+    view = World(MULTI, speed=3.0).view()
+    keep = [KeepLane(distance_m=20.0, speed_mps=v) for v in (3.0, 5.0)]
+    path = GUARD.lay_out(keep, view, False, NOBODY).path
+    assert float(path.speed[5]) == pytest.approx(3.0) and float(path.speed[-5]) == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "rule"),
+    [(K.CROSSING_GATE, "level crossing"), (K.FLAGGER, "flagger"), (K.SCHOOL_BUS, "school bus")],
+)
+def test_whose_scene_it_is_stands_in_the_reason(kind, rule):
+    case = case_on([0.0] * 80, [0.0] * 80, [thing("it", 60.0, 3.0, kind=kind)])
+    (found,) = rules.authority(case)
+    assert found.code is C.AUTHORITY and found.detail.startswith(rule)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "counts"),
+    [
+        (50.0 - FRONT_M - HALF_CAR_M - 0.1, 3.0, False),  # behind us
+        (50.0 - FRONT_M - HALF_CAR_M + 0.1, 3.0, True),
+        (89.5 + FRONT_M + HALF_CAR_M + 0.1, 3.0, False),  # beyond the end
+        (89.5 + FRONT_M + HALF_CAR_M - 0.1, 3.0, True),
+        (70.0, 8.0 + 0.95 - 0.1, True),  # 8 m beside the route
+        (70.0, 8.0 + 0.95 + 0.1, False),
+    ],
+)
+def test_a_scene_counts_from_its_near_end_to_its_far_end(x, y, counts):
+    case = case_on([0.0] * 80, [0.0] * 80, [thing("it", x, y, kind=K.SCHOOL_BUS, length=CAR_M, width=1.9)])
+    assert bool(rules.authority(case)) is counts
+
+
+@pytest.mark.parametrize(("start_m", "end_m", "counts"), [(91.9, 99.0, True), (92.0, 99.0, False), (30.0, 47.6, True)])
+def test_a_level_crossing_counts_up_to_where_our_front_ends(start_m, end_m, counts):
+    """Our rear is at 47.55 m, our front at 91.95 m when we stop; one that we stand on, and leave, does not count."""
+    view = World(zones(ZoneKind.LEVEL_CROSSING, start_m, end_m)).view()
+    case = replace(case_on([0.0] * 80, [0.0] * 80), view=view)
+    assert bool(rules.authority(case)) is (counts and start_m > 50.0)
+
+
+def test_between_two_lanes_the_outer_one_owns_the_line():
+    lanes = {lane.strip.id: lane for lane in World(WITH_SHOULDER).view().frame.lanes}
+    own, left, shoulder = lanes["own"], lanes["left"], lanes["shoulder"]
+    assert marking._outer(left, own, 60.0) is left and marking._outer(own, left, 60.0) is left
+    assert marking._outer(shoulder, own, 60.0) is shoulder and marking._outer(own, shoulder, 60.0) is shoulder
+    assert marking._outer(own, None, 60.0) is own
+
+
+@pytest.mark.parametrize("giving_way", [False, True])
+def test_who_gives_way_goes_on_giving_it_for_longer(giving_way):
+    """At 2 m/s a walker is met in 4.5 s: later than a stop and 2.5 s, but within 6 s."""
+    case = on_way(
+        thing("it", 65.0 + FRONT_M + 0.25 + 9.0, -4.5, kind=K.PEDESTRIAN, sideways=1.0, yaw=math.pi / 2), speed=2.0
+    )
+    path = replace(case.path, speed=np.full(80, 2.0))
+    assert bool(ways_out.least_harm(replace(case, path=path), giving_way) != ways_out.FINISH) is giving_way
+
+
+def test_of_a_body_that_stands_askew_its_own_motion_counts_across_too():
+    """Turned by 0.5 rad at 5 m/s, hit from the side at 3 m/s against our own motion across."""
+    case = case_on(
+        [0.0] * 80, [0.5] * 80, [thing("it", 72.5, 4.5, sideways=-3.0, yaw=-math.pi / 2)], start_s=65.0, speed=5.0
+    )
+    t = np.linspace(0.0, 3.0, 31)
+    found = ways_out._with_moving(replace(case, running=True), 65.0 + 5.0 * t[None], t)
+    across = 5.0 * math.sin(0.5) + 3.0
+    assert found.speed_mps == pytest.approx(math.hypot(5.0 * math.cos(0.5), across), abs=0.15)
+
+
+def test_backing_up_the_body_straightens_over_about_3_m_and_never_swings_more():
+    view = World(MULTI, yaw=0.3).view()
+    path = GUARD.lay_out([BackUp(distance_m=6.0)], view, False, NOBODY).path
+    yaw = tracked(path, view.backwards, POLICY.tracking, reverse=True).yaw
+    assert yaw[0] == pytest.approx(view.backwards.ego_yaw)
+    assert abs(yaw[6]) == pytest.approx(0.3 * math.exp(-1.0), abs=0.01)
+    askew = swung(path, view.backwards, POLICY.tracking, 0.3)
+    assert np.allclose(askew.yaw, view.backwards.ego_yaw)
