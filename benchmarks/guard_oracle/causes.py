@@ -21,6 +21,7 @@ SILENT = (
 FILTERS = "comes from behind in our own lane, and leaves less room beside us than a tracking error may take"
 SETS_OFF = "not covered: stands before us, sets off while we pass, and does not brake for who is entering their lane"
 HIDDEN = "not covered: on a crossing road, and not in sight when the junction was entered"
+TRAPPED = "not covered: on the rails from the start, behind somebody who leaves them no quicker"
 UNSEEN = "not in sight until it was too late to stop, by 6 m/s² after half a second"
 
 
@@ -44,6 +45,8 @@ def excluded_by(contact: Contact) -> str | None:
     stood_long = contact.role == "crosses" and contact.stood_s >= STOOD_LONG_S
     if abs(contact.ego_speed) < AT_REST_MPS and (walks or stood_long or contact.role == "follows us"):
         return RESTS
+    if contact.role == "train" and contact.led_from_rails:
+        return TRAPPED
     if contact.role.startswith("steps") and contact.part != "front":
         return SIDE
     return None

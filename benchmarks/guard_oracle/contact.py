@@ -37,6 +37,8 @@ class Contact:
     room: float
     """What the other would have had beside us, had we gone straight on from where we were at the start (m)."""
     order: str
+    led_from_rails: bool = False
+    """Did the drive begin on rails, behind somebody whom the stack follows?"""
 
 
 def contact_with(world: World, other: Other, order: str, silent: bool) -> Contact:
@@ -61,4 +63,5 @@ def contact_with(world: World, other: Other, order: str, silent: bool) -> Contac
         world.ego_stood,
         world.room_left_by(other.body),
         "silent" if silent else order,
+        world.led_from_rails,
     )

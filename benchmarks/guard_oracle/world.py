@@ -11,7 +11,7 @@ from benchmarks.guard_oracle.scene import Setting
 from benchmarks.guard_oracle.senses import in_sight, sights
 from benchmarks.guard_oracle.vehicle import LENGTH_M, WIDTH_M, Ego, Manner
 from stucksolver.decision import Directive
-from stucksolver.scene import EgoState, RoadGeometry, Surroundings, TrackedObject, TrafficControl
+from stucksolver.scene import EgoState, RoadGeometry, Surroundings, TrackedObject, TrafficControl, ZoneKind
 
 DT = 0.05
 """The stack's tick, and the step of the simulation (s)."""
@@ -40,6 +40,13 @@ class World:
         for other in self.others:
             if isinstance(other, AlongLane | Straight | StepsOff):
                 other.start(self)
+        rear, front, *_ = self.ego_span()
+        on_rails = any(
+            zone.kind is ZoneKind.LEVEL_CROSSING and zone.start_m < front and rear < zone.end_m
+            for zone in self.geometry.zones
+        )
+        self.led_from_rails = on_rails and manner.follows and math.isfinite(self._leader()[0])
+        """Does the drive begin on rails, behind somebody whom the stack follows?"""
 
     @property
     def ego_s(self) -> float:
