@@ -38,3 +38,9 @@ def case_on(d, turn, objects=(), *, start_s=50.0, **world):
     s = start_s + 0.5 * np.arange(len(d))
     path = Manoeuvre(s, np.asarray(d, float), np.full(len(d), 5.0), yaw=np.asarray(turn, float))
     return Case(view, path, POLICY)
+
+
+def commit_s(proven):
+    """The last place before which a stop is always safe; None for a path without a commit point."""
+    first = np.flatnonzero(proven.no_stop)
+    return float(proven.path.s[max(int(first[0]) - 1, 0)]) if len(first) else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 import numpy as np
+from guard_cases import commit_s
 from hypothesis import HealthCheck, assume, event, given, settings
 from hypothesis import strategies as st
 from shapely import affinity
@@ -157,14 +158,14 @@ def test_no_accepted_path_crosses_the_line_of_a_light_that_is_not_green(world, b
 @given(world=worlds, behavior=behaviors)
 def test_before_the_commit_point_a_stop_keeps_the_body_out_of_the_other_lane(world, behavior):
     case, proven = accepted(behavior, world)
-    if proven.commit_s is None:
+    if commit_s(proven) is None:
         return
     others = [lane for lane in case.path.enters if lane is not case.start_lane]
     first = min(int(np.flatnonzero(case.inside(lane))[0]) for lane in others)
-    assume(proven.commit_s > case.path.s[0])
-    speed = float(np.interp(proven.commit_s, case.path.s, case.quick.v))
+    assume(commit_s(proven) > case.path.s[0])
+    speed = float(np.interp(commit_s(proven), case.path.s, case.quick.v))
     stopping = speed**2 / (2 * case.view.ego.limits.comfort_braking_mps2)
-    assert proven.commit_s + stopping <= case.path.s[first] + 1e-6
+    assert commit_s(proven) + stopping <= case.path.s[first] + 1e-6
 
 
 @many

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from guard_cases import commit_s
 from worlds import LANE_M, World, red_light, straight_road, thing
 
 from stucksolver.decision import RecoveryPlan
@@ -58,7 +59,7 @@ def test_while_nothing_changes_the_plan_stands_from_start_to_end():
 def test_an_oncoming_car_before_the_commit_point_means_stop():
     world, proven = borrowing()
     world.objects.append(ONCOMING)
-    for s in stations(proven, 0.0, proven.commit_s - 0.01, 0.2):
+    for s in stations(proven, 0.0, commit_s(proven) - 0.01, 0.2):
         verdict = GUARD.recheck(proven, put(world, proven, s, 1.0).view())
         assert verdict.abort is Abort.STOP
         assert RejectCode.ONCOMING_GAP in {r.code for r in verdict.rejects}
@@ -71,7 +72,7 @@ def test_after_the_commit_point_there_is_no_stop_in_the_oncoming_lane(others):
     world.controls = (red_light(60.0),)
     lane = proven.path.enters[0]
     aborts = set()
-    for s in stations(proven, proven.commit_s, 1e9):
+    for s in stations(proven, commit_s(proven), 1e9):
         view = put(world, proven, s).view()
         verdict = GUARD.recheck(proven, view)
         aborts.add(verdict.abort)
@@ -103,13 +104,13 @@ def test_the_commit_point_comes_before_the_body_enters_the_other_lane():
         for s, d in zip(proven.path.s, proven.path.d, strict=True)
         if d + world.ego().width_m / 2 > lane.at(float(s))[0] + 0.05
     )
-    assert world.x <= proven.commit_s < first
+    assert world.x <= commit_s(proven) < first
 
 
 def test_a_change_there_and_back_commits_only_when_it_leaves_the_lane():
     world = World(MULTI, [thing("lead", 72.0)])
     proven = begin([LEFT, RIGHT], world)
-    assert proven.commit_s > world.x
+    assert commit_s(proven) > world.x
     world.objects.append(thing("quick", 20.0, LANE_M, speed=13.0))
     verdict = GUARD.recheck(proven, put(world, proven, world.x, 0.5).view())
     assert verdict.abort is Abort.STOP
@@ -117,14 +118,14 @@ def test_a_change_there_and_back_commits_only_when_it_leaves_the_lane():
 
 
 def test_a_way_that_never_leaves_the_lane_has_no_commit_point():
-    assert begin([KeepLane(distance_m=30.0, speed_mps=5.0)], World(TWO_WAY)).commit_s is None
+    assert commit_s(begin([KeepLane(distance_m=30.0, speed_mps=5.0)], World(TWO_WAY))) is None
 
 
 @pytest.mark.parametrize("committed", [False, True])
 def test_a_light_that_turns_red_ahead_is_stopped_for(committed):
     world = World(MULTI, controls=(red_light(50.0, LightState.GREEN),))
     proven = begin([LEFT], world)
-    at = proven.path.s[0] if not committed else proven.commit_s + 20.0
+    at = proven.path.s[0] if not committed else commit_s(proven) + 20.0
     put(world, proven, at)
     world.controls = (red_light(30.0, LightState.GREEN),)
     assert GUARD.recheck(proven, world.view()).accepted
@@ -143,7 +144,7 @@ def sign(distance):
 def test_a_light_that_goes_dark_or_a_sign_that_comes_into_sight_is_stopped_at(control, committed):
     world = World(MULTI, controls=(red_light(50.0, LightState.GREEN),))
     proven = begin([LEFT], world)
-    put(world, proven, proven.path.s[0] + 1.0 if not committed else proven.commit_s + 20.0)
+    put(world, proven, proven.path.s[0] + 1.0 if not committed else commit_s(proven) + 20.0)
     world.controls = (control(20.0),)
     verdict = GUARD.recheck(proven, world.view())
     assert verdict.abort is Abort.STOP

@@ -18,7 +18,7 @@ OBJECT = re.compile(
 )
 LANE = re.compile(r"^(?P<id>\S+) (?P<relation>left|right|oncoming|ego) .*$", re.MULTILINE)
 CONTROL = re.compile(
-    r"^(?P<kind>traffic_light|stop_sign|yield_sign|work_zone)(?: (?P<state>\w+))? (?P<distance>\S+) m (?P<applies>.*)$",
+    r"^(?P<kind>traffic_light|stop_sign)(?: (?P<state>\w+))? (?P<distance>\S+) m (?P<applies>.*)$",
     re.M,
 )
 LIGHT_M = 25.0

@@ -33,11 +33,6 @@ class Recorder:
         self._write(pack("start", world.roads.file.name, time.strftime("%Y-%m-%d %H:%M:%S")))
         self.note(world)
 
-    @property
-    def is_running(self) -> bool:
-        """False once the disk has refused a frame."""
-        return self._file is not None
-
     def note(self, world: World) -> None:
         """Records the tick that `world` has just made."""
         if self._file is None:

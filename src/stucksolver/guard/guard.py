@@ -85,12 +85,6 @@ class Proven:
         """Those whose answer can change while the plan runs."""
         return tuple(check for check in self.checks if check not in SETTLED)
 
-    @cached_property
-    def commit_s(self) -> float | None:
-        """The last place before which a stop is always safe; None for a path without a commit point."""
-        first = np.flatnonzero(self.no_stop)
-        return float(self.path.s[max(int(first[0]) - 1, 0)]) if len(first) else None
-
     def committed(self, s: float) -> bool:
         """Is it too late to stop at an arc length, and not yet safe again? A station on either side decides."""
         after = int(np.searchsorted(self.path.s, s, side="right"))

@@ -20,12 +20,10 @@ class LightState(str, Enum):
 class ControlKind(str, Enum):
     TRAFFIC_LIGHT = "traffic_light"
     STOP_SIGN = "stop_sign"
-    YIELD_SIGN = "yield_sign"
-    WORK_ZONE = "work_zone"
 
 
 class TrafficControl(Model):
-    """A light, sign or work zone ahead on the route."""
+    """A light or sign ahead on the route."""
 
     kind: ControlKind
     distance_m: float
