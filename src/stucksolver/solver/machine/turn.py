@@ -31,7 +31,10 @@ class Turn:
 
     def set(self, **changes: object) -> None:
         """Change fields of the state."""
-        self.state = self.state.but(**changes)
+        before = self.state
+        # Most of what is set on a tick is what was there; a new state costs more than to see that.
+        if any(getattr(before, name) is not value for name, value in changes.items()):
+            self.state = before.but(**changes)
 
     # ---- the tick
 
