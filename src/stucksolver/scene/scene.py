@@ -138,3 +138,8 @@ class Scene(Model):
     image: CameraImage | None = None
     guidance: Guidance | None = None
     attempts: tuple[PastAttempt, ...] = ()
+
+    def offers(self, *names: str) -> bool:
+        """Can the stack do all of these behaviours now?"""
+        offered = {behavior.name for behavior in self.behaviors}
+        return offered.issuperset(names)

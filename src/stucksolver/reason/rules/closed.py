@@ -23,8 +23,12 @@ def by_another_road(scene: Scene, lead: SceneObject) -> Way | None:
 
     A passenger's words are about the way past; they are not answered with another route.
     """
-    offered = "replan" in {b.name for b in scene.behaviors}
-    if not offered or scene.guidance is not None or was_tried(scene, "replan") or not is_closed(scene, lead):
+    if (
+        not scene.offers("replan")
+        or scene.guidance is not None
+        or was_tried(scene, "replan")
+        or not is_closed(scene, lead)
+    ):
         return None
     start = min(_elsewhere(scene), key=lambda w: w.route_length_m or math.inf, default=None)
     if start is None:

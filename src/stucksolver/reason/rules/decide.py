@@ -127,7 +127,7 @@ def _just_refused(scene: Scene, plan: RecoveryPlan) -> str | None:
 
 def _call(scene: Scene, wait: WaitReason | None, why: str, limits: WaitLimits) -> RecoveryPlan | None:
     """A call for help where nothing legal is left: a light that stays red, or no safe way for long."""
-    if "request_assistance" not in {b.name for b in scene.behaviors}:
+    if not scene.offers("request_assistance"):
         return None
     after = {WaitReason.LIGHT: limits.light_s, WaitReason.NO_SAFE_WAY: NO_WAY_S}
     if wait is None or scene.ego.stopped_for_s <= after.get(wait, float("inf")):

@@ -56,6 +56,6 @@ def _all_way_stop(scene: Scene) -> bool:
 
 
 def _one(scene: Scene, behavior: Behavior, why: str) -> Way:
-    if behavior.name not in {b.name for b in scene.behaviors}:
+    if not scene.offers(behavior.name):
         return None, (None, f"the stack does not offer {behavior.name}")
     return RecoveryPlan(behaviors=(behavior,)), (None, why)  # type: ignore[arg-type]

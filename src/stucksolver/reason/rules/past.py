@@ -72,24 +72,22 @@ def may_be_driven_over(scene: Scene, o: SceneObject) -> bool:
         other.kind in VULNERABLE and math.hypot(other.x_m - o.x_m, other.y_m - o.y_m) < LIVING_M
         for other in scene.objects
     )
-    offered = "drive_over" in {b.name for b in scene.behaviors}
-    return sure and low and not living and offered and not was_tried(scene, "drive_over")
+    return sure and low and not living and scene.offers("drive_over") and not was_tried(scene, "drive_over")
 
 
 def way_past(scene: Scene, target: Target, speed: float) -> Way:
     """The first way past that is open."""
-    available = {b.name for b in scene.behaviors}
     light = red_light_within(scene, way_to_pass_m(scene, target, speed)[0])
     if light is not None:
         return None, (WaitReason.LIGHT, light)
     beside = _lane_beside_the_route(scene)
-    if beside is not None and {"keep_lane", "change_lane"} <= available:
+    if beside is not None and scene.offers("keep_lane", "change_lane"):
         return _go_on_beside(scene, beside, target, speed)
     reading = asked(scene)
     side = reading.side if reading is not None and reading.intent is GuidanceIntent.OVERTAKE else None
     where_asked = "" if side is None else f" on the {side.value}, as the passenger asks"
     why: Why = (WaitReason.NO_SAFE_WAY, f"there is no lane to go round in{where_asked}")
-    if "change_lane" in available:
+    if scene.offers("change_lane"):
         for where in (LaneRelation.LEFT, LaneRelation.RIGHT):
             if side is not None and where.value != side.value:
                 continue
@@ -103,7 +101,7 @@ def way_past(scene: Scene, target: Target, speed: float) -> Way:
                 why = _why_not_beside(ahead)
     oncoming = lane_of(scene, LaneRelation.ONCOMING)
     is_next = lane_of(scene, LaneRelation.LEFT) is None and side is not Side.RIGHT
-    if oncoming is not None and is_next and "borrow_oncoming_lane" in available and why[0] is WaitReason.NO_SAFE_WAY:
+    if oncoming is not None and is_next and scene.offers("borrow_oncoming_lane") and why[0] is WaitReason.NO_SAFE_WAY:
         narrow = too_narrow(scene, oncoming, target)
         if narrow is not None:
             return None, (WaitReason.NO_SAFE_WAY, narrow)

@@ -31,7 +31,7 @@ def after_a_stop(scene: Scene, decide: Callable[[Scene], Decision]) -> Decision:
     if found is None:
         return decide(scene)
     decision = decide(as_standing(scene))
-    if scene.ego.speed_mps < STANDING_MPS or "wait" not in {b.name for b in scene.behaviors}:
+    if scene.ego.speed_mps < STANDING_MPS or not scene.offers("wait"):
         return decision
     if decision.plan is None:
         # By the end of a longer stop it will have stood for long enough.

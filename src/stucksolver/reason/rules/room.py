@@ -34,7 +34,7 @@ def within_the_lane(scene: Scene, target: Target) -> Way | None:
     """Past what leaves enough of the own lane free, without leaving it."""
     lane = lane_of(scene, LaneRelation.EGO)
     distance = target.end_m + scene.ego.length_m + 1.0
-    if lane is None or not _offers(scene, "nudge") or target.speed_mps > 0.1 or not 3.0 <= distance <= 40.0:
+    if lane is None or not scene.offers("nudge") or target.speed_mps > 0.1 or not 3.0 <= distance <= 40.0:
         return None
     if any(o.kind in VULNERABLE for o in target.objects):
         return None
@@ -84,7 +84,7 @@ def to_see_more(scene: Scene, target: Target, plan: RecoveryPlan) -> Way | None:
     gap = start = lead.gap_m or 0.0
     # What has not shown enough once will not show more the next time.
     looked = any({"back_up", "nudge"} & set(a.behaviors) for a in scene.attempts)
-    if looked or scene.ego.speed_mps > 0.2 or not all(_offers(scene, name) for name in ("nudge", "back_up")):
+    if looked or scene.ego.speed_mps > 0.2 or not scene.offers("nudge", "back_up"):
         return None
     moves: list[BackUp | Nudge] = []
     if gap < LOOK_ROOM_M and may_back_up(scene, BACK_M, LOOK_REAR_MARGIN_M):
@@ -116,8 +116,4 @@ def may_back_up(scene: Scene, way_m: float, margin_m: float) -> bool:
     """Is so much of the own lane free behind?"""
     lane = lane_of(scene, LaneRelation.EGO)
     free = None if lane is None else lane.free_behind_m
-    return _offers(scene, "back_up") and free is not None and free >= way_m + margin_m
-
-
-def _offers(scene: Scene, name: str) -> bool:
-    return any(b.name == name for b in scene.behaviors)
+    return scene.offers("back_up") and free is not None and free >= way_m + margin_m

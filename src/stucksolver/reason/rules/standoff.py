@@ -29,7 +29,7 @@ def towards_who_crosses(scene: Scene, lead: SceneObject) -> Way | None:
 
     None where nobody crosses, or where there is no room left to show it.
     """
-    if not crosses(lead) or lead.hazard_lights or "keep_lane" not in {b.name for b in scene.behaviors}:
+    if not crosses(lead) or lead.hazard_lights or not scene.offers("keep_lane"):
         return None
     light = red_light_within(scene, LIGHT_AHEAD_M)
     if light is not None:
@@ -49,7 +49,7 @@ def towards_who_crosses(scene: Scene, lead: SceneObject) -> Way | None:
 def into_who_joins(scene: Scene, lead: SceneObject) -> Way | None:
     """Nose up to a crawling stream that leaves no gap. None where there is no such stream, or no room to show it."""
     joining = no_gap_to_join(scene, lead)
-    if joining is None or "keep_lane" not in {b.name for b in scene.behaviors}:
+    if joining is None or not scene.offers("keep_lane"):
         return None
     light = red_light_within(scene, LIGHT_AHEAD_M)
     if light is not None:

@@ -87,8 +87,7 @@ def against_offers(plan: RecoveryPlan, scene: Scene | None) -> Verdict | None:
     """Refuses what the stack did not offer in the scene: a behaviour, or a start for a new route."""
     if scene is None:
         return None
-    offered = {b.name for b in scene.behaviors}
-    lacking = [f"behaviour {b.name} is not offered" for b in plan.behaviors if b.name not in offered]
+    lacking = [f"behaviour {b.name} is not offered" for b in plan.behaviors if not scene.offers(b.name)]
     known = {w.id for w in scene.waypoints}
     starts = (plan.route_start, *(getattr(b, "route_start", None) for b in plan.behaviors))
     lacking += [f"waypoint {w} is not among the scene's" for w in starts if w is not None and w not in known]
