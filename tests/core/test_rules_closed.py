@@ -26,7 +26,8 @@ def elsewhere(name, length_m, reaches=True, lane="other"):
 def decide(road, things, *waypoints, **more):
     scene = World(road, things, offers=more.pop("offers", NAMES)).scene()
     ego = scene.ego.model_copy(update={"stopped_for_s": 5.0})
-    return RuleReasoner().decide(Request(scene.model_copy(update={"ego": ego, "waypoints": waypoints, **more})))
+    scene = scene.model_copy(update={"ego": ego, "waypoints": waypoints, **more})
+    return RuleReasoner().decide(Request(scene)).decision
 
 
 def replanned(decision):

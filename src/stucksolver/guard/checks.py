@@ -116,8 +116,8 @@ def _stops_against(case: Case, which: Array, gap: Array) -> Mask:
     """(objects,): does a stop straight on, as the body points now, come nearer than `gap` (objects,), and too near?"""
     view, ego = case.view, case.view.ego
     way_m = way_to_stop(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
-    # Places no further apart than 0.1 m: a corner is not stepped over.
-    on = np.linspace(0.0, way_m, 2 + int(10 * way_m))[:, None]
+    # Places no further apart than what counts as contact: a corner is not stepped over.
+    on = np.linspace(0.0, way_m, 2 + int(way_m / case.policy.harm.touch_m))[:, None]
     left = separation(
         (view.ego_s + on * np.cos(view.ego_yaw), view.ego_d + on * np.sin(view.ego_yaw), view.ego_yaw),
         (ego.length_m / 2, ego.width_m / 2),
