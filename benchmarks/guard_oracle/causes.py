@@ -36,9 +36,9 @@ def excluded_by(contact: Contact) -> str | None:
         return FILTERS
     if contact.role == "crosses" and not contact.from_start and contact.seen_m < JUNCTION_M:
         return HIDDEN
-    if contact.role == "queues" and contact.their_part == "front":
-        return SETS_OFF
     stands, never_seen = abs(contact.closing - abs(contact.ego_speed)) < AT_REST_MPS, contact.seen_s == 0.0
+    if contact.role == "queues" and (contact.their_part == "front" or (contact.their_part == "side" and not stands)):
+        return SETS_OFF
     if contact.order == "silent" and (stands or never_seen):
         return SILENT
     walks = contact.kind == "pedestrian"
