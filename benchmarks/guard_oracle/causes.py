@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from benchmarks.guard_oracle.contact import Contact
 from benchmarks.guard_oracle.others import STOOD_LONG_S
+from benchmarks.guard_oracle.world import ANSWERS_S, HARD_MPS2
 
-ANSWERS_S, HARD_MPS2 = 0.5, 6.0
 AT_REST_MPS = 0.1
 JUNCTION_M = 15.0
 """Who came into sight within so much of our way was not in sight when we came to the junction."""

@@ -35,7 +35,7 @@ class Contact:
     stood_s: float
     """For how long the ego had been standing."""
     room: float
-    """What the other would have had beside us, had we gone straight on from where we were at the start (m)."""
+    """What the other would have had beside us, had we gone straight on since they could last stop behind us (m)."""
     order: str
     led_from_rails: bool = False
     """Did the drive begin on rails, behind somebody whom the stack follows?"""
@@ -61,7 +61,7 @@ def contact_with(world: World, other: Other, order: str, silent: bool) -> Contac
         other.seen_at == 0.0,
         ego.manner.follows,
         world.ego_stood,
-        world.room_left_by(other.body),
+        world.room_left_by(other),
         "silent" if silent else order,
         world.led_from_rails,
     )

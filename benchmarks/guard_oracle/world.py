@@ -18,6 +18,8 @@ DT = 0.05
 APART_M = 0.35
 """A scene in which the ego begins nearer to anybody is no scene."""
 AT_REST_MPS = 0.1
+ANSWERS_S, HARD_MPS2 = 0.5, 6.0
+"""Who must stop does so after so long, and so hard."""
 
 
 class World:
@@ -35,6 +37,8 @@ class World:
         self.begun = False
         self._s, self._d = setting.ego_s, setting.ego_d
         self._first_d = setting.ego_d
+        self._when_behind: dict[str, float] = {}
+        """By name: our place across the road when they were last so far behind that they could stop there."""
         self._corners: list[tuple[float, float]] = []
         self._locate()
         for other in self.others:
@@ -52,10 +56,22 @@ class World:
     def ego_s(self) -> float:
         return self._s
 
-    def room_left_by(self, body: Body) -> float:
-        """The room (m) between a body and the ego, had the ego gone straight on in its lane since the start."""
+    def room_left_by(self, other: Other) -> float:
+        """The room (m) that somebody left beside the ego: had it gone straight on since they could last stop behind it.
+
+        Since the start, for whoever has been nearer from there on, or did not come up along a lane.
+        """
+        body = other.body
         _, d = self.road.find(body.x, body.y, self._s)
-        return abs(d - self._first_d) - (WIDTH_M + body.width) / 2
+        return abs(d - self._when_behind.get(other.name, self._first_d)) - (WIDTH_M + body.width) / 2
+
+    def _note_who_is_behind(self) -> None:
+        rear = self.ego_span()[0]
+        for other in self.others:
+            if isinstance(other, AlongLane) and other.way > 0:
+                stop_m = other.v * ANSWERS_S + other.v**2 / (2 * HARD_MPS2)
+                if other.s + other.body.length / 2 < rear - stop_m:
+                    self._when_behind[other.name] = self._d
 
     @property
     def ego_speed(self) -> float:
@@ -90,6 +106,7 @@ class World:
         self._locate()
         for other in self.others:
             other.step(self, DT)
+        self._note_who_is_behind()
         self.ego_stood = self.ego_stood + DT if abs(self.ego.speed) < AT_REST_MPS else 0.0
         self.t = round(self.t + DT, 6)
 
