@@ -68,13 +68,10 @@ def _refused(turn: Turn, judged: Admission, answer: Answer) -> Directive | None:
         turn.set(activity=AwaitingGap(answer, judged.plan, until))
         return turn.resting
     _note_refusal(turn, judged)
-    whose = "escalation" if turn.state.words is None else "words_escalation"
-    repaired = getattr(turn.state, whose).repair(turn.now_s)
-    if repaired is None:
-        turn.failed()
-        return turn.resting
-    turn.set(**{whose: repaired})
-    return None
+    if turn.may_repair():
+        return None
+    turn.failed()
+    return turn.resting
 
 
 def await_gap(turn: Turn, held: AwaitingGap) -> Directive:

@@ -150,6 +150,17 @@ class Turn:
         else:
             self.set(escalation=self.state.escalation.failed(self.now_s, counts=counts))
 
+    def may_repair(self) -> bool:
+        """A plan was refused: take one of the rounds in which the reasoner is told why. False where none is left."""
+        state = self.state
+        if state.words is not None:
+            repaired = state.words_escalation.repair(self.now_s)
+            self.set(words_escalation=repaired or state.words_escalation)
+        else:
+            repaired = state.escalation.repair(self.now_s)
+            self.set(escalation=repaired or state.escalation)
+        return repaired is not None
+
     def climb(self) -> None:
         """To the next rung, if there is one."""
         before = self.state.escalation
