@@ -37,8 +37,8 @@ LANE_M, ROAD_M = 0.1, 0.15
 class Unguarded(Guard):
     """Accepts whatever has a path, and never ends it."""
 
-    def accept(self, behaviors: Any, view: Any, guided: bool, approvals: Any = NOBODY) -> Any:
-        return Verdict(), self.lay_out(behaviors, view, guided, approvals)
+    def accept(self, behaviors: Any, view: Any, guided: bool, approvals: Any = NOBODY, stops: bool = False) -> Any:
+        return Verdict(), self.lay_out(behaviors, view, guided, approvals, stops)
 
     def recheck(self, *_: Any, **__: Any) -> Verdict:
         return Verdict()

@@ -256,3 +256,20 @@ def test_where_it_cannot_come_back_it_is_not_begun():
     world.objects.append(thing("queue", world.objects[0].x_m + 4.6 + 15.0))
     verdict = Execution(RecoveryPlan(behaviors=(behavior,)), GUARD, guided=False).start(world.view(), 0.0)
     assert "queue" in {reject.object_id for reject in verdict.rejects}
+
+
+@pytest.mark.parametrize("then", [Wait(duration_s=1.0), Creep(distance_m=5.0), BackUp(distance_m=2.0)])
+def test_what_is_followed_by_something_else_ends_at_rest_and_not_beyond_what_is_proven(then):
+    """4.7 m at 3.8 m/s, 1.5 m before something that stands: a stop that began at the end would lead into it."""
+    world = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 2.3 + 6.2)])
+    execution = Execution(RecoveryPlan(behaviors=(KeepLane(distance_m=4.7, speed_mps=3.8), then)), GUARD, guided=False)
+    assert execution.start(world.view(), world.time_s).accepted
+    furthest = world.x
+    for _ in range(600):
+        result = execution.tick(world.view(), world.time_s)
+        if isinstance(result, Outcome):
+            break
+        world.drive(result)
+        furthest = max(furthest, world.x)
+        assert world.clearance() > 0.3
+    assert furthest < 50.0 + 4.7 + 0.6 or isinstance(then, Creep)

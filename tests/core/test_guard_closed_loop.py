@@ -50,6 +50,7 @@ FOUND = {
     "creeps, at 19 km/h, towards a queue 3 m ahead": (9, 1885, 3),
     "backs up askew before one who comes the other way": (10, 8452, 5),
     "creeps, drawn aside, into the corner of a parked van": (10, 6155, 1),
+    "stops beyond the end of what is proven, to wait": (11, 9702, 1),
     "drifts into a cone at walking pace": (10, 6855, 0),
     "sets off from rest before a motorcycle that crosses": (5, 10101, 1),
 }

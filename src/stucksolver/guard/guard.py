@@ -98,9 +98,17 @@ class Guard:
         self.policy = policy or GuardPolicy()
 
     def accept(
-        self, behaviors: Sequence[Behavior], view: View, guided: bool, approvals: Approvals = NOBODY
+        self,
+        behaviors: Sequence[Behavior],
+        view: View,
+        guided: bool,
+        approvals: Approvals = NOBODY,
+        stops: bool = False,
     ) -> tuple[Verdict, Proven | None]:
-        """Judge behaviours that move, as one path from here. The second value is None when refused."""
+        """Judge behaviours that move, as one path from here. The second value is None when refused.
+
+        `stops`: the path ends at rest, since what follows it is judged only there, or stands.
+        """
         wrong = _unsound(behaviors, view)
         if wrong is not None:
             return Verdict(rejects=(wrong,)), None
@@ -108,7 +116,7 @@ class Guard:
         if first:
             return Verdict(rejects=tuple(first)), None
         try:
-            proven = self.lay_out(behaviors, view, guided, approvals)
+            proven = self.lay_out(behaviors, view, guided, approvals, stops)
         except CannotPlan as error:
             return no_path(error), None
         view = self._facing(view, proven)
@@ -212,7 +220,9 @@ class Guard:
         """May the stack drive on by itself from here? Where nobody may stand it must."""
         return not self.may_stand(view) or clear_to_hand_back(view, self.policy)
 
-    def lay_out(self, behaviors: Sequence[Behavior], view: View, guided: bool, approvals: Approvals) -> Proven:
+    def lay_out(
+        self, behaviors: Sequence[Behavior], view: View, guided: bool, approvals: Approvals, stops: bool = False
+    ) -> Proven:
         """Behaviours as one path from here, nothing of it judged yet. Raises `CannotPlan`."""
         if len({b.reverse for b in behaviors}) > 1:
             raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stop between going ahead and backing up")
@@ -230,6 +240,7 @@ class Guard:
             start = Start(part.end_s, part.end_d, float(part.speed[-1]))
         if path is None:
             raise CannotPlan(PlanFailure.EMPTY, "the plan is empty")
+        path = path.stopping() if stops else path
         case = Case(view, path, self.policy, guided)
         return Proven(
             tuple(behaviors),

@@ -16,11 +16,16 @@ class Unguarded(Guard):
         super().__init__(GuardPolicy(releases=dict.fromkeys(REGISTRY, Release.AUTONOMOUS)))
 
     def accept(
-        self, behaviors: Sequence[Behavior], view: View, guided: bool, approvals: Approvals = NOBODY
+        self,
+        behaviors: Sequence[Behavior],
+        view: View,
+        guided: bool,
+        approvals: Approvals = NOBODY,
+        stops: bool = False,
     ) -> tuple[Verdict, Proven | None]:
         """Refuses only what has no path."""
         try:
-            return OK, self.lay_out(behaviors, view, guided, approvals)
+            return OK, self.lay_out(behaviors, view, guided, approvals, stops)
         except CannotPlan as error:
             return no_path(error), None
 

@@ -89,7 +89,10 @@ class Execution:
         if segment[0].stands_still:
             verdict = self._guard.allows_standing(segment[0], view, self._approvals)
         else:
-            verdict, proven = self._guard.accept(segment, view, self._guided, self._approvals)
+            # Only a plan's last stretch may end in motion: the stack drives on from there. The stop for what follows,
+            # or for its refusal, would lead beyond the end of what is proven.
+            stops = len(self._segments) > 1
+            verdict, proven = self._guard.accept(segment, view, self._guided, self._approvals, stops)
         if verdict.accepted:
             self._segments = self._segments[1:]
             self._proven, self._behavior = proven, segment[0]
