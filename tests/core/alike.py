@@ -119,15 +119,15 @@ def comparing(every: int = 1) -> Iterator[list[str]]:
         if text:
             found.append(text)
 
-    def accept(guard, behaviors, view, guided, approvals=NOBODY):
-        verdict, proven = accepted(guard, behaviors, view, guided, approvals)
+    def accept(guard, behaviors, view, guided, approvals=NOBODY, stops=False):
+        verdict, proven = accepted(guard, behaviors, view, guided, approvals, stops)
         if verdict.rejects and verdict.rejects[0].code in NOT_LAID_OUT:
             return verdict, proven
-        laid = guard.lay_out(behaviors, view, guided, approvals)
+        laid = guard.lay_out(behaviors, view, guided, approvals, stops)
         for name, change in VARIANTS.items():
             there, judge = View(change(view.surroundings)), Judge(guard.policy)
             judge.given = same_plan(laid, there, name == "mirrored")
-            note(name, verdict, accepted(judge, behaviors, there, guided, approvals)[0])
+            note(name, verdict, accepted(judge, behaviors, there, guided, approvals, stops)[0])
         return verdict, proven
 
     def recheck(guard, proven, view, giving_way=False):
