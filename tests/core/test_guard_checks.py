@@ -25,6 +25,7 @@ from stucksolver.decision.behaviors import KeepLane
 from stucksolver.decision.manoeuvre import Manoeuvre
 from stucksolver.guard import checks
 from stucksolver.guard.case import Case
+from stucksolver.guard.predict import drifted_to
 from stucksolver.scene import (
     ControlKind,
     LightState,
@@ -177,8 +178,8 @@ def test_nearer_means_nearer_than_at_the_start():
 
 def test_the_side_of_an_error_is_that_of_the_ego_and_not_of_the_lane():
     case = replace(case_on([0.0] * 4, [0.0] * 4, [thing("it", 60.0, 1.0)], y=2.0), running=True, error_m=0.2)
-    assert checks._drifted_to(case, np.array([0])).tolist() == [False]
-    assert checks._drifted_to(replace(case, error_m=-0.2), np.array([0])).tolist() == [True]
+    assert drifted_to(case, np.array([0])).tolist() == [False]
+    assert drifted_to(replace(case, error_m=-0.2), np.array([0])).tolist() == [True]
 
 
 @pytest.mark.parametrize(("askew", "share"), [(0.1, math.sin(0.1)), (1.4, math.sin(1.4)), (2.0, 1.0), (-0.1, 0.0)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -9,9 +10,11 @@ import pytest
 from guard_cases import commit_s
 from worlds import LANE_M, World, red_light, straight_road, thing
 
-from stucksolver.decision import RecoveryPlan
-from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, ChangeLane, KeepLane
+from stucksolver.decision import Execute, RecoveryPlan
+from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, ChangeLane, KeepLane, Wait
 from stucksolver.guard import Guard, RejectCode
+from stucksolver.guard.case import Case
+from stucksolver.guard.ways_out import _drawn_against
 from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl
 from stucksolver.solver.machine.execution import Execution, Outcome
 
@@ -272,3 +275,59 @@ def test_who_comes_from_behind_and_never_yields_passes_our_nose_without_touching
     # Before the commit point it stops and is done with it.
     assert isinstance(told, Outcome) and (told.finished or appears_at < 51.5), told
     assert min(nearest) > 0.2
+
+
+def strayed():
+    """A plan in the own lane that strayed into the oncoming one, on its way back, and its world."""
+    world = World(TWO_WAY, y=0.0)
+    execution = Execution(RecoveryPlan(behaviors=(KeepLane(distance_m=40.0, speed_mps=5.0),)), GUARD, guided=False)
+    assert execution.start(world.view(), 0.0).accepted
+    world.x, world.y, world.speed = 60.0, 2.5, 4.0
+    order = execution.tick(world.view(), 1.0)
+    assert execution.last_verdict.abort is Abort.RETURN_TO_LANE
+    assert isinstance(order, Execute) and order.path
+    return world, execution, order
+
+
+def test_a_free_way_back_is_driven_on():
+    world, execution, order = strayed()
+    world.x, world.y = 61.0, 2.4
+    assert execution.tick(world.view(), 1.1) == order
+
+
+def test_on_the_way_back_who_steps_into_it_is_braked_for_and_then_let_go():
+    world, execution, order = strayed()
+    world.x, world.y = 61.0, 2.4
+    world.objects.append(thing("walker", 68.0, 1.2, kind=ObjectKind.PEDESTRIAN))
+    braked = execution.tick(world.view(), 1.1)
+    assert isinstance(braked, Execute) and isinstance(braked.behavior, Wait)
+    world.objects.clear()
+    assert execution.tick(world.view(), 1.2) == order
+
+
+def test_whoever_stands_on_the_way_back_before_somebody_is_handed_over():
+    world, execution, _ = strayed()
+    world.x, world.y, world.speed = 61.0, 2.4, 0.0
+    world.objects.append(thing("walker", 65.0, 1.2, kind=ObjectKind.PEDESTRIAN))
+    ended = execution.tick(world.view(), 1.1)
+    assert isinstance(ended, Outcome) and not ended.finished
+
+
+@pytest.mark.parametrize(
+    ("error_m", "error_rad", "way_m", "touched"),
+    [(-0.3, -0.2, 4.0, True), (-0.3, -0.2, 1.0, False), (-0.3, 0.2, 4.0, False), (0.3, 0.2, 4.0, False)],
+    ids=["grows towards it", "stops short of it", "is worked off", "on the other side"],
+)
+def test_an_error_that_grows_is_taken_to_lead_straight_on(error_m, error_rad, way_m, touched):
+    # The front corner on its side: 2.45 cos 0.2 - 0.95 sin 0.2 = 2.2 m ahead and 1.4 m aside, 2 m before its rear.
+    world = World(TWO_WAY, [thing("lead", 50.0 + 2.2 + 2.0 + 2.3, -1.9)], speed=2.0)
+    world.yaw = -0.2
+    case = Case(world.view(), begin([KeepLane(distance_m=40.0, speed_mps=5.0)], World(TWO_WAY)).path, GUARD.policy)
+    case = replace(case, running=True, error_m=error_m, error_rad=error_rad)
+    met = _drawn_against(case, way_m, 0.0)
+    assert (met is not None) == touched
+    if met is not None:
+        # Braking at 0.5 m/s2 begins after 0.3 s, 0.6 m: 1.3 m are left of the 2 m less 0.1 m that count as contact.
+        assert met.speed_mps == 2.0
+        braked = _drawn_against(case, way_m, 0.5)
+        assert braked is not None and braked.speed_mps == pytest.approx(np.sqrt(4.0 - 2 * 0.5 * 1.3), abs=0.06)

@@ -10,11 +10,18 @@ from stucksolver.guard.abreast import will_be_followed
 from stucksolver.guard.case import Case
 from stucksolver.guard.numerics import EPSILON, way_to_stop
 from stucksolver.guard.policy import GuardPolicy
-from stucksolver.guard.predict import moving_gaps, profiles, relevant, standing_gaps, times
+from stucksolver.guard.predict import (
+    drifted_to,
+    gaps_straight_on,
+    moving_gaps,
+    profiles,
+    relevant,
+    standing_gaps,
+    times,
+)
 from stucksolver.guard.rss import rss_lateral, step_off
 from stucksolver.guard.verdict import Reject
 from stucksolver.scene.attempts import RejectCode
-from stucksolver.scene.boxes import separation
 from stucksolver.scene.frenet import Array, Mask
 from stucksolver.scene.objects import ObjectKind, TrackedObject
 from stucksolver.scene.surroundings import ControlKind, LightState
@@ -83,7 +90,7 @@ def _too_near(case: Case, which: Array, gap: Array, margin: Array, t: Array) -> 
     # What is already nearer than the bound counts only when the plan brings it nearer still.
     gaps = case.policy.clearance
     bad = (gap < margin - (gaps.tracked_gap_m if case.running else 0.0)) & (gap < gap[0] - gaps.nearer_m)
-    drifted = _drifted_to(case, which)
+    drifted = drifted_to(case, which)
     if drifted.any():
         bad[0] |= drifted & (
             (gap[0] < gaps.drifted_gap_m + _still_to_drift(case)) | _stops_against(case, which, gap[0])
@@ -93,14 +100,6 @@ def _too_near(case: Case, which: Array, gap: Array, margin: Array, t: Array) -> 
     worst = np.where(bad, gap, np.inf).min(axis=0)
     nearest = [k for k in np.argsort(worst)[:NAMED] if np.isfinite(worst[k])]
     return [_reject(case, int(which[k]), float(t[bad[:, k].argmax()]), float(worst[k])) for k in nearest]
-
-
-def _drifted_to(case: Case, which: Array) -> Mask:
-    """(objects,): those on whose side of its path the ego is, by more than localisation is good for."""
-    if abs(case.error_m) < case.policy.tracking.beside_m:
-        return np.zeros(len(which), bool)
-    result: Mask = (case.view.d[which] - case.view.ego_d) * case.error_m > 0.0
-    return result
 
 
 def _still_to_drift(case: Case) -> float:
@@ -114,18 +113,11 @@ def _still_to_drift(case: Case) -> float:
 
 def _stops_against(case: Case, which: Array, gap: Array) -> Mask:
     """(objects,): does a stop straight on, as the body points now, come nearer than `gap` (objects,), and too near?"""
-    view, ego = case.view, case.view.ego
+    ego = case.view.ego
     way_m = way_to_stop(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
-    # Places no further apart than what counts as contact: a corner is not stepped over.
-    on = np.linspace(0.0, way_m, 2 + int(way_m / case.policy.harm.touch_m))[:, None]
-    left = separation(
-        (view.ego_s + on * np.cos(view.ego_yaw), view.ego_d + on * np.sin(view.ego_yaw), view.ego_yaw),
-        (ego.length_m / 2, ego.width_m / 2),
-        (view.s[which], view.d[which], view.yaw[which]),
-        (view.half_length[which], view.half_width[which]),
-    ).min(axis=0)
+    left = gaps_straight_on(case, which, way_m).min(axis=0)
     gaps = case.policy.clearance
-    result: Mask = ~view.moving[which] & (left < np.minimum(gaps.drifted_gap_m, gap - gaps.nearer_m))
+    result: Mask = ~case.view.moving[which] & (left < np.minimum(gaps.drifted_gap_m, gap - gaps.nearer_m))
     return result
 
 

@@ -142,7 +142,7 @@ class Guard:
         `giving_way`: that was its last abort. It then goes on only when the way is free for a while.
         """
         view = self._facing(view, proven)
-        error_m, error_rad = self._error(proven, view)
+        error_m, error_rad = self._error(proven.path, view)
         off = self._off_path(error_m) or self._too_fast(proven, view)
         rest = tracked(proven.path.from_station(view.ego_s), view, self.policy.tracking, reverse=proven.reverse)
         # The stack shows another window of the road as it gets on: the lanes entered are looked up in this one.
@@ -215,6 +215,17 @@ class Guard:
         # Nobody looks on while it is driven, so smaller gaps will do only out of an oncoming lane.
         loose = replace(strict, running=True)
         return path if strict.in_oncoming_lane and not checks.collision(loose) else None
+
+    def recheck_way_back(self, path: Manoeuvre, view: View, giving_way: bool = False) -> Verdict:
+        """Judge a way back into the lane on this tick; a verdict with reasons says whether to brake or to finish it."""
+        rest = tracked(path.from_station(view.ego_s), view, self.policy.tracking)
+        error_m, error_rad = self._error(path, view)
+        case = Case(view, rest, self.policy, running=True, error_m=error_m, error_rad=error_rad)
+        rejects = checks.collision(case)
+        if not rejects:
+            return OK
+        way = least_harm(case, giving_way)
+        return Verdict(rejects=tuple(rejects), abort=way.abort, brake_mps2=way.brake_mps2)
 
     def clear_to_hand_back(self, view: View) -> bool:
         """May the stack drive on by itself from here? Where nobody may stand it must."""
@@ -299,9 +310,9 @@ class Guard:
             return None
         return Reject(code=RejectCode.DEVIATION, detail=f"{error:.1f} m beside the proven path", gap_m=error)
 
-    def _error(self, proven: Proven, view: View) -> tuple[float, float]:
+    @staticmethod
+    def _error(path: Manoeuvre, view: View) -> tuple[float, float]:
         """How far the ego is beside the path that was proven (m), and turned from it (rad); left positive."""
-        path = proven.path
         beside = view.ego_d - float(np.interp(view.ego_s, path.s, path.d))
         return beside, view.ego_yaw - float(np.interp(view.ego_s, path.s, path.heading()))
 

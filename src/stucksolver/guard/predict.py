@@ -9,7 +9,7 @@ import numpy as np
 from stucksolver.guard.case import Case
 from stucksolver.guard.straight import StraightOn, straight_on
 from stucksolver.scene.boxes import separation
-from stucksolver.scene.frenet import Array
+from stucksolver.scene.frenet import Array, Mask
 from stucksolver.scene.view import View
 
 
@@ -72,6 +72,29 @@ def standing_gaps(case: Case, which: Array, aside_m: float = 0.0, part: float = 
         (view.s[which], view.d[which], view.yaw[which]),
         (part * view.half_length[which], view.half_width[which] + aside_m),
     )
+
+
+def gaps_straight_on(case: Case, which: Array, way_m: float) -> Array:
+    """(places, objects): gaps to what stands while the ego goes `way_m` straight on, as its body points now.
+
+    The places are no further apart than what counts as contact: no corner is stepped over.
+    """
+    view, ego = case.view, case.view.ego
+    on = np.linspace(0.0, way_m, 2 + int(way_m / case.policy.harm.touch_m))[:, None]
+    return separation(
+        (view.ego_s + on * np.cos(view.ego_yaw), view.ego_d + on * np.sin(view.ego_yaw), view.ego_yaw),
+        (ego.length_m / 2, ego.width_m / 2),
+        (view.s[which], view.d[which], view.yaw[which]),
+        (view.half_length[which], view.half_width[which]),
+    )
+
+
+def drifted_to(case: Case, which: Array) -> Mask:
+    """(objects,): those on whose side of its path the ego is, by more than localisation is good for."""
+    if abs(case.error_m) < case.policy.tracking.beside_m:
+        return np.zeros(len(which), bool)
+    result: Mask = (case.view.d[which] - case.view.ego_d) * case.error_m > 0.0
+    return result
 
 
 def moving_gaps(case: Case, stations: Array, which: Array, t: Array) -> Array:

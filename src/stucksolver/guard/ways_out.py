@@ -14,7 +14,16 @@ from stucksolver.decision.behaviors import Abort
 from stucksolver.guard.aborts import braking_now
 from stucksolver.guard.abreast import will_be_followed
 from stucksolver.guard.case import Case
-from stucksolver.guard.predict import moving_gaps, profiles, relevant, standing_gaps, times
+from stucksolver.guard.numerics import way_to_stop
+from stucksolver.guard.predict import (
+    drifted_to,
+    gaps_straight_on,
+    moving_gaps,
+    profiles,
+    relevant,
+    standing_gaps,
+    times,
+)
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import MOVING_MPS
 
@@ -80,6 +89,10 @@ def _finishing(case: Case, giving_way: bool) -> Contact | None:
     t = t[t <= near_s + case.policy.prediction.step_s]
     until_s = np.inf if rests else near_s
     standing = _with_standing(case, np.where(case.slow.t <= until_s, case.quick.v, np.nan))
+    # What is touched by a stop one look later is time to act on.
+    least_mps = case.policy.speeds.creep_mps if rests else 0.0
+    way_m = way_to_stop(max(speed, least_mps), braking, stopping.lag_s + case.policy.prediction.step_s)
+    standing = _worse(standing, _drawn_against(case, way_m, 0.0))
     return _worse(standing, _with_moving(case, profiles(case, t), t))
 
 
@@ -88,7 +101,8 @@ def _stopping(case: Case, braking_mps2: float) -> tuple[Contact | None, float]:
     stations, t = braking_now(case, braking_mps2)
     speed = np.interp(case.path.s, stations, np.gradient(stations, t), right=np.nan)
     speed[case.path.s > stations[-1]] = np.nan
-    return _worse(_with_standing(case, speed), _with_moving(case, stations[None, :], t)), float(stations[-1])
+    standing = _worse(_with_standing(case, speed), _drawn_against(case, float(np.ptp(stations)), braking_mps2))
+    return _worse(standing, _with_moving(case, stations[None, :], t)), float(stations[-1])
 
 
 def _worse(one: Contact | None, other: Contact | None) -> Contact | None:
@@ -111,6 +125,29 @@ def _with_standing(case: Case, speed_mps: Array) -> Contact | None:
     if not len(who):
         return None
     return Contact(_living(case, which[who]), float(speed_mps[hit[:, who].argmax(axis=0)].max()))
+
+
+def _drawn_against(case: Case, way_m: float, braking_mps2: float) -> Contact | None:
+    """The first contact with what stands on the ego's side of the path while its error grows.
+
+    The body then goes on as it points, for `way_m`, braking (0: at the speed it has).
+    """
+    if case.error_m * case.error_rad <= 0.0:
+        return None
+    view, speed = case.view, abs(case.view.ego.speed_mps)
+    which = relevant(case)
+    which = which[np.hypot(view.vs[which], view.vd[which]) <= MOVING_MPS]
+    which = which[drifted_to(case, which)]
+    if not len(which):
+        return None
+    gap = gaps_straight_on(case, which, way_m)
+    hit = (gap < case.policy.harm.touch_m) & (gap < gap[0] - case.policy.clearance.nearer_m)
+    who = np.flatnonzero(hit.any(axis=0))
+    if not len(who):
+        return None
+    first_m = way_m * hit[:, who].argmax(axis=0).min() / (len(gap) - 1)
+    braked_m = max(first_m - speed * case.policy.stopping.lag_s, 0.0)
+    return Contact(_living(case, which[who]), float(np.sqrt(max(speed**2 - 2 * braking_mps2 * braked_m, 0.0))))
 
 
 def _with_moving(case: Case, stations: Array, t: Array) -> Contact | None:

@@ -199,10 +199,22 @@ class Execution:
         if self._way_back is None:
             done = abs(view.ego.speed_mps) < STOPPED_MPS
         else:
-            done = abs(view.ego_d) < BACK_IN_LANE_M or view.ego_s >= self._way_back.end_s - landing_m(
-                view.ego.speed_mps
-            )
+            landed_s = self._way_back.end_s - landing_m(view.ego.speed_mps)
+            done = abs(view.ego_d) < BACK_IN_LANE_M or view.ego_s >= landed_s
+            if not done:
+                return self._go_back(self._way_back, view)
         return self._ending if done else self._directive
+
+    def _go_back(self, path: Manoeuvre, view: View) -> Step | Outcome:
+        """Further on the way back, or a stop for who would be touched on it. Who stands is handed over."""
+        assert self._ending is not None and self._directive is not None
+        verdict = self._guard.recheck_way_back(path, view, self._gives_way)
+        self._gives_way = verdict.abort is Abort.GIVE_WAY
+        if not self._gives_way:
+            return self._directive
+        if abs(view.ego.speed_mps) < STOPPED_MPS:
+            return self._ending
+        return STAND if verdict.brake_mps2 is None else stand(verdict.brake_mps2)
 
     def _direct(self, view: View) -> Step:
         """What the stack is to do for the present behaviour."""
