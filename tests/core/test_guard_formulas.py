@@ -57,10 +57,10 @@ def test_from_what_drifts_aside_the_gap_grows_by_its_reaction_and_its_braking():
 # ---- who is ahead of us, and is followed
 
 
-def coming_in(lead, *, speed=5.0, now_s=2.0):
+def coming_in(lead, *, speed=5.0, now_s=2.0, running=False):
     """We change into the left lane at 60 m, at that speed; is somebody there ahead of us by then?"""
     d = [0.0] * 20 + [LANE_M] * 60
-    case = case_on(d, [0.0] * 80, [lead], speed=speed)
+    case = replace(case_on(d, [0.0] * 80, [lead], speed=speed), running=running)
     t = np.array([0.0, now_s])
     station = np.array([[50.0, 50.0 + speed * now_s]])
     return bool(abreast._is_before_us(case, station, 0, t)[0])
@@ -77,9 +77,16 @@ def test_in_behind_somebody_there_is_room_to_slow_down_to_their_speed(theirs, mo
 
 
 @pytest.mark.parametrize(("more_m", "followed"), [(0.02, True), (-0.02, False)])
-def test_who_is_in_our_way_already_is_followed_if_only_ahead(more_m, followed):
-    lead = thing("lead", 50.0 + FRONT_M + HALF_CAR_M + more_m, 0.0, speed=2.0)
+def test_who_is_in_our_way_already_is_followed_if_we_can_fall_back_behind_them(more_m, followed):
+    """From 5 m/s to 2: (25 - 4) / (2 * 3) m of braking, and 0.3 s before it at a speed 3 m/s higher than theirs."""
+    lead = thing("lead", 50.0 + FRONT_M + HALF_CAR_M + 3.5 + 0.9 + more_m, 0.0, speed=2.0)
     assert coming_in(lead) is followed
+
+
+@pytest.mark.parametrize(("more_m", "followed"), [(0.02, True), (-0.02, False)])
+def test_while_a_plan_runs_who_is_in_our_way_is_followed_if_only_ahead(more_m, followed):
+    lead = thing("lead", 50.0 + FRONT_M + HALF_CAR_M + more_m, 0.0, speed=2.0)
+    assert coming_in(lead, running=True) is followed
 
 
 @pytest.mark.parametrize(("more_m", "meets"), [(0.02, False), (-0.02, True)])

@@ -16,7 +16,7 @@ def will_be_followed(case: Case, station: Array, which: Array, t: Array) -> Mask
     """(profiles, 1 or instants, objects): is it traffic of our direction ahead, followed by the stack and not hit?
 
     Such is who is before our front when our body comes, or is, in their way: before it by more than a way to brake
-    down to their speed where the path only moves in behind them. Whom it meets abreast is not followed but hit. Nor
+    down to their speed where the path only moves in behind them, or the plan only begins. Whom it meets abreast is not followed but hit. Nor
     does it hold while the ego is in an oncoming lane: there it cannot slow down and follow.
     `station` (profiles, instants): arc lengths of the ego at the instants `t`.
     """
@@ -43,7 +43,10 @@ def _is_before_us(case: Case, station: Array, i: int, t: Array) -> Mask:
     ahead = view.s[i] + view.vs[i] * t[first] - view.along[i] - station[ways, first] - view.ego.length_m / 2
     speed = np.interp(station[ways, first], path.s, case.quick.v)
     slower = np.maximum(speed**2 - view.vs[i] ** 2, 0.0) / (2 * view.ego.limits.comfort_braking_mps2)
-    needed = np.where(first > 0, policy.headway_s * speed + policy.headway_m + slower, 0.0)
+    # Who is behind them from the start must be able to fall back; while a plan runs the stack is about it already.
+    closing = np.maximum(speed - view.vs[i], 0.0)
+    from_start = 0.0 if case.running else slower + closing * case.policy.stopping.lag_s
+    needed = np.where(first > 0, policy.headway_s * speed + policy.headway_m + slower, from_start)
     result: Mask = ~meets.any(axis=1) | (ahead > needed)
     return result
 
