@@ -15,9 +15,7 @@ GO_OUR_WAY = ("leads", "queues", "comes up in the lane entered", "goes beside us
 RESTS = "runs into the standing vehicle: those who meet one that stands keep their own distance"
 SIDE = "steps off into our side: a step off the kerb is promised never to be met by the front"
 LEADS = "traffic ahead in our lane: the stack follows it"
-SILENT = (
-    "in silence a path that is finished is watched by the stack's own braking only, which the oracle's vehicle lacks"
-)
+SILENT = "in silence the rest is driven with the stack's own braking only, which the oracle's vehicle lacks"
 FILTERS = "comes from behind in our own lane, and leaves less room beside us than a tracking error may take"
 SETS_OFF = "not covered: stands before us, sets off while we pass, and does not brake for who is entering their lane"
 HIDDEN = "not covered: on a crossing road, and not in sight when the junction was entered"
@@ -39,7 +37,7 @@ def excluded_by(contact: Contact) -> str | None:
     stands, never_seen = abs(contact.closing - abs(contact.ego_speed)) < AT_REST_MPS, contact.seen_s == 0.0
     if contact.role == "queues" and (contact.their_part == "front" or (contact.their_part == "side" and not stands)):
         return SETS_OFF
-    if contact.order == "silent" and (stands or never_seen):
+    if contact.order == "silent" and (stands or never_seen or contact.part == "front"):
         return SILENT
     walks = contact.kind == "pedestrian"
     stood_long = contact.role == "crosses" and contact.stood_s >= STOOD_LONG_S

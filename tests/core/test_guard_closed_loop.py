@@ -54,6 +54,7 @@ FOUND = {
     "drifts into a barrier at 1.2 m/s, past the commit point": (11, 10086, 3),
     "stands in a junction before what follows": (12, 2320, 3),
     "begins 4 m behind a crawler at 20 km/h": (12, 1554, 5),
+    "lets go of the brakes before a person who steps off": (12, 8922, 2),
     "drifts into a cone at walking pace": (10, 6855, 0),
     "sets off from rest before a motorcycle that crosses": (5, 10101, 1),
 }

@@ -329,5 +329,5 @@ def test_an_error_that_grows_is_taken_to_lead_straight_on(error_m, error_rad, wa
     if met is not None:
         # Braking at 0.5 m/s2 begins after 0.3 s, 0.6 m: 1.3 m are left of the 2 m less 0.1 m that count as contact.
         assert met.speed_mps == 2.0
-        braked = _drawn_against(case, way_m, 0.5)
+        braked = _drawn_against(case, way_m, 0.5, 0.3)
         assert braked is not None and braked.speed_mps == pytest.approx(np.sqrt(4.0 - 2 * 0.5 * 1.3), abs=0.06)

@@ -141,13 +141,17 @@ def _kept(case: Case, giving_way: bool, gap_m: float) -> float:
     return 0.0 if abs(case.view.ego.speed_mps) < MOVING_MPS else min(gap_m, case.policy.harm.touch_m)
 
 
-def braking_now(case: Case, braking_mps2: float | None = None) -> tuple[Array, Array]:
-    """(instants,) twice: arc lengths of the ego when it brakes now, gently if not told, until it has stood a while."""
+def braking_now(case: Case, braking_mps2: float | None = None, lag_s: float | None = None) -> tuple[Array, Array]:
+    """(instants,) twice: arc lengths of the ego when it brakes now, gently if not told, until it has stood a while.
+
+    `lag_s`: until the brakes bite; what the policy says if not told.
+    """
     braking, speed = braking_mps2 or case.view.ego.limits.comfort_braking_mps2, max(case.view.ego.speed_mps, 0.0)
     stopping = case.policy.stopping
-    t = _instants(case, stopping.lag_s + speed / braking + stopping.stands_s)
-    since = np.clip(t - stopping.lag_s, 0.0, speed / braking)
-    return case.path.s[0] + speed * np.minimum(t, stopping.lag_s) + speed * since - braking * since**2 / 2, t
+    lag_s = stopping.lag_s if lag_s is None else lag_s
+    t = _instants(case, lag_s + speed / braking + stopping.stands_s)
+    since = np.clip(t - lag_s, 0.0, speed / braking)
+    return case.path.s[0] + speed * np.minimum(t, lag_s) + speed * since - braking * since**2 / 2, t
 
 
 def _instants(case: Case, end_s: float) -> Array:

@@ -58,16 +58,20 @@ def least_harm(case: Case, giving_way: bool) -> WayOut:
         # Whoever runs into a vehicle that stands could have stopped; nobody is driven into from rest.
         return WayOut(Abort.GIVE_WAY, limits.comfort_braking_mps2)
     found = [(_rank(on, on_rails=False), FINISH)]
+    # Who brakes already has the lag behind, and does not let go of the brakes for a little.
+    lag_s = 0.0 if giving_way else case.policy.stopping.lag_s
+    gentler_mps = 0.0 if giving_way else case.policy.harm.gentler_mps
     for braking in (limits.comfort_braking_mps2, limits.max_braking_mps2):
-        met, end_s = _stopping(case, braking)
-        found.append((_rank(met, case.on_rails(end_s), case.policy.harm.gentler_mps), WayOut(Abort.GIVE_WAY, braking)))
+        met, end_s = _stopping(case, braking, lag_s)
+        found.append((_rank(met, case.on_rails(end_s), gentler_mps), WayOut(Abort.GIVE_WAY, braking)))
     return min(found, key=lambda one: one[0])[1]
 
 
 def brakes_hard(case: Case) -> float | None:
     """How hard to brake for a stop that is due now: None where braking gently meets nobody."""
     limits = case.view.ego.limits
-    return None if _stopping(case, limits.comfort_braking_mps2)[0] is None else limits.max_braking_mps2
+    met, _ = _stopping(case, limits.comfort_braking_mps2, case.policy.stopping.lag_s)
+    return None if met is None else limits.max_braking_mps2
 
 
 def _rank(met: Contact | None, on_rails: bool, worse_mps: float = 0.0) -> tuple[bool, bool, bool, float]:
@@ -96,12 +100,15 @@ def _finishing(case: Case, giving_way: bool) -> Contact | None:
     return _worse(standing, _with_moving(case, profiles(case, t), t))
 
 
-def _stopping(case: Case, braking_mps2: float) -> tuple[Contact | None, float]:
-    """The contact that braking now would end in, and the arc length at which it would end."""
-    stations, t = braking_now(case, braking_mps2)
+def _stopping(case: Case, braking_mps2: float, lag_s: float) -> tuple[Contact | None, float]:
+    """The contact that braking now would end in, and the arc length at which it would end.
+
+    `lag_s`: until the brakes bite.
+    """
+    stations, t = braking_now(case, braking_mps2, lag_s)
     speed = np.interp(case.path.s, stations, np.gradient(stations, t), right=np.nan)
     speed[case.path.s > stations[-1]] = np.nan
-    standing = _worse(_with_standing(case, speed), _drawn_against(case, float(np.ptp(stations)), braking_mps2))
+    standing = _worse(_with_standing(case, speed), _drawn_against(case, float(np.ptp(stations)), braking_mps2, lag_s))
     return _worse(standing, _with_moving(case, stations[None, :], t)), float(stations[-1])
 
 
@@ -127,10 +134,10 @@ def _with_standing(case: Case, speed_mps: Array) -> Contact | None:
     return Contact(_living(case, which[who]), float(speed_mps[hit[:, who].argmax(axis=0)].max()))
 
 
-def _drawn_against(case: Case, way_m: float, braking_mps2: float) -> Contact | None:
+def _drawn_against(case: Case, way_m: float, braking_mps2: float, lag_s: float = 0.0) -> Contact | None:
     """The first contact with what stands on the ego's side of the path while its error grows.
 
-    The body then goes on as it points, for `way_m`, braking (0: at the speed it has).
+    The body then goes on as it points, for `way_m`, braking after a while (0: at the speed it has).
     """
     if case.error_m * case.error_rad <= 0.0:
         return None
@@ -146,7 +153,7 @@ def _drawn_against(case: Case, way_m: float, braking_mps2: float) -> Contact | N
     if not len(who):
         return None
     first_m = way_m * hit[:, who].argmax(axis=0).min() / (len(gap) - 1)
-    braked_m = max(first_m - speed * case.policy.stopping.lag_s, 0.0)
+    braked_m = max(first_m - speed * lag_s, 0.0)
     return Contact(_living(case, which[who]), float(np.sqrt(max(speed**2 - 2 * braking_mps2 * braked_m, 0.0))))
 
 
