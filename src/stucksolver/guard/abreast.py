@@ -16,8 +16,8 @@ def will_be_followed(case: Case, station: Array, which: Array, t: Array) -> Mask
     """(profiles, 1 or instants, objects): is it traffic of our direction ahead, followed by the stack and not hit?
 
     Such is who is before our front when our body comes, or is, in their way: before it by more than a way to brake
-    down to their speed where the path only moves in behind them, or the plan only begins. Whom it meets abreast is not followed but hit. Nor
-    does it hold while the ego is in an oncoming lane: there it cannot slow down and follow.
+    down to their speed where the path only moves in behind them, or the plan only begins. Whom it meets abreast is
+    not followed but hit. Nor does it hold while the ego is in an oncoming lane: there it cannot slow down and follow.
     `station` (profiles, instants): arc lengths of the ego at the instants `t`.
     """
     view, policy = case.view, case.policy.prediction
