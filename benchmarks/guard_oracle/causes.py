@@ -20,11 +20,14 @@ FILTERS = "comes from behind in our own lane, and leaves less room beside us tha
 SETS_OFF = "not covered: stands before us, sets off while we pass, and does not brake for who is entering their lane"
 HIDDEN = "not covered: on a crossing road, and not in sight when the junction was entered"
 TRAPPED = "not covered: on the rails from the start, behind somebody who leaves them no quicker"
+THROUGH = "impossible: comes through somebody else, since the oracle's others do not look at each other"
 UNSEEN = "not in sight until it was too late to stop, by 6 m/s² after half a second"
 
 
 def excluded_by(contact: Contact) -> str | None:
     """The assumption that excludes a contact, None where none does."""
+    if contact.through:
+        return THROUGH
     stop_m = contact.seen_mps * ANSWERS_S + contact.seen_mps**2 / (2 * HARD_MPS2)
     if not contact.from_start and contact.seen_m < stop_m:
         return UNSEEN

@@ -39,6 +39,8 @@ class Contact:
     order: str
     led_from_rails: bool = False
     """Did the drive begin on rails, behind somebody whom the stack follows?"""
+    through: bool = False
+    """Has the other driven through somebody else?"""
 
 
 def contact_with(world: World, other: Other, order: str, silent: bool) -> Contact:
@@ -64,4 +66,5 @@ def contact_with(world: World, other: Other, order: str, silent: bool) -> Contac
         world.room_left_by(other),
         "silent" if silent else order,
         world.led_from_rails,
+        other.name in world.through,
     )

@@ -39,6 +39,8 @@ class World:
         self._first_d = setting.ego_d
         self._when_behind: dict[str, float] = {}
         """By name: our place across the road when they were last so far behind that they could stop there."""
+        self.through: set[str] = set()
+        """Names of those who have driven through somebody else: the others do not look at each other."""
         self._corners: list[tuple[float, float]] = []
         self._locate()
         for other in self.others:
@@ -107,8 +109,15 @@ class World:
         for other in self.others:
             other.step(self, DT)
         self._note_who_is_behind()
+        self._note_who_drives_through()
         self.ego_stood = self.ego_stood + DT if abs(self.ego.speed) < AT_REST_MPS else 0.0
         self.t = round(self.t + DT, 6)
+
+    def _note_who_drives_through(self) -> None:
+        for k, one in enumerate(self.others):
+            for other in self.others[:k]:
+                if one.body.within(other.body, 0.0) and distance(one.body, other.body) <= 0.0:
+                    self.through |= {each.name for each in (one, other) if math.hypot(each.vx, each.vy) > AT_REST_MPS}
 
     def surroundings(self) -> Surroundings:
         """What is seen now."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import shlex
 import sys
 from pathlib import Path
@@ -21,7 +22,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """What the command is told."""
     parser.add_argument("--suite", required=True, help="bench220, dev, immobilized, or a leaderboard route file")
     parser.add_argument("--routes", default="", metavar="ID,ID", help="only these routes of the suite")
-    parser.add_argument("--driver", default="behavior", help="behavior, or behavior:cautious|normal|aggressive")
+    parser.add_argument(
+        "--driver",
+        default="behavior",
+        help="behavior, behavior:cautious|normal|aggressive, or MODULE:CLASS[@FILE]: an agent of your own",
+    )
     parser.add_argument("--recovery", default="none", help="none, timers, rules, faulty:NAME or another reasoner")
     parser.add_argument("--reasoner", default="", metavar="WORDS", help="model for the ladder's rung of that name")
     parser.add_argument(
@@ -82,7 +87,7 @@ def run(options: argparse.Namespace) -> int:
             suite=options.suite,
             out=options.out,
             arm=ArmSpec(
-                driver=f"behavior:{driver_profile(options.driver)}",
+                driver=_driver(options.driver),
                 recovery=options.recovery,
                 reasoner=options.reasoner,
                 clock=_clock(options.clock),
@@ -113,6 +118,14 @@ def run(options: argparse.Namespace) -> int:
         return 130
     except (*errors, ScenarioError, LadderError, SweepError) as error:
         raise UsageError(str(error)) from error
+
+
+def _driver(text: str) -> str:
+    if text.partition(":")[0] == "behavior":
+        return f"behavior:{driver_profile(text)}"
+    # As with `python -m`: agents lie in the folder in which the command is given, too.
+    sys.path.append(os.getcwd())
+    return text
 
 
 def _clock(text: str) -> str:

@@ -11,6 +11,7 @@ from stucksolver.evaluate.arms.solver_arm import Listener, SolverArm
 from stucksolver.evaluate.arms.timed import TimedReasoner
 from stucksolver.evaluate.arms.timers import TimersArm
 from stucksolver.evaluate.arms.unguarded import Unguarded
+from stucksolver.evaluate.drivers import DriverNameError, RouteDriver, check_driver
 from stucksolver.evaluate.routes.line import RouteLine
 from stucksolver.evaluate.runner.job import ArmSpec
 from stucksolver.ladder import find_ladder
@@ -23,7 +24,6 @@ from stucksolver.scene import Scene
 from stucksolver.solver import StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.carla_stack.camera import FrontCamera
-from stucksolver.stacks.driver import BehaviorDriver
 
 NONE, TIMERS, FAULTY_PREFIX = "none", "timers", "faulty:"
 EXCHANGES = "exchanges"
@@ -35,7 +35,11 @@ class ArmError(ValueError):
 
 
 def check_arm(spec: ArmSpec) -> None:
-    """Raises `ArmError` for a recovery or a reasoner that does not exist."""
+    """Raises `ArmError` for a driver, a recovery or a reasoner that does not exist."""
+    try:
+        check_driver(spec.driver)
+    except DriverNameError as error:
+        raise ArmError(str(error)) from error
     if spec.recovery not in (NONE, TIMERS):
         _reasoner(spec.recovery, 0)
     elif not spec.guarded:
@@ -59,7 +63,7 @@ def preflight_arm(spec: ArmSpec) -> tuple[str, ...]:
 
 
 def make_arm(
-    spec: ArmSpec, ego: Any, driver: BehaviorDriver, carla_map: Any, line: RouteLine, seed: int, records: Path | None
+    spec: ArmSpec, ego: Any, driver: RouteDriver, carla_map: Any, line: RouteLine, seed: int, records: Path | None
 ) -> Arm:
     """An arm for a driver that has its route; `records`: where a record of each intervention goes.
 

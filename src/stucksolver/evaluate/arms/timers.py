@@ -14,9 +14,10 @@ from typing import Any
 from stucksolver.decision import Directive
 from stucksolver.evaluate.arms.arm import ArmLog, Now
 from stucksolver.evaluate.criteria.base import STANDING_MPS
+from stucksolver.evaluate.drivers import RouteDriver
 from stucksolver.evaluate.results.outcome import Intervention
 from stucksolver.evaluate.routes.line import RouteLine
-from stucksolver.stacks.driver import BehaviorDriver, DrivePoint
+from stucksolver.stacks.driver import DrivePoint
 
 WAIT_S, REVERSE_S, LEFT_S, RIGHT_S = 8.0, 15.0, 30.0, 60.0
 REVERSE_M, REVERSE_MPS = 5.0, 1.5
@@ -39,7 +40,7 @@ class _Action:
 class TimersArm:
     """Timers count the time in which less than `GOING_M` of new progress was made since the car came to a stand."""
 
-    def __init__(self, ego: Any, driver: BehaviorDriver, line: RouteLine) -> None:
+    def __init__(self, ego: Any, driver: RouteDriver, line: RouteLine) -> None:
         self._ego, self._driver, self._line = ego, driver, line
         self._actions = (
             _Action(WAIT_S, "wait", list),

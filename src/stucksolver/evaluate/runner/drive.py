@@ -14,6 +14,8 @@ from stucksolver.evaluate.arms.solver_arm import SolverArm
 from stucksolver.evaluate.background import Background
 from stucksolver.evaluate.criteria import Moment
 from stucksolver.evaluate.criteria.jury import Jury
+from stucksolver.evaluate.drivers import make_driver
+from stucksolver.evaluate.drivers.guest import GuestDriver
 from stucksolver.evaluate.guidance.speaker import Speaker
 from stucksolver.evaluate.jobs import CLIENT_TIMEOUT_S, PROGRESS_EVERY_S
 from stucksolver.evaluate.near_miss import NearMissWatch
@@ -28,7 +30,7 @@ from stucksolver.evaluate.runner.weather import Weather
 from stucksolver.evaluate.scenarios.play import Play
 from stucksolver.evaluate.scenarios.setting import Setting
 from stucksolver.evaluate.server import Server, connect, set_synchronous
-from stucksolver.stacks.driver import BehaviorDriver, DriverOptions, RoutePoint
+from stucksolver.stacks.driver import DriverOptions, RoutePoint
 
 DT_S = 0.05
 HERO = "vehicle.lincoln.mkz_2020"
@@ -98,10 +100,9 @@ class _Drive:
     def __init__(self, job: RouteJob, setting: Setting, play: Play) -> None:
         self._job, self._setting, self._play = job, setting, play
         self._world, self._hero, self._line = setting.world, setting.hero, setting.route
-        profile = job.arm.driver.partition(":")[2] or "normal"
         options = DriverOptions(heeds_on_path=not job.arm.heedless)
-        driver = BehaviorDriver(self._hero, profile, options, carla_map=setting.map)
-        driver.set_route(self._line.points + _beyond(self._line))
+        route = self._line.points + _beyond(self._line)
+        driver = make_driver(job.arm.driver, setting.client, self._hero, setting.map, route, options)
         self._driver, self._driven_route = driver, driver.route
         self._arm: Arm = make_arm(job.arm, self._hero, driver, setting.map, self._line, job.seed, job.records)
         self._jury = Jury(self._world, setting.map, self._hero, self._line, play)
@@ -131,6 +132,8 @@ class _Drive:
             return self._driven(failure or None, time.monotonic() - began)
         finally:
             self._jury.close()
+            if isinstance(self._driver, GuestDriver):
+                self._driver.close()
 
     def _tick(self) -> str | None:
         """Everything between two ticks of the world; how the route ended, when it did."""

@@ -90,6 +90,7 @@ def _work(task: Task, theirs: Connection) -> None:
 
 def _driven(store: Store, job: RouteJob, theirs: Connection) -> Outcome | None:
     """Drive and write; gives the outcome of a route that could not be driven."""
+    from stucksolver.evaluate.drivers import AgentError
     from stucksolver.evaluate.runner.drive import DriveError, drive_route
     from stucksolver.evaluate.scenarios.base import ScenarioError, Unsupported
     from stucksolver.stacks.driver import RouteError
@@ -102,7 +103,7 @@ def _driven(store: Store, job: RouteJob, theirs: Connection) -> Outcome | None:
         return _not_driven(job, "unsupported", str(error))
     except (ScenarioError, DriveError, RouteError) as error:
         return _not_driven(job, "invalid", str(error))
-    except (ServerError, RecordError) as error:
+    except (ServerError, RecordError, AgentError) as error:
         return _not_driven(job, "crashed", str(error))
     except (BrokenPipeError, OutputError):
         raise

@@ -140,6 +140,12 @@ class BehaviorDriver:
         self._holding = False
         self._ignored = frozenset()
 
+    def keep_up(self) -> None:
+        """In place of `run_step`, on a tick on which somebody else drives."""
+        motion = self._motion()
+        self._planner.update(motion.pose)
+        self._steering.observe(motion.speed, motion.yaw_rate)
+
     def run_step(self) -> Any:
         """Decide this tick's `carla.VehicleControl`; does not apply it."""
         motion = self._motion()

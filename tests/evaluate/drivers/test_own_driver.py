@@ -1,0 +1,149 @@
+"""`--driver MODULE:CLASS`: agents of users, as they would write them, in an evaluation."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("carla")
+
+from stucksolver.evaluate.arms.make import ArmError, check_arm
+from stucksolver.evaluate.drivers import AgentError, check_driver
+from stucksolver.evaluate.drivers.agent import checked
+from stucksolver.evaluate.drivers.guest import GuestDriver
+from stucksolver.evaluate.runner.job import ArmSpec, RouteJob
+from stucksolver.evaluate.runner.suite import load_routes
+from stucksolver.evaluate.runner.work import Task, run_task
+
+ROOT = Path(__file__).parents[3]
+ROUTE = "1242"
+"""A parked car in our lane, which traffic overtakes on the left."""
+
+
+@pytest.fixture(autouse=True)
+def found(monkeypatch):
+    """The folders of the examples and of this file are where modules are looked for, in the routes' processes too."""
+    monkeypatch.setattr(sys, "path", [*sys.path, str(ROOT), str(Path(__file__).parent)])
+
+
+def driven(driver, folder, recovery="none"):
+    route = load_routes("dev", (ROUTE,))[0]
+    return run_task(Task(RouteJob(route, 1, ArmSpec(driver=driver, recovery=recovery)), folder))
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("nowhere:Agent", "No module named 'nowhere'"),
+        ("guests:Nobody", "no attribute 'Nobody'"),
+        ("guests:AHEAD", "is no class"),
+        ("guests:Deaf", "it has no set_route"),
+        ("guests", "use behavior, behavior:PROFILE, or MODULE:CLASS"),
+        ("behavior:mad", "cautious, normal, aggressive"),
+    ],
+)
+def test_what_is_no_driver_is_said_before_anything_is_driven(words, told):
+    with pytest.raises(ArmError, match=told):
+        check_arm(ArmSpec(driver=words))
+
+
+@pytest.mark.parametrize("words", ["behavior", "behavior:cautious", "guests:ForLeaderboard@x.json", "guests:Nonsense"])
+def test_what_can_be_made_is_a_driver(words):
+    check_driver(words)
+
+
+@pytest.mark.parametrize("control", [None, SimpleNamespace(throttle=1.0, steer=0.0), "go", {"throttle": 1.0}])
+def test_a_step_gives_a_control_or_is_named(control):
+    with pytest.raises(AgentError, match=r"mine:Agent\.run_step gave a"):
+        checked(control, "mine:Agent")
+
+
+class Helper:
+    """Says who is asked."""
+
+    route = ("a", "b")
+
+    def __init__(self):
+        self.heard = []
+
+    def __getattr__(self, name):
+        return lambda *args: self.heard.append(name) or SimpleNamespace(throttle=0.0, steer=0.0, brake=1.0, by="helper")
+
+
+class Guest:
+    """Counts its steps and routes."""
+
+    def __init__(self):
+        self.steps, self.routes = 0, []
+
+    def set_route(self, route):
+        self.routes.append(tuple(route))
+
+    def run_step(self):
+        self.steps += 1
+        return SimpleNamespace(throttle=1.0, steer=0.0, brake=0.0, by="guest")
+
+
+@pytest.mark.parametrize("told", [lambda d: d.follow([]), lambda d: d.hold(), lambda d: d.hold(3.0)])
+def test_the_agent_is_asked_for_a_control_only_while_it_drives_itself(told):
+    guest, helper = Guest(), Helper()
+    driver = GuestDriver(guest, "mine:Agent", helper)
+    assert driver.run_step().by == "guest"
+    told(driver)
+    assert driver.run_step().by == "helper" and guest.steps == 1
+    driver.release()
+    assert driver.run_step().by == "guest"
+    assert helper.heard.count("keep_up") == 2
+
+
+def test_the_agent_hears_of_every_route():
+    guest = Guest()
+    driver = GuestDriver(guest, "mine:Agent", Helper())
+    driver.set_route(("x",))
+    driver.set_destination("there")
+    assert guest.routes == [("a", "b")] * 2
+
+
+@pytest.mark.integration
+def test_the_example_stands_behind_a_parked_car_alone_and_gets_past_with_help(tmp_path):
+    alone = driven("examples.own_driver:PurePursuit", tmp_path / "alone")
+    helped = driven("examples.own_driver:PurePursuit", tmp_path / "helped", "rules")
+    reached = [one.track[-1][1] for one in (alone, helped)]
+    assert alone.spells and not alone.interventions and reached[0] < 0.5 * alone.length_m
+    assert helped.interventions and reached[1] > 0.95 * helped.length_m
+    assert not [i.kind for one in (alone, helped) for i in one.infractions if i.kind.startswith("collision")]
+
+
+@pytest.mark.integration
+def test_an_agent_for_the_leaderboard_is_given_what_it_asks_for(tmp_path):
+    told = tmp_path / "told.json"
+    outcome = driven(f"guests:ForLeaderboard@{told}", tmp_path / "out")
+    assert outcome.state == "crashed" and "that is enough" in outcome.reason
+    assert told.with_suffix(".end").read_text(encoding="utf-8") == "200"
+    given = json.loads(told.read_text(encoding="utf-8"))
+    shapes = given["given"]
+    assert shapes["front"] == [60, 80, 4] and shapes["imu"] == [7] and shapes["gnss"] == [3]
+    assert shapes["lidar"][1] == 4 and shapes["lidar"][0] > 100
+    assert given["frames"] == 1 and given["time_s"] == pytest.approx(1.0) and given["speed"] > 0.1
+    assert given["picture"] > 5.0 and "OpenDRIVE" in given["map"] and "LANEFOLLOW" in given["turns"]
+    # It steered by GNSS and compass alone, from a parking lane to the middle of its own.
+    assert np.hypot(*given["aside"]) < 0.5 and given["at"] > 10
+
+
+@pytest.mark.integration
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("Nonsense", "throttle nan"),
+        ("Breaks", "the user's own fault"),
+        ("AsksForSonar@x", "asks for a sensor 'sensor.other.sonar', which this simulator does not have"),
+    ],
+)
+def test_an_agent_that_fails_costs_its_route_alone_and_is_named(name, why, tmp_path):
+    outcome = driven(f"guests:{name}", tmp_path)
+    assert outcome.state == "crashed" and why in outcome.reason and "guests" in outcome.reason
