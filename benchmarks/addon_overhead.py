@@ -15,12 +15,12 @@ from typing import Any, TypeVar
 import carla
 
 from benchmarks.carlette_ticks import LONGEST_RUN_S
-from stucksolver.evaluate.server import carlette_server
-from stucksolver.evaluate.sites import choose_site
-from stucksolver.evaluate.traffic import Traffic
 from stucksolver.solver import StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.driver import BehaviorDriver
+from stucksolver_eval.server import carlette_server
+from stucksolver_eval.sites import choose_site
+from stucksolver_eval.traffic import Traffic
 
 CARS = 20
 STEP_S = 0.05

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from stucksolver.evaluate.scores.recovery import AFTER_S, NOT_HARM
+from stucksolver_eval.scores.recovery import AFTER_S, NOT_HARM
 
 HERE = Path(__file__).parent
 WALL = ("wall_s",)

@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from stucksolver.evaluate.scores.statistics import Interval, bootstrap, compare_pairs
+from stucksolver_eval.scores.statistics import Interval, bootstrap, compare_pairs
 
 HERE = Path(__file__).parent
 Summary = dict[str, Any]

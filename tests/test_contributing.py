@@ -114,7 +114,7 @@ def test_the_criterion_notes_each_hard_stop_once(made):
 
 
 EVERYWHERE = """
-import stucksolver.evaluate.scenarios.types.stuck as package
+import stucksolver_eval.scenarios.types.stuck as package
 package.__path__.append({folder!r})
 """
 """Run at the start of each process that drives a route: the template's file counts as one of the package."""
@@ -124,8 +124,8 @@ package.__path__.append({folder!r})
 def test_the_scenario_is_staged_and_the_motorcycle_is_passed(tmp_path, monkeypatch):
     pytest.importorskip("carla")
     from stucksolver.cli import main
-    from stucksolver.evaluate.scenarios.registry import SCENARIOS, load_all
-    from stucksolver.evaluate.scenarios.types import stuck
+    from stucksolver_eval.scenarios.registry import SCENARIOS, load_all
+    from stucksolver_eval.scenarios.types import stuck
 
     types_of = tmp_path / "types"
     types_of.mkdir()
@@ -135,7 +135,7 @@ def test_the_scenario_is_staged_and_the_motorcycle_is_passed(tmp_path, monkeypat
     monkeypatch.setattr(stuck, "__path__", [*stuck.__path__, str(types_of)])
     load_all.cache_clear()
     load_all()
-    routes = (PAGE.parent / "src/stucksolver/evaluate/suites/data/immobilized.xml").read_text(encoding="utf-8")
+    routes = (PAGE.parent / "src/stucksolver_eval/suites/data/immobilized.xml").read_text(encoding="utf-8")
     one = next(r for r in re.findall(r" *<route .*?</route>\n", routes, re.DOTALL) if 'type="DoubleParkedVan"' in r)
     file = tmp_path / "own.xml"
     file.write_text(f"<routes>\n{one.replace('DoubleParkedVan', 'BrokenDownBike')}</routes>\n", encoding="utf-8")

@@ -1,7 +1,7 @@
 """The baseline that the field has, beside BehaviorAgent: one thing after the other, looking at nothing.
 
 A car that stands waits on after 8 s, reverses after 15 s, overtakes on the left after 30 s and on the right after 60 s;
-then it begins again. The figures are those of `stucksolver.evaluate.arms.timers`, which drives our own driver.
+then it begins again. The figures are those of `stucksolver_eval.arms.timers`, which drives our own driver.
 """
 
 from __future__ import annotations

@@ -158,7 +158,7 @@ def test_help_needs_neither_carla_nor_a_simulator(mark: str) -> None:
     assert "--map" in said and "--clock" in said
 
 
-ONE_ARM = "import stucksolver.evaluate.demo as demo; demo.ARMS = demo.ARMS[1:2]; "
+ONE_ARM = "import stucksolver_eval.demo as demo; demo.ARMS = demo.ARMS[1:2]; "
 
 
 def test_a_run_ends_with_a_table_a_report_and_its_log(mark: str, out: Path) -> None:

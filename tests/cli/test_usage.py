@@ -99,7 +99,7 @@ def test_the_help_of_compare_says_what_a_and_b_are_and_what_is_told(capsys):
 
 def test_ctrl_c_names_the_way_to_go_on(capsys, monkeypatch, tmp_path):
     pytest.importorskip("carla")
-    from stucksolver.evaluate.runner import evaluate
+    from stucksolver_eval.runner import evaluate
 
     def interrupted(spec):
         raise KeyboardInterrupt

@@ -65,10 +65,34 @@ def test_no_file_of_the_core_names_a_simulator(room):
 
 
 def test_nobody_but_the_one_who_starts_it_imports_the_embedded_simulator():
-    allowed = {Path("evaluate"), Path("cli"), Path("distill")}
+    """The commands do, and the evaluation, which is a package of its own."""
     for file in sorted(ROOT.rglob("*.py")):
         if "carlette" in {name.split(".")[0] for name in imports_of(file)}:
-            assert Path(file.relative_to(ROOT).parts[0]) in allowed, file
+            assert file.relative_to(ROOT).parts[0] == "cli", file
+
+
+FACES = {"solver", "guard", "ladder", "detect", "record"}
+"""Rooms of which the evaluation uses no more than what they show to everybody."""
+
+
+def test_the_evaluation_needs_the_faces_of_the_solver_and_the_guard_only():
+    for file in sorted((ROOT.parent / "stucksolver_eval").rglob("*.py")):
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        froms = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+        for node in froms:
+            parts = str(node.module).split(".")
+            if parts[0] != "stucksolver" or len(parts) < 2:
+                continue
+            assert parts[1] != "cli", f"{file.name} imports a command"
+            assert parts[1] not in FACES or len(parts) == 2, f"{file.name} imports {node.module}"
+            assert not any(alias.name.startswith("_") for alias in node.names), f"{file.name}: {node.module}"
+
+
+def test_only_the_commands_know_the_evaluation():
+    for package in (ROOT, ROOT.parent / "carlette", ROOT.parent / "stucksolver_bridge"):
+        for file in sorted(package.rglob("*.py")):
+            if "stucksolver_eval" in {name.split(".")[0] for name in imports_of(file)}:
+                assert package == ROOT and file.relative_to(ROOT).parts[0] == "cli", file
 
 
 def test_importing_the_core_or_the_whole_product_loads_no_simulator():

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import carla
 import numpy as np
 
-from stucksolver.evaluate.situation import into_gear
 from stucksolver.stacks.driver import BehaviorDriver, DrivePoint
 from stucksolver.stacks.driver.route_line import smooth_step
+from stucksolver_eval.situation import into_gear
 
 TICK_S = 0.05
 

@@ -7,7 +7,7 @@ import signal
 import time
 from multiprocessing.connection import Connection
 
-from stucksolver.evaluate.jobs import Job, _work
+from stucksolver_eval.jobs import Job, _work
 
 
 def attempts(job: Job) -> int:

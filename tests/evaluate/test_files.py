@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from stucksolver.evaluate.files import OutputError, require_writable, write_text
+from stucksolver_eval.files import OutputError, require_writable, write_text
 
 PLENTY = "x" * 100_000
 

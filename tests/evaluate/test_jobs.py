@@ -15,9 +15,9 @@ pytest.importorskip("carla")
 
 import crashers
 
-from stucksolver.evaluate import jobs
-from stucksolver.evaluate.jobs import Job, RunError, make
-from stucksolver.evaluate.situation import Scenario
+from stucksolver_eval import jobs
+from stucksolver_eval.jobs import Job, RunError, make
+from stucksolver_eval.situation import Scenario
 
 pytestmark = pytest.mark.integration
 

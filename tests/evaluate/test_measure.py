@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from stucksolver.evaluate.measure import BLOCKED_S, Measures
 from stucksolver.scene import Status
+from stucksolver_eval.measure import BLOCKED_S, Measures
 
 DT = 0.05
 

@@ -8,8 +8,8 @@ import pytest
 
 carla = pytest.importorskip("carla")
 
-from stucksolver.evaluate.mishaps import Mishaps  # noqa: E402
-from stucksolver.evaluate.server import carlette_server  # noqa: E402
+from stucksolver_eval.mishaps import Mishaps  # noqa: E402
+from stucksolver_eval.server import carlette_server  # noqa: E402
 
 pytestmark = pytest.mark.integration
 

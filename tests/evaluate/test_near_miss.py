@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 pytest.importorskip("carla")
 
-import stucksolver.evaluate
-from stucksolver.evaluate.near_miss import is_near
+import stucksolver_eval
 from stucksolver.scene.boxes import separation, time_to_contact
+from stucksolver_eval.near_miss import is_near
 
 EGO_HALF, CAR_HALF = (2.4, 1.0), (2.0, 1.0)
 
@@ -81,6 +81,6 @@ def test_many_at_once_are_each_as_alone():
 
 def test_nobody_else_defines_one():
     """Whoever speaks of near misses takes them from the one place."""
-    sources = {path: path.read_text() for path in Path(stucksolver.evaluate.__path__[0]).rglob("*.py")}
+    sources = {path: path.read_text() for path in Path(stucksolver_eval.__path__[0]).rglob("*.py")}
     makers = [path.name for path, text in sources.items() if 'kind="near_miss"' in text]
     assert makers == ["near_miss.py"]

@@ -18,10 +18,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stucksolver.evaluate.report import ReportError, write_report
-from stucksolver.evaluate.report.pack import pack, series
-from stucksolver.evaluate.report.page import SCRIPTS, embedded_json
-from stucksolver.evaluate.runlog import (
+from stucksolver_eval.report import ReportError, write_report
+from stucksolver_eval.report.pack import pack, series
+from stucksolver_eval.report.page import SCRIPTS, embedded_json
+from stucksolver_eval.runlog import (
     ActorInfo,
     DecisionMoment,
     Frame,
@@ -33,7 +33,7 @@ from stucksolver.evaluate.runlog import (
     RunResult,
 )
 
-ASSETS = files("stucksolver.evaluate.report") / "assets"
+ASSETS = files("stucksolver_eval.report") / "assets"
 HOSTILE = "</script><script>alert(1)</script><!--<img src=x onerror=alert(2)> & {{DATA}} \u2028"
 STREET = MapView(
     name="street",
@@ -224,7 +224,7 @@ def test_a_failed_write_names_path_and_remedy_and_keeps_the_old_report(tmp_path)
 import resource, signal, sys
 sys.path.insert(0, {str(Path(__file__).parent)!r})
 from test_report import run_log
-from stucksolver.evaluate.report import ReportError, write_report
+from stucksolver_eval.report import ReportError, write_report
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))
 try:

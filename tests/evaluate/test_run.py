@@ -14,15 +14,15 @@ import pytest
 carla = pytest.importorskip("carla")
 
 from stucksolver.decision import Directive, Execute  # noqa: E402
-from stucksolver.evaluate.jobs import Job, make  # noqa: E402
-from stucksolver.evaluate.run import DT_S, run_job  # noqa: E402
-from stucksolver.evaluate.runlog import RunLog  # noqa: E402
-from stucksolver.evaluate.server import Server, carlette_server  # noqa: E402
-from stucksolver.evaluate.situation import Scenario, into_gear  # noqa: E402
 from stucksolver.reason import RuleReasoner  # noqa: E402
 from stucksolver.solver import Event, EventKind, StuckSolver  # noqa: E402
 from stucksolver.stacks.carla_stack import CarlaStack  # noqa: E402
 from stucksolver.stacks.driver import BehaviorDriver  # noqa: E402
+from stucksolver_eval.jobs import Job, make  # noqa: E402
+from stucksolver_eval.run import DT_S, run_job  # noqa: E402
+from stucksolver_eval.runlog import RunLog  # noqa: E402
+from stucksolver_eval.server import Server, carlette_server  # noqa: E402
+from stucksolver_eval.situation import Scenario, into_gear  # noqa: E402
 
 pytestmark = pytest.mark.integration
 

@@ -16,8 +16,8 @@ pytest.importorskip("carla")
 
 import msgpack
 
-from stucksolver.evaluate import server as servers
-from stucksolver.evaluate.server import ServerError, carlette_server, remote_server
+from stucksolver_eval import server as servers
+from stucksolver_eval.server import ServerError, carlette_server, remote_server
 
 pytestmark = pytest.mark.integration
 

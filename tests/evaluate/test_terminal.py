@@ -7,7 +7,7 @@ import re
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stucksolver.evaluate.terminal import filled, table
+from stucksolver_eval.terminal import filled, table
 
 HEAD = ("Run", "Score", "Success %", "By rung", "Notes")
 NAMES = st.text("abcdefgh +:/", min_size=1, max_size=50).map(str.strip).filter(bool)

@@ -15,8 +15,8 @@ pytestmark = pytest.mark.integration
 SCRIPT = """
 import json, os, sys
 import carla
-from stucksolver.evaluate.server import carlette_server, set_synchronous
-from stucksolver.evaluate.traffic import Traffic
+from stucksolver_eval.server import carlette_server, set_synchronous
+from stucksolver_eval.traffic import Traffic
 
 def farthest_off_the_road(world, manager):
     blueprint = world.get_blueprint_library().find("vehicle.tesla.model3")

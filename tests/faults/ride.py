@@ -15,12 +15,12 @@ from typing import Any
 import carla
 
 from stucksolver import CONTINUE, StuckSolver, Surroundings
-from stucksolver.evaluate.sites import choose_site
-from stucksolver.evaluate.situation import into_gear
 from stucksolver.record import Recorder
 from stucksolver.solver import Event, EventKind
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.driver import BehaviorDriver
+from stucksolver_eval.sites import choose_site
+from stucksolver_eval.situation import into_gear
 
 DT_S = 0.05
 LENGTH_M = 170

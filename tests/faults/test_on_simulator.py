@@ -18,13 +18,13 @@ carla = pytest.importorskip("carla")
 
 from ride import DT_S, Ride  # noqa: E402
 
-from stucksolver.evaluate.server import Server, carlette_server  # noqa: E402
 from stucksolver.ladder import profile  # noqa: E402
 from stucksolver.reason.faulty import make_faulty  # noqa: E402
 from stucksolver.record import replay  # noqa: E402
 from stucksolver.record.recorder import RUN_ENDED  # noqa: E402
 from stucksolver.solver import EventKind  # noqa: E402
 from stucksolver.stacks.observer import NoSuchCar, Watching  # noqa: E402
+from stucksolver_eval.server import Server, carlette_server  # noqa: E402
 
 pytestmark = pytest.mark.integration
 T = TypeVar("T")

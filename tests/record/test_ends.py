@@ -96,9 +96,9 @@ class Seat:
 def drive_an_arm(recorder):
     """Until the route is over, which is before the plan is."""
     pytest.importorskip("carla")
-    from stucksolver.evaluate.arms.arm import Now
-    from stucksolver.evaluate.arms.solver_arm import SolverArm
     from stucksolver.solver import StuckSolver
+    from stucksolver_eval.arms.arm import Now
+    from stucksolver_eval.arms.solver_arm import SolverArm
 
     seat = Seat()
 

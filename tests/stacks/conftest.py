@@ -10,7 +10,7 @@ pytest.importorskip("carla")
 
 from townstage import Stage
 
-from stucksolver.evaluate.server import carlette_server
+from stucksolver_eval.server import carlette_server
 
 
 @pytest.fixture(scope="session")

@@ -13,8 +13,8 @@ from agents_package import behavior_agent_class  # noqa: E402
 from townstage import CAR  # noqa: E402
 
 import stucksolver  # noqa: E402
-from stucksolver.evaluate.server import carlette_server  # noqa: E402
 from stucksolver_bridge.agent_plan import make_agent  # noqa: E402
+from stucksolver_eval.server import carlette_server  # noqa: E402
 
 pytestmark = pytest.mark.integration
 

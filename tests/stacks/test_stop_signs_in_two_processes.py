@@ -10,12 +10,12 @@ carla = pytest.importorskip("carla")
 
 from townstage import CAR, Stage  # noqa: E402
 
-from stucksolver.evaluate.server import carlette_server  # noqa: E402
 from stucksolver.scene import ControlKind  # noqa: E402
 from stucksolver.stacks.carla_stack import CarlaStack  # noqa: E402
 from stucksolver.stacks.driver import BehaviorDriver  # noqa: E402
 from stucksolver.stacks.sidecar.session import _Carla  # noqa: E402
 from stucksolver_bridge.facts import Facts  # noqa: E402
+from stucksolver_eval.server import carlette_server  # noqa: E402
 
 pytestmark = pytest.mark.integration
 

@@ -19,7 +19,7 @@ from stucksolver.reason.make import HELP, make_reasoner, preflight, sees, unansw
 from stucksolver.reason.registry import ReasonerNameError
 
 if TYPE_CHECKING:
-    from stucksolver.evaluate.cases.wordings import Wording
+    from stucksolver_eval.cases.wordings import Wording
 
 FIGURE, WORDINGS = "cases.png", "wordings.png"
 
@@ -49,12 +49,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """0 when each case got a decision, and most questions an answer; 1 otherwise. Raises `UsageError`."""
-    from stucksolver.evaluate.cases import CASES, run_cases
-    from stucksolver.evaluate.cases.figure import draw_figure
-    from stucksolver.evaluate.cases.wordings import draw_wordings, worded
-    from stucksolver.evaluate.server import ServerError
-    from stucksolver.evaluate.sites import SiteError
-    from stucksolver.evaluate.situation import SituationError
+    from stucksolver_eval.cases import CASES, run_cases
+    from stucksolver_eval.cases.figure import draw_figure
+    from stucksolver_eval.cases.wordings import draw_wordings, worded
+    from stucksolver_eval.server import ServerError
+    from stucksolver_eval.sites import SiteError
+    from stucksolver_eval.situation import SituationError
 
     figure = WORDINGS if options.wordings is not None else FIGURE
     exchanges = options.out / "exchanges" if options.exchanges else None
@@ -107,7 +107,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _wordings(path: Path) -> tuple[Wording, ...]:
     """The sentences of a file of JSON lines. Raises `UsageError`."""
-    from stucksolver.evaluate.cases.wordings import Wording
+    from stucksolver_eval.cases.wordings import Wording
 
     found = []
     for where, said in json_lines(path):

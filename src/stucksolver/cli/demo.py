@@ -41,11 +41,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run it, print the table, say where the report is. Raises `UsageError` for what cannot be done."""
     # Not before: these need CARLA's client package, and help does not.
-    from stucksolver.evaluate.demo import DemoSpec, demo
-    from stucksolver.evaluate.files import OutputError
-    from stucksolver.evaluate.jobs import RunError
-    from stucksolver.evaluate.report import ReportError
-    from stucksolver.evaluate.table import conversation, runs_table
+    from stucksolver_eval.demo import DemoSpec, demo
+    from stucksolver_eval.files import OutputError
+    from stucksolver_eval.jobs import RunError
+    from stucksolver_eval.report import ReportError
+    from stucksolver_eval.table import conversation, runs_table
 
     spec = DemoSpec(
         map_name=options.map,

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Literal
 
 from stucksolver.cli.arguments import SUPPORTED, installed_version
-from stucksolver.evaluate.terminal import filled
+from stucksolver_eval.terminal import filled
 
 State = Literal["ok", "absent", "missing", "broken"]
 """`absent`: not there, and only needed for what it says."""
@@ -100,7 +100,7 @@ def _simulator() -> Iterator[Finding]:
     if importlib.util.find_spec("carla") is None:
         return
     try:
-        from stucksolver.evaluate.server import carlette_server, connect
+        from stucksolver_eval.server import carlette_server, connect
 
         with carlette_server("demo_town") as server:
             town = connect(server, ANSWERS_S).get_world().get_map().name

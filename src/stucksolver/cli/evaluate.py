@@ -68,18 +68,18 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run it and print the scores. Raises `UsageError` for what cannot be done; 1 if a route crashed."""
-    from stucksolver.evaluate.arms.make import ArmError
-    from stucksolver.evaluate.files import OutputError
-    from stucksolver.evaluate.guidance import GuidanceError
-    from stucksolver.evaluate.results.store import StoreError
-    from stucksolver.evaluate.routes import RouteFileError
-    from stucksolver.evaluate.runner.cluster import ClusterError
-    from stucksolver.evaluate.runner.evaluate import EvaluationSpec, evaluate
-    from stucksolver.evaluate.runner.job import ArmSpec
-    from stucksolver.evaluate.runner.sweep import SweepError, parse_sweep, run_sweep
-    from stucksolver.evaluate.scenarios.base import ScenarioError
-    from stucksolver.evaluate.suites import SuiteError, shipped_guidance
     from stucksolver.ladder import LadderError
+    from stucksolver_eval.arms.make import ArmError
+    from stucksolver_eval.files import OutputError
+    from stucksolver_eval.guidance import GuidanceError
+    from stucksolver_eval.results.store import StoreError
+    from stucksolver_eval.routes import RouteFileError
+    from stucksolver_eval.runner.cluster import ClusterError
+    from stucksolver_eval.runner.evaluate import EvaluationSpec, evaluate
+    from stucksolver_eval.runner.job import ArmSpec
+    from stucksolver_eval.runner.sweep import SweepError, parse_sweep, run_sweep
+    from stucksolver_eval.scenarios.base import ScenarioError
+    from stucksolver_eval.suites import SuiteError, shipped_guidance
 
     errors = (ArmError, OutputError, GuidanceError, StoreError, RouteFileError, ClusterError, SuiteError)
     try:

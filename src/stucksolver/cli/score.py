@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from stucksolver.cli.errors import UsageError
 
 if TYPE_CHECKING:
-    from stucksolver.evaluate.results.store import Store
-    from stucksolver.evaluate.scores.summary import Summary
+    from stucksolver_eval.results.store import Store
+    from stucksolver_eval.scores.summary import Summary
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -39,14 +39,14 @@ def show_scores(folders: list[Path], alone: Path | None = None, plots: Path | No
 
     1 if a route crashed or is not as it should be, or a model hardly answered.
     """
-    from stucksolver.evaluate.files import OutputError
-    from stucksolver.evaluate.report import ReportError
-    from stucksolver.evaluate.report.evaluation import write_evaluation
-    from stucksolver.evaluate.report.plots import write_plots
-    from stucksolver.evaluate.report.tables import banners, summary_text
-    from stucksolver.evaluate.results.store import Store, StoreError
-    from stucksolver.evaluate.routes import RouteFileError
-    from stucksolver.evaluate.scores.summary import summarize
+    from stucksolver_eval.files import OutputError
+    from stucksolver_eval.report import ReportError
+    from stucksolver_eval.report.evaluation import write_evaluation
+    from stucksolver_eval.report.plots import write_plots
+    from stucksolver_eval.report.tables import banners, summary_text
+    from stucksolver_eval.results.store import Store, StoreError
+    from stucksolver_eval.routes import RouteFileError
+    from stucksolver_eval.scores.summary import summarize
 
     try:
         pair = _pair(folders, alone)
@@ -66,7 +66,7 @@ def show_scores(folders: list[Path], alone: Path | None = None, plots: Path | No
 
 def _pair(folders: list[Path], alone: Path | None) -> Store | None:
     """The evaluation of the driver alone: as told, or the one of these that is."""
-    from stucksolver.evaluate.results.store import Store
+    from stucksolver_eval.results.store import Store
 
     if alone is not None:
         return Store(alone)
@@ -75,10 +75,10 @@ def _pair(folders: list[Path], alone: Path | None) -> Store | None:
 
 def show_sweep(summaries: dict[str, Summary], out: Path) -> int:
     """Print the trade-off and write a report for each combination; 1 if a route crashed."""
-    from stucksolver.evaluate.report.evaluation import write_evaluation
-    from stucksolver.evaluate.report.tables import banners
-    from stucksolver.evaluate.report.tradeoff import write_tradeoff
-    from stucksolver.evaluate.results.store import Store
+    from stucksolver_eval.report.evaluation import write_evaluation
+    from stucksolver_eval.report.tables import banners
+    from stucksolver_eval.report.tradeoff import write_tradeoff
+    from stucksolver_eval.results.store import Store
 
     for label, summary in summaries.items():
         write_evaluation(Store(out / label), summary)
@@ -90,10 +90,10 @@ def show_sweep(summaries: dict[str, Summary], out: Path) -> int:
 
 def run_compare(options: argparse.Namespace) -> int:
     """Print the comparison. Raises `UsageError`."""
-    from stucksolver.evaluate.results.store import Store, StoreError
-    from stucksolver.evaluate.routes import RouteFileError
-    from stucksolver.evaluate.scores.compare import ComparisonError, comparison, comparison_text
-    from stucksolver.evaluate.scores.summary import summarize
+    from stucksolver_eval.results.store import Store, StoreError
+    from stucksolver_eval.routes import RouteFileError
+    from stucksolver_eval.scores.compare import ComparisonError, comparison, comparison_text
+    from stucksolver_eval.scores.summary import summarize
 
     try:
         first, second = summarize(Store(options.first)), summarize(Store(options.second), Store(options.first))

@@ -28,9 +28,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Look on until told to end. Raises `UsageError`, also where a record could not be written to its end."""
-    from stucksolver.evaluate.files import OutputError, require_writable
-    from stucksolver.evaluate.server import ServerError, connect, remote_server
     from stucksolver.stacks.observer import NoSuchCar, Watching
+    from stucksolver_eval.files import OutputError, require_writable
+    from stucksolver_eval.server import ServerError, connect, remote_server
 
     ladder = chosen_ladder(options.ladder)
     try:

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 carla = pytest.importorskip("carla")
 
 from carlette.maps import DEMO_TOWN  # noqa: E402
-from stucksolver.evaluate.actors import LanePath, Member, State  # noqa: E402
-from stucksolver.evaluate.actors.body import Pedals  # noqa: E402
-from stucksolver.evaluate.actors.leaders import boxes_touch  # noqa: E402
+from stucksolver_eval.actors import LanePath, Member, State  # noqa: E402
+from stucksolver_eval.actors.body import Pedals  # noqa: E402
+from stucksolver_eval.actors.leaders import boxes_touch  # noqa: E402
 
 
 @lru_cache(maxsize=1)

@@ -12,9 +12,9 @@ import pytest
 carla = pytest.importorskip("carla")
 
 from carlette.maps import DEMO_TOWN  # noqa: E402
-from stucksolver.evaluate.actors import LanePath  # noqa: E402
-from stucksolver.evaluate.actors.cars import Car, Cars  # noqa: E402
-from stucksolver.evaluate.actors.path import Crossing, StopLine  # noqa: E402
+from stucksolver_eval.actors import LanePath  # noqa: E402
+from stucksolver_eval.actors.cars import Car, Cars  # noqa: E402
+from stucksolver_eval.actors.path import Crossing, StopLine  # noqa: E402
 
 GREEN, RED = carla.TrafficLightState.Green, carla.TrafficLightState.Red
 

@@ -11,8 +11,8 @@ carla = pytest.importorskip("carla")
 
 import numpy as np  # noqa: E402
 
-from stucksolver.evaluate.arms.arm import Now  # noqa: E402
-from stucksolver.evaluate.arms.timers import TimersArm  # noqa: E402
+from stucksolver_eval.arms.arm import Now  # noqa: E402
+from stucksolver_eval.arms.timers import TimersArm  # noqa: E402
 
 
 class Driver:

@@ -11,12 +11,12 @@ import pytest
 
 carla = pytest.importorskip("carla")
 
-from stucksolver.evaluate.background import Background  # noqa: E402
-from stucksolver.evaluate.background.lanes import route_junctions  # noqa: E402
-from stucksolver.evaluate.routes.line import RouteLine  # noqa: E402
-from stucksolver.evaluate.scenarios import Play, Setting  # noqa: E402
-from stucksolver.evaluate.server import carlette_server  # noqa: E402
 from stucksolver.stacks.driver import RoutePoint  # noqa: E402
+from stucksolver_eval.background import Background  # noqa: E402
+from stucksolver_eval.background.lanes import route_junctions  # noqa: E402
+from stucksolver_eval.routes.line import RouteLine  # noqa: E402
+from stucksolver_eval.scenarios import Play, Setting  # noqa: E402
+from stucksolver_eval.server import carlette_server  # noqa: E402
 
 pytestmark = pytest.mark.integration
 TICK_S = 0.05

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from stucksolver.decision.behaviors import ChangeLane
-from stucksolver.evaluate.cases import CASES, run_cases
-from stucksolver.evaluate.cases.figure import draw_figure
 from stucksolver.reason.make import make_reasoner
+from stucksolver_eval.cases import CASES, run_cases
+from stucksolver_eval.cases.figure import draw_figure
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "reason"))
 from chat_server import ChatServer

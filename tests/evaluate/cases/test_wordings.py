@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from stucksolver.cli.main import main
-from stucksolver.evaluate.cases import run_cases
-from stucksolver.evaluate.cases.wordings import Wording, draw_wordings, outcome, passed_s, read_as, worded
 from stucksolver.reason import RuleReasoner
+from stucksolver_eval.cases import run_cases
+from stucksolver_eval.cases.wordings import Wording, draw_wordings, outcome, passed_s, read_as, worded
 
 pytest.importorskip("onnxruntime", reason="the reader of words is not installed: pip install 'stucksolver[words]'")
 SENTENCES = Path(__file__).parents[3] / "results" / "words" / "cyclists.jsonl"

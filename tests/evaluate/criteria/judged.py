@@ -5,8 +5,8 @@ from __future__ import annotations
 import carla
 import numpy as np
 
-from stucksolver.evaluate.criteria import Criterion, Moment
-from stucksolver.evaluate.criteria.route_walk import RouteWalk
+from stucksolver_eval.criteria import Criterion, Moment
+from stucksolver_eval.criteria.route_walk import RouteWalk
 
 DT_S = 0.05
 

@@ -10,10 +10,10 @@ carla = pytest.importorskip("carla")
 
 from judged import moment  # noqa: E402
 
-from stucksolver.evaluate.criteria.collision import CollisionRule, Contact, kind_of  # noqa: E402
-from stucksolver.evaluate.criteria.red_light import crosses  # noqa: E402
-from stucksolver.evaluate.criteria.scenario_events import ScenarioEvents  # noqa: E402
-from stucksolver.evaluate.criteria.stop_sign import StopSign, affects  # noqa: E402
+from stucksolver_eval.criteria.collision import CollisionRule, Contact, kind_of  # noqa: E402
+from stucksolver_eval.criteria.red_light import crosses  # noqa: E402
+from stucksolver_eval.criteria.scenario_events import ScenarioEvents  # noqa: E402
+from stucksolver_eval.criteria.stop_sign import StopSign, affects  # noqa: E402
 
 HERE, NEAR, FAR = carla.Location(0, 0, 0), carla.Location(4, 0, 0), carla.Location(6, 0, 0)
 

@@ -10,11 +10,11 @@ import pytest
 carla = pytest.importorskip("carla")
 
 from carlette.maps import DEMO_TOWN  # noqa: E402
-from stucksolver.evaluate.criteria import Moment  # noqa: E402
-from stucksolver.evaluate.criteria.lanes import OutsideLanes, between  # noqa: E402
-from stucksolver.evaluate.criteria.route_walk import RouteWalk  # noqa: E402
-from stucksolver.evaluate.routes.line import RouteLine  # noqa: E402
 from stucksolver.stacks.driver.routing import trace_route  # noqa: E402
+from stucksolver_eval.criteria import Moment  # noqa: E402
+from stucksolver_eval.criteria.lanes import OutsideLanes, between  # noqa: E402
+from stucksolver_eval.criteria.route_walk import RouteWalk  # noqa: E402
+from stucksolver_eval.routes.line import RouteLine  # noqa: E402
 
 LENGTH = 60
 

@@ -8,11 +8,11 @@ pytest.importorskip("carla")
 
 from judged import drive, moment, straight
 
-from stucksolver.evaluate.criteria.blocked import Blocked
-from stucksolver.evaluate.criteria.completion import RouteCompletion
-from stucksolver.evaluate.criteria.in_route import InRoute
-from stucksolver.evaluate.criteria.min_speed import MinSpeed
-from stucksolver.evaluate.criteria.route_timeout import RouteTimeout, TickRuntime
+from stucksolver_eval.criteria.blocked import Blocked
+from stucksolver_eval.criteria.completion import RouteCompletion
+from stucksolver_eval.criteria.in_route import InRoute
+from stucksolver_eval.criteria.min_speed import MinSpeed
+from stucksolver_eval.criteria.route_timeout import RouteTimeout, TickRuntime
 
 
 def test_completion_is_the_share_up_to_the_last_point_passed() -> None:

@@ -12,13 +12,13 @@ import pytest
 
 pytest.importorskip("carla")
 
-from stucksolver.evaluate.arms.make import ArmError, check_arm
-from stucksolver.evaluate.drivers import AgentError, check_driver
-from stucksolver.evaluate.drivers.agent import checked
-from stucksolver.evaluate.drivers.guest import GuestDriver
-from stucksolver.evaluate.runner.job import ArmSpec, RouteJob
-from stucksolver.evaluate.runner.suite import load_routes
-from stucksolver.evaluate.runner.work import Task, run_task
+from stucksolver_eval.arms.make import ArmError, check_arm
+from stucksolver_eval.drivers import AgentError, check_driver
+from stucksolver_eval.drivers.agent import checked
+from stucksolver_eval.drivers.guest import GuestDriver
+from stucksolver_eval.runner.job import ArmSpec, RouteJob
+from stucksolver_eval.runner.suite import load_routes
+from stucksolver_eval.runner.work import Task, run_task
 
 ROOT = Path(__file__).parents[3]
 ROUTE = "1242"

@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from stucksolver.evaluate.guidance import GuidanceError, Line, Speaker, read_script
+from stucksolver_eval.guidance import GuidanceError, Line, Speaker, read_script
 
 
 def line(**when: float) -> Line:

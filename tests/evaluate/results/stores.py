@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from stucksolver.evaluate.criteria import Infraction
-from stucksolver.evaluate.files import write_text
-from stucksolver.evaluate.results.manifest import Manifest, suite_digest
-from stucksolver.evaluate.results.metric_info import NAMES, MetricInfo
-from stucksolver.evaluate.results.outcome import Outcome
-from stucksolver.evaluate.results.record import RouteRecord, make_record
-from stucksolver.evaluate.results.store import Store
-from stucksolver.evaluate.routes import Pose, Position, Route, ScenarioSpec
+from stucksolver_eval.criteria import Infraction
+from stucksolver_eval.files import write_text
+from stucksolver_eval.results.manifest import Manifest, suite_digest
+from stucksolver_eval.results.metric_info import NAMES, MetricInfo
+from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.results.record import RouteRecord, make_record
+from stucksolver_eval.results.store import Store
+from stucksolver_eval.routes import Pose, Position, Route, ScenarioSpec
 
 ORIGIN = Position(0.0, 0.0, 0.0)
 
@@ -78,7 +78,7 @@ def keep(store: Store, of: Route, seed: int, kept: RouteRecord) -> None:
     """Write a driven route's files."""
     name = kept.save_name
     metric_info().write(store.folder / f"seed-{seed}" / "metrics" / name)
-    from stucksolver.evaluate.results.record import checkpoint_text
+    from stucksolver_eval.results.record import checkpoint_text
 
     write_text(store.folder / f"seed-{seed}" / "records" / f"{name}.json", checkpoint_text(kept))
     store.write_outcome(of, outcome(of, seed, points=101, length_m=100.0))

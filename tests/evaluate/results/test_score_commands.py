@@ -8,7 +8,7 @@ import pytest
 from stores import ROUTES, begun, keep, record
 
 from stucksolver.cli import main
-from stucksolver.evaluate.results.outcome import Reliability
+from stucksolver_eval.results.outcome import Reliability
 
 
 def evaluation(folder: Path, recovery: str, completion: float) -> Path:
@@ -91,7 +91,7 @@ def test_evaluations_of_other_routes_are_told_apart_by_words_not_digests(
     ],
 )
 def test_what_cannot_be_resumed_is_said_in_words(tmp_path: Path, changes: dict[str, object], told: str) -> None:
-    from stucksolver.evaluate.results.store import StoreError
+    from stucksolver_eval.results.store import StoreError
 
     store = begun(tmp_path / "a", **changes)
     ours = begun(tmp_path / "b").manifest()

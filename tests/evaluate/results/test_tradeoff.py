@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from stores import ROUTES, begun, keep, outcome, record
 
-from stucksolver.evaluate.report.tradeoff import write_tradeoff
-from stucksolver.evaluate.scores.summary import summarize
+from stucksolver_eval.report.tradeoff import write_tradeoff
+from stucksolver_eval.scores.summary import summarize
 
 HALF = {"v_min=2,dt=1": 50.0, "v_min=2,dt=3": 60.0, "v_min=5,dt=1": 70.0, "v_min=5,dt=3": 80.0}
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stucksolver.evaluate.routes import (
+from stucksolver_eval.routes import (
     Pose,
     Position,
     Route,
@@ -18,7 +18,7 @@ from stucksolver.evaluate.routes import (
     read_routes,
     write_routes,
 )
-from stucksolver.evaluate.routes.write import routes_text
+from stucksolver_eval.routes.write import routes_text
 
 LEADERBOARD = """<?xml version='1.0' encoding='UTF-8'?>
 <routes>

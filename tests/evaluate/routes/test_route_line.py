@@ -11,9 +11,9 @@ import pytest
 carla = pytest.importorskip("carla")
 
 from carlette.maps import DEMO_TOWN  # noqa: E402
-from stucksolver.evaluate.routes import Position  # noqa: E402
-from stucksolver.evaluate.routes.line import RouteLine  # noqa: E402
 from stucksolver.stacks.carla_stack.route_road import new_ground  # noqa: E402
+from stucksolver_eval.routes import Position  # noqa: E402
+from stucksolver_eval.routes.line import RouteLine  # noqa: E402
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import os
 import signal
 from multiprocessing.connection import Connection
 
-from stucksolver.evaluate.runner import work
-from stucksolver.evaluate.runner.work import Task
+from stucksolver_eval.runner import work
+from stucksolver_eval.runner.work import Task
 
 _real = work._work
 

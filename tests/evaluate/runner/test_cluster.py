@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("carla")
 
-from stucksolver.evaluate.runner.cluster import ClusterError, _keep, run_on_cluster
+from stucksolver_eval.runner.cluster import ClusterError, _keep, run_on_cluster
 
 
 def test_a_worker_cannot_write_elsewhere(tmp_path: Path) -> None:
@@ -25,7 +25,7 @@ def test_outcomes_are_written_last(tmp_path: Path) -> None:
 
 def test_a_scheduler_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr("stucksolver.evaluate.runner.cluster.CONNECT_S", 1)
+    monkeypatch.setattr("stucksolver_eval.runner.cluster.CONNECT_S", 1)
     with pytest.raises(ClusterError, match=r"no dask scheduler at tcp://127\.0\.0\.1:9"):
         list(run_on_cluster([], "tcp://127.0.0.1:9"))
 

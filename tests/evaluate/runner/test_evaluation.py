@@ -19,9 +19,9 @@ import route_crashers  # noqa: E402
 
 from carlette.maps import DEMO_TOWN  # noqa: E402
 from stucksolver.cli import main  # noqa: E402
-from stucksolver.evaluate.results.store import Store  # noqa: E402
-from stucksolver.evaluate.routes import Pose, Position, Route, ScenarioSpec, write_routes  # noqa: E402
-from stucksolver.evaluate.runner import work  # noqa: E402
+from stucksolver_eval.results.store import Store  # noqa: E402
+from stucksolver_eval.routes import Pose, Position, Route, ScenarioSpec, write_routes  # noqa: E402
+from stucksolver_eval.runner import work  # noqa: E402
 
 pytestmark = pytest.mark.integration
 LENGTH_M = 90

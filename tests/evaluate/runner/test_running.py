@@ -13,19 +13,19 @@ import pytest
 
 pytest.importorskip("carla")
 
-from stucksolver.evaluate.files import OutputError
-from stucksolver.evaluate.jobs import NotWanted
-from stucksolver.evaluate.results.outcome import Outcome
-from stucksolver.evaluate.results.record import make_record
-from stucksolver.evaluate.routes import Pose, Position, Route, ScenarioSpec, WeatherKey
-from stucksolver.evaluate.runner.board import Board
-from stucksolver.evaluate.runner.evaluate import EvaluationSpec
-from stucksolver.evaluate.runner.job import ArmSpec, RouteJob
-from stucksolver.evaluate.runner.pool import run_tasks
-from stucksolver.evaluate.runner.sweep import SweepError, parse_sweep, sweep_specs
-from stucksolver.evaluate.runner.watch import SpellWatch
-from stucksolver.evaluate.runner.weather import between
-from stucksolver.evaluate.runner.work import Task, run_task
+from stucksolver_eval.files import OutputError
+from stucksolver_eval.jobs import NotWanted
+from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.results.record import make_record
+from stucksolver_eval.routes import Pose, Position, Route, ScenarioSpec, WeatherKey
+from stucksolver_eval.runner.board import Board
+from stucksolver_eval.runner.evaluate import EvaluationSpec
+from stucksolver_eval.runner.job import ArmSpec, RouteJob
+from stucksolver_eval.runner.pool import run_tasks
+from stucksolver_eval.runner.sweep import SweepError, parse_sweep, sweep_specs
+from stucksolver_eval.runner.watch import SpellWatch
+from stucksolver_eval.runner.weather import between
+from stucksolver_eval.runner.work import Task, run_task
 
 HERE = Position(0.0, 0.0, 0.0)
 

@@ -12,7 +12,7 @@ carla = pytest.importorskip("carla")
 
 from playing import Playing, Theatre  # noqa: E402
 
-from stucksolver.evaluate.server import carlette_server  # noqa: E402
+from stucksolver_eval.server import carlette_server  # noqa: E402
 
 
 @pytest.fixture(scope="session")

@@ -12,12 +12,12 @@ from typing import Any
 import carla
 import numpy as np
 
-import stucksolver.evaluate.suites as suites
-from stucksolver.evaluate.actors import Car, Member
-from stucksolver.evaluate.background import Background
-from stucksolver.evaluate.routes import Route, ScenarioSpec, read_routes
-from stucksolver.evaluate.routes.line import RouteLine
-from stucksolver.evaluate.scenarios import Play, Scenario, Setting
+import stucksolver_eval.suites as suites
+from stucksolver_eval.actors import Car, Member
+from stucksolver_eval.background import Background
+from stucksolver_eval.routes import Route, ScenarioSpec, read_routes
+from stucksolver_eval.routes.line import RouteLine
+from stucksolver_eval.scenarios import Play, Scenario, Setting
 
 TICK_S = 0.05
 HERO = "vehicle.lincoln.mkz_2020"

@@ -8,9 +8,9 @@ import pytest
 
 carla = pytest.importorskip("carla")
 
-from stucksolver.evaluate.routes.line import RouteLine  # noqa: E402
-from stucksolver.evaluate.scenarios.types.stuck.closed_road import BARRIER_M, FOR_VEHICLES, row_across  # noqa: E402
-from stucksolver.evaluate.suites import make, suite  # noqa: E402
+from stucksolver_eval.routes.line import RouteLine  # noqa: E402
+from stucksolver_eval.scenarios.types.stuck.closed_road import BARRIER_M, FOR_VEHICLES, row_across  # noqa: E402
+from stucksolver_eval.suites import make, suite  # noqa: E402
 
 ROUTES = [route for route in suite("immobilized").routes if route.scenarios[0].type == "ClosedRoad"]
 

@@ -8,7 +8,7 @@ import pytest
 
 carla = pytest.importorskip("carla")
 
-from stucksolver.evaluate.scenarios.types import parking_crossing_pedestrian  # noqa: E402
+from stucksolver_eval.scenarios.types import parking_crossing_pedestrian  # noqa: E402
 
 pytestmark = pytest.mark.integration
 

@@ -11,11 +11,11 @@ carla = pytest.importorskip("carla")
 
 from playing import Playing, shipped  # noqa: E402
 
-from stucksolver.evaluate.routes import Pose, Position, ScenarioSpec  # noqa: E402
-from stucksolver.evaluate.scenarios import SCENARIOS, Scenario, ScenarioError, Unsupported, load_all  # noqa: E402
-from stucksolver.evaluate.scenarios.document import PAGE, page  # noqa: E402
-from stucksolver.evaluate.scenarios.parameters import Choice, Number, Place, Range, parameters_of  # noqa: E402
-from stucksolver.evaluate.scenarios.registry import scenario, scenario_type  # noqa: E402
+from stucksolver_eval.routes import Pose, Position, ScenarioSpec  # noqa: E402
+from stucksolver_eval.scenarios import SCENARIOS, Scenario, ScenarioError, Unsupported, load_all  # noqa: E402
+from stucksolver_eval.scenarios.document import PAGE, page  # noqa: E402
+from stucksolver_eval.scenarios.parameters import Choice, Number, Place, Range, parameters_of  # noqa: E402
+from stucksolver_eval.scenarios.registry import scenario, scenario_type  # noqa: E402
 
 PUBLIC = [
     "Accident",

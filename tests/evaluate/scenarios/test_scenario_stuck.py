@@ -10,7 +10,7 @@ carla = pytest.importorskip("carla")
 
 from playing import Playing, shipped  # noqa: E402
 
-from stucksolver.evaluate.scenarios import SCENARIOS, load_all  # noqa: E402
+from stucksolver_eval.scenarios import SCENARIOS, load_all  # noqa: E402
 
 RED, GREEN, OFF = carla.TrafficLightState.Red, carla.TrafficLightState.Green, carla.TrafficLightState.Off
 DISTANCE_M = 42.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from stucksolver.evaluate.results.outcome import Intervention, Noted, Outcome, Spell
+from stucksolver_eval.results.outcome import Intervention, Noted, Outcome, Spell
 
 
 def outcome(**changes: Any) -> Outcome:

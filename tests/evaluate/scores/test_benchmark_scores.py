@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from stucksolver.evaluate.criteria import Infraction
-from stucksolver.evaluate.scores.ability import ABILITIES, AbilityCase, ability_scores, passed_junction
-from stucksolver.evaluate.scores.efficiency import corrected_efficiency, efficiency, route_efficiency
-from stucksolver.evaluate.scores.penalties import FACTORS, KINDS, score_route
-from stucksolver.evaluate.scores.smoothness import CORRECTED, filters, smoothness
+from stucksolver_eval.criteria import Infraction
+from stucksolver_eval.scores.ability import ABILITIES, AbilityCase, ability_scores, passed_junction
+from stucksolver_eval.scores.efficiency import corrected_efficiency, efficiency, route_efficiency
+from stucksolver_eval.scores.penalties import FACTORS, KINDS, score_route
+from stucksolver_eval.scores.smoothness import CORRECTED, filters, smoothness
 
 
 def test_factors_multiply_for_each_event() -> None:

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from outcomes import noted, outcome, plan, spell
 
-from stucksolver.evaluate.results.outcome import Outcome, Query
-from stucksolver.evaluate.scores.recovery import RecoveryFigures, key_of, recovery_figures
+from stucksolver_eval.results.outcome import Outcome, Query
+from stucksolver_eval.scores.recovery import RecoveryFigures, key_of, recovery_figures
 
 
 def figures(alone: Outcome | None = None, **changes: Any) -> RecoveryFigures:

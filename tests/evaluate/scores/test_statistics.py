@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stucksolver.evaluate.scores.statistics import bootstrap, compare_pairs
+from stucksolver_eval.scores.statistics import bootstrap, compare_pairs
 
 VALUES = st.lists(st.lists(st.floats(0, 100), min_size=1, max_size=3), min_size=1, max_size=12)
 

@@ -12,12 +12,12 @@ import pytest
 
 carla = pytest.importorskip("carla")
 
-from stucksolver.evaluate.guidance import read_script  # noqa: E402 (needs carla)
-from stucksolver.evaluate.routes.line import RouteLine  # noqa: E402 (needs carla)
-from stucksolver.evaluate.suites import SuiteError, make, shipped_guidance, suite, suite_names  # noqa: E402
-from stucksolver.evaluate.suites.situations import SITUATIONS  # noqa: E402
-from stucksolver.evaluate.suites.values import DRAWS, Interval, OneOf  # noqa: E402
-from stucksolver.evaluate.suites.weathers import FIELDS, PRESETS  # noqa: E402
+from stucksolver_eval.guidance import read_script  # noqa: E402 (needs carla)
+from stucksolver_eval.routes.line import RouteLine  # noqa: E402 (needs carla)
+from stucksolver_eval.suites import SuiteError, make, shipped_guidance, suite, suite_names  # noqa: E402
+from stucksolver_eval.suites.situations import SITUATIONS  # noqa: E402
+from stucksolver_eval.suites.values import DRAWS, Interval, OneOf  # noqa: E402
+from stucksolver_eval.suites.weathers import FIELDS, PRESETS  # noqa: E402
 
 FLOWS = {
     "EnterActorFlow",

@@ -1,5 +1,0 @@
-"""The traffic around the hero, and the hooks by which scenarios shape it."""
-
-from stucksolver.evaluate.background.background import Background
-
-__all__ = ["Background"]

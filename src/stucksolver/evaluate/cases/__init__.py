@@ -1,6 +1,0 @@
-"""The three cases by which the paper shows how a model reasons, acted out in a simulator."""
-
-from stucksolver.evaluate.cases.case import CASES, Case, CaseError
-from stucksolver.evaluate.cases.run import CaseResult, run_cases
-
-__all__ = ["CASES", "Case", "CaseError", "CaseResult", "run_cases"]

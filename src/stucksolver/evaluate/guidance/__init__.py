@@ -1,6 +1,0 @@
-"""What a passenger says on which route, and when."""
-
-from stucksolver.evaluate.guidance.script import GuidanceError, Line, Script, read_script
-from stucksolver.evaluate.guidance.speaker import Speaker
-
-__all__ = ["GuidanceError", "Line", "Script", "Speaker", "read_script"]

@@ -1,0 +1,117 @@
+"""Who is ahead of a car on its line, and who touches whom."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver_eval.actors.cast import Member, State
+
+if TYPE_CHECKING:
+    from stucksolver_eval.actors.cars import Car
+
+LOOK_POINTS = 24
+"""Points of the line that are looked at, two metres apart."""
+_SIDE_M = 0.3
+_SAME_LEVEL_M = 4.0
+
+Array = NDArray[np.float64]
+
+
+class Leader(NamedTuple):
+    """The nearest body on a car's line: bumper gap (m) and its speed along the line (m/s)."""
+
+    gap_m: float
+    speed_mps: float
+
+    def after(self, dt_s: float, own_mps: float) -> Leader:
+        """A tick later, if nothing else changed."""
+        return Leader(self.gap_m + (self.speed_mps - own_mps) * dt_s, self.speed_mps)
+
+
+def find_leaders(cars: Sequence[Car], bodies: Sequence[tuple[Member, State]]) -> None:
+    """Set each car's `leader`. A body counts as circles along its length, as wide as it is."""
+    circles, owner = _circles(bodies)
+    for car in cars:
+        car.leader = _leader(car, bodies, circles, owner)
+
+
+def boxes_touch(one: Member, at: State, other: Member, there: State, margin_m: float) -> bool:
+    """Whether two oriented boxes come nearer than a margin (separating axes)."""
+    for a, s, b, t in ((one, at, other, there), (other, there, one, at)):
+        cos, sin = math.cos(s.yaw_rad), math.sin(s.yaw_rad)
+        (x, y), (u, v) = _middle(a, s), _middle(b, t)
+        dx, dy = u - x, v - y
+        ahead, right = abs(dx * cos + dy * sin), abs(-dx * sin + dy * cos)
+        turn = t.yaw_rad - s.yaw_rad
+        c, n = abs(math.cos(turn)), abs(math.sin(turn))
+        if ahead > a.half_length_m + b.half_length_m * c + b.half_width_m * n + margin_m:
+            return False
+        if right > a.half_width_m + b.half_length_m * n + b.half_width_m * c + margin_m:
+            return False
+    return True
+
+
+def _middle(member: Member, state: State) -> tuple[float, float]:
+    """Where the middle of a body's box is in the world."""
+    ahead, right = member.middle_m
+    cos, sin = math.cos(state.yaw_rad), math.sin(state.yaw_rad)
+    return state.x + ahead * cos - right * sin, state.y + ahead * sin + right * cos
+
+
+def _circles(bodies: Sequence[tuple[Member, State]]) -> tuple[Array, NDArray[np.int64]]:
+    """Rows of x, y, z, radius, and the index of the body each belongs to."""
+    rows: list[tuple[float, float, float, float]] = []
+    owner: list[int] = []
+    for index, (member, state) in enumerate(bodies):
+        radius = min(member.half_width_m, member.half_length_m)
+        reach = max(member.half_length_m, member.half_width_m) - radius
+        # A prop may lie across.
+        x, y = _middle(member, state)
+        yaw = state.yaw_rad + (math.pi / 2 if member.half_width_m > member.half_length_m else 0.0)
+        count = max(1, math.ceil(2.0 * reach / 2.5) + 1) if reach > 0.2 else 1
+        for k in range(count):
+            along = reach * (2.0 * k / (count - 1) - 1.0) if count > 1 else 0.0
+            rows.append((x + along * math.cos(yaw), y + along * math.sin(yaw), state.z, radius))
+            owner.append(index)
+    return np.array(rows, dtype=np.float64).reshape(-1, 4), np.array(owner, dtype=np.int64)
+
+
+def _leader(
+    car: Car, bodies: Sequence[tuple[Member, State]], circles: Array, owner: NDArray[np.int64]
+) -> Leader | None:
+    path, first = car.path, car.path.at
+    last = min(first + LOOK_POINTS, len(path.x))
+    line = np.array([path.x[first:last], path.y[first:last]]).T
+    s = np.array(path.s[first:last])
+    reach = s[-1] - s[0] + 6.0
+    near = (np.abs(circles[:, 0] - line[0, 0]) < reach) & (np.abs(circles[:, 1] - line[0, 1]) < reach)
+    near &= np.abs(circles[:, 2] - car.state.z) < _SAME_LEVEL_M
+    rows = np.flatnonzero(near)
+    if not len(rows):
+        return None
+    apart = np.hypot(line[:, None, 0] - circles[None, rows, 0], line[:, None, 1] - circles[None, rows, 1])
+    limit = circles[rows, 3] + car.member.half_width_m + _SIDE_M
+    along = s[:, None] - np.sqrt(np.maximum(limit**2 - apart**2, 0.0))
+    along = np.where(apart < limit, along, np.inf)
+    front = car.s + car.member.half_length_m
+    best, found = math.inf, -1
+    for k in np.argsort(along.min(axis=0)).tolist():
+        index = int(owner[rows[k]])
+        at = float(along[:, k].min())
+        if at == math.inf:
+            break
+        member, state = bodies[index]
+        if member is car.member or car.state.ahead_m(state.x, state.y) < 0.0:
+            continue
+        best, found = at - front, index
+        break
+    if found < 0:
+        return None
+    state = bodies[found][1]
+    yaw = path.yaw[min(first + int(np.argmin(np.abs(s - best - front))), len(path.yaw) - 1)]
+    return Leader(max(best, 0.1), max(state.vx * math.cos(yaw) + state.vy * math.sin(yaw), 0.0))

@@ -1,0 +1,113 @@
+"""Arms by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from stucksolver.detect import DetectorSettings
+from stucksolver.ladder import find_ladder
+from stucksolver.reason import Reasoner
+from stucksolver.reason.faulty import FAULTY, make_faulty
+from stucksolver.reason.make import make_reasoner, preflight, sees
+from stucksolver.reason.registry import ReasonerNameError
+from stucksolver.record import Recorder
+from stucksolver.scene import Scene
+from stucksolver.solver import StuckSolver
+from stucksolver.stacks.carla_stack import CarlaStack
+from stucksolver.stacks.carla_stack.camera import FrontCamera
+from stucksolver_eval.arms.arm import Arm, DriverAlone
+from stucksolver_eval.arms.solver_arm import Listener, SolverArm
+from stucksolver_eval.arms.timed import TimedReasoner
+from stucksolver_eval.arms.timers import TimersArm
+from stucksolver_eval.arms.unguarded import Unguarded
+from stucksolver_eval.drivers import DriverNameError, RouteDriver, check_driver
+from stucksolver_eval.routes.line import RouteLine
+from stucksolver_eval.runner.job import ArmSpec
+
+NONE, TIMERS, FAULTY_PREFIX = "none", "timers", "faulty:"
+EXCHANGES = "exchanges"
+"""Beside the records: every request to a model, and its answer."""
+
+
+class ArmError(ValueError):
+    """No such arm; the message lists what there is."""
+
+
+def check_arm(spec: ArmSpec) -> None:
+    """Raises `ArmError` for a driver, a recovery or a reasoner that does not exist."""
+    try:
+        check_driver(spec.driver)
+    except DriverNameError as error:
+        raise ArmError(str(error)) from error
+    if spec.recovery not in (NONE, TIMERS):
+        _reasoner(spec.recovery, 0)
+    elif not spec.guarded:
+        raise ArmError(f"--unguarded is for a recovery that has a guard, not for {spec.recovery!r}")
+    elif spec.reasoner:
+        raise ArmError(f"--reasoner {spec.reasoner} goes with a recovery that asks it, not with {spec.recovery!r}")
+    if spec.reasoner:
+        _reasoner(spec.reasoner, 0)
+
+
+def preflight_arm(spec: ArmSpec) -> tuple[str, ...]:
+    """Asks each reasoner once whether it can be asked, and gives what a person should know, a line each.
+
+    Raises `ArmError` where one cannot.
+    """
+    words = [one for one in (spec.recovery, spec.reasoner) if one not in ("", NONE, TIMERS)]
+    try:
+        return tuple(note for one in words for note in preflight(_reasoner(one, 0), one))
+    except ReasonerNameError as error:
+        raise ArmError(str(error)) from error
+
+
+def make_arm(
+    spec: ArmSpec, ego: Any, driver: RouteDriver, carla_map: Any, line: RouteLine, seed: int, records: Path | None
+) -> Arm:
+    """An arm for a driver that has its route; `records`: where a record of each intervention goes.
+
+    Raises `ArmError` and `LadderError`.
+    """
+    if spec.recovery == NONE:
+        return DriverAlone(driver)
+    if spec.recovery == TIMERS:
+        return TimersArm(ego, driver, line)
+    stack = CarlaStack(ego, driver, carla_map)
+    exchanges = None if records is None else records / EXCHANGES
+    rules = TimedReasoner(_reasoner(spec.recovery, seed, exchanges))
+    model = TimedReasoner(_reasoner(spec.reasoner, seed, exchanges)) if spec.reasoner else None
+    recorder = None if records is None else Recorder(records)
+    # Only a model looks at pictures, and they cost more than everything else in a tick.
+    camera = FrontCamera(ego) if sees(spec.recovery) or sees(spec.reasoner) else None
+
+    def scene() -> Scene:
+        told = stack.scene()
+        return told if camera is None else camera.seen_by(told)
+
+    def make(listener: Listener) -> StuckSolver:
+        return StuckSolver(
+            scene,
+            ladder=find_ladder(spec.ladder or "evaluation"),
+            reasoner=rules,
+            guard=None if spec.guarded else Unguarded(),
+            models={} if model is None else {"model": model},
+            detector=DetectorSettings(**spec.detector),
+            clock=spec.clock,
+            on_event=listener,
+            record=recorder,
+        )
+
+    return SolverArm(stack, [rules] if model is None else [rules, model], make, recorder, camera)
+
+
+def _reasoner(words: str, seed: int, exchanges: Path | None = None) -> Reasoner:
+    if words.startswith(FAULTY_PREFIX):
+        name = words.removeprefix(FAULTY_PREFIX)
+        if name not in FAULTY:
+            raise ArmError(f"unknown reasoner {words!r}; faulty ones are {', '.join(FAULTY)}")
+        return make_faulty(name, seed)
+    try:
+        return make_reasoner(words, exchanges)
+    except ReasonerNameError as error:
+        raise ArmError(f"{error}; a recovery may also be {NONE}, {TIMERS} or {FAULTY_PREFIX}NAME") from error

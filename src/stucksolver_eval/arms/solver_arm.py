@@ -1,0 +1,126 @@
+"""StuckSolver beside a driver, by its public face only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from stucksolver.decision import Directive, SafeStop
+from stucksolver.record import Recorder
+from stucksolver.solver import Event, EventKind, StuckSolver
+from stucksolver.stacks.carla_stack import CarlaStack
+from stucksolver.stacks.carla_stack.camera import FrontCamera
+from stucksolver_eval.arms.arm import ArmLog, Now
+from stucksolver_eval.arms.timed import TimedReasoner
+from stucksolver_eval.results.outcome import Intervention, Query, QueryOutcome, came_to
+
+Listener = Callable[[Event], None]
+ASKING = "request_assistance"
+"""The behaviour that calls for help."""
+
+
+class SolverArm:
+    """`make_solver` is given the listener for the solver's events; `reasoners` are those it may ask."""
+
+    def __init__(
+        self,
+        stack: CarlaStack,
+        reasoners: Sequence[TimedReasoner],
+        make_solver: Callable[[Listener], StuckSolver],
+        recorder: Recorder | None = None,
+        camera: FrontCamera | None = None,
+    ) -> None:
+        self._stack = stack
+        self._camera = camera
+        self._reasoners = {one.name: one for one in reasoners}
+        self._recorder = recorder
+        self._start_s: float | None = None
+        self._now = Now(0.0, 0.0, 0.0)
+        self._running: Intervention | None = None
+        self._heard: list[Listener] = []
+        self.log = ArmLog()
+        self.directive: Directive | None = None
+        self._decided: Event | None = None
+        self._solver = make_solver(self._hear)
+
+    def listen(self, listener: Listener) -> None:
+        """Someone else who wants to hear the solver's events."""
+        self._heard.append(listener)
+
+    def step(self, now: Now) -> Any:
+        self._now = now
+        self.directive = self._solver.step(self._stack.status(), self._stack.surroundings)
+        if isinstance(self.directive, SafeStop) and self.log.asked_s is None:
+            self.log.asked_s = now.time_s
+        return self._stack.perform(self.directive)
+
+    def say(self, text: str) -> None:
+        self._solver.guide(text)
+
+    def close(self, time_s: float) -> None:
+        """Raises `RecordError` where a record was asked for and could not be written."""
+        self._solver.close()
+        if self._camera is not None:
+            self._camera.close()
+        if self._recorder is not None:
+            self._recorder.close()
+            if self._recorder.error is not None:
+                raise self._recorder.error
+        if self._running is not None:
+            self._end(time_s, False, "the route ended")
+        told = [one.reliability for one in self._reasoners.values()]
+        self.log.reliability = [one for one in told if one is not None]
+
+    def _hear(self, event: Event) -> None:
+        now = self._now
+        if event.kind is EventKind.TRIGGERED:
+            self.log.queries.append(Query(asked_s=now.time_s))
+        elif event.kind is EventKind.DECIDED:
+            self._answered(event)
+        elif event.kind is EventKind.FAILED:
+            self._failed(event)
+        elif event.kind is EventKind.STARTED:
+            self._began(event)
+        elif event.kind in (EventKind.FINISHED, EventKind.ABORTED) and self._running is not None:
+            self._end(now.time_s, event.kind is EventKind.FINISHED, event.text)
+        elif event.kind is EventKind.STOPPED and self.log.asked_s is None:
+            self.log.asked_s = now.time_s
+        for listener in self._heard:
+            listener(event)
+
+    def _answered(self, event: Event) -> None:
+        if self.log.queries:
+            outcome, verdict = came_to(event.verdict)
+            answer = {"answered_s": self._now.time_s, "outcome": outcome, "verdict": verdict}
+            asked = self._reasoners.get(event.reasoner or "", next(iter(self._reasoners.values())))
+            cost = {"took_s": asked.took_s, "tokens": asked.tokens, "usd": asked.usd}
+            self.log.queries[-1] = self.log.queries[-1].model_copy(update=answer | cost)
+        self._decided = event
+
+    def _failed(self, event: Event) -> None:
+        if self.log.queries and self.log.queries[-1].answered_s is None:
+            told = {"outcome": QueryOutcome.FAILED, "verdict": f"failed: {event.text}"}
+            self.log.queries[-1] = self.log.queries[-1].model_copy(update=told)
+
+    def _began(self, event: Event) -> None:
+        decided = self._decided
+        plan = None if decided is None or decided.decision is None else decided.decision.plan
+        behaviors = () if plan is None else plan.behaviors
+        guided = decided is not None and decided.trigger == "guidance"
+        self._running = Intervention(
+            start_s=self._now.time_s,
+            end_s=self._now.time_s,
+            place_m=self._now.place_m,
+            rung="passenger" if guided else event.rung or "rules",
+            behaviors=tuple(b.name for b in behaviors),
+            moves=any(not b.stands_still for b in behaviors),
+            finished=False,
+        )
+        if ASKING in self._running.behaviors and self.log.asked_s is None:
+            self.log.asked_s = self._now.time_s
+
+    def _end(self, time_s: float, finished: bool, text: str) -> None:
+        assert self._running is not None
+        ended = {"end_s": time_s, "finished": finished, "text": text}
+        self.log.interventions.append(self._running.model_copy(update=ended))
+        self._running = None

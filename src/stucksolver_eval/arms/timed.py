@@ -1,0 +1,69 @@
+"""Notes what an arm's reasoners cost, and how often they had an answer."""
+
+from __future__ import annotations
+
+import time
+
+from stucksolver.reason import Reasoner, ReasonerError
+from stucksolver.reason.llm import BudgetSpent
+from stucksolver.reason.reasoner import Answer, Cancellable, Preflighted, Request, Trace
+from stucksolver_eval.results.outcome import Reliability
+
+
+class TimedReasoner:
+    """Notes how long each answer took, and how many tokens it cost where the reasoner tells."""
+
+    def __init__(self, inner: Reasoner) -> None:
+        self._inner = inner
+        self._asked = self._unanswered = 0
+        self._why = ""
+        self._withdrawn = False
+        self._trace: Trace | None = None
+        self.took_s = 0.0
+        """Wall time of the last answer."""
+
+    @property
+    def name(self) -> str:
+        return self._inner.name
+
+    def decide(self, request: Request) -> Answer:
+        began = time.perf_counter()
+        self._withdrawn = False
+        self._trace = None
+        try:
+            answer = self._inner.decide(request)
+            self._asked, self._trace = self._asked + 1, answer.trace
+            return answer
+        except BudgetSpent:
+            raise
+        except ReasonerError as error:
+            self._trace = error.trace
+            # One that was withdrawn because the situation cleared says nothing of the reasoner.
+            if not self._withdrawn:
+                self._asked, self._unanswered, self._why = self._asked + 1, self._unanswered + 1, str(error)
+            raise
+        finally:
+            self.took_s = time.perf_counter() - began
+
+    @property
+    def tokens(self) -> int:
+        """Of the last answer, read and written."""
+        trace = self._trace
+        return 0 if trace is None else (trace.input_tokens or 0) + (trace.output_tokens or 0)
+
+    @property
+    def usd(self) -> float | None:
+        """What the last answer cost; None where that is not known, or nothing was paid for."""
+        return None if self._trace is None else self._trace.usd
+
+    @property
+    def reliability(self) -> Reliability | None:
+        """How often it answered; None for one that rests on nothing outside."""
+        if not self._asked or not isinstance(self._inner, Preflighted):
+            return None
+        return Reliability(reasoner=self.name, asked=self._asked, unanswered=self._unanswered, why=self._why)
+
+    def cancel(self) -> None:
+        self._withdrawn = True
+        if isinstance(self._inner, Cancellable):
+            self._inner.cancel()

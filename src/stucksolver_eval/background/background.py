@@ -1,0 +1,157 @@
+"""Background traffic: cars around the hero on its road, in the oncoming lanes, and at the junctions it comes to.
+
+The numbers are those of the CARLA leaderboard's background activity as Bench2Drive uses it; what is simpler here
+stands in docs/scenarios.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from stucksolver_eval.background.crossing import CrossingTraffic
+from stucksolver_eval.background.lanes import route_junctions
+from stucksolver_eval.background.oncoming import OncomingTraffic
+from stucksolver_eval.background.road import RoadTraffic
+from stucksolver_eval.background.seen import Seen
+
+if TYPE_CHECKING:
+    from stucksolver_eval.scenarios.setting import Setting
+
+EVERY = 5
+"""Ticks between two looks at who comes and goes."""
+_CLAIM_M, _CLAIM_MPS = 8.0, 1.0
+
+
+class Background:
+    """All of it. `populate` once, `tick` after every tick of the world; the rest are the scenarios' hooks."""
+
+    def __init__(self, setting: Setting, empty: bool = False) -> None:
+        """With `empty` nobody comes, and the hooks find nobody."""
+        self._setting, self._empty = setting, empty
+        self._seen = Seen(setting)
+        self._junctions = route_junctions(setting.route)
+        self._ticks = 0
+        self.road = RoadTraffic(self._seen)
+        self.oncoming = OncomingTraffic(self._seen)
+        self.crossing = CrossingTraffic(self._seen)
+
+    def populate(self) -> None:
+        """The first cars around the hero."""
+        if self._empty:
+            return
+        hero = self._setting.hero.get_location()
+        index = self._setting.route.project(hero)
+        self._look(float(self._setting.route.s_m[index]))
+        self.road.populate()
+
+    def tick(self, time_s: float, hero_s_m: float) -> None:
+        """Let cars come, go and choose their speeds."""
+        self._ticks += 1
+        if self._empty or self._ticks % EVERY:
+            return
+        self._look(hero_s_m)
+        self._claim_for_hero()
+        self.road.tick()
+        self.oncoming.tick()
+        self.crossing.tick()
+        for car in self.crossing.hand_over():
+            self.road.adopt(car)
+
+    # What scenarios may ask for.
+
+    def leave_space_in_front(self, space_m: float) -> None:
+        """Move the cars ahead on so that the nearest is at least so far away."""
+        self.road.leave_space(space_m)
+
+    def remove_road_lane(self, waypoint: Any) -> None:
+        """No traffic in the lane of a waypoint of the hero's road until `readd_road_lane`."""
+        self.road.close_lane(waypoint)
+
+    def readd_road_lane(self, waypoint: Any) -> None:
+        self.road.open_lane(waypoint)
+
+    def set_max_speed(self, speed_mps: float | None) -> None:
+        """A cap on everyone's speed; None takes it away."""
+        self.road.cap_mps = self.oncoming.cap_mps = speed_mps
+
+    def change_road_behavior(self, spawn_m: float | None = None, extra_space_m: float | None = None) -> None:
+        """Spacing of new cars behind the hero, and room that cars ahead may gain on it; None is the usual."""
+        self.road.spacing_m = self.road.SPACING_M if spawn_m is None else spawn_m
+        self.road.extra_space_m = 0.0 if extra_space_m is None else extra_space_m
+
+    def change_opposite_behavior(self, active: bool = True, spawn_m: float | None = None) -> None:
+        """Oncoming traffic on or off (those that are there drive on), and its spacing; None is the usual."""
+        self.oncoming.active = active
+        self.oncoming.spacing_m = self.oncoming.SPACING_M if spawn_m is None else spawn_m
+
+    def clear_opposite(self) -> None:
+        """Take the oncoming cars away."""
+        self.oncoming.clear()
+
+    def handle_junction_scenario(
+        self,
+        clear_middle: bool = True,
+        clear_ego_entry: bool = True,
+        remove_entries: Sequence[Any] = (),
+        remove_exits: Sequence[Any] = (),
+        stop_entries: bool = True,
+        extend_exit_m: float = 0.0,
+    ) -> None:
+        """Make room at the hero's next junction for a scenario's own traffic.
+
+        Nobody in the middle of it or ahead of the hero, nobody on the roads of the entry and exit waypoints given,
+        and no new ones from elsewhere with `stop_entries`. `extend_exit_m` keeps so much of the hero's exit free.
+        """
+        self.crossing.quiet(clear_middle, {w.road_id for w in (*remove_entries, *remove_exits)}, stop_entries)
+        if clear_ego_entry:
+            self.road.remove_ahead()
+        if extend_exit_m:
+            self.crossing.exit_gap_m = extend_exit_m
+
+    def switch_route_sources(self, enabled: bool) -> None:
+        """Whether new cars come from behind on the hero's road."""
+        self.road.sources = enabled
+
+    def stop_front(self) -> None:
+        """The cars ahead brake and stand."""
+        self.road.front_stopped = True
+
+    def start_front(self) -> None:
+        self.road.front_stopped = False
+
+    def stop_back(self) -> None:
+        """The cars behind stop."""
+        self.road.back_stopped = True
+
+    def start_back(self) -> None:
+        self.road.back_stopped = False
+
+    def remove_behind(self) -> None:
+        """Take away the cars behind the hero in its own lane."""
+        self.road.remove_behind()
+
+    def leave_crossing_space(self, x: float, y: float) -> None:
+        """Nobody in the oncoming lanes within 20 m of a crossing, and those within 30 m stand."""
+        self.oncoming.keep_off(x, y)
+
+    def _look(self, hero_s_m: float) -> None:
+        seen, setting = self._seen, self._setting
+        seen.index, seen.s_m = setting.route.index_at(hero_s_m), hero_s_m
+        seen.speed_mps = setting.cast.hero.speed_mps
+        seen.limit_mps = max(setting.hero.get_speed_limit(), 10.0) / 3.6
+        seen.junction = next((one for one in self._junctions if one.last >= seen.index), None)
+        seen.junction_in_m = math.inf
+        if seen.junction is not None:
+            seen.junction_in_m = max(float(setting.route.s_m[seen.junction.first]) - hero_s_m, 0.0)
+
+    def _claim_for_hero(self) -> None:
+        """Our cars keep out of the hero's way through a junction once it is about to enter."""
+        seen, claims = self._seen, self._setting.cars.claims
+        junction = seen.junction
+        coming = seen.junction_in_m < _CLAIM_M and seen.speed_mps > _CLAIM_MPS
+        if junction is None or not (seen.junction_in_m == 0.0 or coming):
+            claims.hero(None, None)
+            return
+        claims.hero(junction.number, self._setting.route.xyz[max(seen.index - 2, 0) : junction.last + 1, :2])

@@ -1,0 +1,230 @@
+"""An agent written for the CARLA leaderboard (a subclass of its `AutonomousAgent`), driven without the leaderboard.
+
+What it is given is what the leaderboard's documentation promises: its sensors' data by id, a route in world and GNSS
+coordinates, and the time since the start.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import enum
+import math
+import queue
+import sys
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import carla
+import numpy as np
+
+from stucksolver.stacks.driver import RoutePoint
+from stucksolver_eval.drivers.agent import AgentError
+
+PICTURES_LIMIT_S = 60.0
+"""For the data of all sensors of a tick; the first pictures of a town take longest."""
+PLACE = ("x", "y", "z", "roll", "pitch", "yaw")
+NAMES = {"width": "image_size_x", "height": "image_size_y"}
+"""Fields of a sensor's description that a blueprint calls otherwise."""
+SPEED, TOWN = "sensor.speedometer", "sensor.opendrive_map"
+"""Sensors of the leaderboard's own, of which the simulator knows nothing."""
+
+
+class RoadOption(enum.IntEnum):
+    """As in CARLA's `agents` package, for where it is not installed."""
+
+    VOID = -1
+    LEFT = 1
+    RIGHT = 2
+    STRAIGHT = 3
+    LANEFOLLOW = 4
+    CHANGELANELEFT = 5
+    CHANGELANERIGHT = 6
+
+
+OPTIONS = {
+    "left": "LEFT",
+    "right": "RIGHT",
+    "straight": "STRAIGHT",
+    "lane_follow": "LANEFOLLOW",
+    "change_left": "CHANGELANELEFT",
+    "change_right": "CHANGELANERIGHT",
+}
+
+
+def is_leaderboard_agent(made: Any) -> bool:
+    """Does a class have what the leaderboard asks of an agent?"""
+    return all(hasattr(made, part) for part in ("setup", "sensors", "run_step", "set_global_plan"))
+
+
+class LeaderboardAgent:
+    """See `Agent`. `config`: the path that `setup` is given."""
+
+    def __init__(self, made: Any, config: str, client: Any, hero: Any, carla_map: Any) -> None:
+        self._hero, self._map = hero, carla_map
+        self._world = hero.get_world()
+        self._name = f"{made.__module__}:{made.__name__}"
+        self._began_s = float(self._world.get_snapshot().timestamp.elapsed_seconds)
+        _introduce(client, self._world, hero)
+        self._agent = made("localhost", 0)
+        self._agent.setup(config)
+        self._since: int | None = None
+        """The frame in which its sensors were put up: there is data of later ones only."""
+        self._sensors: dict[str, _Sensor] = {}
+
+    def set_route(self, route: Sequence[RoutePoint]) -> None:
+        """Also made known to the agent's sensors, which it names only now."""
+        option = _road_option()
+        places = [(p.waypoint.transform, option[OPTIONS.get(p.command, "LANEFOLLOW")]) for p in route]
+        gps = []
+        for transform, turn in places:
+            at = self._map.transform_to_geolocation(transform.location)
+            gps.append(({"lat": at.latitude, "lon": at.longitude, "z": at.altitude}, turn))
+        self._agent.set_global_plan(gps, places)
+        if self._since is None:
+            self._since = int(self._world.get_snapshot().frame)
+            for spec in self._agent.sensors():
+                self._sensors[str(spec["id"])] = self._put(spec)
+
+    def run_step(self) -> Any:
+        snapshot = self._world.get_snapshot()
+        _tell_time(snapshot)
+        frame, now_s = int(snapshot.frame), float(snapshot.timestamp.elapsed_seconds)
+        if self._since is None or frame <= self._since:
+            return carla.VehicleControl(brake=1.0)
+        until_s = time.monotonic() + PICTURES_LIMIT_S
+        data = {name: (frame, sensor.read(frame, until_s)) for name, sensor in self._sensors.items()}
+        return self._agent.run_step(data, now_s - self._began_s)
+
+    def close(self) -> None:
+        """End the agent, then its sensors."""
+        try:
+            destroy = getattr(self._agent, "destroy", None)
+            if destroy is not None:
+                destroy()
+        finally:
+            for sensor in self._sensors.values():
+                sensor.close()
+            self._sensors.clear()
+
+    def _put(self, spec: dict[str, Any]) -> _Sensor:
+        kind = str(spec["type"])
+        if kind == SPEED:
+            return _Speedometer(self._hero)
+        if kind == TOWN:
+            return _TownMap(self._map)
+        library = self._world.get_blueprint_library()
+        found = list(library.filter(kind))
+        if not found:
+            raise AgentError(f"{self._name} asks for a sensor {kind!r}, which this simulator does not have")
+        blueprint = found[0]
+        for name, value in spec.items():
+            attribute = NAMES.get(name, name)
+            if name not in (*PLACE, "type", "id", "sensor_tick") and blueprint.has_attribute(attribute):
+                blueprint.set_attribute(attribute, str(value))
+        x, y, z, roll, pitch, yaw = (float(spec.get(part, 0.0)) for part in PLACE)
+        place = carla.Transform(carla.Location(x, y, z), carla.Rotation(pitch=pitch, roll=roll, yaw=yaw))
+        return _Listening(self._world.spawn_actor(blueprint, place, attach_to=self._hero), self._name)
+
+
+class _Sensor:
+    """One sensor's data, as the leaderboard hands it to agents."""
+
+    def read(self, frame: int, until_s: float) -> Any:
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+class _Speedometer(_Sensor):
+    def __init__(self, hero: Any) -> None:
+        self._hero = hero
+
+    def read(self, frame: int, until_s: float) -> Any:
+        velocity, ahead = self._hero.get_velocity(), self._hero.get_transform().get_forward_vector()
+        return {"speed": velocity.x * ahead.x + velocity.y * ahead.y + velocity.z * ahead.z}
+
+
+class _TownMap(_Sensor):
+    def __init__(self, carla_map: Any) -> None:
+        self._text = carla_map.to_opendrive()
+
+    def read(self, frame: int, until_s: float) -> Any:
+        return {"opendrive": self._text}
+
+
+class _Listening(_Sensor):
+    """A sensor of the simulator: the data of each tick is waited for."""
+
+    def __init__(self, actor: Any, who: str) -> None:
+        self._actor, self._who = actor, who
+        self._came: queue.Queue[Any] = queue.Queue()
+        actor.listen(self._came.put)
+
+    def read(self, frame: int, until_s: float) -> Any:
+        while True:
+            try:
+                data = self._came.get(timeout=max(until_s - time.monotonic(), 0.001))
+            except queue.Empty:
+                kind = self._actor.type_id
+                raise AgentError(
+                    f"{kind}, which {self._who} asks for, gave nothing for frame {frame} in {PICTURES_LIMIT_S:.0f} s"
+                ) from None
+            if data.frame >= frame:
+                return _as_array(data)
+
+    def close(self) -> None:
+        with contextlib.suppress(RuntimeError):
+            self._actor.stop()
+            self._actor.destroy()
+
+
+def _as_array(data: Any) -> Any:
+    """Pictures (rows, columns, 4) BGRA; point clouds and radar (n, 4); GNSS (3,); IMU (7,), the compass last."""
+    if isinstance(data, carla.Image):
+        return np.frombuffer(data.raw_data, dtype=np.uint8).reshape(data.height, data.width, 4).copy()
+    if isinstance(data, carla.LidarMeasurement):
+        return np.frombuffer(data.raw_data, dtype=np.float32).reshape(-1, 4).copy()
+    if isinstance(data, carla.RadarMeasurement):
+        # CARLA gives velocity, altitude, azimuth, depth; agents are given it the other way round.
+        return np.frombuffer(data.raw_data, dtype=np.float32).reshape(-1, 4)[:, ::-1].copy()
+    if isinstance(data, carla.GnssMeasurement):
+        return np.array([data.latitude, data.longitude, data.altitude])
+    if isinstance(data, carla.IMUMeasurement):
+        a, g = data.accelerometer, data.gyroscope
+        compass = 0.0 if math.isnan(data.compass) else data.compass
+        return np.array([a.x, a.y, a.z, g.x, g.y, g.z, compass])
+    return data
+
+
+def _road_option() -> Any:
+    local_planner = sys.modules.get("agents.navigation.local_planner")
+    return RoadOption if local_planner is None else local_planner.RoadOption
+
+
+def _data_provider() -> Any | None:
+    """Scenario runner's registry of the world, where the agent's own imports have brought it."""
+    module = sys.modules.get("srunner.scenariomanager.carla_data_provider")
+    return None if module is None else module.CarlaDataProvider
+
+
+def _introduce(client: Any, world: Any, hero: Any) -> None:
+    """Agents of Bench2Drive look for the hero there while they are made."""
+    provider = _data_provider()
+    if provider is None:
+        return
+    provider.set_client(client)
+    provider.set_world(world)
+    provider.register_actor(hero, hero.get_transform())
+    provider._carla_actor_pool[hero.id] = hero
+
+
+def _tell_time(snapshot: Any) -> None:
+    provider = _data_provider()
+    if provider is None:
+        return
+    provider.on_carla_tick()
+    timer = sys.modules.get("srunner.scenariomanager.timer")
+    if timer is not None:
+        timer.GameTime.on_carla_tick(snapshot.timestamp)

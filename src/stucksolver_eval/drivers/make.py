@@ -1,0 +1,77 @@
+"""Drivers by name: `behavior:PROFILE`, or `MODULE:CLASS` of the user's, with `@FILE` as its configuration."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from typing import Any
+
+from stucksolver.stacks.driver import BehaviorDriver, DriverOptions, RoutePoint
+from stucksolver_eval.drivers.agent import RouteDriver
+from stucksolver_eval.drivers.guest import GuestDriver
+from stucksolver_eval.drivers.leaderboard import LeaderboardAgent, is_leaderboard_agent
+
+OURS = "behavior"
+PROFILES = ("cautious", "normal", "aggressive")
+
+
+class DriverNameError(ValueError):
+    """No such driver; the message says what is wrong with its name, or with its class."""
+
+
+def check_driver(words: str) -> None:
+    """Raises `DriverNameError` for a driver that cannot be made, before anything is driven."""
+    name, _, rest = words.partition(":")
+    if name == OURS:
+        if (rest or "normal") not in PROFILES:
+            raise DriverNameError(f"unknown driver {words!r}: after behavior: comes one of {', '.join(PROFILES)}")
+        return
+    _loaded(words)
+
+
+def make_driver(
+    words: str, client: Any, hero: Any, carla_map: Any, route: Sequence[RoutePoint], options: DriverOptions
+) -> RouteDriver:
+    """A driver with its route. Raises `DriverNameError`, `AgentError`, and whatever an agent of the user's raises."""
+    name, _, profile = words.partition(":")
+    if name == OURS:
+        driver = BehaviorDriver(hero, profile or "normal", options, carla_map=carla_map)
+        driver.set_route(route)
+        return driver
+    made, config = _loaded(words)
+    helper = BehaviorDriver(hero, "normal", options, carla_map=carla_map)
+    agent = (
+        LeaderboardAgent(made, config, client, hero, carla_map)
+        if is_leaderboard_agent(made)
+        else made(hero, carla_map, config)
+        if config
+        else made(hero, carla_map)
+    )
+    guest = GuestDriver(agent, words, helper)
+    guest.set_route(route)
+    return guest
+
+
+def _loaded(words: str) -> tuple[Any, str]:
+    """The class, and the name of its configuration file."""
+    words, _, config = words.partition("@")
+    module, _, name = words.partition(":")
+    if not module or not name:
+        raise DriverNameError(
+            f"unknown driver {words!r}: use behavior, behavior:PROFILE, or MODULE:CLASS of your own agent"
+        )
+    try:
+        made = getattr(importlib.import_module(module), name)
+    except Exception as error:
+        raise DriverNameError(
+            f"driver {words!r} cannot be loaded: {type(error).__name__}: {error}; "
+            "its module must be in the current folder, on PYTHONPATH or installed"
+        ) from error
+    if not callable(made):
+        raise DriverNameError(f"driver {words!r} is no class")
+    lacking = [part for part in ("set_route", "run_step") if not hasattr(made, part)]
+    if lacking and not is_leaderboard_agent(made):
+        raise DriverNameError(
+            f"driver {words!r} is no agent: it has no {' and no '.join(lacking)}; see examples/own_driver.py"
+        )
+    return made, config

@@ -1,0 +1,71 @@
+"""Near misses, by the one definition that every figure here goes by: TTC below 1 s, or a gap below 0.3 m.
+
+Both are to an actor that moves. TTC (time to collision) is the time to contact of the two boxes if both go on as they
+do now, each with its velocity and heading.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from stucksolver.scene.boxes import HalfSize, Pose, separation, time_to_contact
+from stucksolver.stacks.driver.perception import Perception, Surroundings
+from stucksolver_eval.results.outcome import Noted
+
+MOVING_MPS = 0.1
+NEAR_GAP_M, NEAR_TTC_S = 0.3, 1.0
+LOOK_EVERY_S = 0.2
+LOOK_RANGE_M = 40.0
+BELOW_M, ABOVE_M = 1.0, 2.5
+"""Who is lower or higher than this, seen from the ego's place, is on another level of the road."""
+
+Velocity = tuple[Any, Any]
+"""(vx, vy), m/s: arrays or numbers that broadcast together."""
+
+
+def is_near(ego: Pose, ego_mps: Velocity, ego_half: HalfSize, others: Pose, mps: Velocity, half: HalfSize) -> Any:
+    """For each of the others: is this a near miss? Arrays, in any one frame that stands still."""
+    moving = np.hypot(*mps) > MOVING_MPS
+    gap = separation(ego, ego_half, others, half)
+    relative = (mps[0] - ego_mps[0], mps[1] - ego_mps[1])
+    return moving & ((gap < NEAR_GAP_M) | (time_to_contact(ego, ego_half, others, half, relative) < NEAR_TTC_S))
+
+
+class NearMissWatch:
+    """Notes each near miss once for as long as it lasts, and again after a parting."""
+
+    def __init__(self, world: Any, ego: Any) -> None:
+        self._perception = Perception(world, ego.id, LOOK_RANGE_M)
+        box = ego.bounding_box.extent
+        self._half = (float(box.x), float(box.y))
+        self._next_s = 0.0
+        self._near: frozenset[int] = frozenset()
+        self.found: list[Noted] = []
+
+    def update(self, time_s: float, transform: Any, velocity: Any) -> None:
+        """Look around, five times a second; `transform` and `velocity` are the ego's, of the `carla` client."""
+        if time_s < self._next_s - 1e-6:
+            return
+        self._next_s = time_s + LOOK_EVERY_S
+        place = transform.location
+        seen = self._perception.read(place.x, place.y)
+        near = self._near_ones(seen, transform, velocity) if len(seen) else frozenset()
+        for actor_id in sorted(near - self._near):
+            self.found.append(Noted(kind="near_miss", time_s=round(time_s, 2), text=f"near miss with actor {actor_id}"))
+        self._near = near
+
+    def _near_ones(self, seen: Surroundings, transform: Any, velocity: Any) -> frozenset[int]:
+        place, yaw = transform.location, math.radians(transform.rotation.yaw)
+        level = (seen.top > place.z - BELOW_M) & (seen.bottom < place.z + ABOVE_M)
+        near = level & is_near(
+            (place.x, place.y, yaw),
+            (velocity.x, velocity.y),
+            self._half,
+            (seen.x, seen.y, seen.yaw),
+            (seen.vx, seen.vy),
+            (seen.half_length, seen.half_width),
+        )
+        return frozenset(seen.actor_id[int(i)] for i in np.flatnonzero(near))

@@ -1,0 +1,149 @@
+"""The folder of an evaluation: which files lie where, and what is done already.
+
+evaluation.json                      what was asked for
+routes.xml                           the routes, as they were
+seed-1/records/NAME.json             one checkpoint of the leaderboard for each route, and nothing else
+seed-1/metrics/NAME/metric_info.json
+seed-1/replays/NAME.json.gz
+seed-1/interventions/NAME/           hash-chained records, where asked for
+seed-1/outcomes/NAME.json            written last: a route that has it is done
+"""
+
+from __future__ import annotations
+
+import gzip
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pydantic import ValidationError
+
+from stucksolver_eval.files import cannot_write, write_bytes, write_text
+from stucksolver_eval.results.manifest import Manifest
+from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.results.record import CheckpointFile, RouteRecord, checkpoint_text, save_name
+from stucksolver_eval.routes import Route, read_routes, write_routes
+
+if TYPE_CHECKING:
+    from stucksolver_eval.runner.drive import Driven
+
+MANIFEST, ROUTES = "evaluation.json", "routes.xml"
+DONE = ("driven", "unsupported")
+"""A route that crashed, or could not be driven as its file says, is tried again on resume."""
+
+_FILES = {
+    "metrics": "{}",
+    "replays": "{}.json.gz",
+    "interventions": "{}",
+    "records": "{}.json",
+    "outcomes": "{}.json",
+}
+
+
+class StoreError(RuntimeError):
+    """A folder is not what it should be; the message names it, the cause and the remedy."""
+
+
+class Store:
+    """Reads and writes one such folder. Raises `StoreError` and `OutputError`."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    # ---- begun, and gone on with
+
+    def begin(self, manifest: Manifest, routes: tuple[Route, ...], resume: bool) -> None:
+        """Make the folder ours, or find it to be so. Never overwrites the results of another evaluation."""
+        path = self.folder / MANIFEST
+        if path.exists():
+            found = self.manifest()
+            if not resume:
+                raise StoreError(
+                    f"{self.folder} holds results of {found.title}: add --resume to go on, or choose another --out"
+                )
+            differs = manifest.differs_from(found)
+            if differs:
+                raise StoreError(f"{self.folder} cannot be resumed: {differs}; choose another --out")
+            return
+        if self.folder.exists() and any(self.folder.iterdir()):
+            raise StoreError(f"{self.folder} is not empty and no evaluation: choose another --out")
+        write_routes(self.folder / ROUTES, routes)
+        write_text(path, manifest.model_dump_json(indent=1) + "\n")
+
+    def manifest(self) -> Manifest:
+        path = self.folder / MANIFEST
+        try:
+            return Manifest.model_validate_json(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise StoreError(f"{self.folder} is no result of `stucksolver evaluate`: no {MANIFEST} in it") from error
+        except ValidationError as error:
+            raise StoreError(
+                f"{path} was written by another version ({error.errors()[0]['msg']}): use that version, or run again"
+            ) from error
+
+    def routes(self) -> tuple[Route, ...]:
+        return read_routes(self.folder / ROUTES)
+
+    def seeds(self) -> tuple[int, ...]:
+        return self.manifest().seeds
+
+    def is_done(self, route: Route, seed: int) -> bool:
+        found = self.outcome(route, seed)
+        return found is not None and found.state in DONE
+
+    # ---- one route
+
+    def write_driven(self, route: Route, seed: int, driven: Driven) -> None:
+        """All files of a route; the outcome last."""
+        driven.metric_info.write(self._path("metrics", route, seed))
+        if driven.replay is not None:
+            packed = gzip.compress(driven.replay.model_dump_json().encode(), 6, mtime=0)
+            write_bytes(self.replay(route, seed), packed)
+        write_text(self._path("records", route, seed), checkpoint_text(driven.record))
+        self.write_outcome(route, driven.outcome)
+
+    def write_outcome(self, route: Route, outcome: Outcome) -> None:
+        write_text(self._path("outcomes", route, outcome.seed), outcome.model_dump_json() + "\n")
+
+    def take(self, other: Store, route: Route, seed: int) -> None:
+        """Copy all files of a route that is done there; the outcome last."""
+        for part in _FILES:
+            theirs, ours = (store._path(part, route, seed) for store in (other, self))
+            try:
+                if theirs.is_dir():
+                    shutil.copytree(theirs, ours, dirs_exist_ok=True)
+                elif theirs.exists():
+                    write_bytes(ours, theirs.read_bytes())
+            except OSError as error:
+                raise cannot_write(ours, error) from error
+
+    def outcome(self, route: Route, seed: int) -> Outcome | None:
+        path = self._path("outcomes", route, seed)
+        return Outcome.model_validate_json(_read(path)) if path.exists() else None
+
+    def record(self, route: Route, seed: int) -> RouteRecord | None:
+        path = self._path("records", route, seed)
+        if not path.exists():
+            return None
+        return CheckpointFile.model_validate_json(_read(path)).checkpoint.records[0]
+
+    def metric_info(self, route: Route, seed: int) -> Path:
+        return self._path("metrics", route, seed) / "metric_info.json"
+
+    def replay(self, route: Route, seed: int) -> Path:
+        return self._path("replays", route, seed)
+
+    def interventions(self, route: Route, seed: int) -> Path:
+        """The folder of the records of a route's interventions."""
+        return self._path("interventions", route, seed)
+
+    def _path(self, part: str, route: Route, seed: int) -> Path:
+        return self.folder / f"seed-{seed}" / part / _FILES[part].format(_name(route))
+
+
+def _name(route: Route) -> str:
+    return save_name(route.id, route.town, route.scenarios[0].type if route.scenarios else "None")
+
+
+def _read(path: Path) -> str:
+    return path.read_text(encoding="utf-8")

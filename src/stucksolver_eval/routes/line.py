@@ -1,0 +1,119 @@
+"""A route laid on a map: waypoints about a metre apart, with arc lengths and commands."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property
+from typing import Any
+
+import carla
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.stacks.carla_stack.route_road import new_ground
+from stucksolver.stacks.driver import trace_route
+from stucksolver.stacks.driver.interface import RoutePoint
+from stucksolver_eval.routes.route import Position
+
+SEARCH_BACK, SEARCH_AHEAD = 10, 60
+"""How many points before and after the last one a projection looks at first."""
+LOST_M = 15.0
+
+Array = NDArray[np.float64]
+
+
+class Command(str, Enum):
+    """What the route asks for at a point (the `RoadOption` of CARLA's agents)."""
+
+    LANE_FOLLOW = "lane_follow"
+    LEFT = "left"
+    RIGHT = "right"
+    STRAIGHT = "straight"
+    CHANGE_LEFT = "change_left"
+    CHANGE_RIGHT = "change_right"
+
+
+@dataclass(frozen=True, eq=False)
+class RouteLine:
+    """`waypoints[i]` (a `carla.Waypoint`) lies `s_m[i]` metres along the route and is driven under `commands[i]`."""
+
+    waypoints: tuple[Any, ...]
+    s_m: Array
+    commands: tuple[Command, ...]
+
+    @staticmethod
+    def trace(carla_map: Any, positions: Sequence[Position]) -> RouteLine:
+        """The shortest legal route by way of `positions` (CARLA's world frame). Raises `RouteError`."""
+        points: list[RoutePoint] = []
+        places = [carla.Location(p.x_m, p.y_m, p.z_m) for p in positions]
+        for start, end in itertools.pairwise(places):
+            stretch = trace_route(carla_map, start, end)
+            # The end of one stretch is the start of the next.
+            points.extend(stretch[1:] if points else stretch)
+        return RouteLine.along(points)
+
+    @staticmethod
+    def along(points: Sequence[RoutePoint]) -> RouteLine:
+        """From a route planned elsewhere."""
+        places = [p.waypoint.transform.location for p in points]
+        steps = [math.dist((a.x, a.y, a.z), (b.x, b.y, b.z)) for a, b in itertools.pairwise(places)]
+        s_m = np.concatenate([[0.0], np.cumsum(steps)])
+        return RouteLine(tuple(p.waypoint for p in points), s_m, tuple(Command(p.command) for p in points))
+
+    def joined(self, index: int, other: RouteLine) -> RouteLine:
+        """This line up to a point, then `other` from its point nearest to that one, no further than to our end."""
+        here, end = self.waypoints[index].transform.location, self.waypoints[-1].transform.location
+        first = other.project(here)
+        last = max(other.project(end, len(other.waypoints) - 1), first)
+        return RouteLine.along(self.points[: index + 1] + other.points[first + 1 : last + 1])
+
+    @property
+    def length_m(self) -> float:
+        return float(self.s_m[-1])
+
+    @property
+    def points(self) -> tuple[RoutePoint, ...]:
+        """In the form that a driver takes."""
+        return tuple(RoutePoint(w, c.value) for w, c in zip(self.waypoints, self.commands, strict=True))
+
+    @cached_property
+    def xyz(self) -> Array:
+        """Places of the waypoints, shape (n, 3), CARLA's world frame."""
+        places = [w.transform.location for w in self.waypoints]
+        return np.array([(p.x, p.y, p.z) for p in places], dtype=np.float64)
+
+    @cached_property
+    def new_ground_m(self) -> Array:
+        """Arc length at each waypoint without the stretches where the route has been before, shape (n,)."""
+        return new_ground(self.xyz[:, :2], self.s_m)
+
+    @cached_property
+    def forward(self) -> Array:
+        """Unit headings of the lane at the waypoints, shape (n, 3), CARLA's world frame."""
+        ahead = [w.transform.get_forward_vector() for w in self.waypoints]
+        return np.array([(v.x, v.y, v.z) for v in ahead], dtype=np.float64)
+
+    def project(self, location: Any, near_index: int = 0) -> int:
+        """Index of the waypoint nearest to a `carla.Location`; near `near_index` first, anywhere if that is far."""
+        place = np.array([location.x, location.y])
+        first = max(near_index - SEARCH_BACK, 0)
+        window = self.xyz[first : near_index + SEARCH_AHEAD, :2] - place
+        distances = np.hypot(window[:, 0], window[:, 1])
+        best = int(np.argmin(distances))
+        if distances[best] < LOST_M:
+            return first + best
+        everywhere = self.xyz[:, :2] - place
+        return int(np.argmin(np.hypot(everywhere[:, 0], everywhere[:, 1])))
+
+    def index_at(self, s_m: float) -> int:
+        """Index of the waypoint nearest to an arc length; the first or last one beyond the ends."""
+        after = int(np.clip(np.searchsorted(self.s_m, s_m), 1, len(self.s_m) - 1))
+        return after if self.s_m[after] - s_m <= s_m - self.s_m[after - 1] else after - 1
+
+    def at(self, s_m: float) -> Any:
+        """The `carla.Waypoint` nearest to an arc length; the first or last one beyond the ends."""
+        return self.waypoints[self.index_at(s_m)]

@@ -1,0 +1,145 @@
+"""Reads the leaderboard's route XML. What is wrong is named with its file, its line, and the remedy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.parsers import expat
+
+from stucksolver_eval.routes.route import Pose, Position, Route, ScenarioSpec, WeatherKey
+
+_NOT_PARAMETERS = ("trigger_point",)
+
+
+class RouteFileError(ValueError):
+    """A route file cannot be read as such; the message names file, line, what is wrong and what to do."""
+
+
+def read_routes(path: Path) -> tuple[Route, ...]:
+    """All routes of a file, in its order. Raises `RouteFileError`."""
+    try:
+        root = _parse(path)
+    except OSError as error:
+        raise RouteFileError(f"{path}: cannot be read: {error.strerror}; give a route XML file") from error
+    reader = _Reader(path)
+    if root.tag != "routes":
+        raise reader.error(
+            root, f"the outermost element is <{root.tag}>, not <routes>", "give a leaderboard route file"
+        )
+    routes = tuple(reader.route(element) for element in root.all("route"))
+    if not routes:
+        raise reader.error(root, "there is no <route> in it", "add at least one")
+    reader.refuse_twins(routes, root)
+    return routes
+
+
+@dataclass
+class _Element:
+    tag: str
+    attributes: Mapping[str, str]
+    line: int
+    children: list[_Element] = field(default_factory=list)
+
+    def all(self, tag: str) -> Iterator[_Element]:
+        return (child for child in self.children if child.tag == tag)
+
+
+def _parse(path: Path) -> _Element:
+    """The element tree with line numbers. Raises `OSError` and `RouteFileError`."""
+    parser = expat.ParserCreate()
+    outside = _Element("", {}, 0)
+    stack = [outside]
+
+    def begin(tag: str, attributes: dict[str, str]) -> None:
+        element = _Element(tag, attributes, parser.CurrentLineNumber)
+        stack[-1].children.append(element)
+        stack.append(element)
+
+    def refuse(*_: object) -> None:
+        raise RouteFileError(
+            f"{path}, line {parser.CurrentLineNumber}: a document type has no place here; remove the DOCTYPE"
+        )
+
+    parser.StartElementHandler = begin
+    parser.EndElementHandler = lambda tag: stack.pop()
+    # Entities could blow a small file up to any size.
+    parser.StartDoctypeDeclHandler = refuse
+    try:
+        parser.Parse(path.read_bytes(), True)
+    except expat.ExpatError as error:
+        reason = expat.ErrorString(error.code)
+        raise RouteFileError(f"{path}, line {error.lineno}: not well-formed XML: {reason}; mend it there") from error
+    return outside.children[0]
+
+
+class _Reader:
+    """Turns elements of one file into routes."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def error(self, element: _Element, wrong: str, remedy: str) -> RouteFileError:
+        return RouteFileError(f"{self._path}, line {element.line}: {wrong}; {remedy}")
+
+    def route(self, element: _Element) -> Route:
+        name = self._text(element, "id")
+        waypoints = tuple(self._position(p) for holder in element.all("waypoints") for p in holder.all("position"))
+        if len(waypoints) < 2:
+            raise self.error(element, f"route {name} has {len(waypoints)} waypoints", "give it at least two <position>")
+        weathers = (w for holder in element.all("weathers") for w in holder.all("weather"))
+        scenarios = (s for holder in element.all("scenarios") for s in holder.all("scenario"))
+        return Route(
+            id=name,
+            town=self._text(element, "town"),
+            waypoints=waypoints,
+            weathers=tuple(sorted((self._weather(w) for w in weathers), key=lambda w: w.route_percentage)),
+            scenarios=tuple(self._scenario(s) for s in scenarios),
+        )
+
+    def refuse_twins(self, routes: tuple[Route, ...], root: _Element) -> None:
+        seen: set[str] = set()
+        for route, element in zip(routes, root.all("route"), strict=True):
+            if route.id in seen:
+                raise self.error(element, f"route id {route.id} is there twice", "give each route an id of its own")
+            seen.add(route.id)
+
+    def _scenario(self, element: _Element) -> ScenarioSpec:
+        name = self._text(element, "name")
+        points = list(element.all("trigger_point"))
+        if len(points) != 1:
+            raise self.error(
+                element, f"scenario {name} has {len(points)} trigger points", "give it one <trigger_point>"
+            )
+        yaw_deg = self._number(points[0], "yaw") if "yaw" in points[0].attributes else 0.0
+        return ScenarioSpec(
+            name=name,
+            type=self._text(element, "type"),
+            trigger=Pose(self._position(points[0]), yaw_deg),
+            parameters={c.tag: dict(c.attributes) for c in element.children if c.tag not in _NOT_PARAMETERS},
+        )
+
+    def _weather(self, element: _Element) -> WeatherKey:
+        values = {name: self._number(element, name) for name in element.attributes}
+        return WeatherKey(values.pop("route_percentage", 0.0), values)
+
+    def _position(self, element: _Element) -> Position:
+        z_m = self._number(element, "z") if "z" in element.attributes else 0.0
+        return Position(self._number(element, "x"), self._number(element, "y"), z_m)
+
+    def _text(self, element: _Element, name: str) -> str:
+        value = element.attributes.get(name, "").strip()
+        if not value:
+            raise self.error(element, f"<{element.tag}> has no {name}", f'write {name}="..."')
+        return value
+
+    def _number(self, element: _Element, name: str) -> float:
+        text = self._text(element, name)
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise self.error(element, f'{name}="{text}" of <{element.tag}> is not a number', "write a finite number")
+        return value

@@ -1,0 +1,133 @@
+"""What is kept of one run, enough to replay it in a page: the map around it, every actor, each decision.
+
+Everything is in the map's right-handed frame (x east, y north, metres; yaw counter-clockwise in degrees), rounded
+to centimetres when written.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from stucksolver.scene.attempts import RejectCode
+from stucksolver.scene.model import Model
+from stucksolver_eval.results.outcome import QueryOutcome
+
+Polyline = tuple[tuple[float, float], ...]
+ActorRole = Literal["ego", "scenario", "traffic", "prop"]
+
+
+class LaneArea(Model):
+    """One stretch of lane as an area between two borders."""
+
+    kind: str
+    """`driving`, `shoulder`, `sidewalk`, `parking`, `biking`, `median`, ..."""
+    left: Polyline
+    right: Polyline
+
+
+class Marking(Model):
+    """A painted line."""
+
+    points: Polyline
+    kind: Literal["broken", "solid", "other"]
+    color: str = "white"
+
+
+class MapView(Model):
+    """The part of the map that a run can show."""
+
+    name: str
+    lanes: tuple[LaneArea, ...]
+    markings: tuple[Marking, ...]
+
+
+class ActorInfo(Model):
+    """Who appears in the frames; `frames[i].actors` refers to these by position in the list."""
+
+    label: str
+    kind: str
+    """`car`, `van`, `truck`, `bicycle`, `pedestrian`, `cone`, ... as in the scene."""
+    length_m: float
+    width_m: float
+    role: ActorRole
+
+
+class Frame(Model):
+    """One sampled instant (10 Hz)."""
+
+    time_s: float
+    speed_mps: float
+    """Speed of the ego."""
+    poses: tuple[tuple[int, float, float, float], ...]
+    """(index in `RunLog.actors`, x_m, y_m, yaw_deg) of every actor present; the ego is actor 0."""
+    lights: tuple[tuple[float, float, str], ...] = ()
+    """(x_m, y_m, state) of traffic lights nearby: `red`, `yellow`, `green`, `off`."""
+    path: Polyline = ()
+    """The path of the recovery behaviour being driven, if one is."""
+
+
+class DecisionMoment(Model):
+    """A decision at the moment it was delivered, with the guard's verdict."""
+
+    time_s: float
+    trigger: str
+    """`detector` or `guidance`."""
+    decision: dict[str, Any]
+    """JSON form of `stucksolver.decision.Decision`: observation, analysis, plan (None: nothing to do), rationale."""
+    outcome: QueryOutcome
+    codes: tuple[RejectCode, ...] = ()
+    """Why the plan was refused."""
+    verdict: str
+    """The same for people, with the details."""
+
+
+class LogEvent(Model):
+    """Anything else worth a line in the replay's list."""
+
+    time_s: float
+    kind: Literal["guidance", "directive", "abort", "outcome", "infraction", "stuck", "run"]
+    text: str
+
+
+class RunResult(Model):
+    """The figures of one run, as shown in the table."""
+
+    status: str
+    """`completed`, `blocked`, `timeout`, `collision`, ..."""
+    route_completion_pct: float
+    infractions: dict[str, int] = Field(default_factory=dict)
+    stopped_s: float
+    """Time with speed below 0.1 m/s."""
+    time_to_recover_s: float | None
+    """From the onset of immobilization to 15 m of new progress; None when never immobilized or never recovered."""
+    immobilizations: int
+    decisions: int
+    plans_accepted: int
+    duration_s: float
+    distance_m: float
+
+
+class RunLog(Model):
+    """One run from start to end."""
+
+    version: Literal[1] = 1
+    scenario: str
+    """What happens, in a few words: `parked car, one lane each way`."""
+    arm: str
+    """Who drives: `driver alone`, `StuckSolver`, `StuckSolver + passenger`."""
+    seed: int
+    driver: str
+    reasoner: str
+    clock: str
+    perception: str
+    map: MapView
+    route: Polyline
+    actors: tuple[ActorInfo, ...]
+    frames: tuple[Frame, ...]
+    stuck: tuple[tuple[float, float], ...]
+    """Spans of time in which the detector called the ego immobilized."""
+    decisions: tuple[DecisionMoment, ...]
+    events: tuple[LogEvent, ...]
+    result: RunResult

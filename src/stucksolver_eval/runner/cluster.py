@@ -1,0 +1,58 @@
+"""The same route jobs on other machines, by dask.distributed (`pip install 'stucksolver[cluster]'`).
+
+A worker drives a route as this machine would, in a folder of its own, and sends the files back. Workers must be
+allowed to start processes: `dask worker ADDRESS --no-nanny --nthreads 1`, one for each core or two.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from stucksolver_eval.files import write_bytes
+from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.runner.pool import News
+from stucksolver_eval.runner.work import Task, run_task
+
+CONNECT_S = 10
+
+
+class ClusterError(RuntimeError):
+    """The cluster cannot be used; the message says why and what to do."""
+
+
+def run_on_cluster(tasks: Iterable[Task], address: str) -> Iterator[News]:
+    """Run all tasks on the workers of a scheduler, and tell of each when it is over. Raises `ClusterError`."""
+    try:
+        from distributed import Client, as_completed
+    except ImportError as error:
+        raise ClusterError("dask.distributed is not installed: pip install 'stucksolver[cluster]'") from error
+    try:
+        client = Client(address, timeout=CONNECT_S)
+    except (OSError, ValueError) as error:
+        raise ClusterError(f"no dask scheduler at {address}: {error}; start one with `dask scheduler`") from error
+    with client:
+        todo = {client.submit(run_elsewhere, task, pure=False, retries=2): task for task in tasks}
+        for future in as_completed(todo):
+            task = todo[future]
+            outcome, files = future.result()
+            _keep(task.folder, files)
+            yield News(task, outcome=outcome)
+
+
+def run_elsewhere(task: Task) -> tuple[Outcome, dict[str, bytes]]:
+    """On the worker: drive, and give back all files by their paths in the folder."""
+    with tempfile.TemporaryDirectory(prefix="stucksolver-") as name:
+        folder = Path(name)
+        outcome = run_task(Task(task.job, folder))
+        return outcome, {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def _keep(folder: Path, files: dict[str, bytes]) -> None:
+    """Write what came back; outcomes last, as they say that a route is done."""
+    for name, data in sorted(files.items(), key=lambda one: "/outcomes/" in f"/{one[0]}"):
+        path = (folder / name).resolve()
+        if not path.is_relative_to(folder.resolve()):
+            raise ClusterError(f"a worker sent a file outside of the results: {name}")
+        write_bytes(path, data)

@@ -1,0 +1,243 @@
+"""Drives one route from start to end and judges it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from random import Random
+from typing import Any
+
+from stucksolver.stacks.driver import DriverOptions, RoutePoint
+from stucksolver_eval.arms import make_arm
+from stucksolver_eval.arms.arm import Arm, Now
+from stucksolver_eval.arms.solver_arm import SolverArm
+from stucksolver_eval.background import Background
+from stucksolver_eval.criteria import Moment
+from stucksolver_eval.criteria.jury import Jury
+from stucksolver_eval.drivers import make_driver
+from stucksolver_eval.drivers.guest import GuestDriver
+from stucksolver_eval.guidance.speaker import Speaker
+from stucksolver_eval.jobs import CLIENT_TIMEOUT_S, PROGRESS_EVERY_S
+from stucksolver_eval.near_miss import NearMissWatch
+from stucksolver_eval.results.metric_info import MetricInfo
+from stucksolver_eval.results.outcome import Noted, Outcome
+from stucksolver_eval.results.record import RouteRecord, make_record
+from stucksolver_eval.routes.line import RouteLine
+from stucksolver_eval.runlog import RunLog
+from stucksolver_eval.runner.job import RouteJob
+from stucksolver_eval.runner.watch import SpellWatch, TrafficSpeeds
+from stucksolver_eval.runner.weather import Weather
+from stucksolver_eval.scenarios.play import Play
+from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.server import Server, connect, set_synchronous
+
+DT_S = 0.05
+HERO = "vehicle.lincoln.mkz_2020"
+LIFT_M = 0.3
+SETTLE_TICKS = 10
+BEYOND_END_M = 20
+"""The driver's route goes on beyond the destination, so that it does not brake for it."""
+
+
+class DriveError(RuntimeError):
+    """A route cannot be driven as its file says; the message says what and where."""
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What is left of a route."""
+
+    record: RouteRecord
+    outcome: Outcome
+    metric_info: MetricInfo
+    replay: RunLog | None
+
+
+def drive_route(job: RouteJob, server: Server, progress: Callable[[float], None]) -> Driven:
+    """One route in a fresh world. Raises `RouteError`, `ScenarioError`, `DriveError`, and the client's errors."""
+    client = connect(server, CLIENT_TIMEOUT_S)
+    world = client.get_world() if job.host is None else client.load_world(job.route.town)
+    set_synchronous(world, DT_S)
+    try:
+        return _drive(job, client, world, progress)
+    finally:
+        if job.host is not None:
+            set_synchronous(world, None)
+
+
+def _drive(job: RouteJob, client: Any, world: Any, progress: Callable[[float], None]) -> Driven:
+    carla_map = world.get_map()
+    line = RouteLine.trace(carla_map, job.route.waypoints)
+    hero = _hero(world, line)
+    for _ in range(SETTLE_TICKS):
+        world.tick()
+    setting = Setting(client, world, carla_map, hero, line, Random(f"{job.seed}:{job.route.id}"), dt_s=DT_S)
+    setting.background = Background(setting)
+    play = Play(job.route.scenarios, setting)
+    try:
+        world.tick()
+        return _Drive(job, setting, play).go(progress)
+    finally:
+        play.close()
+
+
+def _hero(world: Any, line: RouteLine) -> Any:
+    blueprint = world.get_blueprint_library().find(HERO)
+    blueprint.set_attribute("role_name", "hero")
+    start = line.waypoints[0].transform
+    start.location.z += LIFT_M
+    hero = world.try_spawn_actor(blueprint, start)
+    if hero is None:
+        place = start.location
+        raise DriveError(f"the ego could not be put at the route's start ({place.x:.1f}, {place.y:.1f})")
+    return hero
+
+
+class _Drive:
+    """One drive; everything is set up when it is made."""
+
+    def __init__(self, job: RouteJob, setting: Setting, play: Play) -> None:
+        self._job, self._setting, self._play = job, setting, play
+        self._world, self._hero, self._line = setting.world, setting.hero, setting.route
+        options = DriverOptions(heeds_on_path=not job.arm.heedless)
+        route = self._line.points + _beyond(self._line)
+        driver = make_driver(job.arm.driver, setting.client, self._hero, setting.map, route, options)
+        self._driver, self._driven_route = driver, driver.route
+        self._arm: Arm = make_arm(job.arm, self._hero, driver, setting.map, self._line, job.seed, job.records)
+        self._jury = Jury(self._world, setting.map, self._hero, self._line, play)
+        self._speaker = Speaker(job.lines, Random(f"{job.seed}:{job.route.id}:guidance"))
+        self._weather = Weather(self._world, job.route.weathers)
+        self._spells, self._near = SpellWatch(), NearMissWatch(self._world, self._hero)
+        self._speeds = TrafficSpeeds(self._world)
+        self._metric = MetricInfo()
+        self._track: list[tuple[float, float]] = []
+        self._start_s = float(self._world.get_snapshot().timestamp.elapsed_seconds)
+        self._replay = _replay(job, setting, self._arm, self._start_s)
+        self._ticks = 0
+        self._time_s = 0.0
+
+    def go(self, progress: Callable[[float], None]) -> Driven:
+        """Until the end of the route, whichever that is."""
+        began, next_progress_s = time.monotonic(), 0.0
+        try:
+            while (failure := self._tick()) is None:
+                self._world.tick()
+                if self._time_s >= next_progress_s:
+                    next_progress_s += PROGRESS_EVERY_S
+                    progress(self._time_s)
+            self._arm.close(self._time_s)
+            self._spells.finish(self._time_s)
+            self._jury.finish()
+            return self._driven(failure or None, time.monotonic() - began)
+        finally:
+            self._jury.close()
+            if isinstance(self._driver, GuestDriver):
+                self._driver.close()
+
+    def _tick(self) -> str | None:
+        """Everything between two ticks of the world; how the route ended, when it did."""
+        snapshot = self._world.get_snapshot()
+        self._time_s = time_s = float(snapshot.timestamp.elapsed_seconds) - self._start_s
+        transform, velocity = self._hero.get_transform(), self._hero.get_velocity()
+        place_m = self._jury.completion.s_m
+        self._play.tick(time_s, place_m)
+        moment = Moment(
+            frame=int(snapshot.frame),
+            time_s=time_s,
+            transform=transform,
+            velocity=velocity,
+            suspended=self._play.suspended,
+            background_mps=self._speeds.read(snapshot),
+        )
+        if self._driver.route is not self._driven_route:
+            self._take_new_route(moment)
+        failure = self._jury.update(moment)
+        self._metric.add(self._hero, transform)
+        self._measure(moment)
+        if failure is not None:
+            return failure
+        self._ticks += 1
+        now = Now(time_s, moment.speed_mps, self._jury.completion.s_m)
+        for line, text in self._speaker.due(time_s, now.place_m, now.speed_mps):
+            self._arm.say(text)
+            self._arm.log.guidance.append(Noted(kind=line.kind, time_s=round(time_s, 2), text=text))
+        self._hero.apply_control(self._play.noise(self._arm.step(now)))
+        if self._replay is not None:
+            self._replay.tick(now, self._arm.directive)
+        return None
+
+    def _take_new_route(self, moment: Moment) -> None:
+        """The driver planned anew: where leaving the route is allowed, the new one is the route from here on."""
+        self._driven_route = self._driver.route
+        if "route_deviation" in moment.suspended:
+            self._jury.reroute(RouteLine.along(self._driven_route))
+
+    def _measure(self, moment: Moment) -> None:
+        place_m = self._jury.completion.s_m
+        new_m = float(self._jury.line.new_ground_m[self._jury.completion.index])
+        self._spells.update(moment.time_s, moment.speed_mps, new_m)
+        self._near.update(moment.time_s, moment.transform, moment.velocity)
+        self._weather.update(self._jury.completion.percentage)
+        if moment.time_s >= len(self._track) - 1e-6:
+            self._track.append((round(moment.time_s, 2), round(place_m, 1)))
+
+    def _driven(self, failure: str | None, wall_s: float) -> Driven:
+        job, jury, log = self._job, self._jury, self._arm.log
+        record = make_record(
+            route_id=job.route.id,
+            scenario=job.scenario,
+            town=job.route.town,
+            length_m=jury.line.length_m,
+            game_s=self._time_s,
+            wall_s=wall_s,
+            completion_pct=jury.completion.percentage,
+            failure=failure,
+            infractions=jury.infractions,
+        )
+        inside = [bool(w.is_junction) for w in jury.line.waypoints]
+        outcome = Outcome(
+            route_id=job.route.id,
+            scenario=job.scenario,
+            town=job.route.town,
+            seed=job.seed,
+            arm=job.arm.name,
+            expected=self._play.expected,
+            asked_s=log.asked_s,
+            ticks=self._ticks,
+            wall_s=round(wall_s, 3),
+            length_m=round(jury.line.length_m, 3),
+            points=len(inside),
+            first_junction=inside.index(True) + 1 if any(inside) else None,
+            stuck_end_pct=jury.min_speed.stuck_end,
+            infractions=tuple(Noted(kind=i.kind, time_s=round(i.time_s, 2), text=i.text) for i in jury.infractions),
+            near_misses=tuple(self._near.found),
+            spells=tuple(self._spells.spells),
+            interventions=tuple(log.interventions),
+            queries=tuple(log.queries),
+            reliability=tuple(log.reliability),
+            guidance=tuple(log.guidance),
+            track=tuple(self._track),
+        )
+        replay = None if self._replay is None else self._replay.log(record, outcome)
+        return Driven(record, outcome, self._metric, replay)
+
+
+def _beyond(line: RouteLine) -> tuple[RoutePoint, ...]:
+    """The lane that goes on after the destination, where there is one."""
+    here, found = line.waypoints[-1], []
+    for _ in range(BEYOND_END_M):
+        following = here.next(1.0)
+        if not following:
+            break
+        here = following[0]
+        found.append(RoutePoint(here, "lane_follow"))
+    return tuple(found)
+
+
+def _replay(job: RouteJob, setting: Setting, arm: Arm, start_s: float) -> Any:
+    if job.replays == "none":
+        return None
+    from stucksolver_eval.runner.replay import ReplayKeeper
+
+    return ReplayKeeper(job, setting, arm if isinstance(arm, SolverArm) else None, start_s)

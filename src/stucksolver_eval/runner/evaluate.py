@@ -1,0 +1,157 @@
+"""An evaluation from what was asked for to its results: checked before it begins, resumed, watched, summed up."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from stucksolver.ladder import find_ladder
+from stucksolver.reason.llm.prompt import prompt_name
+from stucksolver.reason.make import sees
+from stucksolver_eval.arms.make import check_arm, preflight_arm
+from stucksolver_eval.files import require_writable
+from stucksolver_eval.guidance import Script, read_script
+from stucksolver_eval.results.manifest import Manifest, file_digest, suite_digest
+from stucksolver_eval.results.store import Store, StoreError
+from stucksolver_eval.routes import Route
+from stucksolver_eval.runner.board import Board
+from stucksolver_eval.runner.job import ArmSpec, Replays, RouteJob
+from stucksolver_eval.runner.pool import News, run_tasks
+from stucksolver_eval.runner.suite import load_routes, route_ids
+from stucksolver_eval.runner.work import Task
+from stucksolver_eval.scenarios.registry import scenario_type
+
+
+@dataclass(frozen=True)
+class EvaluationSpec:
+    """What is to be run. `host`, `port`: a running CARLA server; then one route at a time."""
+
+    suite: str
+    out: Path
+    arm: ArmSpec = field(default_factory=ArmSpec)
+    seeds: tuple[int, ...] = (1,)
+    only: tuple[str, ...] = ()
+    guidance: Path | None = None
+    maps: str | None = None
+    jobs: int = 2
+    replays: Replays = "failed"
+    record: bool = False
+    resume: bool = False
+    reuse: Path | None = None
+    """An evaluation that differs in guidance alone: routes on which nobody says anything are taken from there."""
+    host: str | None = None
+    port: int = 2000
+    cluster: str | None = None
+    command: str = ""
+
+
+def evaluate(spec: EvaluationSpec) -> Store:
+    """Run what is not done yet, and give the folder with everything.
+
+    Raises `SuiteError`, `RouteFileError`, `ScenarioError` (an unknown type), `ArmError`, `LadderError`,
+    `GuidanceError`, `StoreError`, `OutputError` and `ClusterError`, all but the last two before anything is run.
+    """
+    routes = load_routes(spec.suite, spec.only)
+    for scenario in {s.type for route in routes for s in route.scenarios}:
+        scenario_type(scenario)
+    check_arm(spec.arm)
+    if spec.arm.ladder is not None:
+        find_ladder(spec.arm.ladder)
+    script = Script(routes={}) if spec.guidance is None else read_script(spec.guidance, route_ids(spec.suite))
+    store, manifest = Store(spec.out), manifest_of(spec, routes)
+    alike = None if spec.reuse is None else _alike(spec.reuse, manifest)
+    for note in preflight_arm(spec.arm):
+        print(f"note: {note}", file=sys.stderr, flush=True)
+    store.begin(manifest, routes, spec.resume)
+    require_writable(spec.out)
+    if alike is not None:
+        _take(store, alike, routes, script)
+    tasks = [
+        Task(_job(spec, store, route, seed, script), spec.out)
+        for seed in spec.seeds
+        for route in routes
+        if not store.is_done(route, seed)
+    ]
+    total = len(routes) * len(spec.seeds)
+    _watch(store, _run(spec, tasks), Board(total, total - len(tasks), sys.stderr))
+    return store
+
+
+def _alike(folder: Path, manifest: Manifest) -> Store:
+    """The evaluation to take routes from. Raises `StoreError` where it is another arm, or has guidance itself."""
+    store = Store(folder)
+    differs = manifest.model_copy(update={"guidance_digest": ""}).differs_from(store.manifest())
+    if differs:
+        raise StoreError(f"nothing of {folder} can be used here: {differs}; leave --reuse out")
+    return store
+
+
+def _take(store: Store, alike: Store, routes: tuple[Route, ...], script: Script) -> None:
+    """A run is the same whenever it is repeated, so where the passenger is silent it need not be."""
+    for route in routes:
+        for seed in store.seeds():
+            if not script.lines(route.id) and not store.is_done(route, seed) and alike.is_done(route, seed):
+                store.take(alike, route, seed)
+
+
+def _run(spec: EvaluationSpec, tasks: list[Task]) -> Iterator[News]:
+    if spec.cluster is not None:
+        from stucksolver_eval.runner.cluster import run_on_cluster
+
+        return run_on_cluster(tasks, spec.cluster)
+    return run_tasks(tasks, 1 if spec.host is not None else spec.jobs)
+
+
+def _watch(store: Store, news: Iterator[News], board: Board) -> None:
+    try:
+        for told in news:
+            job = told.task.job
+            if told.outcome is None:
+                board.goes_on(told.task, told.time_s)
+            else:
+                record = store.record(job.route, job.seed) if told.outcome.state == "driven" else None
+                board.is_over(told.task, told.outcome, record)
+    finally:
+        board.close()
+
+
+def _job(spec: EvaluationSpec, store: Store, route: Route, seed: int, script: Script) -> RouteJob:
+    return RouteJob(
+        route=route,
+        seed=seed,
+        arm=spec.arm,
+        lines=script.lines(route.id),
+        maps=spec.maps,
+        replays=spec.replays,
+        records=store.interventions(route, seed) if spec.record else None,
+        host=spec.host,
+        port=spec.port,
+    )
+
+
+def manifest_of(spec: EvaluationSpec, routes: tuple[Route, ...]) -> Manifest:
+    """What is asked for, as it is kept with the results."""
+    arm = spec.arm
+    return Manifest(
+        suite=spec.suite,
+        suite_digest=suite_digest(routes),
+        routes=len(routes),
+        seeds=spec.seeds,
+        driver=arm.driver,
+        recovery=arm.recovery,
+        reasoner=arm.reasoner,
+        prompt=prompt_name() if sees(arm.recovery) or sees(arm.reasoner) else "",
+        clock=arm.clock,
+        perception=arm.perception,
+        detector=dict(arm.detector),
+        guarded=arm.guarded,
+        heedless=arm.heedless,
+        guidance="" if spec.guidance is None else spec.guidance.name,
+        guidance_digest=file_digest(spec.guidance),
+        ladder="" if arm.ladder is None else arm.ladder.name,
+        ladder_digest=file_digest(arm.ladder),
+        simulator="carlette" if spec.host is None else "CARLA server",
+        command=spec.command,
+    )

@@ -1,0 +1,90 @@
+"""Keeps a route's replay, in the form that the report's player shows."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+from stucksolver.decision import CONTINUE, Directive
+from stucksolver_eval.arms.arm import Now
+from stucksolver_eval.arms.solver_arm import SolverArm
+from stucksolver_eval.mapview import map_view
+from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.results.record import RouteRecord, status_text
+from stucksolver_eval.runlog import ActorRole, RunLog, RunResult
+from stucksolver_eval.runner.job import RouteJob
+from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.scribe import Scribe
+
+FRAME_EVERY_S = 0.2
+
+
+class ReplayKeeper:
+    """Call `tick` once a tick, and `log` at the end; None where this replay is not wanted."""
+
+    def __init__(self, job: RouteJob, setting: Setting, arm: SolverArm | None, start_s: float) -> None:
+        self._job, self._setting = job, setting
+        self._scribe = Scribe(setting.world, setting.hero, self._role, FRAME_EVERY_S)
+        if arm is not None:
+            arm.listen(self._scribe.hear)
+
+    def _role(self, actor_id: str) -> ActorRole:
+        actor = self._setting.world.get_actor(int(actor_id))
+        role = "" if actor is None else actor.attributes.get("role_name", "")
+        if role == "background":
+            return "traffic"
+        return "scenario" if role == "scenario" else "prop"
+
+    def tick(self, now: Now, directive: Directive | None) -> None:
+        self._scribe.frame(now.time_s, now.speed_mps)
+        self._scribe.directive(now.time_s, directive or CONTINUE)
+
+    def log(self, record: RouteRecord, outcome: Outcome) -> RunLog | None:
+        """The whole run."""
+        if self._job.replays == "failed" and record.success and not outcome.interventions:
+            return None
+        scribe, job = self._scribe, self._job
+        for noted in (*outcome.infractions, *outcome.near_misses):
+            if noted.kind != "min_speed_infractions":
+                scribe.event(noted.time_s, "infraction", noted.text)
+        for said in outcome.guidance if job.arm.recovery in ("none", "timers") else ():
+            scribe.event(said.time_s, "guidance", f"{said.text} (nobody listens)")
+        scribe.event(outcome.ticks * self._setting.dt_s, "run", status_text(record.status))
+        places = [(w.transform.location.x, -w.transform.location.y) for w in self._setting.route.waypoints]
+        return RunLog(
+            scenario=f"{job.scenario}, route {job.route.id}",
+            arm=job.arm.name,
+            seed=job.seed,
+            driver=job.arm.driver,
+            reasoner=job.arm.recovery,
+            clock=job.arm.clock,
+            perception=job.arm.perception,
+            map=map_view(self._setting.map, places),
+            route=tuple((round(x, 2), round(y, 2)) for x, y in places[::2]),
+            actors=tuple(scribe.actors),
+            frames=tuple(scribe.frames),
+            stuck=tuple((s.onset_s, s.ended_s) for s in outcome.spells),
+            decisions=tuple(scribe.decisions),
+            events=tuple(sorted(scribe.events, key=lambda e: e.time_s)),
+            result=_result(record, outcome),
+        )
+
+
+def _result(record: RouteRecord, outcome: Outcome) -> RunResult:
+    counts: Counter[str] = Counter(i.kind for i in outcome.infractions if i.kind != "min_speed_infractions")
+    if outcome.near_misses:
+        counts["near_miss"] = len(outcome.near_misses)
+    recovered = [s.recovered_after_s for s in outcome.spells if s.recovered_after_s is not None]
+    values: dict[str, Any] = {
+        "status": record.status,
+        "route_completion_pct": record.scores.score_route,
+        "infractions": dict(counts),
+        "stopped_s": round(sum(s.ended_s - s.onset_s for s in outcome.spells), 2),
+        "time_to_recover_s": round(recovered[0], 2) if recovered else None,
+        "immobilizations": len(outcome.spells),
+        "decisions": len(outcome.queries),
+        "plans_accepted": len(outcome.interventions),
+        "duration_s": record.meta.duration_game,
+        "distance_m": round(record.scores.score_route / 100.0 * outcome.length_m, 1),
+    }
+    return RunResult(**values)

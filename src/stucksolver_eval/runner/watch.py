@@ -1,0 +1,74 @@
+"""What is measured of every arm alike: immobilizations, the speed of the traffic, progress over time."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from stucksolver.detect import Detector
+from stucksolver.scene import Status
+from stucksolver.solver import ProgressWatch
+from stucksolver_eval.results.outcome import Spell
+
+
+class SpellWatch:
+    """Immobilizations, by the detector with its usual settings, whatever the arm's own are."""
+
+    def __init__(self) -> None:
+        self._detector = Detector()
+        self._watch = ProgressWatch()
+        self._onset: tuple[float, float] | None = None
+        self.spells: list[Spell] = []
+
+    def update(self, time_s: float, speed_mps: float, place_m: float) -> None:
+        status = Status(time_s=time_s, speed_mps=speed_mps, progress_m=place_m)
+        trigger = self._detector.update(status)
+        slow_s = self._detector.slow_since_s
+        was_on = self._watch.on
+        self._watch, recovered_after_s = self._watch.updated(status, slow_s, trigger)
+        if self._watch.on and not was_on:
+            self._onset = (time_s if slow_s is None else slow_s, place_m)
+        if recovered_after_s is not None:
+            self._close(time_s, recovered_after_s)
+
+    def finish(self, time_s: float) -> None:
+        if self._onset is not None:
+            self._close(time_s, None)
+
+    def _close(self, time_s: float, recovered_after_s: float | None) -> None:
+        assert self._onset is not None
+        onset_s, place_m = self._onset
+        spell = Spell(onset_s=onset_s, place_m=place_m, recovered_after_s=recovered_after_s, ended_s=time_s)
+        self.spells.append(spell)
+        self._onset = None
+
+
+class TrafficSpeeds:
+    """Speeds of the background traffic's cars: those with the role `background`."""
+
+    def __init__(self, world: Any) -> None:
+        self._world = world
+        self._known: frozenset[int] = frozenset()
+        self._background: list[int] = []
+
+    def read(self, snapshot: Any) -> tuple[float, ...]:
+        ids = frozenset(actor.id for actor in snapshot)
+        if ids != self._known:
+            self._meet(ids)
+        speeds = []
+        for actor_id in self._background:
+            actor = snapshot.find(actor_id)
+            if actor is not None:
+                v = actor.get_velocity()
+                speeds.append(math.hypot(v.x, v.y))
+        return tuple(speeds)
+
+    def _meet(self, ids: frozenset[int]) -> None:
+        self._background = [i for i in self._background if i in ids]
+        new = ids - self._known
+        for actor in self._world.get_actors(sorted(new)):
+            vehicle = actor.type_id.startswith("vehicle")
+            if vehicle and actor.attributes.get("role_name") == "background":
+                self._background.append(actor.id)
+        self._background.sort()
+        self._known = ids

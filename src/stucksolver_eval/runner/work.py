@@ -1,0 +1,122 @@
+"""The body of a route's process: its own server, the drive, and its files."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from stucksolver.record import RecordError
+from stucksolver_eval.files import OutputError
+from stucksolver_eval.jobs import NotWanted, RunError, attempt, watched
+from stucksolver_eval.results.outcome import Outcome, State
+from stucksolver_eval.results.store import Store
+from stucksolver_eval.runner.job import RouteJob
+from stucksolver_eval.server import Server, ServerError, carlette_server, remote_server
+
+TRIES = 2
+"""A process that was killed by a signal (the client library can crash) is tried once more."""
+REASON_CHARACTERS = 2000
+
+
+@dataclass(frozen=True)
+class Task:
+    """A job and the folder that takes its files."""
+
+    job: RouteJob
+    folder: Path
+
+
+def run_task(
+    task: Task, progress: Callable[[float], None] = lambda _: None, wanted: Callable[[], bool] = lambda: True
+) -> Outcome:
+    """Drive a route in a process of its own; whatever happens there, there is an outcome, and it is on the disk.
+
+    Raises `OutputError` where not even that can be written, and `NotWanted`.
+    """
+    store, job = Store(task.folder), task.job
+    reason = ""
+    for _ in range(TRIES):
+        try:
+            code = attempt(_work, task, progress, wanted)
+        except RunError as error:
+            reason = str(error)
+            break
+        found = store.outcome(job.route, job.seed)
+        if code == 0 and found is not None:
+            return found
+        if code >= 0:
+            reason = f"its process ended with exit code {code}; what happened is printed above"
+            break
+        reason = f"its process was killed by {signal.Signals(-code).name}, {TRIES} times in a row"
+    if not wanted():
+        raise NotWanted
+    outcome = _not_driven(job, "crashed", reason)
+    store.write_outcome(job.route, outcome)
+    return outcome
+
+
+def _not_driven(job: RouteJob, state: State, reason: str) -> Outcome:
+    return Outcome(
+        route_id=job.route.id,
+        scenario=job.scenario,
+        town=job.route.town,
+        seed=job.seed,
+        arm=job.arm.name,
+        state=state,
+        reason=reason[-REASON_CHARACTERS:],
+    )
+
+
+def _work(task: Task, theirs: Connection) -> None:
+    # Ctrl-C is the parent's business: it ends us. Its death is noticed by the pipe.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _leave)
+    store, job = Store(task.folder), task.job
+    try:
+        outcome = _driven(store, job, theirs)
+    except BrokenPipeError:
+        raise SystemExit(1) from None
+    except OutputError as error:
+        theirs.send(str(error))
+        return
+    if outcome is not None:
+        store.write_outcome(job.route, outcome)
+
+
+def _driven(store: Store, job: RouteJob, theirs: Connection) -> Outcome | None:
+    """Drive and write; gives the outcome of a route that could not be driven."""
+    from stucksolver.stacks.driver import RouteError
+    from stucksolver_eval.drivers import AgentError
+    from stucksolver_eval.runner.drive import DriveError, drive_route
+    from stucksolver_eval.scenarios.base import ScenarioError, Unsupported
+
+    try:
+        with _server(job) as server, watched(server, theirs):
+            store.write_driven(job.route, job.seed, drive_route(job, server, theirs.send))
+            return None
+    except Unsupported as error:
+        return _not_driven(job, "unsupported", str(error))
+    except (ScenarioError, DriveError, RouteError) as error:
+        return _not_driven(job, "invalid", str(error))
+    except (ServerError, RecordError, AgentError) as error:
+        return _not_driven(job, "crashed", str(error))
+    except (BrokenPipeError, OutputError):
+        raise
+    except Exception:  # noqa: BLE001 - a defect on one route must not cost the others; it is kept whole
+        return _not_driven(job, "crashed", traceback.format_exc())
+
+
+def _leave(number: int, frame: object) -> None:
+    """On SIGTERM: unwind, so that the server is ended too."""
+    raise SystemExit(1)
+
+
+def _server(job: RouteJob) -> contextlib.AbstractContextManager[Server]:
+    if job.host is not None:
+        return contextlib.nullcontext(remote_server(job.host, job.port))
+    return carlette_server(job.route.town, job.maps, job.seed)

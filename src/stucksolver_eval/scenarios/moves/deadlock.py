@@ -1,0 +1,85 @@
+"""Everybody at a junction waits for everybody else, until the hero creeps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver_eval.actors import Car
+from stucksolver_eval.scenarios.base import Scenario
+from stucksolver_eval.scenarios.moves.junction import JunctionScenario, straight_way
+from stucksolver_eval.scenarios.setting import Setting
+
+BEFORE_M, NOSE_GAP_M = 2.0, 1.5
+HALF_CAR_M, STEP_M = 2.0, 2.0
+"""Of the shortest cars, and between a line's points."""
+STANDS_S, CREPT_M = 4.0, 0.5
+STANDING_MPS = 0.1
+
+
+def hero_creeps(scenario: Scenario, until_s: float) -> Iterator[None]:
+    """Until the hero has stood for 4 s and then moved on half a metre, or has come to a place of its route."""
+    stood_since_s, from_s = None, 0.0
+    while scenario.setting.hero_s_m < until_s:
+        if stood_since_s is None and scenario.hero.speed_mps < STANDING_MPS:
+            stood_since_s, from_s = scenario.cast.time_s, scenario.setting.hero_s_m
+        if stood_since_s is not None and scenario.setting.hero_s_m - from_s > CREPT_M:
+            if scenario.cast.time_s - stood_since_s > STANDS_S:
+                return
+            stood_since_s = None
+        yield
+
+
+class Deadlock(JunctionScenario):
+    """Base: cars stand on the other roads of the junction; the one from the right has its nose in the hero's way."""
+
+    timeout_s = None
+    starts = "the others stand from the trigger on; once the hero has stood for 4 s and then crept half a metre they go"
+    needs_map = "a junction on the route with a road from the right that crosses the hero's way"
+
+    def needs(self, setting: Setting) -> str | None:
+        missing = super().needs(setting)
+        if missing is None and self.noser is None:
+            missing = "at the hero's next junction nobody from the right crosses the hero's way"
+        return missing
+
+    @cached_property
+    def noser(self) -> Any | None:
+        """The entry on the right whose way ahead comes into the hero's."""
+        nearest = min(self.entries_from("right"), key=lambda one: self._apart(self._line(one)).min(), default=None)
+        meets = nearest is not None and self._apart(self._line(nearest)).min() < NOSE_GAP_M
+        return nearest if meets else None
+
+    def script(self) -> Iterator[None]:
+        others = [entries[0] for side in ("left", "opposite") if (entries := self.entries_from(side))]
+        sides = [self.noser, *others]
+        self.traffic.handle_junction_scenario(remove_entries=sides)
+        cars = [self._wait_at(entry, with_nose=entry is self.noser) for entry in sides]
+        yield from hero_creeps(self, self.exit_s)
+        for car in cars:
+            car.wish_mps, car.yields = self.limit_mps, True
+            yield from self.wait(3.0)
+        yield from self.until_passed(self.exit_s + 10.0)
+
+    def _wait_at(self, entry: Any, with_nose: bool) -> Car:
+        """A car that stands before the junction, or with its nose where the hero wants to go."""
+        line = self._line(entry)
+        if with_nose:
+            reaches = int(np.argmax(self._apart(line) < NOSE_GAP_M))
+            line = line[max(reaches - round(HALF_CAR_M / STEP_M), 0) :]
+        member = self.cast.must_spawn(self.cast.some_car(self.random), line[0].transform)
+        return self.cars.drive(member, line, 0.0, begin=False, yields=False)
+
+    def _line(self, entry: Any) -> list[Any]:
+        return self.approach(entry, BEFORE_M, 40.0, straight_way)
+
+    def _apart(self, line: list[Any]) -> NDArray[np.float64]:
+        """Distance of each point of a line from the hero's way through the junction (m)."""
+        inside = self.setting.route.xyz[self.junction.first : self.junction.last + 1, :2]
+        places = np.array([(w.transform.location.x, w.transform.location.y) for w in line])
+        away = np.hypot(places[:, None, 0] - inside[None, :, 0], places[:, None, 1] - inside[None, :, 1])
+        return np.asarray(away.min(axis=1))

@@ -1,0 +1,158 @@
+"""The junction that the route takes next: who else comes to it, and its traffic lights."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any
+
+import carla
+
+from stucksolver_eval.background.lanes import RouteJunction, entries, route_junctions
+from stucksolver_eval.scenarios.base import Scenario
+from stucksolver_eval.scenarios.moves.places import run_of_lane, turn_deg, upstream, way_turn_deg
+from stucksolver_eval.scenarios.setting import Setting
+
+FROZEN = {"green": carla.TrafficLightState.Green, "red": carla.TrafficLightState.Red}
+
+
+class JunctionScenario(Scenario):
+    """A scenario at the route's next junction after the trigger."""
+
+    needs_map = "a junction on the route after the trigger point"
+
+    def needs(self, setting: Setting) -> str | None:
+        if self._found is None:
+            return "the route has no junction after the trigger point"
+        return None
+
+    @cached_property
+    def _found(self) -> RouteJunction | None:
+        return next((one for one in route_junctions(self.setting.route) if one.last >= self.trigger_index), None)
+
+    @cached_property
+    def junction(self) -> RouteJunction:
+        assert self._found is not None, "needs() was not asked"
+        return self._found
+
+    @cached_property
+    def entry(self) -> Any:
+        """The route's last waypoint before the junction."""
+        return self.setting.route.waypoints[max(self.junction.first - 1, 0)]
+
+    @cached_property
+    def exit(self) -> Any:
+        """The route's first waypoint after the junction."""
+        route = self.setting.route
+        return route.waypoints[min(self.junction.last + 1, len(route.waypoints) - 1)]
+
+    @cached_property
+    def entry_s(self) -> float:
+        return float(self.setting.route.s_m[self.junction.first])
+
+    @cached_property
+    def exit_s(self) -> float:
+        return float(self.setting.route.s_m[self.junction.last])
+
+    @cached_property
+    def turn(self) -> str:
+        """`left`, `right` or `straight`."""
+        angle = turn_deg(self.entry, self.exit)
+        return "straight" if abs(angle) < 35.0 else "right" if angle > 0 else "left"
+
+    def entries_from(self, side: str) -> list[Any]:
+        """The last waypoints of the lanes by which others come from the `left`, `right` or `opposite`."""
+        inside = self.setting.route.waypoints[self.junction.first]
+        others = [one for one in entries(inside) if one.road_id != self.entry.road_id]
+        return [one for one in others if _comes_from(self.entry, one) == side]
+
+    def passes_exit(self) -> bool:
+        return self.setting.hero_s_m > self.exit_s
+
+    def approach(self, entry: Any, before_m: float, after_m: float, ways: Callable[[Any, Any], float]) -> list[Any]:
+        """A line of waypoints through the junction: from upstream of an entry to beyond the junction.
+
+        `ways(before, first)` rates the ways on at a fork; the smallest is taken.
+        """
+        start = upstream(entry, before_m)
+        distance = start.transform.location.distance(entry.transform.location)
+        line = [w for w in run_of_lane(start, distance + 2.0) if not w.is_junction] or [entry]
+        while True:
+            after = line[-1].next(2.0)
+            if not after:
+                return line
+            line.append(min(after, key=lambda one: ways(entry, one)) if len(after) > 1 else after[0])
+            if line[-1].is_junction:
+                break
+        while line[-1].is_junction and (after := line[-1].next(2.0)):
+            line.append(after[0])
+        return line + run_of_lane(line[-1], after_m)[1:]
+
+    # Traffic lights.
+
+    @cached_property
+    def lights(self) -> list[Any]:
+        """The `carla.TrafficLight`s of the junction."""
+        return list(self.setting.world.get_traffic_lights_in_junction(self.junction.number))
+
+    def lights_of(self, roads: set[int]) -> list[Any]:
+        """Those of them that stop a road, by the ids of roads outside and inside the junction."""
+        return [one for one in self.lights if any(w.road_id in roads for w in one.get_stop_waypoints())]
+
+    @cached_property
+    def own_lights(self) -> list[Any]:
+        """Those that the hero has to heed."""
+        route = self.setting.route
+        inside = {route.waypoints[i].road_id for i in range(self.junction.first, self.junction.last + 1)}
+        return self.lights_of({self.entry.road_id}) or self.lights_of(inside)
+
+    def hold_lights(self, green: Sequence[Any]) -> None:
+        """Freeze the junction: green for these, red for all others."""
+        lucky = {one.id for one in green}
+        for light in self.lights:
+            light.set_state(FROZEN["green"] if light.id in lucky else FROZEN["red"])
+        if self.lights:
+            self.lights[0].freeze(True)
+        self._held = True
+
+    def free_lights(self) -> None:
+        """Let the lights run again."""
+        if self._held and self.lights:
+            self.lights[0].freeze(False)
+        self._held = False
+
+    _held = False
+
+    def close(self) -> None:
+        self.free_lights()
+
+
+def straight_way(entry: Any, first: Any) -> float:
+    """Rates ways across a junction: straight on is best."""
+    return abs(way_turn_deg(entry, first))
+
+
+def way_to(road_id: int, lane_id: int | None = None) -> Callable[[Any, Any], float]:
+    """Rates ways across a junction: best is the one that ends on a road (and lane)."""
+
+    def rate(entry: Any, first: Any) -> float:
+        here = first
+        for _ in range(80):
+            after = here.next(1.0)
+            if not here.is_junction or not after:
+                break
+            here = after[0]
+        wrong = 1000.0 if here.road_id != road_id else 100.0 if lane_id not in (None, here.lane_id) else 0.0
+        return wrong + abs(turn_deg(entry, here)) / 10.0
+
+    return rate
+
+
+def _comes_from(entry: Any, other: Any) -> str:
+    """Whence another entry's traffic comes, as seen from ours."""
+    angle = turn_deg(entry, other)
+    if abs(angle) > 135.0:
+        return "opposite"
+    if abs(angle) < 45.0:
+        return "same"
+    return "left" if angle > 0 else "right"

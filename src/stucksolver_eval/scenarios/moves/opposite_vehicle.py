@@ -1,0 +1,92 @@
+"""An emergency vehicle that takes the hero's right of way at a junction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver_eval.scenarios.moves.junction import JunctionScenario, straight_way
+from stucksolver_eval.scenarios.parameters import Choice
+from stucksolver_eval.scenarios.setting import Setting
+
+SPEED_MPS = 60.0 / 3.6
+UPSTREAM_M, SINK_M = 60.0, 10.0
+SYNC_S, NEAR_M = 2.2, 12.0
+LEAD_M = SPEED_MPS * SYNC_S
+TOGETHER_M = 2.0
+Array = NDArray[np.float64]
+
+
+class OppositeVehicle(JunctionScenario):
+    """Base: it waits below the ground, and comes at constant speed so that it would meet the hero."""
+
+    timeout_s = None
+    starts = "the vehicle comes when the hero is 2.2 s or 12 m from where their ways cross"
+    direction = Choice("direction", "right", options=("left", "right", "opposite"))
+    simplified = "the vehicle starts 2.2 s from where the ways cross, not 30 m from the junction, so that they do meet"
+    signalized: ClassVar[bool] = False
+
+    def needs(self, setting: Setting) -> str | None:
+        missing = super().needs(setting)
+        if missing is not None:
+            return missing
+        if not setting.cast.kinds(special_type="emergency"):
+            return "the blueprint library has no emergency vehicle"
+        if not self.entries_from(self.direction):
+            return f"at the hero's next junction nobody can come from the {self.direction} side"
+        return None
+
+    def stage(self) -> None:
+        kind = self.random.choice(self.cast.kinds(special_type="emergency"))
+        self._vehicle = self.cast.keep_below(kind)
+        self._line = self._from_lead(
+            self.approach(self.entries_from(self.direction)[0], UPSTREAM_M, SINK_M, straight_way)
+        )
+
+    def script(self) -> Iterator[None]:
+        self.traffic.handle_junction_scenario(remove_entries=[self._line[0]])
+        if self.signalized:
+            self.hold_lights(green=self.own_lights)
+        cross_s = self._cross_s()
+        yield from self.until(lambda: self.within(cross_s, SYNC_S, NEAR_M))
+        self.cast.bring(self._vehicle, self._line[0].transform)
+        car = self.cars.drive(self._vehicle, self._line, SPEED_MPS, constant=True, ends=True)
+        end_s = self.cast.time_s + 3.0 * (LEAD_M + SINK_M + 40.0) / SPEED_MPS
+        yield from self.until(lambda: car.done or self.cast.time_s > end_s)
+        self.cars.remove([car])
+        self.free_lights()
+
+    def _cross_s(self) -> float:
+        """Where along the route the ways meet, or come nearest."""
+        first, apart = self._apart(self._line)
+        return float(self.setting.route.s_m[first + _first_near(apart.min(axis=1))])
+
+    def _from_lead(self, line: list[Any]) -> list[Any]:
+        """The line from where the vehicle is 2.2 s from the hero's way."""
+        crosses = _first_near(self._apart(line)[1].min(axis=0))
+        gone_m = 0.0
+        for k in range(crosses, 0, -1):
+            gone_m += line[k].transform.location.distance(line[k - 1].transform.location)
+            if gone_m >= LEAD_M:
+                return line[k - 1 :]
+        return line
+
+    def _apart(self, line: list[Any]) -> tuple[int, Array]:
+        """Index of the route's first point at the junction, and distances, shape (points of the route, of the line)."""
+        first, last = max(self.junction.first - 2, 0), self.junction.last + 2
+        hero = self.setting.route.xyz[first : last + 1, :2]
+        other = np.array([_xy(w) for w in line])
+        return first, np.hypot(hero[:, None, 0] - other[None, :, 0], hero[:, None, 1] - other[None, :, 1])
+
+
+def _first_near(apart_m: Array) -> int:
+    """Index of the first point where two ways have come together; of the nearest one where they never do."""
+    return int(np.argmax(apart_m < TOGETHER_M)) if (apart_m < TOGETHER_M).any() else int(np.argmin(apart_m))
+
+
+def _xy(waypoint: Any) -> tuple[float, float]:
+    place = waypoint.transform.location
+    return place.x, place.y

@@ -1,0 +1,167 @@
+"""Plays the scenarios of a route: starts each at its trigger, runs its script, and ends it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from stucksolver_eval.routes.route import ScenarioSpec
+from stucksolver_eval.scenarios.base import Expected, Scenario, ScenarioError, Unsupported
+from stucksolver_eval.scenarios.registry import scenario_type
+from stucksolver_eval.scenarios.setting import Setting
+
+TRIGGER_M = 2.0
+OFF_ROUTE_M = 10.0
+
+
+@dataclass(frozen=True)
+class PlayEvent:
+    """Something the criteria or the log should know. Kinds: `started`, `ended`, `scenario_timeout`,
+    `yield_emergency_vehicle` (value: 1 where the ego gave way, 0 where not)."""
+
+    time_s: float
+    kind: str
+    scenario: str
+    text: str
+    value: float
+
+
+@dataclass
+class _Part:
+    scenario: Scenario
+    script: Iterator[None] | None = None
+    started_s: float = 0.0
+    over: bool = False
+
+
+class Play:
+    """All scenarios of one route, the background traffic, and the one reading and writing of the world each tick.
+
+    Raises `ScenarioError` for a type that does not exist, a parameter that cannot be read or a trigger point off the
+    route, and `Unsupported` where the map or the blueprint library cannot host a scenario.
+    """
+
+    def __init__(self, specs: Sequence[ScenarioSpec], setting: Setting) -> None:
+        self._setting = setting
+        self._closed = False
+        self.events: list[PlayEvent] = []
+        setting.cast.look()
+        self._parts = [_Part(_built(spec, setting)) for spec in specs]
+        for part in self._parts:
+            part.scenario.stage()
+        if setting.background is not None:
+            setting.background.populate()
+        setting.cast.flush()
+
+    @property
+    def active(self) -> frozenset[str]:
+        """Types that run now."""
+        return frozenset(part.scenario.type for part in self._running)
+
+    @property
+    def finished(self) -> bool:
+        """Whether all are over."""
+        return all(part.over for part in self._parts)
+
+    @property
+    def expected(self) -> Expected | None:
+        """What the first scenario that is judged by it says is right: recover, wait, ask or reroute."""
+        return next((p.scenario.expected for p in self._parts if p.scenario.expected is not None), None)
+
+    @property
+    def suspended(self) -> frozenset[str]:
+        """Criteria that are switched off now: `blocked`, `wrong_lane`, `route_deviation`."""
+        off = {name for part in self._parts for name in part.scenario.suspended}
+        if any(part.scenario.timeout_s is not None for part in self._running):
+            off.add("blocked")
+        return frozenset(off)
+
+    @property
+    def extra_criteria(self) -> frozenset[str]:
+        """Criteria that count twice now: `collision` in `VehicleTurningRoutePedestrian`."""
+        return frozenset(name for part in self._running for name in part.scenario.extra_criteria)
+
+    def tick(self, time_s: float, hero_s_m: float) -> None:
+        """After each tick of the world, before the driver's step; moves the background, too."""
+        setting = self._setting
+        setting.hero_s_m = hero_s_m
+        setting.cast.look()
+        for part in self._parts:
+            if part.script is None and not part.over and hero_s_m >= part.scenario.trigger_s_m - TRIGGER_M:
+                self._start(part, time_s)
+            if part.script is not None and not part.over:
+                self._go_on(part, part.script, time_s)
+        if setting.background is not None:
+            setting.background.tick(time_s, hero_s_m)
+        setting.cars.step()
+        setting.cast.flush()
+
+    def noise(self, control: Any) -> Any:
+        """The hero's control as the vehicle shall get it: `ControlLoss` disturbs it."""
+        for part in self._running:
+            control = part.scenario.disturb(control)
+        return control
+
+    def close(self) -> None:
+        """End everything and take the cast off the world; may be called twice."""
+        if self._closed:
+            return
+        self._closed = True
+        for part in self._parts:
+            part.scenario.close()
+        self._setting.cast.close()
+
+    @property
+    def _running(self) -> list[_Part]:
+        return [part for part in self._parts if part.script is not None and not part.over]
+
+    def _start(self, part: _Part, time_s: float) -> None:
+        part.script, part.started_s = part.scenario.script(), time_s
+        part.scenario.suspended |= part.scenario.suspends
+        self._note(time_s, part, "started", f"{part.scenario.type} begins", 0.0)
+
+    def _go_on(self, part: _Part, script: Iterator[None], time_s: float) -> None:
+        ran_s = time_s - part.started_s
+        limit_s = part.scenario.timeout_s
+        late = limit_s is not None and ran_s > limit_s
+        done = late or _is_over(script)
+        for kind, text, value in part.scenario.news:
+            self._note(time_s, part, kind, text, value)
+        part.scenario.news.clear()
+        if late:
+            self._note(
+                time_s, part, "scenario_timeout", f"{part.scenario.type} took longer than {limit_s:.0f} s", ran_s
+            )
+        if done:
+            part.over = True
+            part.scenario.suspended &= part.scenario.keeps_suspended
+            self._note(time_s, part, "ended", f"{part.scenario.type} is over", ran_s)
+
+    def _note(self, time_s: float, part: _Part, kind: str, text: str, value: float) -> None:
+        self.events.append(PlayEvent(time_s, kind, part.scenario.spec.name, text, value))
+
+
+def _is_over(script: Iterator[None]) -> bool:
+    try:
+        next(script)
+    except StopIteration:
+        return True
+    return False
+
+
+def _built(spec: ScenarioSpec, setting: Setting) -> Scenario:
+    scenario = scenario_type(spec.type)(spec, setting)
+    place = setting.route.waypoints[scenario.trigger_index].transform.location
+    trigger = spec.trigger.position
+    off_m = ((place.x - trigger.x_m) ** 2 + (place.y - trigger.y_m) ** 2) ** 0.5
+    if off_m > OFF_ROUTE_M:
+        raise ScenarioError(
+            f"{spec.name}: the trigger point ({trigger.x_m:.1f}, {trigger.y_m:.1f}) lies {off_m:.0f} m off the route; "
+            "move it onto the route"
+        )
+    missing = [one for one in scenario.blueprints if not setting.cast.knows(one)]
+    reason = f"the blueprint library has no {', '.join(missing)}" if missing else scenario.needs(setting)
+    if reason is not None:
+        raise Unsupported(f"{spec.name} ({spec.type}) is unsupported here: {reason}")
+    return scenario

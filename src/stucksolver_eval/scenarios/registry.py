@@ -1,0 +1,40 @@
+"""Scenario types by their public names."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from functools import cache
+from typing import TypeVar
+
+from stucksolver_eval.scenarios.base import Scenario, ScenarioError
+
+SCENARIOS: dict[str, type[Scenario]] = {}
+"""Every registered type; complete once `scenario_type` or `load_all` was called."""
+
+S = TypeVar("S", bound=type[Scenario])
+
+
+def scenario(cls: S) -> S:
+    """Register a type under its name. Raises `ValueError` where the name is taken."""
+    known = SCENARIOS.setdefault(cls.type, cls)
+    if known is not cls:
+        raise ValueError(f"two scenarios are called {cls.type!r}: {known.__module__} and {cls.__module__}")
+    return cls
+
+
+def scenario_type(name: str) -> type[Scenario]:
+    """The type of that name. Raises `ScenarioError` that lists what exists."""
+    load_all()
+    if name not in SCENARIOS:
+        raise ScenarioError(f"unknown scenario type {name!r}; there are {', '.join(sorted(SCENARIOS))}")
+    return SCENARIOS[name]
+
+
+@cache
+def load_all() -> None:
+    """Import every file of `scenarios.types`, which registers what is in it."""
+    from stucksolver_eval.scenarios import types
+
+    for module in pkgutil.walk_packages(types.__path__, f"{types.__name__}."):
+        importlib.import_module(module.name)

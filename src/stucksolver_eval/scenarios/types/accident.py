@@ -1,0 +1,35 @@
+"""Accident."""
+
+from __future__ import annotations
+
+from stucksolver_eval.actors.cast import lamps
+from stucksolver_eval.scenarios.moves.obstacle import Obstacle
+from stucksolver_eval.scenarios.registry import scenario
+
+POLICE = "vehicle.dodge.charger_police_2020"
+SIGN = "static.prop.warningaccident"
+OFFSET = 0.6
+POLICE_GAP_M, CARS_GAP_M = 10.0, 6.0
+
+
+class AccidentScene(Obstacle):
+    """A warning sign, a police car and behind it two crashed cars."""
+
+    blueprints = (POLICE, SIGN)
+
+    def put(self) -> tuple[float, float]:
+        self.prop(SIGN, 0.0, self.ahead(0.0).lane_width / 2.0 + 0.8, turn_deg=180.0)
+        police = self.park(POLICE, self.distance_m, OFFSET)
+        self.cast.lights(police, lamps("Special1", "Special2", "Position"))
+        first_m = self.distance_m + POLICE_GAP_M
+        self.park(self.new_car(), first_m, OFFSET)
+        self.park(self.new_car(), first_m + CARS_GAP_M, OFFSET)
+        return self.distance_m, first_m + CARS_GAP_M
+
+
+@scenario
+class Accident(AccidentScene):
+    """A police car and two crashed cars block the hero's lane; it must change to the lane beside."""
+
+    type = "Accident"
+    starts = "the scene stands from the start; the traffic beside slows 5 s after the hero came within 50 m"

@@ -1,0 +1,64 @@
+"""CrossingBicycleFlow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import carla
+
+from stucksolver_eval.scenarios.moves.actor_flow import ActorFlow
+from stucksolver_eval.scenarios.moves.crossing import BICYCLES
+from stucksolver_eval.scenarios.moves.junction import JunctionScenario
+from stucksolver_eval.scenarios.moves.places import run_of_lane
+from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.scenarios.setting import Setting
+
+RED_S = 5.0
+LOOK_M, BEYOND_M = 200.0, 40.0
+
+
+@scenario
+class CrossingBicycleFlow(ActorFlow, JunctionScenario):
+    """The hero turns across a bicycle lane on which bicycles come one after the other."""
+
+    type = "CrossingBicycleFlow"
+    starts = "the bicycles ride from the trigger on; where there are lights the hero's is red for 5 s, then green"
+    needs_map = "a junction on the route, and a bicycle lane from `start_actor_flow` through it"
+    blueprints = BICYCLES
+    all_lanes = False
+    lane_type = carla.LaneType.Biking
+
+    def needs(self, setting: Setting) -> str | None:
+        if self.start_at is not None:
+            place = carla.Location(*self.start_at)
+            lane = setting.map.get_waypoint(place, project_to_road=True, lane_type=self.lane_type)
+            if lane is None or lane.transform.location.distance(place) > 5.0:
+                return "there is no bicycle lane at <start_actor_flow>"
+        return JunctionScenario.needs(self, setting) or ActorFlow.needs(self, setting)
+
+    def kinds(self) -> tuple[str, ...]:
+        return BICYCLES
+
+    def script(self) -> Iterator[None]:
+        if self.own_lights:
+            self.hold_lights(green=[])
+        end_s = self.cast.time_s + RED_S
+        for _ in super().script():
+            if self.own_lights and self.cast.time_s >= end_s:
+                self.hold_lights(green=self.own_lights)
+                end_s = float("inf")
+            yield
+        self.free_lights()
+
+    def _traced(self) -> list[list[Any]]:
+        """To `end_actor_flow`, or where none is given 40 m beyond the junction, straight on."""
+        if self.end_at is not None:
+            return super()._traced()
+        line = run_of_lane(self._waypoint("start_actor_flow", self.start_at), LOOK_M)
+        inside = [k for k, waypoint in enumerate(line) if waypoint.is_junction]
+        leaves = next((k for k in range(inside[0], len(line)) if not line[k].is_junction), len(line)) if inside else 0
+        return [line[: leaves + int(BEYOND_M / 2.0)] if inside else line]
+
+    def over(self) -> Callable[[], bool]:
+        return self.passes_exit

@@ -1,0 +1,33 @@
+"""HighwayExit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from stucksolver_eval.background.lanes import route_junctions
+from stucksolver_eval.scenarios.moves.actor_flow import ActorFlow
+from stucksolver_eval.scenarios.registry import scenario
+
+
+@scenario
+class HighwayExit(ActorFlow):
+    """A flow in the lane beside the hero's; the hero must cross it to leave the motorway."""
+
+    type = "HighwayExit"
+    needs_map = "lanes from `start_actor_flow` to `end_actor_flow`"
+    all_lanes = False
+
+    def clear_way(self) -> None:
+        self.traffic.remove_road_lane(self.lines()[0][0])
+
+    def restore_way(self) -> None:
+        self.traffic.readd_road_lane(self.lines()[0][0])
+
+    def over(self) -> Callable[[], bool]:
+        """At the end of the junction at which the exit parts, else of the flow."""
+        route = self.setting.route
+        parts = next((one for one in route_junctions(route) if one.last >= self.trigger_index), None)
+        if parts is None:
+            return super().over()
+        end_s = min(float(route.s_m[parts.last]), route.length_m - 3.0)
+        return lambda: self.setting.hero_s_m >= end_s

@@ -1,0 +1,41 @@
+"""InterurbanAdvancedActorFlow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver_eval.scenarios.moves.flow import Flow, run_flows
+from stucksolver_eval.scenarios.moves.junction import JunctionScenario, straight_way
+from stucksolver_eval.scenarios.parameters import Choice, Number, Range
+from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.scenarios.setting import Setting
+
+SOURCE_S, SINK_M = 6.0, 60.0
+
+
+@scenario
+class InterurbanAdvancedActorFlow(JunctionScenario):
+    """The hero turns left onto an interurban road: across the flow from its left, into the one from its right."""
+
+    type = "InterurbanAdvancedActorFlow"
+    needs_map = "a junction whose other road comes from both sides"
+    simplified = "both flows are found from the junction's lanes; `direction` names the one that the hero joins"
+    direction = Choice("direction", "right", options=("left", "right"))
+    flow_mps = Number("flow_speed", 10.0, "m/s")
+    gaps_m = Range("source_dist_interval", (5.0, 7.0), "m")
+
+    def needs(self, setting: Setting) -> str | None:
+        missing = super().needs(setting)
+        if missing is None and not (self.entries_from("left") and self.entries_from("right")):
+            missing = "at the junction no traffic comes from both the left and the right"
+        return missing
+
+    def script(self) -> Iterator[None]:
+        starts = [*self.entries_from("left"), *self.entries_from("right")]
+        self.traffic.handle_junction_scenario(remove_entries=starts, remove_exits=[self.exit])
+        lines = [self.approach(one, SOURCE_S * self.flow_mps, SINK_M, straight_way) for one in starts]
+        flows = [Flow(self, line, self.flow_mps, self.gaps_m) for line in lines]
+        for flow in flows:
+            flow.fill()
+        end_s = self.exit_s + 5.0
+        yield from run_flows(flows, lambda: self.gap_m(end_s) < 0.0 or self.at_route_end())

@@ -1,0 +1,58 @@
+"""ParkingCutIn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import carla
+
+from stucksolver_eval.scenarios.base import Scenario
+from stucksolver_eval.scenarios.moves.places import lane_of
+from stucksolver_eval.scenarios.parameters import Choice
+from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.scenarios.setting import Setting
+
+BLOCKER_M, CUTTER_M = 28.0, 35.0
+CUT_MPS = 20.0 / 3.6
+SYNC_S, NEAR_M = 2.35, 10.0
+OVER_M, ENDS_M = 9.0, 30.0
+
+
+@scenario
+class ParkingCutIn(Scenario):
+    """A car pulls out of a row of parked cars right in front of the hero."""
+
+    type = "ParkingCutIn"
+    timeout_s = None
+    starts = "the car pulls out when the hero is 2.35 s or 10 m away"
+    needs_map = "a parking lane beside the hero's"
+    direction = Choice("direction", "right", options=("left", "right"))
+
+    def needs(self, setting: Setting) -> str | None:
+        for distance_m in (BLOCKER_M, CUTTER_M):
+            lane = lane_of(self.ahead(distance_m), carla.LaneType.Parking, self.direction)
+            if lane is None or lane.lane_id * self.ahead(distance_m).lane_id < 0:
+                return f"{distance_m:.0f} m beyond the trigger point is no parking lane on the hero's {self.direction}"
+        return None
+
+    def stage(self) -> None:
+        self._cars = []
+        for distance_m in (BLOCKER_M, CUTTER_M):
+            lane = lane_of(self.ahead(distance_m), carla.LaneType.Parking, self.direction)
+            assert lane is not None
+            self._cars.append(self.cast.must_spawn(self.cast.some_car(self.random), lane.transform))
+            self.cast.hold(self._cars[-1])
+
+    def script(self) -> Iterator[None]:
+        place_s = self.s_at(CUTTER_M)
+        yield from self.until(lambda: self.within(place_s, SYNC_S, NEAR_M))
+        cutter = self._cars[1]
+        lane = self.ahead(CUTTER_M)
+        parking = self.cast.state(cutter)
+        side = 1.0 if self.direction == "right" else -1.0
+        right_m = side * parking.distance_m(lane.transform.location.x, lane.transform.location.y)
+        car = self.cars.drive(cutter, lane, CUT_MPS, merge=(right_m, OVER_M), yields=False, begin=False)
+        end_s = self.cast.time_s + 30.0
+        yield from self.until(lambda: car.s > ENDS_M or self.cast.time_s > end_s)
+        self.cars.remove([car])
+        self.cast.remove(self._cars)

@@ -1,0 +1,45 @@
+"""AnimalsOnRoad."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import carla
+
+from stucksolver_eval.scenarios.moves.places import beside
+from stucksolver_eval.scenarios.moves.stuck import Stuck
+from stucksolver_eval.scenarios.registry import scenario
+
+COW, DOG = "animal.cow", "animal.dog"
+PLACES = ((COW, 0.0, -0.6), (COW, 2.6, 1.0), (DOG, -1.6, 1.2))
+LASTS_S, WALK_MPS, AWAY_S = 25.0, 1.0, 9.0
+BACK_M = 1.0
+
+
+@scenario
+class AnimalsOnRoad(Stuck):
+    """Animals stand on the road and wander off after a while: wait."""
+
+    type = "AnimalsOnRoad"
+    expected = "wait"
+    suspends = frozenset({"blocked"})
+    starts = "the animals stand from the start, and leave 25 s after the hero came within 25 m"
+    blueprints = (COW, DOG)
+
+    def stage(self) -> None:
+        self._animals = [
+            self.cast.must_spawn(
+                kind, beside(self.ahead(self.distance_m + ahead_m), right_m, turn_deg=90.0), lift_m=BACK_M
+            )
+            for kind, ahead_m, right_m in PLACES
+        ]
+
+    def happen(self) -> Iterator[None]:
+        yield from self.hero_near()
+        yield from self.wait(LASTS_S)
+        aside = self.ahead(self.distance_m).transform.get_right_vector()
+        for animal in self._animals:
+            control = carla.WalkerControl(aside, WALK_MPS, False)
+            self.cast.send(carla.command.ApplyWalkerControl(animal.id, control))
+        yield from self.wait(AWAY_S)
+        self.cast.remove(self._animals)

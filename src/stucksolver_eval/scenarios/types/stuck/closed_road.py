@@ -1,0 +1,60 @@
+"""ClosedRoad."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import carla
+
+from stucksolver_eval.scenarios.moves.places import beside, way_turn_deg
+from stucksolver_eval.scenarios.moves.stuck import Stuck
+from stucksolver_eval.scenarios.registry import scenario
+
+BARRIER, SIGN = "static.prop.streetbarrier", "static.prop.warningconstruction"
+BARRIER_M, MOST_EACH_SIDE, SIGN_BEFORE_M = 1.2, 20, 2.0
+FOR_VEHICLES = carla.LaneType.Driving | carla.LaneType.Parking | carla.LaneType.Biking | carla.LaneType.Stop
+
+
+@scenario
+class ClosedRoad(Stuck):
+    """The road is closed from kerb to kerb: leave the route and come to the destination another way."""
+
+    type = "ClosedRoad"
+    expected = "reroute"
+    suspends = frozenset({"blocked", "route_deviation"})
+    simplified = "nobody else drives into the closed road"
+    needs_map = "another way from where the hero is stopped: in the suite the closed street's mouth is at a junction"
+    blueprints = (BARRIER, SIGN)
+
+    def script(self) -> Iterator[None]:
+        self.traffic.handle_junction_scenario()
+        self.traffic.switch_route_sources(False)
+        self.traffic.remove_behind()
+        # Until the drive is over: whoever plans anew has another route from here on.
+        yield from self.until(lambda: False)
+
+    def stage(self) -> None:
+        for place in row_across(self.setting.map, self.ahead(self.distance_m)):
+            self.cast.must_spawn(BARRIER, place, lift_m=0.0)
+        self.put(SIGN, -SIGN_BEFORE_M, 0.0, turn_deg=180.0)
+
+
+def row_across(carla_map: Any, here: Any) -> list[Any]:
+    """`carla.Transform`s of barriers side by side across a road, for as far as vehicles can drive there.
+
+    `here` is a waypoint. One in a junction belongs to the road that its lane leads into: the row stands square to that.
+    """
+    turn = way_turn_deg(here, here)
+    places = [_across(here, k * BARRIER_M, turn) for k in range(-MOST_EACH_SIDE, MOST_EACH_SIDE + 1)]
+    on_road = [k for k, one in enumerate(places) if carla_map.get_waypoint(one.location, False, FOR_VEHICLES)]
+    # Lanes that part in a junction leave gaps between them, which are paved all the same.
+    return places[on_road[0] : on_road[-1] + 1]
+
+
+def _across(waypoint: Any, aside_m: float, turn_deg: float) -> Any:
+    """A barrier's place so far to the right of a waypoint, for a road that leads on so much clockwise from there."""
+    square = math.radians(turn_deg)
+    along_m, right_m = -aside_m * math.sin(square), aside_m * math.cos(square)
+    return beside(waypoint, right_m, along_m, turn_deg=turn_deg + 90.0)

@@ -1,0 +1,35 @@
+"""DarkTrafficLight."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import carla
+
+from stucksolver_eval.scenarios.moves.deadlock import Deadlock
+from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.scenarios.setting import Setting
+
+
+@scenario
+class DarkTrafficLight(Deadlock):
+    """All lights of the junction are dark, which makes it an all-way stop, and everybody waits: creep, yield, go."""
+
+    type = "DarkTrafficLight"
+    expected = "recover"
+    suspends = frozenset({"blocked"})
+    needs_map = f"{Deadlock.needs_map}, with lights that stop the hero"
+
+    def needs(self, setting: Setting) -> str | None:
+        missing = super().needs(setting)
+        if missing is None and not self.own_lights:
+            missing = "the hero has no traffic light at its next junction"
+        return missing
+
+    def script(self) -> Iterator[None]:
+        for light in self.lights:
+            light.set_state(carla.TrafficLightState.Off)
+        self.lights[0].freeze(True)
+        self._held = True
+        yield from super().script()
+        self.free_lights()

@@ -1,0 +1,47 @@
+"""DisabledCarAndPaperBag."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import ClassVar
+
+from stucksolver_eval.scenarios.moves.places import side_driving_lane
+from stucksolver_eval.scenarios.moves.stuck import Stuck
+from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.scenarios.setting import Setting
+
+BEYOND_M = 13.0
+"""From the car to the thing: so far that the ego is in the left lane when it comes there, too near to return before."""
+
+
+class DisabledCarAndThing(Stuck):
+    """A disabled car in the right lane, and something in the lane to its left, a little further on."""
+
+    needs_map = "a second driving lane on the left"
+    suspends = frozenset({"blocked"})
+    thing: ClassVar[str]
+
+    def needs(self, setting: Setting) -> str | None:
+        if side_driving_lane(self.ahead(self.distance_m), "left") is None:
+            return f"{self.distance_m:.0f} m beyond the trigger point is no driving lane on the left"
+        return None
+
+    def stage(self) -> None:
+        lane = self.ahead(self.distance_m)
+        self.put_disabled("vehicle.lincoln.mkz_2020")
+        self.put(self.thing, BEYOND_M, -lane.lane_width)
+
+    def happen(self) -> Iterator[None]:
+        # Whoever drove there would give away what can be driven over.
+        self.traffic.remove_road_lane(side_driving_lane(self.ahead(self.distance_m), "left"))
+        yield
+
+
+@scenario
+class DisabledCarAndPaperBag(DisabledCarAndThing):
+    """A disabled car blocks the right lane, a paper bag lies in the left one: change lane, drive over it, rejoin."""
+
+    type = "DisabledCarAndPaperBag"
+    expected = "recover"
+    thing = "static.prop.paperbag"
+    blueprints = (thing,)

@@ -1,0 +1,48 @@
+"""DoubleParkedVan."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver_eval.scenarios.moves.crossing import walk_for
+from stucksolver_eval.scenarios.moves.stuck import PASSABLE_M, Stuck
+from stucksolver_eval.scenarios.registry import scenario
+
+VAN, PERSON = "vehicle.mercedes.sprinter", "walker.pedestrian.0002"
+WALK_MPS, WALK_M, ASIDE_M = 1.2, 3.0, 0.6
+
+
+@scenario
+class DoubleParkedVan(Stuck):
+    """A delivery van stands in the only lane with its hazard lights on, a person at work beside it: pass with room."""
+
+    type = "DoubleParkedVan"
+    expected = "recover"
+    suspends = frozenset({"blocked", "wrong_lane"})
+    oncoming_gaps_m = PASSABLE_M
+    simplified = "nobody comes up from behind"
+    needs_map = "one lane each way"
+    blueprints = (VAN, PERSON)
+
+    def stage(self) -> None:
+        self._van = self.put_disabled(VAN, right_m=ASIDE_M)
+        aside_m = ASIDE_M + self._van.half_width_m + 0.7
+        self._person = self.put(PERSON, -self._van.half_length_m, aside_m)
+
+    def happen(self) -> Iterator[None]:
+        # Whoever wants to see past a van needs room behind.
+        self.traffic.switch_route_sources(False)
+        self.traffic.remove_behind()
+        end_s = self.s_at(self.distance_m) + 10.0
+        for _ in self._work():
+            if self.gap_m(end_s) < 0.0:
+                return
+            yield
+
+    def _work(self) -> Iterator[None]:
+        """To the load and back, for ever."""
+        yaw = self.ahead(self.distance_m).transform.rotation.yaw
+        while True:
+            for turn_deg in (0.0, 180.0):
+                yield from walk_for(self, self._person, yaw + turn_deg, WALK_MPS, WALK_M)
+                yield from self.wait(2.0)

@@ -1,0 +1,42 @@
+"""EmergencyScene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver_eval.actors.cast import lamps
+from stucksolver_eval.background.lanes import oncoming_lanes
+from stucksolver_eval.scenarios.moves.stuck import Stuck
+from stucksolver_eval.scenarios.registry import scenario
+
+ENGINE, POLICE = "vehicle.carlamotors.firetruck", "vehicle.dodge.charger_police_2020"
+OFFICER = "walker.pedestrian.0030"
+LASTS_S = 45.0
+
+
+@scenario
+class EmergencyScene(Stuck):
+    """A control: a fire engine and a police car close the road, with people about; after a while they leave."""
+
+    type = "EmergencyScene"
+    expected = "wait"
+    starts = "the scene stands from the start, and is gone 45 s after the hero came within 25 m"
+    simplified = "the scene vanishes instead of driving off"
+    blueprints = (ENGINE, POLICE, OFFICER)
+
+    def stage(self) -> None:
+        self._scene = [self.put(ENGINE, 8.0)]
+        for lane in oncoming_lanes(self.ahead(self.distance_m)):
+            self._scene.append(self.cast.must_spawn(POLICE, lane.transform))
+            self.cast.hold(self._scene[-1])
+        for member in self._scene:
+            self.cast.lights(member, lamps("Special1", "Special2"))
+        self._scene += [self.put(OFFICER, ahead_m, right_m) for ahead_m, right_m in ((0.0, 0.5), (1.5, -1.0))]
+
+    def happen(self) -> Iterator[None]:
+        self.traffic.change_opposite_behavior(active=False)
+        self.traffic.clear_opposite()
+        yield from self.hero_near()
+        yield from self.wait(LASTS_S)
+        self.cast.remove(self._scene)
+        self.traffic.change_opposite_behavior(active=True)

@@ -1,0 +1,37 @@
+"""Flagger."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver_eval.scenarios.moves.stuck import Stuck
+from stucksolver_eval.scenarios.registry import scenario
+
+FLAGGER, CONE, SIGN = "walker.flagger.0001", "static.prop.trafficcone01", "static.prop.warningconstruction"
+LASTS_S = 30.0
+
+
+@scenario
+class Flagger(Stuck):
+    """A flagger at a work site holds the hero up, then waves it through: wait for the sign."""
+
+    type = "Flagger"
+    expected = "wait"
+    suspends = frozenset({"blocked"})
+    starts = "the flagger shows stop from the start, and go 30 s after the hero came within 25 m"
+    simplified = "the flagger steps aside and its cones are gone when it shows go"
+    blueprints = (FLAGGER, CONE, SIGN)
+
+    def stage(self) -> None:
+        half_m = self.ahead(self.distance_m).lane_width / 2.0
+        self._stop = self.put(FLAGGER, 0.0, 0.4, turn_deg=180.0, gesture="stop")
+        self._cones = [self.put(CONE, 3.0, share * half_m) for share in (-0.7, 0.0, 0.7)]
+        self.put(SIGN, -12.0, half_m + 0.8, turn_deg=180.0)
+
+    def happen(self) -> Iterator[None]:
+        yield from self.hero_near()
+        yield from self.wait(LASTS_S)
+        self.cast.remove([self._stop, *self._cones])
+        yield
+        aside_m = self.ahead(self.distance_m).lane_width / 2.0 + 0.7
+        self.put(FLAGGER, 0.0, aside_m, turn_deg=180.0, gesture="go")

@@ -1,0 +1,38 @@
+"""MergeNeverOpens."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver_eval.scenarios.moves.actor_flow import ActorFlow
+from stucksolver_eval.scenarios.moves.deadlock import hero_creeps
+from stucksolver_eval.scenarios.moves.flow import Flow, run_flows
+from stucksolver_eval.scenarios.registry import scenario
+
+CAR = "vehicle.mini.cooper_s_2021"
+SPEED_MPS, GAPS_M, MOST = 1.5, (6.5, 7.5), 40
+
+
+@scenario
+class MergeNeverOpens(ActorFlow):
+    """The lane that the hero has to merge into crawls bumper to bumper, and no gap comes until it noses in."""
+
+    type = "MergeNeverOpens"
+    expected = "recover"
+    timeout_s = None
+    suspends = frozenset({"blocked"})
+    starts = "at the trigger point; once the hero has stood for 4 s and then crept half a metre they let it in"
+    needs_map = "lanes from `start_actor_flow` to `end_actor_flow`"
+    blueprints = (CAR,)
+    all_lanes = False
+
+    def script(self) -> Iterator[None]:
+        self.clear_way()
+        flow = Flow(self, self.lines()[0], SPEED_MPS, GAPS_M, kinds=self.blueprints, most=MOST)
+        flow.fill()
+        creeps = hero_creeps(self, self.setting.route.length_m)
+        for _ in run_flows([flow], self.over()):
+            if next(creeps, self) is self:
+                flow.let_in()
+            yield
+        self.restore_way()

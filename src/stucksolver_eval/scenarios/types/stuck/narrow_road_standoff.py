@@ -1,0 +1,57 @@
+"""NarrowRoadStandoff."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import carla
+
+from stucksolver_eval.scenarios.moves.places import run_of_lane
+from stucksolver_eval.scenarios.moves.stuck import Stuck
+from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.scenarios.setting import Setting
+
+SPEED_MPS, FROM_M = 4.0, 30.0
+BACKED_M = 6.0
+
+
+@scenario
+class NarrowRoadStandoff(Stuck):
+    """On a road too narrow for two an oncoming car stops before the hero; it goes on once the hero has backed up."""
+
+    type = "NarrowRoadStandoff"
+    expected = "recover"
+    suspends = frozenset({"blocked", "wrong_lane"})
+    starts = "the car comes from the trigger on"
+    needs_map = "an oncoming lane beside the hero's"
+    simplified = "once the hero has backed up 6 m the other car turns off into a drive: it is taken away"
+
+    def needs(self, setting: Setting) -> str | None:
+        if self._oncoming(self.distance_m) is None:
+            return f"{self.distance_m:.0f} m beyond the trigger point is no oncoming lane beside"
+        return None
+
+    def _oncoming(self, distance_m: float) -> Any | None:
+        """The oncoming lane beside, however narrow."""
+        here = self.ahead(distance_m)
+        lane = here.get_left_lane()
+        against = lane is not None and lane.lane_type == carla.LaneType.Driving and lane.lane_id * here.lane_id < 0
+        return lane if against else None
+
+    def happen(self) -> Iterator[None]:
+        self.traffic.change_opposite_behavior(active=False)
+        self.traffic.clear_opposite()
+        self.traffic.remove_behind()
+        self.traffic.switch_route_sources(False)
+        lane = self._oncoming(self.distance_m + FROM_M)
+        assert lane is not None
+        member = self.cast.must_spawn("vehicle.lincoln.mkz_2020", lane.transform)
+        # In the middle of the road, where neither gets past the other.
+        car = self.cars.drive(member, run_of_lane(lane, 200.0), SPEED_MPS, offset_m=-lane.lane_width / 2.0)
+        # The place along the route is a high-water mark, which backing up does not lower.
+        foremost = self.hero
+        while (backed_m := self.hero.ahead_m(foremost.x, foremost.y)) < BACKED_M and not self.at_route_end():
+            foremost = self.hero if backed_m < 0.0 else foremost
+            yield
+        self.cars.remove([car])

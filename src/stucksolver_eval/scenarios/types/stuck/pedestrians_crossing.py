@@ -1,0 +1,45 @@
+"""PedestriansCrossing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver_eval.actors import Member
+from stucksolver_eval.scenarios.moves.crossing import ADULTS, WALKER_LIFT_M, together, walk_for
+from stucksolver_eval.scenarios.moves.junction import JunctionScenario
+from stucksolver_eval.scenarios.moves.places import beside, edge_m
+from stucksolver_eval.scenarios.registry import scenario
+
+WALKERS, EVERY_S, WALK_MPS, NEAR_M = 6, 5.0, 1.3, 25.0
+BEFORE_M = 2.0
+
+
+@scenario
+class PedestriansCrossing(JunctionScenario):
+    """A control: pedestrians cross the hero's road one after the other for half a minute."""
+
+    type = "PedestriansCrossing"
+    expected = "wait"
+    timeout_s = None
+    starts = "the first goes when the hero is 25 m away, the others every 5 s"
+    blueprints = ADULTS
+
+    def stage(self) -> None:
+        lane = self.setting.route.at(self.entry_s - BEFORE_M)
+        self._way_m = edge_m(lane) + edge_m(lane, "left") + lane.lane_width
+        self._walkers = []
+        for k in range(WALKERS):
+            place = beside(lane, edge_m(lane) + 0.8 + 0.6 * (k // 2), 0.5 - (k % 2), turn_deg=-90.0)
+            self._yaw_deg = place.rotation.yaw
+            self._walkers.append(self.cast.must_spawn(self.random.choice(ADULTS), place, lift_m=WALKER_LIFT_M))
+
+    def script(self) -> Iterator[None]:
+        place_s = self.entry_s - BEFORE_M
+        yield from self.until(lambda: self.gap_m(place_s) < NEAR_M)
+        yield from together(*(self._cross(k, walker) for k, walker in enumerate(self._walkers)))
+        yield from self.until_passed(self.exit_s + 10.0)
+
+    def _cross(self, k: int, walker: Member) -> Iterator[None]:
+        yield from self.wait(k * EVERY_S)
+        yield from walk_for(self, walker, self._yaw_deg, WALK_MPS, self._way_m + 2.0)
+        self.cast.remove([walker])

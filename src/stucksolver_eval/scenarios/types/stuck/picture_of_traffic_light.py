@@ -1,0 +1,29 @@
+"""PictureOfTrafficLight."""
+
+from __future__ import annotations
+
+from stucksolver_eval.scenarios.moves.places import edge_m
+from stucksolver_eval.scenarios.moves.stuck import PASSABLE_M, Stuck
+from stucksolver_eval.scenarios.registry import scenario
+
+STOP, POSTER, CAR = "static.prop.busstoplb", "static.prop.advertisement", "vehicle.lincoln.mkz_2020"
+BEFORE_M = 6.0
+
+
+@scenario
+class PictureOfTrafficLight(Stuck):
+    """A bus stop shows a picture of a red traffic light, and the car ahead stands for it: it governs nobody, pass."""
+
+    type = "PictureOfTrafficLight"
+    expected = "recover"
+    simplified = "the picture itself is not drawn: that there is no light is all one can see"
+    suspends = frozenset({"blocked", "wrong_lane"})
+    oncoming_gaps_m = PASSABLE_M
+    needs_map = "one lane each way beside a sidewalk"
+    blueprints = (STOP, POSTER, CAR)
+
+    def stage(self) -> None:
+        aside_m = edge_m(self.ahead(self.distance_m)) + 2.3
+        self.put(STOP, 0.0, aside_m, turn_deg=90.0)
+        self.put(POSTER, -4.5, aside_m - 1.0, turn_deg=90.0)
+        self.put(CAR, -BEFORE_M)

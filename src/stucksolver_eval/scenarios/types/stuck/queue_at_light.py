@@ -1,0 +1,37 @@
+"""QueueAtLight."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver_eval.background.lanes import back
+from stucksolver_eval.scenarios.moves.stuck import StuckAtLight
+from stucksolver_eval.scenarios.registry import scenario
+
+CARS, SPACING_M, BEFORE_LINE_M = 3, 8.0, 4.0
+
+
+@scenario
+class QueueAtLight(StuckAtLight):
+    """A control: cars wait ahead of the hero at a red light, and go when it turns green."""
+
+    type = "QueueAtLight"
+    expected = "wait"
+    starts = "the queue stands from the trigger on; the light turns green 30 s after the hero came near"
+
+    def happen(self) -> Iterator[None]:
+        self.hold_lights(green=[])
+        self.traffic.handle_junction_scenario()
+        queue = []
+        for k in range(CARS):
+            place = back(self.entry, BEFORE_LINE_M + k * SPACING_M)
+            member = None if place is None else self.cast.spawn(self.cast.some_car(self.random), place.transform)
+            if member is not None:
+                self.cast.hold(member)
+                queue.append((member, place))
+        yield from self.hero_near()
+        yield from self.wait(self.lasts_s)
+        self.hold_lights(green=self.own_lights)
+        for member, place in queue:
+            self.cars.drive(member, place, self.limit_mps, begin=False)
+            yield from self.wait(1.0)

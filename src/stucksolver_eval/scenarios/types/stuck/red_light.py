@@ -1,0 +1,23 @@
+"""RedLight."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver_eval.scenarios.moves.stuck import StuckAtLight
+from stucksolver_eval.scenarios.registry import scenario
+
+
+@scenario
+class RedLight(StuckAtLight):
+    """A control: the hero's light is red for half a minute, then green."""
+
+    type = "RedLight"
+    expected = "wait"
+    starts = "the light is red from the trigger on, and green 30 s after the hero came near"
+
+    def happen(self) -> Iterator[None]:
+        self.hold_lights(green=[])
+        yield from self.hero_near()
+        yield from self.wait(self.lasts_s)
+        self.hold_lights(green=self.own_lights)

@@ -1,0 +1,44 @@
+"""RoadBlockedForAMinute."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver_eval.background.lanes import oncoming_lanes
+from stucksolver_eval.scenarios.moves.places import run_of_lane
+from stucksolver_eval.scenarios.moves.stuck import Stuck
+from stucksolver_eval.scenarios.registry import scenario
+
+TRUCK, CAR = "vehicle.carlamotors.carlacola", "vehicle.lincoln.mkz_2020"
+LASTS_S, CLEARS_MPS = 60.0, 6.0
+
+
+@scenario
+class RoadBlockedForAMinute(Stuck):
+    """A truck and a car manoeuvre side by side and block the whole road; after a minute it is free: wait."""
+
+    type = "RoadBlockedForAMinute"
+    expected = "wait"
+    suspends = frozenset({"blocked"})
+    starts = "the vehicles stand from the start, and drive off 60 s after the hero came within 25 m"
+    needs_map = "one lane each way"
+    blueprints = (TRUCK, CAR)
+
+    def stage(self) -> None:
+        self._mine = self.put_disabled(TRUCK)
+        lanes = oncoming_lanes(self.ahead(self.distance_m))
+        self._others = [(self.cast.must_spawn(CAR, lane.transform), lane) for lane in lanes]
+        for member, _ in self._others:
+            self.cast.hold(member)
+
+    def happen(self) -> Iterator[None]:
+        self.traffic.change_opposite_behavior(active=False)
+        self.traffic.clear_opposite()
+        yield from self.hero_near()
+        yield from self.wait(LASTS_S)
+        # The truck drives on ahead of the hero, the others past it.
+        self.cars.drive(self._mine, self.ahead(self.distance_m), CLEARS_MPS, begin=False)
+        for member, lane in self._others:
+            self.cars.drive(member, run_of_lane(lane, 100.0), CLEARS_MPS, begin=False)
+        self.traffic.change_opposite_behavior(active=True)
+        yield

@@ -1,0 +1,32 @@
+"""RoundaboutLoop."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver_eval.scenarios.base import Scenario
+from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.scenarios.setting import Setting
+
+LEAST_M = 60.0
+
+
+@scenario
+class RoundaboutLoop(Scenario):
+    """The route goes round a roundabout again and again: always moving, never leaving; plan anew and leave."""
+
+    type = "RoundaboutLoop"
+    expected = "reroute"
+    timeout_s = None
+    suspends = frozenset({"blocked", "route_deviation"})
+    starts = "nothing happens; the route itself goes round"
+    needs_map = "a route that comes back to where it has been"
+
+    def needs(self, setting: Setting) -> str | None:
+        route = setting.route
+        again_m = route.length_m - float(route.new_ground_m[-1])
+        return None if again_m > LEAST_M else "the route never comes back to where it has been"
+
+    def script(self) -> Iterator[None]:
+        # Until the drive is over: whoever plans anew has another route from here on.
+        yield from self.until(lambda: False)

@@ -1,0 +1,25 @@
+"""StuckRedLight."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver_eval.scenarios.moves.stuck import StuckAtLight
+from stucksolver_eval.scenarios.registry import scenario
+
+
+@scenario
+class StuckRedLight(StuckAtLight):
+    """First at its light, the hero finds it red for ever: nobody but a remote operator may release it, so ask in time.
+
+    A red light is waited for for three minutes, after which the limit on ticks leaves hardly any time to call for help.
+    """
+
+    type = "StuckRedLight"
+    expected = "ask"
+    suspends = frozenset({"blocked", "tick_runtime"})
+
+    def happen(self) -> Iterator[None]:
+        self.traffic.handle_junction_scenario(stop_entries=False)
+        self.hold_lights(green=[])
+        yield

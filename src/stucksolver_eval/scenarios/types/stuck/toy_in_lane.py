@@ -1,0 +1,39 @@
+"""ToyInLane."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver_eval.scenarios.moves.crossing import walk_for
+from stucksolver_eval.scenarios.moves.places import edge_m
+from stucksolver_eval.scenarios.moves.stuck import Stuck
+from stucksolver_eval.scenarios.registry import scenario
+
+CHILD, TOY = "walker.pedestrian.0009", "static.prop.toy"
+HESITATES_S, WALK_MPS = 15.0, 1.0
+
+
+@scenario
+class ToyInLane(Stuck):
+    """A toy lies in the only lane and a child stands at the kerb; after a while it fetches the toy: wait."""
+
+    type = "ToyInLane"
+    expected = "wait"
+    suspends = frozenset({"blocked"})
+    starts = "the child goes 15 s after the hero came within 25 m"
+    blueprints = (CHILD, TOY)
+
+    def stage(self) -> None:
+        lane = self.ahead(self.distance_m)
+        self._way_m = edge_m(lane) + 0.4
+        self._toy = self.put(TOY)
+        self._child = self.put(CHILD, 0.0, self._way_m, turn_deg=-90.0)
+        self._yaw_deg = lane.transform.rotation.yaw - 90.0
+
+    def happen(self) -> Iterator[None]:
+        yield from self.hero_near()
+        yield from self.wait(HESITATES_S)
+        reach_m = self._way_m - 0.4
+        yield from walk_for(self, self._child, self._yaw_deg, WALK_MPS, reach_m)
+        self.cast.remove([self._toy])
+        yield from walk_for(self, self._child, self._yaw_deg + 180.0, WALK_MPS, reach_m + 1.0)

@@ -1,0 +1,21 @@
+"""T_Junction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver_eval.scenarios.base import Scenario
+from stucksolver_eval.scenarios.registry import scenario
+
+LENGTH_M = 200.0
+
+
+@scenario
+class TJunction(Scenario):
+    """The hero crosses a T-junction with the traffic, lights and signs that are there."""
+
+    type = "T_Junction"
+    starts = "nothing happens; lights and signs stay as they are"
+
+    def script(self) -> Iterator[None]:
+        yield from self.until_passed(self.trigger_s_m + LENGTH_M)

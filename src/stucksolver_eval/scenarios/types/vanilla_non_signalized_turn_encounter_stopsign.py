@@ -1,0 +1,13 @@
+"""VanillaNonSignalizedTurnEncounterStopsign."""
+
+from __future__ import annotations
+
+from stucksolver_eval.scenarios.moves.traffic_signs import PlainTurn
+from stucksolver_eval.scenarios.registry import scenario
+
+
+@scenario
+class VanillaNonSignalizedTurnEncounterStopsign(PlainTurn):
+    """The hero takes a junction with a stop sign."""
+
+    type = "VanillaNonSignalizedTurnEncounterStopsign"

@@ -1,0 +1,218 @@
+"""What a recovery module is for, in figures. The words are those of the design.
+
+* **immobilization met**: the ego stood or crept (below 5 km/h) for 10 s or more, or a plan was begun, before 15 m of
+  new progress were made.
+* **recovered**: 15 m of new progress within 60 s of a plan's start, without an infraction from then on.
+* **false intervention**: a plan that moves, where waiting was right: the scenario says so, or the paired run of the
+  driver alone got going again by itself from that place within 60 s.
+* **missed**: an immobilization that was never left, in which no plan that moves was begun, though recovering is right.
+* **harm**: infractions and near misses from a plan's start to 10 s after its end, whoever hits whom.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stucksolver_eval.results.outcome import Intervention, Outcome, QueryOutcome, Spell
+
+MET_S = 10.0
+WITHIN_S = 60.0
+AFTER_S = 10.0
+SAME_PLACE_M = 10.0
+PROGRESS_M = 15.0
+END_M = 25.0
+"""A route is over 10 m before its end, and its track has a place a second: at 50 km/h there are 14 m between them."""
+PASSENGER, WORDS_S = "passenger", 30.0
+NOT_HARM = frozenset({"min_speed_infractions", "vehicle_blocked", "route_timeout", "scenario_timeouts"})
+
+
+@dataclass
+class RecoveryFigures:
+    """Sums over routes; times in seconds."""
+
+    routes: int = 0
+    met: int = 0
+    left: int = 0
+    """Immobilizations met after which 15 m of progress were made, however."""
+    times_s: list[float] = field(default_factory=list)
+    """From onset to 15 m of progress, of those."""
+    by_rung: Counter[str] = field(default_factory=Counter)
+    interventions: int = 0
+    recovered: int = 0
+    false: int = 0
+    missed: int = 0
+    harm: int = 0
+    harm_alone: int | None = None
+    """In the same stretches of time of the paired runs of the driver alone; None where there are none."""
+    infractions: int = 0
+    infractions_alone: int | None = None
+    queries: int = 0
+    dropped: int = 0
+    """Questions whose answer was not waited for any more: the situation cleared."""
+    failed: int = 0
+    """Questions without an answer: too late, budget spent, or whatever else went wrong."""
+    asked: Counter[str] = field(default_factory=Counter)
+    """Questions that were put to each model, and those of them that it had no usable answer to."""
+    unanswered: Counter[str] = field(default_factory=Counter)
+    whys: Counter[str] = field(default_factory=Counter)
+    """Why not, for the last one of each route."""
+    refused: int = 0
+    """Answers with a plan against which the guard, or a rule of the ladder, decided."""
+    tokens: int = 0
+    usd: float = 0.0
+    """Of the answers whose model's price is known."""
+    latencies_s: list[float] = field(default_factory=list)
+    """Wall time of answers."""
+    lost_s: float = 0.0
+    """Simulated time between questions and answers."""
+    driven_km: float = 0.0
+    said: Counter[str] = field(default_factory=Counter)
+    """A passenger's lines by kind, and those after which a plan that moves was begun within 30 s on their account."""
+    followed: Counter[str] = field(default_factory=Counter)
+    right: int = 0
+    judged: int = 0
+    """Routes whose scenario states the right thing to do, and those on which it was done."""
+
+    @property
+    def median_s(self) -> float | None:
+        return float(np.median(self.times_s)) if self.times_s else None
+
+    @property
+    def p95_s(self) -> float | None:
+        return float(np.percentile(self.times_s, 95)) if self.times_s else None
+
+    @property
+    def queries_per_km(self) -> float | None:
+        return self.queries / self.driven_km if self.driven_km > 0 else None
+
+
+Key = tuple[str, int]
+
+
+def key_of(outcome: Outcome) -> Key:
+    """What pairs runs: route and seed."""
+    return outcome.route_id, outcome.seed
+
+
+def recovery_figures(outcomes: Iterable[Outcome], alone: Mapping[Key, Outcome] | None = None) -> RecoveryFigures:
+    """Figures over the routes that were driven; `alone`: outcomes of the driver alone, by `key_of`."""
+    figures = RecoveryFigures()
+    if alone is not None:
+        figures.harm_alone = figures.infractions_alone = 0
+    for outcome in outcomes:
+        if outcome.state == "driven":
+            _add(figures, outcome, None if alone is None else alone.get(key_of(outcome)))
+    return figures
+
+
+def _add(f: RecoveryFigures, o: Outcome, pair: Outcome | None) -> None:
+    f.routes += 1
+    f.driven_km += max((place for _, place in o.track), default=0.0) / 1000.0
+    spells = [s for s in o.spells if is_met(s, o)]
+    f.met += len(spells)
+    for spell in spells:
+        _add_spell(f, spell, o)
+    moving = [i for i in o.interventions if i.moves]
+    f.interventions += len(moving)
+    for intervention in moving:
+        if recovers(intervention, o):
+            f.recovered += 1
+            f.by_rung[intervention.rung] += 1
+        f.false += is_false(intervention, o, pair)
+    spans = _merged([(i.start_s, i.end_s + AFTER_S) for i in moving])
+    f.harm += harm_within(o, spans)
+    f.infractions += harm_within(o, [(0.0, float("inf"))])
+    if pair is not None and f.harm_alone is not None and f.infractions_alone is not None:
+        f.harm_alone += harm_within(pair, spans)
+        f.infractions_alone += harm_within(pair, [(0.0, float("inf"))])
+    _add_queries(f, o)
+    for line in o.guidance:
+        f.said[line.kind] += 1
+        f.followed[line.kind] += any(i.rung == PASSENGER and 0.0 <= i.start_s - line.time_s <= WORDS_S for i in moving)
+    if o.expected is not None:
+        f.judged += 1
+        f.right += did_right(o)
+
+
+def _add_spell(f: RecoveryFigures, spell: Spell, o: Outcome) -> None:
+    if spell.recovered_after_s is not None:
+        f.left += 1
+        f.times_s.append(spell.recovered_after_s)
+    elif o.expected in (None, "recover", "reroute") and not any(i.moves for i in _during(spell, o)):
+        f.missed += 1
+
+
+def _add_queries(f: RecoveryFigures, o: Outcome) -> None:
+    f.queries += len(o.queries)
+    f.dropped += sum(q.outcome is None for q in o.queries)
+    f.failed += sum(q.outcome is QueryOutcome.FAILED for q in o.queries)
+    for one in o.reliability:
+        f.asked[one.reasoner] += one.asked
+        f.unanswered[one.reasoner] += one.unanswered
+        f.whys[one.why] += bool(one.why)
+    f.refused += sum(q.outcome is QueryOutcome.REFUSED for q in o.queries)
+    f.tokens += sum(q.tokens for q in o.queries)
+    f.usd += sum(q.usd or 0.0 for q in o.queries)
+    f.latencies_s += [q.took_s for q in o.queries if q.took_s is not None]
+    f.lost_s += sum(q.answered_s - q.asked_s for q in o.queries if q.answered_s is not None)
+
+
+def _during(spell: Spell, o: Outcome) -> list[Intervention]:
+    return [i for i in o.interventions if spell.onset_s <= i.start_s <= spell.ended_s]
+
+
+def is_met(spell: Spell, o: Outcome) -> bool:
+    """Is a slow spell an immobilization?"""
+    return spell.ended_s - spell.onset_s >= MET_S or any(i.moves for i in _during(spell, o))
+
+
+def recovers(intervention: Intervention, o: Outcome) -> bool:
+    """15 m of new progress within 60 s of the start, and no infraction between?"""
+    start_s = intervention.start_s
+    reached = [t for t, place in o.track if t >= start_s and place >= intervention.place_m + PROGRESS_M]
+    if not reached or reached[0] > start_s + WITHIN_S:
+        return False
+    return not any(i.kind not in NOT_HARM and start_s <= i.time_s <= reached[0] for i in o.infractions)
+
+
+def is_false(intervention: Intervention, o: Outcome, pair: Outcome | None) -> bool:
+    """Was waiting right when this plan was begun?"""
+    if o.expected == "wait":
+        return True
+    if o.expected is not None or pair is None:
+        return False
+    for spell in pair.spells:
+        if abs(spell.place_m - intervention.place_m) <= SAME_PLACE_M:
+            return spell.recovered_after_s is not None and spell.recovered_after_s <= WITHIN_S
+    return False
+
+
+def did_right(o: Outcome) -> bool:
+    """Was the stated thing done? To wait: no plan that moves; to ask: help was asked for; else: the way was made."""
+    moved = any(i.moves for i in o.interventions)
+    if o.expected == "wait":
+        return not moved
+    if o.expected == "ask":
+        return o.asked_s is not None
+    return bool(o.track) and o.track[-1][1] >= o.length_m - END_M
+
+
+def harm_within(o: Outcome, spans: Iterable[tuple[float, float]]) -> int:
+    """Infractions and near misses in spans of time."""
+    times = [i.time_s for i in (*o.infractions, *o.near_misses) if i.kind not in NOT_HARM]
+    return sum(any(a <= t <= b for a, b in spans) for t in times) if (spans := list(spans)) else 0
+
+
+def _merged(spans: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Overlapping spans as one, so that nothing counts twice."""
+    found: list[tuple[float, float]] = []
+    for start, end in sorted(spans):
+        if found and start <= found[-1][1]:
+            found[-1] = (found[-1][0], max(found[-1][1], end))
+        else:
+            found.append((start, end))
+    return found

@@ -1,0 +1,231 @@
+"""Finds places on any OpenDRIVE map where a vehicle can get stuck behind something and could get past it.
+
+Everything is read from `carla.Map`, so no server is needed. Waypoints are CARLA's (its left-handed world).
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import carla
+
+from stucksolver_eval.stretches import Line, SiteKind, Stretch, bend_deg, crest_deg, lane_runs, stretches
+
+CLEAR_BEFORE_M, CLEAR_PAST_M = 20, 60
+"""Around the obstacle the road has no junction and keeps its lanes."""
+MIN_LENGTH_M = 110
+_STRAIGHT_DEG, _FLAT_DEG = 15.0, 3.0
+_LONG_SIGHT_M = 150.0
+_SIGHT_TO_PASS_M = 250.0
+_RUN_UP_M = 40
+_APART_M = 40.0
+_STEP_M = 10
+_ONCOMING_LIMIT_M = 400
+_FREE, _THROUGH_JUNCTION, _SHORT = range(3)
+_CENTRE_ORDER = ("broken", "none", "other", "solid")
+
+
+class SiteError(ValueError):
+    """The map has no place that fits; the message names the map, what was searched and what to do."""
+
+
+@dataclass(frozen=True)
+class Site:
+    """A stretch of one lane with room for a stuck situation."""
+
+    kind: SiteKind
+    """`one_lane`: one driving lane each way, the oncoming one adjacent. `multi_lane`: a lane of the same
+    direction to the left, with a line that may be crossed."""
+    waypoints: tuple[carla.Waypoint, ...]
+    """Every metre from start to destination along the lane."""
+    obstacle_index: int
+    """Where in `waypoints` something should block the lane; it is also the metres from the start."""
+    centre_line: Line
+    """Line to the left neighbour around the obstacle: `broken`, `solid`, `none` or `other`."""
+    bend_deg: float
+    """Largest change of heading between any two points of the stretch."""
+    oncoming_m: float
+    """Length of the oncoming lane beyond the obstacle up to a junction (at most 400); 0 on `multi_lane`."""
+    junction_free: bool
+    """Whether the whole stretch is; around the obstacle it always is."""
+
+    @property
+    def start(self) -> carla.Waypoint:
+        """Where the ego begins."""
+        return self.waypoints[0]
+
+    @property
+    def destination(self) -> carla.Waypoint:
+        """Where its route ends."""
+        return self.waypoints[-1]
+
+    @property
+    def obstacle(self) -> carla.Waypoint:
+        """Where something should block the lane."""
+        return self.waypoints[self.obstacle_index]
+
+    @property
+    def length_m(self) -> int:
+        """From start to destination along the lane."""
+        return len(self.waypoints) - 1
+
+
+def find_sites(
+    carla_map: carla.Map,
+    road: SiteKind | Literal["any"] = "any",
+    seed: int = 0,
+    length_m: int = 170,
+    obstacle_m: int = 70,
+) -> list[Site]:
+    """Sites of a kind, best first: junction-free, centre line broken, straight and flat, long sight.
+
+    `length_m` is asked for from start to destination and `obstacle_m` from start to obstacle. Shorter sites,
+    down to 110 m, come last. Places equally good are ordered by `seed`; the same seed gives the same list.
+    Sites of one direction are at least 40 m apart. Raises SiteError when there is none.
+    """
+    found = _candidates(carla_map, road, length_m, obstacle_m)
+    random.Random(seed).shuffle(found)
+    sites = [_site(candidate) for candidate in _apart(sorted(found, key=_badness))]
+    if not sites:
+        raise SiteError(_nothing_found(carla_map, road, length_m))
+    return sites
+
+
+def choose_site(carla_map: carla.Map, road: SiteKind | Literal["any"], seed: int, length_m: int) -> Site:
+    """The best site to show something: where the oncoming lane is seen far enough to pass in it, else any.
+
+    Where any road will do, streets with one lane each way come first. Raises SiteError when there is none.
+    """
+    sites = find_sites(carla_map, road, seed, length_m)
+    if road == "any":
+        sites.sort(key=lambda site: site.kind != "one_lane")
+    return next((site for site in sites if _is_open(site)), sites[0])
+
+
+def _is_open(site: Site) -> bool:
+    far = site.oncoming_m >= _SIGHT_TO_PASS_M and site.bend_deg < _STRAIGHT_DEG
+    return site.junction_free and (far or site.kind == "multi_lane")
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    stretch: Stretch
+    waypoints: tuple[carla.Waypoint, ...]
+    obstacle_index: int
+    ahead_m: int
+    """From the obstacle to the end of the junction-free stretch."""
+    form: int
+
+    @property
+    def obstacle(self) -> carla.Waypoint:
+        return self.waypoints[self.obstacle_index]
+
+
+def _candidates(carla_map: carla.Map, road: str, length_m: int, obstacle_m: int) -> list[_Candidate]:
+    found: list[_Candidate] = []
+    for chain in lane_runs(carla_map):
+        for stretch in stretches(chain):
+            if road in (stretch.kind, "any"):
+                found.extend(_windows(chain, stretch, length_m, obstacle_m))
+    return found
+
+
+def _windows(chain: list[carla.Waypoint], stretch: Stretch, length_m: int, obstacle_m: int) -> Iterator[_Candidate]:
+    """Places for the obstacle in one stretch, with as much of the lane around each as can be had."""
+    for place in range(stretch.first + CLEAR_BEFORE_M, stretch.last - CLEAR_PAST_M + 1, _STEP_M):
+        start = max(0, place - obstacle_m)
+        route, form = chain[start : start + length_m + 1], _FREE
+        if len(chain) <= MIN_LENGTH_M:
+            route, form = _continued(route, length_m), _THROUGH_JUNCTION
+        elif len(route) <= length_m:
+            start = max(0, len(chain) - 1 - length_m)
+            route, form = chain[start:], _FREE if len(chain) > length_m else _SHORT
+        if len(route) > MIN_LENGTH_M:
+            yield _Candidate(stretch, tuple(route), place - start, len(chain) - 1 - place, form)
+
+
+def _continued(route: list[carla.Waypoint], length_m: int) -> list[carla.Waypoint]:
+    """The route led on through whatever junctions follow, as straight as they permit."""
+    route = list(route)
+    while len(route) <= length_m:
+        onward = route[-1].next(1.0)
+        if not onward:
+            break
+        route.append(min(onward, key=lambda next_one: bend_deg((route[-1], next_one))))
+    return route
+
+
+def _badness(candidate: _Candidate) -> tuple[int, ...]:
+    place, stretch = candidate.obstacle_index, candidate.stretch
+    in_sight = candidate.waypoints[max(0, place - _RUN_UP_M) : place + CLEAR_PAST_M + 1]
+    return (
+        candidate.form,
+        _CENTRE_ORDER.index(stretch.centre_line) if stretch.kind == "one_lane" else 0,
+        int(bend_deg(candidate.waypoints) >= _STRAIGHT_DEG),
+        int(bend_deg(in_sight) >= _STRAIGHT_DEG),
+        int(crest_deg(in_sight) >= _FLAT_DEG),
+        int(place < _RUN_UP_M),
+        int(not stretch.rightmost),
+        int(candidate.ahead_m < _LONG_SIGHT_M),
+    )
+
+
+def _apart(ranked: Iterable[_Candidate]) -> list[_Candidate]:
+    """Drops a candidate when a better one blocks nearly the same place in the same direction."""
+    kept: list[_Candidate] = []
+    for candidate in ranked:
+        if not any(_same_place(candidate.obstacle, other.obstacle) for other in kept):
+            kept.append(candidate)
+    return kept
+
+
+def _same_place(one: carla.Waypoint, other: carla.Waypoint) -> bool:
+    near = one.transform.location.distance(other.transform.location) < _APART_M
+    return near and bend_deg((one, other)) < 90.0
+
+
+def _site(candidate: _Candidate) -> Site:
+    stretch = candidate.stretch
+    return Site(
+        kind=stretch.kind,
+        waypoints=candidate.waypoints,
+        obstacle_index=candidate.obstacle_index,
+        centre_line=stretch.centre_line,
+        bend_deg=bend_deg(candidate.waypoints),
+        oncoming_m=_oncoming_m(candidate.obstacle) if stretch.kind == "one_lane" else 0.0,
+        junction_free=candidate.form != _THROUGH_JUNCTION,
+    )
+
+
+def _oncoming_m(obstacle: carla.Waypoint) -> float:
+    """Follows the left neighbour against its direction, which is ahead for the ego."""
+    waypoint = obstacle.get_left_lane()
+    for length_m in range(_ONCOMING_LIMIT_M):
+        before = waypoint.previous(1.0)
+        if len(before) != 1 or before[0].is_junction:
+            return float(length_m)
+        waypoint = before[0]
+    return float(_ONCOMING_LIMIT_M)
+
+
+def _nothing_found(carla_map: carla.Map, road: str, length_m: int) -> str:
+    lanes = len(lane_runs(carla_map))
+    if not lanes:
+        return (
+            f"map {carla_map.name}: no driving lane outside junctions; "
+            "check that the OpenDRIVE file has lanes of type 'driving'"
+        )
+    kinds = {
+        "one_lane": "one driving lane each way with an adjacent oncoming lane",
+        "multi_lane": "a lane of the same direction to the left behind a line that may be crossed",
+        "any": "a left neighbour to get past an obstacle",
+    }
+    remedy = "use another map" + ("" if road == "any" else ", or ask for any kind of road")
+    return (
+        f"map {carla_map.name}: searched {lanes} lanes between junctions and found no stretch of "
+        f"{MIN_LENGTH_M} to {length_m} m with {kinds[road]} from {CLEAR_BEFORE_M} m before an obstacle to "
+        f"{CLEAR_PAST_M} m past it; {remedy}"
+    )

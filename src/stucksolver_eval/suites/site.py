@@ -1,0 +1,30 @@
+"""A place on a map for one scenario, with the route past it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from stucksolver_eval.routes import Parameter
+from stucksolver_eval.suites.walk import Path, Town
+
+
+@dataclass(frozen=True)
+class Site:
+    """`path` is the route as it should be driven, `marks` the few waypoints of it that its XML names."""
+
+    town: Town
+    group: str
+    """The road or junction: routes of one type go to different groups where they can."""
+    place: str
+    """Tells sites apart on one map."""
+    path: Path
+    marks: tuple[Any, ...]
+    trigger: Any
+    free_m: int = 0
+    """How far the lane goes on after the trigger before a junction."""
+    positions: Mapping[str, Any] = field(default_factory=dict)
+    """Waypoints that the scenario's parameters name."""
+    fixed: Mapping[str, Parameter] = field(default_factory=dict)
+    """Parameters that follow from the place."""

@@ -1,0 +1,67 @@
+"""Runs as a table for a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stucksolver_eval.results.outcome import QueryOutcome
+from stucksolver_eval.runlog import DecisionMoment, RunLog
+from stucksolver_eval.terminal import filled, table
+
+HEAD = (
+    "run",
+    "ended",
+    "completion %",
+    "infractions",
+    "stopped s",
+    "recovered after s",
+    "decisions",
+    "plans",
+)
+
+_TOLD = ("guidance", "outcome", "abort", "directive", "infraction")
+
+
+def runs_table(runs: Sequence[RunLog]) -> str:
+    """A row for each run, or a column where rows would be too wide."""
+    return table(HEAD, [_row(run) for run in runs])
+
+
+def conversation(run: RunLog) -> str:
+    """What was said, what it was understood as, why the vehicle waited, and what came of it, a line each."""
+    said = next((event.time_s for event in run.events if event.kind == "guidance"), None)
+    if said is None:
+        return ""
+    lines = [(event.time_s, event.kind == "guidance", event.text) for event in run.events if event.kind in _TOLD]
+    lines += [(moment.time_s, False, _decided(moment)) for moment in run.decisions]
+    told = [f"{run.scenario}:"]
+    last = ""
+    for time_s, spoken, text in sorted(line for line in lines if line[0] >= said):
+        about = text.split(",")[0]
+        if spoken or about != last:
+            told.append(filled(f"{time_s:5.1f} s  {'passenger' if spoken else 'car'}: {text}"))
+        last = about
+    return "\n".join(told)
+
+
+def _decided(moment: DecisionMoment) -> str:
+    rationale = str(moment.decision.get("rationale", ""))
+    return f"{rationale}: {moment.verdict}" if moment.outcome is QueryOutcome.REFUSED else rationale
+
+
+def _row(run: RunLog) -> tuple[str, ...]:
+    r = run.result
+    infractions = ", ".join(f"{name} {count}" for name, count in sorted(r.infractions.items()))
+    recovered = "–" if r.immobilizations == 0 else "never"
+    if r.time_to_recover_s is not None:
+        recovered = f"{r.time_to_recover_s:.1f}"
+    return (
+        f"{run.scenario}; {run.arm}",
+        r.status,
+        f"{r.route_completion_pct:.1f}",
+        infractions or "none",
+        f"{r.stopped_s:.1f}",
+        recovered,
+        str(r.decisions),
+        str(r.plans_accepted),
+    )
