@@ -141,11 +141,8 @@ def _came_of(one: dict[str, Any]) -> list[str]:
     return found
 
 
-def main() -> None:
-    if len(sys.argv) == 4 and sys.argv[1] == "keep":
-        keep(Path(sys.argv[2]), sys.argv[3])
-    elif len(sys.argv) > 1:
-        raise SystemExit(__doc__)
+def page() -> str:
+    """The page, of what is kept."""
     parts = ["# What the oracle makes of the guard", "", ABOUT, ""]
     notes = KEPT / "notes.md"
     if notes.exists():
@@ -168,7 +165,16 @@ def main() -> None:
         parts += ["## Refused, but accepted by the guard of 711cb94", ""]
         parts += [REFUSED, ""]
         parts += refusal_tables(data)
-    (HERE / "guard_oracle.md").write_text("\n".join(parts).rstrip() + "\n", encoding="utf-8")
+    return "\n".join(parts).rstrip() + "\n"
+
+
+def main() -> None:
+    """See the module's own words."""
+    if len(sys.argv) == 4 and sys.argv[1] == "keep":
+        keep(Path(sys.argv[2]), sys.argv[3])
+    elif len(sys.argv) > 1:
+        raise SystemExit(__doc__)
+    (HERE / "guard_oracle.md").write_text(page(), encoding="utf-8")
 
 
 if __name__ == "__main__":
