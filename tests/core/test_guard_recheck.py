@@ -13,8 +13,11 @@ from worlds import LANE_M, World, red_light, straight_road, thing
 from stucksolver.decision import Execute, RecoveryPlan
 from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, ChangeLane, KeepLane, Wait
 from stucksolver.guard import Guard, RejectCode
+from stucksolver.guard import guard as guard_module
+from stucksolver.guard.aborts import braking_now
 from stucksolver.guard.case import Case
-from stucksolver.guard.ways_out import _drawn_against
+from stucksolver.guard.predict import drifted_to, gaps_straight_on
+from stucksolver.guard.ways_out import FINISH, _drawn_against
 from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl
 from stucksolver.solver.machine.execution import Execution, Outcome
 
@@ -331,3 +334,91 @@ def test_an_error_that_grows_is_taken_to_lead_straight_on(error_m, error_rad, wa
         assert met.speed_mps == 2.0
         braked = _drawn_against(case, way_m, 0.5, 0.3)
         assert braked is not None and braked.speed_mps == pytest.approx(np.sqrt(4.0 - 2 * 0.5 * 1.3), abs=0.06)
+
+
+def drawn(lead, *, way_m=6.0, braking=0.0, lag_s=0.3, error_rad=0.2, speed=3.0, more=()):
+    """What an ego meets that is drawn to the left, its body along the lane."""
+    world = World(TWO_WAY, [lead, *more], speed=speed)
+    path = begin([KeepLane(distance_m=40.0, speed_mps=5.0)], World(TWO_WAY)).path
+    case = replace(Case(world.view(), path, GUARD.policy), running=True, error_m=0.3, error_rad=error_rad)
+    return _drawn_against(case, way_m, braking, lag_s)
+
+
+FRONT_M = 50.0 + 2.45
+STANDS_LEFT = thing("lead", FRONT_M + 2.1 + 2.3, 1.0)
+"""Its rear is 2.1 m ahead of our front: 2 m until what counts as contact."""
+
+
+def test_braking_for_what_one_is_drawn_to_counts_from_when_the_brakes_bite():
+    met = [drawn(STANDS_LEFT, braking=b, lag_s=lag) for b, lag in ((0.0, 0.3), (1.0, 0.3), (1.0, 0.0), (1.0, 5.0))]
+    # 3 m/s: of 2 m, 0.9 m are gone before the brakes bite. v^2 = 9 - 2 b s.
+    wanted = [3.0, np.sqrt(9.0 - 2 * 1.1), np.sqrt(9.0 - 2 * 2.0), 3.0]
+    assert [one.speed_mps for one in met] == pytest.approx(wanted, abs=0.04)
+    assert drawn(STANDS_LEFT, braking=9.0).speed_mps == 0.0
+
+
+def test_a_steady_error_leads_nowhere():
+    assert drawn(STANDS_LEFT, error_rad=0.0) is None
+
+
+def test_the_nearest_of_those_one_is_drawn_to_is_met_first_and_a_cyclist_is_a_person():
+    cyclist = thing("cyclist", FRONT_M + 1.1 + 0.9, 1.0, kind=ObjectKind.BICYCLE)
+    one, two = drawn(cyclist, braking=1.0, lag_s=0.0), drawn(STANDS_LEFT, braking=1.0, lag_s=0.0, more=[cyclist])
+    assert one.person and two.person and not drawn(STANDS_LEFT).person
+    assert two.speed_mps == one.speed_mps == pytest.approx(np.sqrt(9.0 - 2 * 1.0), abs=0.04)
+
+
+def test_what_is_near_from_the_start_and_comes_no_nearer_is_not_met():
+    beside = thing("beside", 50.0, 0.95 + 0.95 + 0.05)
+    assert drawn(beside) is None
+
+
+def test_the_ego_s_side_of_its_path_is_where_the_error_points_from_5_cm_on():
+    case = Case(
+        World(TWO_WAY, [thing("left", 60.0, 1.0), thing("level", 70.0, 0.0)]).view(), drawn_path(), GUARD.policy
+    )
+    both = np.array([0, 1])
+    assert drifted_to(replace(case, error_m=0.05), both).tolist() == [True, False]
+    assert drifted_to(replace(case, error_m=0.049), both).tolist() == [False, False]
+
+
+def drawn_path():
+    return begin([KeepLane(distance_m=40.0, speed_mps=5.0)], World(TWO_WAY)).path
+
+
+def test_a_way_straight_on_is_looked_at_in_steps_no_longer_than_what_counts_as_contact():
+    case = Case(World(TWO_WAY, [thing("lead", 90.0)]).view(), drawn_path(), GUARD.policy)
+    gaps = gaps_straight_on(case, np.array([0]), 20.0)[:, 0]
+    assert -np.diff(gaps).min() <= GUARD.policy.harm.touch_m + 1e-9
+    assert gaps[0] - gaps[-1] == pytest.approx(20.0)
+
+
+def test_a_stop_whose_brakes_bite_already_is_shorter_by_the_way_of_the_lag():
+    case = Case(World(TWO_WAY, speed=4.0).view(), drawn_path(), GUARD.policy)
+    ends = [braking_now(case, 2.0, lag_s)[0][-1] - case.path.s[0] for lag_s in (None, 0.3, 0.0)]
+    assert ends == pytest.approx([4.0 + 1.2, 4.0 + 1.2, 4.0])
+
+
+def test_a_way_back_is_judged_as_a_plan_that_runs_and_says_whom_it_brakes_for():
+    world, _, _ = strayed()
+    path = GUARD.way_back(world.view())
+    world.x, world.y, world.yaw = 61.0, 2.4, -0.1
+    walker = thing("walker", 67.0, 1.2, kind=ObjectKind.PEDESTRIAN)
+    world.objects.append(walker)
+    verdict = GUARD.recheck_way_back(path, world.view())
+    assert verdict.abort is Abort.GIVE_WAY and verdict.brake_mps2 == world.ego().limits.max_braking_mps2
+    assert [r.object_id for r in verdict.rejects] == ["walker"]
+
+
+def test_on_the_way_back_too_an_error_that_grows_is_braked_for(monkeypatch):
+    seen = []
+    monkeypatch.setattr(guard_module, "least_harm", lambda case, giving: seen.append((case, giving)) or FINISH)
+    world, _, _ = strayed()
+    path = GUARD.way_back(world.view())
+    world.x, world.y, world.yaw = 61.0, 2.9, 0.05
+    world.objects.append(thing("walker", 68.0, 1.5, kind=ObjectKind.PEDESTRIAN))
+    GUARD.recheck_way_back(path, world.view(), True)
+    ((case, giving),) = seen
+    assert giving is True and case.running is True
+    assert case.error_m == pytest.approx(2.9 - float(np.interp(61.0, path.s, path.d)))
+    assert case.error_rad == pytest.approx(0.05 - float(np.interp(61.0, path.s, path.heading())))
