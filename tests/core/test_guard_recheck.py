@@ -16,7 +16,7 @@ from stucksolver.guard import Guard, RejectCode
 from stucksolver.guard import guard as guard_module
 from stucksolver.guard.aborts import braking_now
 from stucksolver.guard.case import Case
-from stucksolver.guard.predict import drifted_to, gaps_straight_on
+from stucksolver.guard.predict import drifted_to, gaps_as_it_points
 from stucksolver.guard.ways_out import FINISH, _drawn_against
 from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl
 from stucksolver.solver.machine.execution import Execution, Outcome
@@ -388,7 +388,7 @@ def drawn_path():
 
 def test_a_way_straight_on_is_looked_at_in_steps_no_longer_than_what_counts_as_contact():
     case = Case(World(TWO_WAY, [thing("lead", 90.0)]).view(), drawn_path(), GUARD.policy)
-    gaps = gaps_straight_on(case, np.array([0]), 20.0)[:, 0]
+    gaps = gaps_as_it_points(case, np.array([0]), 20.0)[:, 0]
     assert -np.diff(gaps).min() <= GUARD.policy.harm.touch_m + 1e-9
     assert gaps[0] - gaps[-1] == pytest.approx(20.0)
 

@@ -12,7 +12,7 @@ from stucksolver.guard.numerics import EPSILON, way_to_stop
 from stucksolver.guard.policy import GuardPolicy
 from stucksolver.guard.predict import (
     drifted_to,
-    gaps_straight_on,
+    gaps_as_it_points,
     moving_gaps,
     profiles,
     relevant,
@@ -115,7 +115,7 @@ def _stops_against(case: Case, which: Array, gap: Array) -> Mask:
     """(objects,): does a stop straight on, as the body points now, come nearer than `gap` (objects,), and too near?"""
     ego = case.view.ego
     way_m = way_to_stop(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
-    left = gaps_straight_on(case, which, way_m).min(axis=0)
+    left = gaps_as_it_points(case, which, way_m).min(axis=0)
     gaps = case.policy.clearance
     result: Mask = ~case.view.moving[which] & (left < np.minimum(gaps.drifted_gap_m, gap - gaps.nearer_m))
     return result

@@ -74,7 +74,7 @@ def standing_gaps(case: Case, which: Array, aside_m: float = 0.0, part: float = 
     )
 
 
-def gaps_straight_on(case: Case, which: Array, way_m: float) -> Array:
+def gaps_as_it_points(case: Case, which: Array, way_m: float) -> Array:
     """(places, objects): gaps to what stands while the ego goes `way_m` straight on, as its body points now.
 
     The places are no further apart than what counts as contact: no corner is stepped over.

@@ -17,7 +17,7 @@ from stucksolver.guard.case import Case
 from stucksolver.guard.numerics import way_to_stop
 from stucksolver.guard.predict import (
     drifted_to,
-    gaps_straight_on,
+    gaps_as_it_points,
     moving_gaps,
     profiles,
     relevant,
@@ -147,7 +147,7 @@ def _drawn_against(case: Case, way_m: float, braking_mps2: float, lag_s: float =
     which = which[drifted_to(case, which)]
     if not len(which):
         return None
-    gap = gaps_straight_on(case, which, way_m)
+    gap = gaps_as_it_points(case, which, way_m)
     hit = (gap < case.policy.harm.touch_m) & (gap < gap[0] - case.policy.clearance.nearer_m)
     who = np.flatnonzero(hit.any(axis=0))
     if not len(who):
