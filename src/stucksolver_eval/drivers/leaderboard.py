@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import enum
+import importlib
 import math
 import queue
 import sys
@@ -204,13 +205,14 @@ def _road_option() -> Any:
 
 
 def _data_provider() -> Any | None:
-    """Scenario runner's registry of the world, where the agent's own imports have brought it."""
-    module = sys.modules.get("srunner.scenariomanager.carla_data_provider")
-    return None if module is None else module.CarlaDataProvider
+    """Scenario runner's registry of the world, where the agent's own imports have brought scenario runner along."""
+    if "srunner" not in sys.modules:
+        return None
+    return importlib.import_module("srunner.scenariomanager.carla_data_provider").CarlaDataProvider
 
 
 def _introduce(client: Any, world: Any, hero: Any) -> None:
-    """Agents of Bench2Drive look for the hero there while they are made."""
+    """Bench2Drive's base class looks for the hero in the world that is known there, others among its actors."""
     provider = _data_provider()
     if provider is None:
         return

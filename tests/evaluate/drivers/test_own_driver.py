@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -16,11 +17,16 @@ from stucksolver_eval.arms.make import ArmError, check_arm
 from stucksolver_eval.drivers import AgentError, check_driver
 from stucksolver_eval.drivers.agent import checked
 from stucksolver_eval.drivers.guest import GuestDriver
+from stucksolver_eval.drivers.leaderboard import LeaderboardAgent
 from stucksolver_eval.runner.job import ArmSpec, RouteJob
 from stucksolver_eval.runner.suite import load_routes
 from stucksolver_eval.runner.work import Task, run_task
 
 ROOT = Path(__file__).parents[3]
+sys.path.insert(0, str(Path(__file__).parent))
+
+from guests import ForLeaderboard  # noqa: E402
+
 ROUTE = "1242"
 """A parked car in our lane, which traffic overtakes on the left."""
 
@@ -107,6 +113,71 @@ def test_the_agent_hears_of_every_route():
     driver.set_route(("x",))
     driver.set_destination("there")
     assert guest.routes == [("a", "b")] * 2
+
+
+class Provider:
+    """As much of scenario runner's registry as agents look at."""
+
+    _carla_actor_pool: ClassVar[dict] = {}
+    told: ClassVar[list] = []
+
+    @classmethod
+    def set_client(cls, client):
+        cls.told.append(("client", client))
+
+    @classmethod
+    def set_world(cls, world):
+        cls.told.append(("world", world))
+
+    @classmethod
+    def register_actor(cls, actor, transform=None):
+        cls.told.append(("actor", actor.id))
+
+    @classmethod
+    def on_carla_tick(cls):
+        cls.told.append(("tick", None))
+
+
+class GameTime:
+    """Its clock."""
+
+    told: ClassVar[list] = []
+
+    @classmethod
+    def on_carla_tick(cls, timestamp):
+        cls.told.append(timestamp.elapsed_seconds)
+
+
+def test_where_an_agent_brings_scenario_runner_along_it_finds_hero_and_time_there(monkeypatch):
+    for name, parts in (
+        ("srunner", {}),
+        ("srunner.scenariomanager", {}),
+        ("srunner.scenariomanager.carla_data_provider", {"CarlaDataProvider": Provider}),
+        ("srunner.scenariomanager.timer", {"GameTime": GameTime}),
+    ):
+        module = ModuleType(name)
+        module.__dict__.update(parts)
+        monkeypatch.setitem(sys.modules, name, module)
+    stamp = SimpleNamespace(elapsed_seconds=7.0)
+    world = SimpleNamespace(get_snapshot=lambda: SimpleNamespace(frame=3, timestamp=stamp))
+    hero = SimpleNamespace(id=5, get_world=lambda: world, get_transform=lambda: None)
+
+    class Bench2Drives(ForLeaderboard):
+        def __init__(self, carla_host, carla_port, debug=False):
+            self.hero = Provider._carla_actor_pool[5]
+
+        def sensors(self):
+            return []
+
+        def run_step(self, input_data, timestamp):
+            return self.hero.id, input_data, timestamp
+
+    agent = LeaderboardAgent(Bench2Drives, "", "the client", hero, SimpleNamespace())
+    agent.set_route([])
+    world.get_snapshot = lambda: SimpleNamespace(frame=4, timestamp=SimpleNamespace(elapsed_seconds=7.05))
+    assert agent.run_step() == (5, {}, pytest.approx(0.05))
+    assert Provider.told == [("client", "the client"), ("world", world), ("actor", 5), ("tick", None)]
+    assert GameTime.told == [7.05]
 
 
 @pytest.mark.integration
