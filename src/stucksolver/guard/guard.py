@@ -123,9 +123,8 @@ class Guard:
         way = tracked(proven.path, view, self.policy.tracking, reverse=proven.reverse)
         case = Case(view, way, self.policy, guided, approvals=approvals)
         rejects = self._run(proven.checks, case) or self._swings(case, proven) or stops_are_safe(case, proven.no_stop)
-        if not rejects and stops and proven.no_stop[-1]:
-            detail = "it would stand where no vehicle should before what follows"
-            rejects = [Reject(code=RejectCode.STOPPING_PLACE, detail=detail)]
+        if stops:
+            rejects = rejects or rules.stopping_place(case)
         return (Verdict(rejects=tuple(rejects)), None) if rejects else (OK, proven)
 
     def allows_standing(self, behavior: Behavior, view: View, approvals: Approvals = NOBODY) -> Verdict:
