@@ -13,7 +13,10 @@ from typing import Any
 
 import carla
 
-SPEED_MPS, GAP_M, WHEELBASE_M, LOCK_RAD = 7.0, 8.0, 2.9, 1.2
+SPEED_MPS = 7.0
+GAP_M = 8.0
+WHEELBASE_M = 2.9
+LOCK_RAD = 1.2
 
 
 class PurePursuit:

@@ -316,6 +316,10 @@ def test_whoever_stands_on_the_way_back_before_somebody_is_handed_over():
     assert isinstance(ended, Outcome) and not ended.finished
 
 
+def drawn_path():
+    return begin([KeepLane(distance_m=40.0, speed_mps=5.0)], World(TWO_WAY)).path
+
+
 @pytest.mark.parametrize(
     ("error_m", "error_rad", "way_m", "touched"),
     [(-0.3, -0.2, 4.0, True), (-0.3, -0.2, 1.0, False), (-0.3, 0.2, 4.0, False), (0.3, 0.2, 4.0, False)],
@@ -325,7 +329,7 @@ def test_an_error_that_grows_is_taken_to_lead_straight_on(error_m, error_rad, wa
     # The front corner on its side: 2.45 cos 0.2 - 0.95 sin 0.2 = 2.2 m ahead and 1.4 m aside, 2 m before its rear.
     world = World(TWO_WAY, [thing("lead", 50.0 + 2.2 + 2.0 + 2.3, -1.9)], speed=2.0)
     world.yaw = -0.2
-    case = Case(world.view(), begin([KeepLane(distance_m=40.0, speed_mps=5.0)], World(TWO_WAY)).path, GUARD.policy)
+    case = Case(world.view(), drawn_path(), GUARD.policy)
     case = replace(case, running=True, error_m=error_m, error_rad=error_rad)
     met = _drawn_against(case, way_m, 0.0)
     assert (met is not None) == touched
@@ -339,8 +343,7 @@ def test_an_error_that_grows_is_taken_to_lead_straight_on(error_m, error_rad, wa
 def drawn(lead, *, way_m=6.0, braking=0.0, lag_s=0.3, error_rad=0.2, speed=3.0, more=()):
     """What an ego meets that is drawn to the left, its body along the lane."""
     world = World(TWO_WAY, [lead, *more], speed=speed)
-    path = begin([KeepLane(distance_m=40.0, speed_mps=5.0)], World(TWO_WAY)).path
-    case = replace(Case(world.view(), path, GUARD.policy), running=True, error_m=0.3, error_rad=error_rad)
+    case = replace(Case(world.view(), drawn_path(), GUARD.policy), running=True, error_m=0.3, error_rad=error_rad)
     return _drawn_against(case, way_m, braking, lag_s)
 
 
@@ -380,10 +383,6 @@ def test_the_ego_s_side_of_its_path_is_where_the_error_points_from_5_cm_on():
     both = np.array([0, 1])
     assert drifted_to(replace(case, error_m=0.05), both).tolist() == [True, False]
     assert drifted_to(replace(case, error_m=0.049), both).tolist() == [False, False]
-
-
-def drawn_path():
-    return begin([KeepLane(distance_m=40.0, speed_mps=5.0)], World(TWO_WAY)).path
 
 
 def test_a_way_straight_on_is_looked_at_in_steps_no_longer_than_what_counts_as_contact():

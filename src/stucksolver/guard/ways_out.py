@@ -24,7 +24,7 @@ from stucksolver.guard.predict import (
     standing_gaps,
     times,
 )
-from stucksolver.scene.frenet import Array
+from stucksolver.scene.frenet import Array, Mask
 from stucksolver.scene.view import MOVING_MPS
 
 
@@ -118,16 +118,25 @@ def _worse(one: Contact | None, other: Contact | None) -> Contact | None:
     return Contact(one.person or other.person, max(one.speed_mps, other.speed_mps))
 
 
+def _standing(case: Case) -> Array:
+    """(found,): indices of those that stand and can be met."""
+    view, which = case.view, relevant(case)
+    result: Array = which[np.hypot(view.vs[which], view.vd[which]) <= MOVING_MPS]
+    return result
+
+
+def _touched(case: Case, gap: Array) -> Mask:
+    """(places, objects): where gaps along a way count as contact, and are no longer what they were at its start."""
+    result: Mask = (gap < case.policy.harm.touch_m) & (gap < gap[0] - case.policy.clearance.nearer_m)
+    return result
+
+
 def _with_standing(case: Case, speed_mps: Array) -> Contact | None:
     """The first contact with what stands; `speed_mps` (stations,) of the ego on the path, NaN where it will not be."""
-    view = case.view
-    which = relevant(case)
-    which = which[np.hypot(view.vs[which], view.vd[which]) <= MOVING_MPS]
+    which = _standing(case)
     if not len(which):
         return None
-    gap = standing_gaps(case, which)
-    nearer = gap < gap[0] - case.policy.clearance.nearer_m
-    hit = (gap < case.policy.harm.touch_m) & nearer & ~np.isnan(speed_mps)[:, None]
+    hit = _touched(case, standing_gaps(case, which)) & ~np.isnan(speed_mps)[:, None]
     who = np.flatnonzero(hit.any(axis=0))
     if not len(who):
         return None
@@ -141,18 +150,16 @@ def _drawn_against(case: Case, way_m: float, braking_mps2: float, lag_s: float =
     """
     if case.error_m * case.error_rad <= 0.0:
         return None
-    view, speed = case.view, abs(case.view.ego.speed_mps)
-    which = relevant(case)
-    which = which[np.hypot(view.vs[which], view.vd[which]) <= MOVING_MPS]
+    which = _standing(case)
     which = which[drifted_to(case, which)]
     if not len(which):
         return None
-    gap = gaps_as_it_points(case, which, way_m)
-    hit = (gap < case.policy.harm.touch_m) & (gap < gap[0] - case.policy.clearance.nearer_m)
+    hit = _touched(case, gaps_as_it_points(case, which, way_m))
     who = np.flatnonzero(hit.any(axis=0))
     if not len(who):
         return None
-    first_m = way_m * hit[:, who].argmax(axis=0).min() / (len(gap) - 1)
+    speed = abs(case.view.ego.speed_mps)
+    first_m = way_m * hit[:, who].argmax(axis=0).min() / (len(hit) - 1)
     braked_m = max(first_m - speed * lag_s, 0.0)
     return Contact(_living(case, which[who]), float(np.sqrt(max(speed**2 - 2 * braking_mps2 * braked_m, 0.0))))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stucksolver.decision.behaviors import REGISTRY, Behavior, CannotPlan, Release
+from stucksolver.decision.manoeuvre import Manoeuvre
 from stucksolver.guard import NOBODY, OK, Approvals, Guard, GuardPolicy, Proven, Verdict, no_path
 from stucksolver.scene.view import View
 
@@ -36,4 +37,7 @@ class Unguarded(Guard):
         return True
 
     def recheck(self, proven: Proven, view: View, giving_way: bool = False) -> Verdict:
+        return OK
+
+    def recheck_way_back(self, path: Manoeuvre, view: View, giving_way: bool = False) -> Verdict:
         return OK

@@ -16,6 +16,7 @@ class AgentError(RuntimeError):
 class Agent(Protocol):
     """An agent that drives a route, made as `Class(vehicle, carla_map)` once the ego stands at the route's start.
 
+    With `MODULE:CLASS@FILE` it is made as `Class(vehicle, carla_map, FILE)`, the file's name as it was given.
     A method `close()` is called at the end, where there is one.
     """
 

@@ -10,9 +10,10 @@ import contextlib
 import enum
 import importlib
 import math
-import queue
 import sys
+import threading
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
@@ -128,14 +129,15 @@ class LeaderboardAgent:
         return _Listening(self._world.spawn_actor(blueprint, place, attach_to=self._hero), self._name)
 
 
-class _Sensor:
+class _Sensor(ABC):
     """One sensor's data, as the leaderboard hands it to agents."""
 
+    @abstractmethod
     def read(self, frame: int, until_s: float) -> Any:
-        raise NotImplementedError
+        """Of a frame; waited for until `until_s` of the monotonic clock. Raises `AgentError`."""
 
-    def close(self) -> None:
-        """Nothing is held."""
+    def close(self) -> None:  # noqa: B027 (most hold nothing)
+        """The drive is over."""
 
 
 class _Speedometer(_Sensor):
@@ -156,24 +158,30 @@ class _TownMap(_Sensor):
 
 
 class _Listening(_Sensor):
-    """A sensor of the simulator: the data of each tick is waited for."""
+    """A sensor of the simulator, of which the latest data is kept: while a plan is driven nobody reads any."""
 
     def __init__(self, actor: Any, who: str) -> None:
         self._actor, self._who = actor, who
-        self._came: queue.Queue[Any] = queue.Queue()
-        actor.listen(self._came.put)
+        self._latest: Any | None = None
+        self._came = threading.Condition()
+        actor.listen(self._take)
+
+    def _take(self, data: Any) -> None:
+        with self._came:
+            self._latest = data
+            self._came.notify_all()
 
     def read(self, frame: int, until_s: float) -> Any:
-        while True:
-            try:
-                data = self._came.get(timeout=max(until_s - time.monotonic(), 0.001))
-            except queue.Empty:
-                kind = self._actor.type_id
-                raise AgentError(
-                    f"{kind}, which {self._who} asks for, gave nothing for frame {frame} in {PICTURES_LIMIT_S:.0f} s"
-                ) from None
-            if data.frame >= frame:
-                return _as_array(data)
+        with self._came:
+            if self._came.wait_for(lambda: self._is_of(frame), max(until_s - time.monotonic(), 0.0)):
+                return _as_array(self._latest)
+        kind = self._actor.type_id
+        raise AgentError(
+            f"{kind}, which {self._who} asks for, gave nothing for frame {frame} in {PICTURES_LIMIT_S:.0f} s"
+        )
+
+    def _is_of(self, frame: int) -> bool:
+        return self._latest is not None and self._latest.frame >= frame
 
     def close(self) -> None:
         with contextlib.suppress(RuntimeError):

@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from typing import Any
 
 from stucksolver.stacks.driver import BehaviorDriver, DriverOptions, RoutePoint
+from stucksolver.stacks.driver.behavior import profile_named
 from stucksolver_eval.drivers.agent import RouteDriver
 from stucksolver_eval.drivers.guest import GuestDriver
 from stucksolver_eval.drivers.leaderboard import LeaderboardAgent, is_leaderboard_agent
 
 OURS = "behavior"
-PROFILES = ("cautious", "normal", "aggressive")
+USUAL = "normal"
 
 
 class DriverNameError(ValueError):
@@ -23,8 +24,10 @@ def check_driver(words: str) -> None:
     """Raises `DriverNameError` for a driver that cannot be made, before anything is driven."""
     name, _, rest = words.partition(":")
     if name == OURS:
-        if (rest or "normal") not in PROFILES:
-            raise DriverNameError(f"unknown driver {words!r}: after behavior: comes one of {', '.join(PROFILES)}")
+        try:
+            profile_named(rest or USUAL)
+        except ValueError as error:
+            raise DriverNameError(f"unknown driver {words!r}: {error}") from error
         return
     _loaded(words)
 
@@ -35,18 +38,15 @@ def make_driver(
     """A driver with its route. Raises `DriverNameError`, `AgentError`, and whatever an agent of the user's raises."""
     name, _, profile = words.partition(":")
     if name == OURS:
-        driver = BehaviorDriver(hero, profile or "normal", options, carla_map=carla_map)
+        driver = BehaviorDriver(hero, profile or USUAL, options, carla_map=carla_map)
         driver.set_route(route)
         return driver
     made, config = _loaded(words)
-    helper = BehaviorDriver(hero, "normal", options, carla_map=carla_map)
-    agent = (
-        LeaderboardAgent(made, config, client, hero, carla_map)
-        if is_leaderboard_agent(made)
-        else made(hero, carla_map, config)
-        if config
-        else made(hero, carla_map)
-    )
+    helper = BehaviorDriver(hero, USUAL, options, carla_map=carla_map)
+    if is_leaderboard_agent(made):
+        agent = LeaderboardAgent(made, config, client, hero, carla_map)
+    else:
+        agent = made(hero, carla_map, config) if config else made(hero, carla_map)
     guest = GuestDriver(agent, words, helper)
     guest.set_route(route)
     return guest

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
+import time
+import weakref
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import ClassVar
@@ -17,7 +19,7 @@ from stucksolver_eval.arms.make import ArmError, check_arm
 from stucksolver_eval.drivers import AgentError, check_driver
 from stucksolver_eval.drivers.agent import checked
 from stucksolver_eval.drivers.guest import GuestDriver
-from stucksolver_eval.drivers.leaderboard import LeaderboardAgent
+from stucksolver_eval.drivers.leaderboard import LeaderboardAgent, _Listening
 from stucksolver_eval.runner.job import ArmSpec, RouteJob
 from stucksolver_eval.runner.suite import load_routes
 from stucksolver_eval.runner.work import Task, run_task
@@ -33,8 +35,8 @@ ROUTE = "1242"
 
 @pytest.fixture(autouse=True)
 def found(monkeypatch):
-    """The folders of the examples and of this file are where modules are looked for, in the routes' processes too."""
-    monkeypatch.setattr(sys, "path", [*sys.path, str(ROOT), str(Path(__file__).parent)])
+    """The folder of the examples is where modules are looked for, too; this file's folder is already."""
+    monkeypatch.setattr(sys, "path", [*sys.path, str(ROOT)])
 
 
 def driven(driver, folder, recovery="none"):
@@ -178,6 +180,32 @@ def test_where_an_agent_brings_scenario_runner_along_it_finds_hero_and_time_ther
     assert agent.run_step() == (5, {}, pytest.approx(0.05))
     assert Provider.told == [("client", "the client"), ("world", world), ("actor", 5), ("tick", None)]
     assert GameTime.told == [7.05]
+
+
+class Data(SimpleNamespace):
+    """A frame's data; one can see whether somebody holds it."""
+
+
+class Sensor:
+    """Gives data when told to."""
+
+    type_id = "sensor.camera.rgb"
+
+    def listen(self, take):
+        self.give = take
+
+
+def test_while_nobody_reads_a_sensor_only_its_latest_data_is_kept():
+    sensor = Sensor()
+    listening = _Listening(sensor, "mine:Agent")
+    data = [Data(frame=k) for k in range(600)]
+    for one in data:
+        sensor.give(one)
+    held = [weakref.ref(one) for one in data]
+    del data, one
+    assert sum(ref() is not None for ref in held) == 1
+    with pytest.raises(AgentError, match=r"sensor\.camera\.rgb, which mine:Agent asks for, gave nothing for frame 600"):
+        listening.read(600, time.monotonic())
 
 
 @pytest.mark.integration

@@ -53,9 +53,9 @@ STAND = Execute(behavior=Wait(duration_s=1.0))
 
 
 @lru_cache(maxsize=8)
-def stand(brake_mps2: float) -> Execute:
-    """The same with a deceleration to brake with."""
-    return STAND.model_copy(update={"brake_mps2": brake_mps2})
+def stand(brake_mps2: float | None) -> Execute:
+    """The same with a deceleration to brake with, if one is given."""
+    return STAND if brake_mps2 is None else STAND.model_copy(update={"brake_mps2": brake_mps2})
 
 
 class Execution:
@@ -144,7 +144,7 @@ class Execution:
                 # The stack knows how to get through a junction, too; it is not left standing there by a plan.
                 return Outcome(False, f"it gave way for longer than its time allowance: {verdict}", verdict)
             self._gives_way = True
-            return STAND if verdict.brake_mps2 is None else stand(verdict.brake_mps2)
+            return stand(verdict.brake_mps2)
         if self._gives_way:
             self._gives_way, self._directive = False, self._direct(view)
         if not verdict.accepted and verdict.abort is not Abort.FINISH:
@@ -214,7 +214,7 @@ class Execution:
             return self._directive
         if abs(view.ego.speed_mps) < STOPPED_MPS:
             return self._ending
-        return STAND if verdict.brake_mps2 is None else stand(verdict.brake_mps2)
+        return stand(verdict.brake_mps2)
 
     def _direct(self, view: View) -> Step:
         """What the stack is to do for the present behaviour."""
