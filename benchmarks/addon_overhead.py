@@ -7,6 +7,7 @@ every tick with the real client. The add-on is the stack's status (route project
 from __future__ import annotations
 
 import multiprocessing
+import socket
 import statistics
 import time
 from collections.abc import Callable
@@ -19,8 +20,7 @@ from stucksolver.solver import StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.driver import BehaviorDriver
 from stucksolver_eval.server import carlette_server
-from stucksolver_eval.sites import choose_site
-from stucksolver_eval.traffic import Traffic
+from stucksolver_eval.streets.sites import choose_site
 
 CARS = 20
 STEP_S = 0.05
@@ -52,7 +52,7 @@ def _apart(host: str, port: int, ticks: int, result: Any) -> None:
     """In a process of its own: threads of the TrafficManager outlive the server, and end their process then."""
     client = carla.Client(host, port)
     client.set_timeout(20.0)
-    result.send(_figures(_drive(client, Traffic(client), ticks)))
+    result.send(_figures(_drive(client, ticks)))
 
 
 class Times(dict[str, list[float]]):
@@ -65,7 +65,7 @@ class Times(dict[str, list[float]]):
         return result
 
 
-def _drive(client: Any, traffic: Traffic, ticks: int) -> Times:
+def _drive(client: Any, ticks: int) -> Times:
     world = client.get_world()
     settings = world.get_settings()
     settings.synchronous_mode, settings.fixed_delta_seconds = True, STEP_S
@@ -80,7 +80,9 @@ def _drive(client: Any, traffic: Traffic, ticks: int) -> Times:
     spots = [s for s in carla_map.get_spawn_points() if s.location.distance(place.location) > 15.0]
     cars = [car for car in (world.try_spawn_actor(model, spot) for spot in spots[: 2 * CARS]) if car][:CARS]
     world.tick()
-    manager = traffic.manager(1)
+    manager = client.get_trafficmanager(_free_port())
+    manager.set_synchronous_mode(True)
+    manager.set_random_device_seed(1)
     for car in cars:
         car.set_autopilot(True, manager.get_port())
     driver = BehaviorDriver(ego, carla_map=carla_map)
@@ -96,6 +98,12 @@ def _drive(client: Any, traffic: Traffic, ticks: int) -> Times:
             if status.at_destination:
                 break
     return times
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
 
 
 def _figures(times: Times) -> dict[str, float]:

@@ -6,25 +6,42 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
+from stucksolver_eval.arms.make import check_arm
 from stucksolver_eval.files import require_writable
-from stucksolver_eval.jobs import Job, make
+from stucksolver_eval.guidance import Line, When
+from stucksolver_eval.replay.log import RunLog
 from stucksolver_eval.report import write_report
-from stucksolver_eval.runlog import RunLog
-from stucksolver_eval.situation import Scenario
+from stucksolver_eval.results.store import Store
+from stucksolver_eval.routes import Route
+from stucksolver_eval.runner.job import ArmSpec, RouteJob
+from stucksolver_eval.runner.work import Task, drive_task
+from stucksolver_eval.streets.routes import Where, look_on_map, street_route
+from stucksolver_eval.streets.sites import choose_site
 
 SAY_S = 8.0
 """When the passenger speaks, since the start."""
 WORDS = "please overtake them"
 ALONE, HELPED, GUIDED = "driver alone", "StuckSolver", "StuckSolver + passenger"
-ARMS = (
-    (Scenario.PARKED_CAR, ALONE),
-    (Scenario.PARKED_CAR, HELPED),
-    (Scenario.CYCLISTS, HELPED),
-    (Scenario.CYCLISTS, GUIDED),
-)
-SPOKEN = ((Scenario.PARKED_CAR, GUIDED), (Scenario.CYCLISTS, GUIDED))
+FRAME_EVERY_S = 0.1
+KINDS = {"one_lane": "one lane each way", "multi_lane": "several lanes"}
+
+
+@dataclass(frozen=True)
+class Street:
+    """One of the two: what happens in it, in a few words, and how long it is."""
+
+    type: str
+    name: str
+    length_m: int
+
+
+PARKED_CAR = Street("ParkedCarInLane", "parked car", 170)
+CYCLISTS = Street("SlowCyclists", "two slow cyclists", 260)
+STREETS = (PARKED_CAR, CYCLISTS)
+ARMS = ((PARKED_CAR, ALONE), (PARKED_CAR, HELPED), (CYCLISTS, HELPED), (CYCLISTS, GUIDED))
+SPOKEN = ((PARKED_CAR, GUIDED), (CYCLISTS, GUIDED))
 
 
 @dataclass(frozen=True)
@@ -34,7 +51,7 @@ class DemoSpec:
     map_name: str = "demo_town"
     maps: str | None = None
     seed: int = 1
-    profile: str = "normal"
+    driver: str = "behavior"
     road: Literal["one_lane", "multi_lane", "any"] = "any"
     oncoming: int = 3
     clock: str = "lockstep"
@@ -45,49 +62,70 @@ class DemoSpec:
     """What a passenger says in place of the demonstration's own words; then both streets are driven with it alone."""
 
     @property
-    def arms(self) -> tuple[tuple[Scenario, str], ...]:
+    def arms(self) -> tuple[tuple[Street, str], ...]:
         """What is driven, in this order."""
         return ARMS if self.say is None else SPOKEN
 
 
 def demo(spec: DemoSpec, say: Callable[[str], None]) -> tuple[list[RunLog], Path]:
-    """Run everything, keep each run's log as soon as it is there, and write the report last.
+    """Drive everything, keep each drive's files as soon as they are there, and write the report last.
 
-    Raises `RunError`, `OutputError` and `ReportError`; logs of runs already made stay in `out/runs`.
+    Raises `ArmError`, `SiteError`, `ServerError`, `RunError`, `OutputError` and `ReportError`; drives already made
+    stay in `out/runs`.
     """
+    check_arm(_arm(spec, ALONE))
     require_writable(spec.out / "runs")
+    where = Where(spec.map_name, spec.maps, spec.seed, spec.host, spec.port)
+    found = look_on_map(where, lambda world, carla_map: {one: _found(spec, one, carla_map) for one in STREETS})
     runs: list[RunLog] = []
-    notes = _notes(spec)
-    for k, (scenario, arm) in enumerate(spec.arms, 1):
-        label = f"[{k}/{len(spec.arms)}] {scenario.value.replace('_', ' ')}: {arm}"
-        log, repeated = make(_job(spec, scenario, arm, k), partial(_progress, say, label))
-        runs.append(log)
+    for k, (street, arm) in enumerate(spec.arms, 1):
+        label = f"[{k}/{len(spec.arms)}] {street.name}: {arm}"
+        route, title = found[street]
+        log = _driven(Task(_job(spec, route, arm), spec.out / "runs" / f"{k}"), partial(_progress, say, label))
+        runs.append(log.model_copy(update={"scenario": title, "arm": arm}))
         say(f"{label}: {log.result.status} after {log.result.duration_s:.0f} s\n")
-        if repeated:
-            notes.append(f"Run {k} was repeated: the process of its first attempt was killed by a signal.")
     report = spec.out / "report.html"
-    write_report(runs, report, f"StuckSolver on {Path(spec.map_name).stem}", notes)
+    write_report(runs, report, f"StuckSolver on {Path(spec.map_name).stem}", _notes(spec))
     return runs, report
+
+
+def _found(spec: DemoSpec, street: Street, carla_map: Any) -> tuple[Route, str]:
+    """The best place on the map for a street, and the title that it is shown under."""
+    site = choose_site(carla_map, spec.road, spec.seed, street.length_m)
+    oncoming = spec.oncoming if site.kind == "one_lane" else 0
+    title = f"{street.name}, {KINDS[site.kind]}" + (f", {oncoming} oncoming" if oncoming else "")
+    parameters = {"oncoming": float(oncoming)}
+    if street is PARKED_CAR:
+        parameters["distance"] = float(site.obstacle_index)
+    route_id = str(STREETS.index(street) + 1)
+    return street_route(route_id, spec.map_name, site.waypoints, street.type, parameters), title
+
+
+def _driven(task: Task, progress: Callable[[float], None]) -> RunLog:
+    """One drive's replay. Raises `RunError` where there is none."""
+    drive_task(task, progress)
+    return Store(task.folder).run_log(task.job.route, task.job.seed)
 
 
 def _progress(say: Callable[[str], None], label: str, elapsed_s: float) -> None:
     say(f"{label} … {elapsed_s:.0f} s")
 
 
-def _job(spec: DemoSpec, scenario: Scenario, arm: str, number: int) -> Job:
-    return Job(
-        scenario=scenario,
-        arm=arm,
-        with_solver=arm != ALONE,
-        guidance=((SAY_S, spec.say or WORDS),) if arm == GUIDED else (),
-        map_name=spec.map_name,
-        maps=spec.maps,
-        road=spec.road,
-        oncoming=spec.oncoming,
+def _arm(spec: DemoSpec, arm: str) -> ArmSpec:
+    return ArmSpec(driver=spec.driver, recovery="none" if arm == ALONE else "rules", clock=spec.clock)
+
+
+def _job(spec: DemoSpec, route: Route, arm: str) -> RouteJob:
+    words = Line(when=When(time_s=SAY_S), say=(spec.say or WORDS,))
+    return RouteJob(
+        route=route,
         seed=spec.seed,
-        profile=spec.profile,
-        clock=spec.clock,
-        log=spec.out / "runs" / f"{number}-{scenario.value}.json",
+        arm=_arm(spec, arm),
+        lines=(words,) if arm == GUIDED else (),
+        maps=spec.maps,
+        replays="all",
+        background=False,
+        frame_every_s=FRAME_EVERY_S,
         host=spec.host,
         port=spec.port,
     )
@@ -96,7 +134,7 @@ def _job(spec: DemoSpec, scenario: Scenario, arm: str, number: int) -> Job:
 def _notes(spec: DemoSpec) -> list[str]:
     simulator = f"{spec.host}:{spec.port}" if spec.host else "carlette, the embedded simulator"
     return [
-        f"Seed {spec.seed}, driver behavior:{spec.profile}, clock {spec.clock}, simulator: {simulator}.",
+        f"Seed {spec.seed}, driver {spec.driver}, clock {spec.clock}, simulator: {simulator}.",
         "perception: privileged – scenes are built from the simulator's ground truth, not from sensors.",
         "A solid line may be crossed past a stationary obstruction without asking (the evaluation profile).",
     ]

@@ -69,6 +69,15 @@ def carlette_server(map_name: str, maps: str | None = None, seed: int = 0) -> It
         _end(process)
 
 
+def open_server(
+    map_name: str, maps: str | None, seed: int, host: str | None, port: int
+) -> contextlib.AbstractContextManager[Server]:
+    """A carlette of our own with a map, or with a `host` the server that runs there. Raises `ServerError`."""
+    if host is not None:
+        return contextlib.nullcontext(remote_server(host, port))
+    return carlette_server(map_name, maps, seed)
+
+
 def _client_version() -> str:
     """The installed client's version, which carlette must be told."""
     version = importlib.metadata.version("carla")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from stucksolver_eval.replay.log import DecisionMoment, RunLog
 from stucksolver_eval.results.outcome import QueryOutcome
-from stucksolver_eval.runlog import DecisionMoment, RunLog
 from stucksolver_eval.terminal import filled, table
 
 HEAD = (
@@ -36,7 +36,7 @@ def conversation(run: RunLog) -> str:
     lines += [(moment.time_s, False, _decided(moment)) for moment in run.decisions]
     told = [f"{run.scenario}:"]
     last = ""
-    for time_s, spoken, text in sorted(line for line in lines if line[0] >= said):
+    for time_s, spoken, text in sorted((line for line in lines if line[0] >= said), key=lambda line: line[0]):
         about = text.split(",")[0]
         if spoken or about != last:
             told.append(filled(f"{time_s:5.1f} s  {'passenger' if spoken else 'car'}: {text}"))

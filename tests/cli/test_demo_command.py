@@ -158,6 +158,11 @@ def test_help_needs_neither_carla_nor_a_simulator(mark: str) -> None:
     assert "--map" in said and "--clock" in said
 
 
+KEPT = sorted(
+    ["RouteScenario_1_rep0_demo_town_ParkedCarInLane.json"] * 2
+    + ["RouteScenario_1_rep0_demo_town_ParkedCarInLane.json.gz", "metric_info.json", "report.html"]
+)
+"""Record and outcome are called alike, in folders of their own."""
 ONE_ARM = "import stucksolver_eval.demo as demo; demo.ARMS = demo.ARMS[1:2]; "
 
 
@@ -166,10 +171,10 @@ def test_a_run_ends_with_a_table_a_report_and_its_log(mark: str, out: Path) -> N
     said, errors = process.communicate(timeout=40)
     assert process.returncode == 0, errors
     head, _, row = said.splitlines()[:3]
-    assert head.startswith("run") and "completed" in row
+    assert head.startswith("run") and "Completed" in row
     assert said.splitlines()[-1] == f"report: {out / 'report.html'}"
     assert "<html" in (out / "report.html").read_text(encoding="utf-8")
-    assert sorted(p.name for p in out.rglob("*") if p.is_file()) == ["1-parked_car.json", "report.html"]
+    assert sorted(p.name for p in out.rglob("*") if p.is_file()) == KEPT
 
 
 def test_a_map_without_road_marks_is_driven_too(mark: str, out: Path, tmp_path: Path) -> None:
@@ -178,7 +183,7 @@ def test_a_map_without_road_marks_is_driven_too(mark: str, out: Path, tmp_path: 
     process = start(mark, "demo", "--map", str(path), "--out", str(out), "--oncoming", "0", program=ONE_ARM + PROGRAM)
     said, errors = process.communicate(timeout=40)
     assert process.returncode == 0, errors
-    assert "completed" in said.splitlines()[2]
+    assert "Completed" in said.splitlines()[2]
 
 
 # ---- interrupted

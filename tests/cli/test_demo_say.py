@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 
 import pytest
@@ -13,7 +14,8 @@ pytest.importorskip("onnxruntime", reason="the reader of words is not installed:
 
 def said(tmp_path, capsys, words):
     assert main(["demo", "--out", str(tmp_path), "--say", words]) == 0
-    logs = [json.loads(path.read_text(encoding="utf-8")) for path in sorted((tmp_path / "runs").glob("*.json"))]
+    packed = sorted((tmp_path / "runs").glob("*/seed-1/replays/*.json.gz"))
+    logs = [json.loads(gzip.decompress(path.read_bytes())) for path in packed]
     return capsys.readouterr().out, logs
 
 
@@ -21,6 +23,7 @@ def said(tmp_path, capsys, words):
 def test_it_says_what_it_understood_why_it_waits_and_what_came_of_it(tmp_path, capsys):
     out, logs = said(tmp_path, capsys, "Be a dear and slip round that one in front")
     assert [log["result"]["plans_accepted"] for log in logs] == [1, 1]
+    assert out.index("passenger: Be a dear") < out.index("car: understood: overtake (")
     assert out.count("passenger: Be a dear and slip round that one in front") == 2
     assert out.count("car: understood: overtake (") == 2
     assert "in the oncoming lane" in out and out.count(": done") == 2

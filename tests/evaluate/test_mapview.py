@@ -14,8 +14,8 @@ from carlette.maps import DEMO_TOWN
 
 carla = pytest.importorskip("carla")
 
-from stucksolver_eval.mapview import map_view  # noqa: E402
-from stucksolver_eval.sites import find_sites  # noqa: E402
+from stucksolver_eval.replay.mapview import map_view  # noqa: E402
+from stucksolver_eval.streets.sites import find_sites  # noqa: E402
 
 FOLDERS = [Path(folder) for folder in os.environ.get("STUCKSOLVER_MAPS", "").split(os.pathsep) if folder]
 DEMO = carla.Map("demo_town", DEMO_TOWN.read_text(encoding="utf-8"))

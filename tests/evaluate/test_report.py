@@ -18,10 +18,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stucksolver_eval.report import ReportError, write_report
-from stucksolver_eval.report.pack import pack, series
-from stucksolver_eval.report.page import SCRIPTS, embedded_json
-from stucksolver_eval.runlog import (
+from stucksolver_eval.replay.log import (
     ActorInfo,
     DecisionMoment,
     Frame,
@@ -32,6 +29,9 @@ from stucksolver_eval.runlog import (
     RunLog,
     RunResult,
 )
+from stucksolver_eval.report import ReportError, write_report
+from stucksolver_eval.report.pack import pack, series
+from stucksolver_eval.report.page import SCRIPTS, embedded_json
 
 ASSETS = files("stucksolver_eval.report") / "assets"
 HOSTILE = "</script><script>alert(1)</script><!--<img src=x onerror=alert(2)> & {{DATA}} \u2028"

@@ -11,7 +11,7 @@ from carlette.maps import DEMO_TOWN
 
 carla = pytest.importorskip("carla")
 
-from stucksolver_eval.sites import MIN_LENGTH_M, SiteError, find_sites  # noqa: E402
+from stucksolver_eval.streets.sites import MIN_LENGTH_M, SiteError, find_sites  # noqa: E402
 
 FOLDERS = [Path(folder) for folder in os.environ.get("STUCKSOLVER_MAPS", "").split(os.pathsep) if folder]
 KINDS = {

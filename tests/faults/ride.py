@@ -19,8 +19,8 @@ from stucksolver.record import Recorder
 from stucksolver.solver import Event, EventKind
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.driver import BehaviorDriver
-from stucksolver_eval.sites import choose_site
-from stucksolver_eval.situation import into_gear
+from stucksolver_eval.scenarios.moves.street import into_gear
+from stucksolver_eval.streets.sites import choose_site
 
 DT_S = 0.05
 LENGTH_M = 170

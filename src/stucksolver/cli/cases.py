@@ -13,8 +13,6 @@ from stucksolver.cli.errors import UsageError
 from stucksolver.cli.lines import json_lines
 from stucksolver.cli.words import tell_notes
 from stucksolver.ladder import LadderError
-from stucksolver.reason import Reasoner
-from stucksolver.reason.llm.exchanges import ExchangesError
 from stucksolver.reason.make import HELP, make_reasoner, preflight, sees, unanswered_banner
 from stucksolver.reason.registry import ReasonerNameError
 
@@ -44,7 +42,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help='drive the cyclists\' case with each sentence of FILE instead: lines of {"text": words}',
     )
-    parser.add_argument("--exchanges", action="store_true", help="keep every request and answer in OUT/exchanges")
+    parser.add_argument(
+        "--exchanges",
+        action="store_true",
+        help="keep records of interventions in OUT, and every request and answer in OUT/exchanges",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -52,29 +54,27 @@ def run(options: argparse.Namespace) -> int:
     from stucksolver_eval.cases import CASES, run_cases
     from stucksolver_eval.cases.figure import draw_figure
     from stucksolver_eval.cases.wordings import draw_wordings, worded
+    from stucksolver_eval.files import OutputError
+    from stucksolver_eval.runner.process import RunError
     from stucksolver_eval.server import ServerError
-    from stucksolver_eval.sites import SiteError
-    from stucksolver_eval.situation import SituationError
+    from stucksolver_eval.streets.sites import SiteError
 
     figure = WORDINGS if options.wordings is not None else FIGURE
-    exchanges = options.out / "exchanges" if options.exchanges else None
-
-    def reasoner() -> Reasoner:
-        return make_reasoner(options.reasoner, exchanges)
-
     wordings = _wordings(options.wordings) if options.wordings is not None else ()
     try:
-        tell_notes(preflight(reasoner(), options.reasoner))
+        tell_notes(preflight(make_reasoner(options.reasoner), options.reasoner))
         options.out.mkdir(parents=True, exist_ok=True)
         results = run_cases(
             worded(wordings) if wordings else CASES,
-            reasoner,
+            options.reasoner,
+            options.out,
             map_name=options.map,
             maps=options.maps,
             clock=options.clock,
             deadline_s=options.deadline,
             tries=options.tries,
             pictures=not wordings or sees(options.reasoner),
+            record=options.exchanges,
             say=_say,
         )
         if wordings:
@@ -86,9 +86,9 @@ def run(options: argparse.Namespace) -> int:
             (options.out / f"{result.case.name}.json").write_text(json.dumps(events, indent=1), encoding="utf-8")
     except (
         ReasonerNameError,
-        ExchangesError,
         LadderError,
-        SituationError,
+        OutputError,
+        RunError,
         SiteError,
         ServerError,
         ValueError,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from stucksolver.cli.arguments import add_clock, add_map, add_server, at_least, whole
 from stucksolver.cli.errors import UsageError
-from stucksolver.cli.words import clock_name, driver_profile
+from stucksolver.cli.words import clock_name, driver_name
 from stucksolver.scene import MAX_WORDS
 from stucksolver.words import NoReader, find_reader
 
@@ -20,7 +20,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--driver",
         default="behavior",
-        help="behavior, or behavior:cautious, behavior:normal, behavior:aggressive",
+        help="behavior, behavior:cautious, behavior:normal, behavior:aggressive, or MODULE:CLASS, one of your own",
     )
     parser.add_argument("--road", choices=("any", "one_lane", "multi_lane"), default="any", help="kind of street")
     parser.add_argument(
@@ -41,17 +41,20 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run it, print the table, say where the report is. Raises `UsageError` for what cannot be done."""
     # Not before: these need CARLA's client package, and help does not.
+    from stucksolver_eval.arms.make import ArmError
     from stucksolver_eval.demo import DemoSpec, demo
     from stucksolver_eval.files import OutputError
-    from stucksolver_eval.jobs import RunError
     from stucksolver_eval.report import ReportError
+    from stucksolver_eval.runner.process import RunError
+    from stucksolver_eval.server import ServerError
+    from stucksolver_eval.streets.sites import SiteError
     from stucksolver_eval.table import conversation, runs_table
 
     spec = DemoSpec(
         map_name=options.map,
         maps=options.maps,
         seed=options.seed,
-        profile=driver_profile(options.driver),
+        driver=driver_name(options.driver),
         road=options.road,
         oncoming=options.oncoming,
         clock=clock_name(options.clock),
@@ -62,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
     )
     try:
         runs, report = demo(spec, _say)
-    except (RunError, OutputError, ReportError) as error:
+    except (ArmError, RunError, SiteError, ServerError, OutputError, ReportError) as error:
         _end_line()
         raise UsageError(str(error)) from error
     print(runs_table(runs))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import shlex
 import sys
 from pathlib import Path
@@ -11,7 +10,7 @@ from pathlib import Path
 from stucksolver.cli.arguments import add_clock, add_maps, add_server, at_least, whole
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.score import show_scores, show_sweep
-from stucksolver.cli.words import clock_name, driver_profile
+from stucksolver.cli.words import clock_name, driver_name
 
 PERCEPTIONS = ("privileged",)
 REPLAYS = ("none", "failed", "all")
@@ -87,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
             suite=options.suite,
             out=options.out,
             arm=ArmSpec(
-                driver=_driver(options.driver),
+                driver=driver_name(options.driver),
                 recovery=options.recovery,
                 reasoner=options.reasoner,
                 clock=_clock(options.clock),
@@ -118,14 +117,6 @@ def run(options: argparse.Namespace) -> int:
         return 130
     except (*errors, ScenarioError, LadderError, SweepError) as error:
         raise UsageError(str(error)) from error
-
-
-def _driver(text: str) -> str:
-    if text.partition(":")[0] == "behavior":
-        return f"behavior:{driver_profile(text)}"
-    # As with `python -m`: agents lie in the folder in which the command is given, too.
-    sys.path.append(os.getcwd())
-    return text
 
 
 def _clock(text: str) -> str:

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 
 from stucksolver.cli.errors import UsageError
 from stucksolver.solver import make_clock
 
-PROFILES = ("cautious", "normal", "aggressive")
+USUAL = "normal"
+PROFILES = ("cautious", USUAL, "aggressive")
 
 
-def driver_profile(text: str) -> str:
-    """Of `behavior` or `behavior:PROFILE`. Raises `UsageError`."""
+def driver_name(text: str) -> str:
+    """A driver's full name: `behavior:PROFILE`, or `MODULE:CLASS` as it is. Raises `UsageError`."""
     name, _, profile = text.partition(":")
-    if name != "behavior" or (profile or "normal") not in PROFILES:
-        raise UsageError(f"unknown driver {text!r}: use behavior, or behavior: with one of {', '.join(PROFILES)}")
-    return profile or "normal"
+    if name == "behavior":
+        if (profile or USUAL) not in PROFILES:
+            raise UsageError(f"unknown driver {text!r}: use behavior, or behavior: with one of {', '.join(PROFILES)}")
+        return f"behavior:{profile or USUAL}"
+    # As with `python -m`: agents lie in the folder in which the command is given, too.
+    sys.path.append(os.getcwd())
+    return text
 
 
 def clock_name(text: str) -> str:

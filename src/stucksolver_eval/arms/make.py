@@ -79,7 +79,7 @@ def make_arm(
     model = TimedReasoner(_reasoner(spec.reasoner, seed, exchanges)) if spec.reasoner else None
     recorder = None if records is None else Recorder(records)
     # Only a model looks at pictures, and they cost more than everything else in a tick.
-    camera = FrontCamera(ego) if sees(spec.recovery) or sees(spec.reasoner) else None
+    camera = FrontCamera(ego) if spec.camera or sees(spec.recovery) or sees(spec.reasoner) else None
 
     def scene() -> Scene:
         told = stack.scene()

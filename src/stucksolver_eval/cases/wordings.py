@@ -20,7 +20,7 @@ from stucksolver_eval.cases.run import CaseResult
 DRIVE_S = 66.0
 """Then the street of the shipped map ends, for who has stayed behind the cyclists."""
 TEXT_W = 470
-READ_W = 230
+READ_W = 290
 CHART_W = 420
 END_W = 300
 """Widths of the four columns, in pixels, as everything below."""
@@ -51,7 +51,7 @@ def worded(wordings: Sequence[Wording]) -> tuple[Case, ...]:
     assert case.words is not None
     at_s = case.words[0]
     return tuple(
-        replace(case, name=f"wording-{k}", title=one.text, words=(at_s, one.text), drive_s=DRIVE_S, to_the_end=True)
+        replace(case, name=f"wording-{k}", title=one.text, words=(at_s, one.text), drive_s=DRIVE_S)
         for k, one in enumerate(wordings, 1)
     )
 

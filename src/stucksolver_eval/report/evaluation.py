@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import html
 from pathlib import Path
 
@@ -20,7 +19,6 @@ from stucksolver_eval.report.tables import (
 from stucksolver_eval.report.write import write_report
 from stucksolver_eval.results.record import status_text
 from stucksolver_eval.results.store import Store
-from stucksolver_eval.runlog import RunLog
 from stucksolver_eval.scores.ability import ABILITIES
 from stucksolver_eval.scores.columns import (
     ABILITY_HEAD,
@@ -176,7 +174,7 @@ def _replays(store: Store, summary: Summary) -> Links:
             continue
         page = packed.with_name(packed.name.removesuffix(".json.gz") + ".html")
         if not page.exists() or page.stat().st_mtime < packed.stat().st_mtime:
-            log = RunLog.model_validate_json(gzip.decompress(packed.read_bytes()))
+            log = store.run_log(row.route, row.seed)
             write_report([log], page, f"{row.scenario}, route {row.route.id}", [summary.manifest.title])
         links[row.route.id, row.seed] = str(page.relative_to(store.folder))
     return links

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -116,8 +117,8 @@ def status_text(status: str) -> str:
 
 
 def save_name(route_id: str, town: str, scenario: str) -> str:
-    """The name of a route's files."""
-    return f"RouteScenario_{route_id}_rep0_{town}_{scenario}"
+    """The name of a route's files; a town may be given by its map's file."""
+    return f"RouteScenario_{route_id}_rep0_{Path(town).stem}_{scenario}"
 
 
 def _status(completion_pct: float, failure: str | None, infractions: int) -> str:

@@ -6,6 +6,7 @@ seed-1/records/NAME.json             one checkpoint of the leaderboard for each 
 seed-1/metrics/NAME/metric_info.json
 seed-1/replays/NAME.json.gz
 seed-1/interventions/NAME/           hash-chained records, where asked for
+seed-1/events/NAME.jsonl             all events of the solver, where asked for
 seed-1/outcomes/NAME.json            written last: a route that has it is done
 """
 
@@ -18,7 +19,9 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
+from stucksolver.solver import Event
 from stucksolver_eval.files import cannot_write, write_bytes, write_text
+from stucksolver_eval.replay.log import RunLog
 from stucksolver_eval.results.manifest import Manifest
 from stucksolver_eval.results.outcome import Outcome
 from stucksolver_eval.results.record import CheckpointFile, RouteRecord, checkpoint_text, save_name
@@ -35,6 +38,7 @@ _FILES = {
     "metrics": "{}",
     "replays": "{}.json.gz",
     "interventions": "{}",
+    "events": "{}.jsonl",
     "records": "{}.json",
     "outcomes": "{}.json",
 }
@@ -99,6 +103,9 @@ class Store:
         if driven.replay is not None:
             packed = gzip.compress(driven.replay.model_dump_json().encode(), 6, mtime=0)
             write_bytes(self.replay(route, seed), packed)
+        if driven.events:
+            lines = [event.model_dump_json() for event in driven.events]
+            write_text(self._path("events", route, seed), "\n".join(lines) + "\n")
         write_text(self._path("records", route, seed), checkpoint_text(driven.record))
         self.write_outcome(route, driven.outcome)
 
@@ -132,6 +139,16 @@ class Store:
 
     def replay(self, route: Route, seed: int) -> Path:
         return self._path("replays", route, seed)
+
+    def run_log(self, route: Route, seed: int) -> RunLog:
+        """The replay of a route."""
+        return RunLog.model_validate_json(gzip.decompress(self.replay(route, seed).read_bytes()))
+
+    def events(self, route: Route, seed: int) -> tuple[Event, ...]:
+        """The solver's events, times since the start of the route."""
+        path = self._path("events", route, seed)
+        lines = _read(path).splitlines() if path.exists() else []
+        return tuple(Event.model_validate_json(line) for line in lines)
 
     def interventions(self, route: Route, seed: int) -> Path:
         """The folder of the records of a route's interventions."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from random import Random
 from typing import Any
 
+from stucksolver.solver import Event
 from stucksolver.stacks.driver import DriverOptions, RoutePoint
 from stucksolver_eval.arms import make_arm
 from stucksolver_eval.arms.arm import Arm, Now
@@ -15,17 +16,19 @@ from stucksolver_eval.arms.solver_arm import SolverArm
 from stucksolver_eval.background import Background
 from stucksolver_eval.criteria import Moment
 from stucksolver_eval.criteria.jury import Jury
+from stucksolver_eval.criteria.route_timeout import TIMED_OUT
 from stucksolver_eval.drivers import make_driver
 from stucksolver_eval.drivers.guest import GuestDriver
 from stucksolver_eval.guidance.speaker import Speaker
-from stucksolver_eval.jobs import CLIENT_TIMEOUT_S, PROGRESS_EVERY_S
 from stucksolver_eval.near_miss import NearMissWatch
+from stucksolver_eval.replay.keeper import ReplayKeeper
+from stucksolver_eval.replay.log import RunLog
 from stucksolver_eval.results.metric_info import MetricInfo
 from stucksolver_eval.results.outcome import Noted, Outcome
 from stucksolver_eval.results.record import RouteRecord, make_record
 from stucksolver_eval.routes.line import RouteLine
-from stucksolver_eval.runlog import RunLog
 from stucksolver_eval.runner.job import RouteJob
+from stucksolver_eval.runner.process import CLIENT_TIMEOUT_S, PROGRESS_EVERY_S
 from stucksolver_eval.runner.watch import SpellWatch, TrafficSpeeds
 from stucksolver_eval.runner.weather import Weather
 from stucksolver_eval.scenarios.play import Play
@@ -52,6 +55,8 @@ class Driven:
     outcome: Outcome
     metric_info: MetricInfo
     replay: RunLog | None
+    events: tuple[Event, ...] = ()
+    """Of the solver, where they are asked for; times since the start of the route."""
 
 
 def drive_route(job: RouteJob, server: Server, progress: Callable[[float], None]) -> Driven:
@@ -73,7 +78,7 @@ def _drive(job: RouteJob, client: Any, world: Any, progress: Callable[[float], N
     for _ in range(SETTLE_TICKS):
         world.tick()
     setting = Setting(client, world, carla_map, hero, line, Random(f"{job.seed}:{job.route.id}"), dt_s=DT_S)
-    setting.background = Background(setting)
+    setting.background = Background(setting, empty=not job.background)
     play = Play(job.route.scenarios, setting)
     try:
         world.tick()
@@ -113,7 +118,10 @@ class _Drive:
         self._metric = MetricInfo()
         self._track: list[tuple[float, float]] = []
         self._start_s = float(self._world.get_snapshot().timestamp.elapsed_seconds)
-        self._replay = _replay(job, setting, self._arm, self._start_s)
+        self._replay = _replay(job, setting, self._arm)
+        self._events: list[Event] = []
+        if job.events and isinstance(self._arm, SolverArm):
+            self._arm.listen(self._hear)
         self._ticks = 0
         self._time_s = 0.0
 
@@ -155,6 +163,8 @@ class _Drive:
         failure = self._jury.update(moment)
         self._metric.add(self._hero, transform)
         self._measure(moment)
+        if failure is None and self._job.limit_s is not None and time_s > self._job.limit_s:
+            failure = TIMED_OUT
         if failure is not None:
             return failure
         self._ticks += 1
@@ -166,6 +176,9 @@ class _Drive:
         if self._replay is not None:
             self._replay.tick(now, self._arm.directive)
         return None
+
+    def _hear(self, event: Event) -> None:
+        self._events.append(event.model_copy(update={"time_s": event.time_s - self._start_s}))
 
     def _take_new_route(self, moment: Moment) -> None:
         """The driver planned anew: where leaving the route is allowed, the new one is the route from here on."""
@@ -220,7 +233,7 @@ class _Drive:
             track=tuple(self._track),
         )
         replay = None if self._replay is None else self._replay.log(record, outcome)
-        return Driven(record, outcome, self._metric, replay)
+        return Driven(record, outcome, self._metric, replay, tuple(self._events))
 
 
 def _beyond(line: RouteLine) -> tuple[RoutePoint, ...]:
@@ -235,9 +248,7 @@ def _beyond(line: RouteLine) -> tuple[RoutePoint, ...]:
     return tuple(found)
 
 
-def _replay(job: RouteJob, setting: Setting, arm: Arm, start_s: float) -> Any:
+def _replay(job: RouteJob, setting: Setting, arm: Arm) -> ReplayKeeper | None:
     if job.replays == "none":
         return None
-    from stucksolver_eval.runner.replay import ReplayKeeper
-
-    return ReplayKeeper(job, setting, arm if isinstance(arm, SolverArm) else None, start_s)
+    return ReplayKeeper(job, setting, arm if isinstance(arm, SolverArm) else None)

@@ -31,6 +31,8 @@ class ArmSpec:
     detector: dict[str, float] = field(default_factory=dict)
     guarded: bool = True
     heedless: bool = False
+    camera: bool = False
+    """The front camera is carried even where no reasoner looks at it, to show what was seen."""
 
     @property
     def name(self) -> str:
@@ -42,7 +44,11 @@ class ArmSpec:
 
 @dataclass(frozen=True)
 class RouteJob:
-    """`host`, `port`: a running CARLA server instead of a carlette of our own."""
+    """`host`, `port`: a running CARLA server instead of a carlette of our own.
+
+    `background`: whether there is traffic beside what the route's scenarios bring. `limit_s`: the route ends then.
+    `events`: all events of the solver are kept. `frame_every_s`: between two frames of the replay.
+    """
 
     route: Route
     seed: int
@@ -52,6 +58,10 @@ class RouteJob:
     replays: Replays = "none"
     records: Path | None = None
     """Where the records of its interventions go."""
+    background: bool = True
+    limit_s: float | None = None
+    events: bool = False
+    frame_every_s: float = 0.2
     host: str | None = None
     port: int = 2000
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from stucksolver_eval.files import OutputError
-from stucksolver_eval.jobs import NotWanted
 from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.runner.process import NotWanted
 from stucksolver_eval.runner.work import Task, run_task
 
 

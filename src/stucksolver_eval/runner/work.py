@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import signal
 import traceback
 from collections.abc import Callable
@@ -12,11 +11,11 @@ from pathlib import Path
 
 from stucksolver.record import RecordError
 from stucksolver_eval.files import OutputError
-from stucksolver_eval.jobs import NotWanted, RunError, attempt, watched
 from stucksolver_eval.results.outcome import Outcome, State
 from stucksolver_eval.results.store import Store
 from stucksolver_eval.runner.job import RouteJob
-from stucksolver_eval.server import Server, ServerError, carlette_server, remote_server
+from stucksolver_eval.runner.process import NotWanted, RunError, attempt, watched
+from stucksolver_eval.server import ServerError, open_server
 
 TRIES = 2
 """A process that was killed by a signal (the client library can crash) is tried once more."""
@@ -60,6 +59,14 @@ def run_task(
     return outcome
 
 
+def drive_task(task: Task, progress: Callable[[float], None] = lambda _: None) -> Outcome:
+    """The same, but a route that could not be driven raises `RunError` with the reason."""
+    outcome = run_task(task, progress)
+    if outcome.state != "driven":
+        raise RunError(outcome.reason.strip().splitlines()[-1])
+    return outcome
+
+
 def _not_driven(job: RouteJob, state: State, reason: str) -> Outcome:
     return Outcome(
         route_id=job.route.id,
@@ -96,7 +103,7 @@ def _driven(store: Store, job: RouteJob, theirs: Connection) -> Outcome | None:
     from stucksolver_eval.scenarios.base import ScenarioError, Unsupported
 
     try:
-        with _server(job) as server, watched(server, theirs):
+        with open_server(job.route.town, job.maps, job.seed, job.host, job.port) as server, watched(server, theirs):
             store.write_driven(job.route, job.seed, drive_route(job, server, theirs.send))
             return None
     except Unsupported as error:
@@ -114,9 +121,3 @@ def _driven(store: Store, job: RouteJob, theirs: Connection) -> Outcome | None:
 def _leave(number: int, frame: object) -> None:
     """On SIGTERM: unwind, so that the server is ended too."""
     raise SystemExit(1)
-
-
-def _server(job: RouteJob) -> contextlib.AbstractContextManager[Server]:
-    if job.host is not None:
-        return contextlib.nullcontext(remote_server(job.host, job.port))
-    return carlette_server(job.route.town, job.maps, job.seed)

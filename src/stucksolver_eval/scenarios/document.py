@@ -13,6 +13,7 @@ from stucksolver_eval.scenarios.driver_alone import DRIVER_ALONE
 from stucksolver_eval.scenarios.parameters import Parameter, parameters_of
 from stucksolver_eval.scenarios.registry import SCENARIOS, load_all
 
+SHOWN = ("ParkedCarInLane", "SlowCyclists", "OpenDoorInLane", "PeopleAtRedLight")
 PAGE = Path(__file__).parents[3] / "docs" / "scenarios.md"
 
 _INTRODUCTION = """# Scenario types
@@ -59,7 +60,7 @@ junction feed cars from 40 m up) with these differences:
 def page() -> str:
     """The whole page."""
     load_all()
-    return _INTRODUCTION + "\n".join((*_rows(), *_ours())) + "\n"
+    return _INTRODUCTION + "\n".join((*_rows(), *_ours(), *_shown())) + "\n"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -94,13 +95,28 @@ def _ours() -> Iterator[str]:
             yield "| " + " | ".join(" ".join(cell.split()) for cell in cells) + " |"
 
 
+def _shown() -> Iterator[str]:
+    yield ""
+    yield "## Streets of the demonstration and of the cases"
+    yield ""
+    yield "`stucksolver demo` and `stucksolver cases` find a place for these on any map, without background traffic."
+    yield ""
+    yield from _HEAD
+    yield from map(_row, (SCENARIOS[name] for name in SHOWN))
+
+
+_HEAD = (
+    "| type | situation | what happens when | parameters (default) | needs | limit | simplified | driver alone |",
+    "|---|---|---|---|---|---|---|---|",
+)
+
+
 def _rows() -> Iterator[str]:
     yield "## Types"
     yield ""
-    yield "| type | situation | what happens when | parameters (default) | needs | limit | simplified | driver alone |"
-    yield "|---|---|---|---|---|---|---|---|"
+    yield from _HEAD
     for name in sorted(SCENARIOS):
-        if SCENARIOS[name].expected is None:
+        if name not in SHOWN and SCENARIOS[name].expected is None:
             yield _row(SCENARIOS[name])
 
 

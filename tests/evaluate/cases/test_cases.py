@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from stucksolver.decision.behaviors import ChangeLane
-from stucksolver.reason.make import make_reasoner
 from stucksolver_eval.cases import CASES, run_cases
 from stucksolver_eval.cases.figure import draw_figure
 
@@ -20,9 +19,9 @@ pytestmark = pytest.mark.integration
 
 
 @pytest.fixture(scope="module")
-def results():
+def results(tmp_path_factory):
     with ChatServer() as server:
-        return run_cases(CASES, lambda: make_reasoner(f"openai:reader@{server.url}"))
+        return run_cases(CASES, f"openai:reader@{server.url}", tmp_path_factory.mktemp("cases"))
 
 
 def test_people_crossing_at_red_mean_no_plan(results):

@@ -8,7 +8,7 @@ pytest.importorskip("carla")
 
 from carlette.blueprints import load_catalogue
 from carlette.camera.figures import clothes_of
-from stucksolver_eval.cases.case import WALKERS
+from stucksolver_eval.scenarios.types.street.people_at_red_light import WALKERS
 
 
 def test_the_people_on_the_crossing_are_of_one_size_and_each_has_clothes_of_another_colour() -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from stucksolver.cli.main import main
-from stucksolver.reason import RuleReasoner
 from stucksolver_eval.cases import run_cases
 from stucksolver_eval.cases.wordings import Wording, draw_wordings, outcome, passed_s, read_as, worded
 
@@ -25,8 +24,8 @@ def wordings():
 
 
 @pytest.fixture(scope="module")
-def results(wordings):
-    return run_cases(worded(wordings), RuleReasoner, pictures=False)
+def results(wordings, tmp_path_factory):
+    return run_cases(worded(wordings), "rules", tmp_path_factory.mktemp("wordings"), pictures=False)
 
 
 @pytest.mark.integration

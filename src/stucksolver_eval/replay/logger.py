@@ -11,10 +11,9 @@ from stucksolver.solver import Event, EventKind
 from stucksolver.stacks.carla_stack.contact import footprint
 from stucksolver.stacks.carla_stack.frames import to_local
 from stucksolver.stacks.carla_stack.tracker import Tracker
+from stucksolver_eval.replay.log import ActorInfo, ActorRole, DecisionMoment, Frame, LogEvent, Polyline
 from stucksolver_eval.results.outcome import came_to
-from stucksolver_eval.runlog import ActorInfo, ActorRole, DecisionMoment, Frame, LogEvent, Polyline
 
-FRAME_EVERY_S = 0.1
 RANGE_M = 160.0
 LIGHT_RANGE_M = 120.0
 
@@ -29,12 +28,10 @@ _KINDS: dict[EventKind, Kind] = {
 }
 
 
-class Scribe:
+class RunLogger:
     """Keeps what the replay shows. Times given to it are seconds since the start of the run."""
 
-    def __init__(
-        self, world: Any, ego: Any, role_of: Callable[[str], ActorRole], frame_every_s: float = FRAME_EVERY_S
-    ) -> None:
+    def __init__(self, world: Any, ego: Any, role_of: Callable[[str], ActorRole], frame_every_s: float) -> None:
         self._world = world
         self._ego = ego
         self._role_of = role_of

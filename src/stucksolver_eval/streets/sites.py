@@ -12,7 +12,7 @@ from typing import Literal
 
 import carla
 
-from stucksolver_eval.stretches import Line, SiteKind, Stretch, bend_deg, crest_deg, lane_runs, stretches
+from stucksolver_eval.streets.stretches import Line, SiteKind, Stretch, bend_deg, crest_deg, lane_runs, stretches
 
 CLEAR_BEFORE_M, CLEAR_PAST_M = 20, 60
 """Around the obstacle the road has no junction and keeps its lanes."""

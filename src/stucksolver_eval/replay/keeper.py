@@ -8,25 +8,23 @@ from typing import Any
 from stucksolver.decision import CONTINUE, Directive
 from stucksolver_eval.arms.arm import Now
 from stucksolver_eval.arms.solver_arm import SolverArm
-from stucksolver_eval.mapview import map_view
+from stucksolver_eval.replay.log import ActorRole, RunLog, RunResult
+from stucksolver_eval.replay.logger import RunLogger
+from stucksolver_eval.replay.mapview import map_view
 from stucksolver_eval.results.outcome import Outcome
 from stucksolver_eval.results.record import RouteRecord, status_text
-from stucksolver_eval.runlog import ActorRole, RunLog, RunResult
 from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.scenarios.setting import Setting
-from stucksolver_eval.scribe import Scribe
-
-FRAME_EVERY_S = 0.2
 
 
 class ReplayKeeper:
     """Call `tick` once a tick, and `log` at the end; None where this replay is not wanted."""
 
-    def __init__(self, job: RouteJob, setting: Setting, arm: SolverArm | None, start_s: float) -> None:
+    def __init__(self, job: RouteJob, setting: Setting, arm: SolverArm | None) -> None:
         self._job, self._setting = job, setting
-        self._scribe = Scribe(setting.world, setting.hero, self._role, FRAME_EVERY_S)
+        self._logger = RunLogger(setting.world, setting.hero, self._role, job.frame_every_s)
         if arm is not None:
-            arm.listen(self._scribe.hear)
+            arm.listen(self._logger.hear)
 
     def _role(self, actor_id: str) -> ActorRole:
         actor = self._setting.world.get_actor(int(actor_id))
@@ -36,20 +34,20 @@ class ReplayKeeper:
         return "scenario" if role == "scenario" else "prop"
 
     def tick(self, now: Now, directive: Directive | None) -> None:
-        self._scribe.frame(now.time_s, now.speed_mps)
-        self._scribe.directive(now.time_s, directive or CONTINUE)
+        self._logger.frame(now.time_s, now.speed_mps)
+        self._logger.directive(now.time_s, directive or CONTINUE)
 
     def log(self, record: RouteRecord, outcome: Outcome) -> RunLog | None:
         """The whole run."""
         if self._job.replays == "failed" and record.success and not outcome.interventions:
             return None
-        scribe, job = self._scribe, self._job
+        logger, job = self._logger, self._job
         for noted in (*outcome.infractions, *outcome.near_misses):
             if noted.kind != "min_speed_infractions":
-                scribe.event(noted.time_s, "infraction", noted.text)
+                logger.event(noted.time_s, "infraction", noted.text)
         for said in outcome.guidance if job.arm.recovery in ("none", "timers") else ():
-            scribe.event(said.time_s, "guidance", f"{said.text} (nobody listens)")
-        scribe.event(outcome.ticks * self._setting.dt_s, "run", status_text(record.status))
+            logger.event(said.time_s, "guidance", f"{said.text} (nobody listens)")
+        logger.event(outcome.ticks * self._setting.dt_s, "run", status_text(record.status))
         places = [(w.transform.location.x, -w.transform.location.y) for w in self._setting.route.waypoints]
         return RunLog(
             scenario=f"{job.scenario}, route {job.route.id}",
@@ -61,11 +59,11 @@ class ReplayKeeper:
             perception=job.arm.perception,
             map=map_view(self._setting.map, places),
             route=tuple((round(x, 2), round(y, 2)) for x, y in places[::2]),
-            actors=tuple(scribe.actors),
-            frames=tuple(scribe.frames),
+            actors=tuple(logger.actors),
+            frames=tuple(logger.frames),
             stuck=tuple((s.onset_s, s.ended_s) for s in outcome.spells),
-            decisions=tuple(scribe.decisions),
-            events=tuple(sorted(scribe.events, key=lambda e: e.time_s)),
+            decisions=tuple(logger.decisions),
+            events=tuple(sorted(logger.events, key=lambda e: e.time_s)),
             result=_result(record, outcome),
         )
 

@@ -1,4 +1,4 @@
-"""One run, one process, one server: a crash of the client library or the simulator costs that run alone."""
+"""Work in a process of its own: a crash of the client library or of the simulator costs that work alone."""
 
 from __future__ import annotations
 
@@ -9,17 +9,12 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-from stucksolver_eval.files import OutputError, write_text
-from stucksolver_eval.runlog import RunLog
-from stucksolver_eval.server import Server, ServerError, carlette_server, remote_server
-from stucksolver_eval.situation import Scenario, SituationError
+from stucksolver_eval.server import Server
 
 CLIENT_TIMEOUT_S = 15.0
 PROGRESS_EVERY_S = 5.0
@@ -29,8 +24,6 @@ LOOK_S = 0.5
 """How often to ask whether a run is wanted still."""
 LEAVE_S = 10.0
 """For a run's process to leave by itself."""
-TRIES = 2
-"""A run whose process was killed by a signal (the client library can crash) is made once more."""
 
 
 class RunError(RuntimeError):
@@ -39,44 +32,6 @@ class RunError(RuntimeError):
 
 class NotWanted(Exception):
     """The program is being ended, and its runs' processes with it: that is no crash of a run."""
-
-
-@dataclass(frozen=True)
-class Job:
-    """Everything that one run needs, so that it can be made in another process.
-
-    `host`, `port`: a running CARLA server instead of a carlette of our own. `log`: where its log is written.
-    """
-
-    scenario: Scenario
-    arm: str
-    with_solver: bool
-    guidance: tuple[tuple[float, str], ...]
-    map_name: str
-    maps: str | None
-    road: Literal["one_lane", "multi_lane", "any"]
-    oncoming: int
-    seed: int
-    profile: str
-    clock: str
-    log: Path
-    host: str | None = None
-    port: int = 2000
-
-
-def make(job: Job, progress: Callable[[float], None]) -> tuple[RunLog, int]:
-    """Make a run in a process of its own; gives its log and how often it had to be repeated. Raises `RunError`."""
-    for attempt in range(TRIES):
-        code = _attempt(job, progress)
-        if code == 0:
-            return RunLog.model_validate_json(job.log.read_text(encoding="utf-8")), attempt
-        if code > 0:
-            raise RunError(f"the run ended with exit code {code}; what happened is printed above")
-    raise RunError(f"the run's process was killed by {signal.Signals(-code).name}, {TRIES} times in a row")
-
-
-def _attempt(job: Job, progress: Callable[[float], None]) -> int:
-    return attempt(_work, job, progress)
 
 
 def attempt(
@@ -143,33 +98,6 @@ def _listen(ours: Connection, progress: Callable[[float], None], wanted: Callabl
         progress(float(message))
 
 
-def _work(job: Job, theirs: Connection) -> None:
-    """The body of the run's process."""
-    # Ctrl-C is the parent's business: it ends us. Its death is noticed by the pipe.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, _leave)
-    from stucksolver.stacks.driver import RouteError
-    from stucksolver_eval.run import run_job
-    from stucksolver_eval.sites import SiteError
-
-    try:
-        with _server(job) as server, watched(server, theirs):
-            try:
-                log = run_job(job, server, theirs.send)
-            except RuntimeError as error:
-                if isinstance(error, SituationError):
-                    raise
-                server.check()
-                raise ServerError(f"the simulator at {server.host}:{server.port} does not answer: {error}") from error
-        write_text(job.log, log.model_dump_json())
-    except BrokenPipeError:
-        raise SystemExit(1) from None
-    except (ServerError, SiteError, SituationError, RouteError, OutputError) as error:
-        # Nothing is left to unwind, and we may be ended as soon as we have spoken.
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        theirs.send(str(error))
-
-
 @contextlib.contextmanager
 def watched(server: Server, theirs: Connection) -> Iterator[None]:
     """Tell of a simulator's death at once: the client library would wait for it, call by call."""
@@ -190,14 +118,3 @@ def watched(server: Server, theirs: Connection) -> Iterator[None]:
         yield
     finally:
         over.set()
-
-
-def _leave(number: int, frame: object) -> None:
-    """On SIGTERM: unwind, so that the server is ended too."""
-    raise SystemExit(1)
-
-
-def _server(job: Job) -> contextlib.AbstractContextManager[Server]:
-    if job.host is not None:
-        return contextlib.nullcontext(remote_server(job.host, job.port))
-    return carlette_server(job.map_name, job.maps, job.seed)

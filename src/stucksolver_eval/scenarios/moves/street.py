@@ -1,0 +1,51 @@
+"""What the streets of `demo` and `cases` share: one situation, watched until the route's end, and cars that come."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import carla
+
+from stucksolver_eval.background.lanes import oncoming_lanes
+from stucksolver_eval.scenarios.base import Scenario
+from stucksolver_eval.scenarios.moves.places import run_of_lane, upstream
+from stucksolver_eval.scenarios.parameters import Number
+
+FIRST_M, SPACING_M = 60.0, 40.0
+
+
+def into_gear(vehicle: Any) -> None:
+    """Puts a new vehicle into first gear on the next tick, before any other control is applied.
+
+    In CARLA it else takes a second with its first throttle, which is no standstill that anybody asks about.
+    """
+    vehicle.apply_control(carla.VehicleControl(manual_gear_shift=True, gear=1))
+
+
+class Street(Scenario):
+    """Base: the situation is `distance` beyond the trigger; a number of cars come towards the hero, and no others."""
+
+    timeout_s = None
+    suspends = frozenset({"wrong_lane"})
+    distance_m = Number("distance", 70.0, "m")
+    oncoming = Number("oncoming", 0.0, "cars")
+
+    def stage(self) -> None:
+        """Put down what stands or rides ahead, then the cars that come, the nearest first."""
+        into_gear(self.setting.hero)
+        self.put()
+        lanes = oncoming_lanes(self.ahead(self.distance_m))
+        for k in range(round(self.oncoming) if lanes else 0):
+            start = upstream(lanes[0], FIRST_M + SPACING_M * k)
+            # Where the lane begins sooner, the last of them find no room.
+            car = self.cast.spawn(self.cast.some_car(self.random), start.transform, role="background")
+            if car is not None:
+                line = run_of_lane(start, self.setting.route.length_m + FIRST_M + SPACING_M * k)
+                self.cars.drive(car, line, self.limit_mps, begin=False)
+
+    def put(self) -> None:
+        """The situation itself."""
+
+    def script(self) -> Iterator[None]:
+        yield from self.until(self.at_route_end)

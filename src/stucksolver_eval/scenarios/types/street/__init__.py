@@ -1,0 +1,1 @@
+"""Types of the streets that `demo` and `cases` find on any map."""

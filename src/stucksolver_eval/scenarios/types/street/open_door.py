@@ -1,0 +1,25 @@
+"""OpenDoorInLane."""
+
+from __future__ import annotations
+
+import carla
+
+from stucksolver_eval.scenarios.moves.places import beside
+from stucksolver_eval.scenarios.moves.street import Street
+from stucksolver_eval.scenarios.registry import scenario
+
+CAR, RIGHT_M = "vehicle.dodge.charger_2020", 1.1
+
+
+@scenario
+class OpenDoorInLane(Street):
+    """A car stands half in the hero's lane, its driver's door open towards it."""
+
+    type = "OpenDoorInLane"
+    starts = "stands from the start"
+    blueprints = (CAR,)
+
+    def put(self) -> None:
+        car = self.cast.must_spawn(CAR, beside(self.ahead(self.distance_m), RIGHT_M))
+        self.cast.hold(car)
+        car.actor.open_door(carla.VehicleDoor.FL)

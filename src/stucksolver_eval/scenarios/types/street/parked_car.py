@@ -1,0 +1,20 @@
+"""ParkedCarInLane."""
+
+from __future__ import annotations
+
+from stucksolver_eval.scenarios.moves.street import Street
+from stucksolver_eval.scenarios.registry import scenario
+
+CAR = "vehicle.tesla.model3"
+
+
+@scenario
+class ParkedCarInLane(Street):
+    """A car without a driver stands in the middle of the hero's lane; it shows no lights."""
+
+    type = "ParkedCarInLane"
+    starts = "the car stands from the start, the oncoming cars set off with the hero"
+    blueprints = (CAR,)
+
+    def put(self) -> None:
+        self.cast.hold(self.cast.must_spawn(CAR, self.ahead(self.distance_m).transform))

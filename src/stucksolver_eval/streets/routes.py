@@ -1,0 +1,59 @@
+"""Routes past such places, looked for on the map of a simulator that is opened for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from stucksolver_eval.routes import Pose, Position, Route, ScenarioSpec
+from stucksolver_eval.runner.process import CLIENT_TIMEOUT_S
+from stucksolver_eval.server import ServerError, connect, open_server
+
+MARKS_EVERY_M = 20
+"""Between the waypoints that a route names: near enough that there is one way only from each to the next."""
+
+Found = TypeVar("Found")
+
+
+@dataclass(frozen=True)
+class Where:
+    """A map, and the simulator that has it: a carlette of our own, or a running CARLA server at `host` and `port`."""
+
+    map_name: str
+    maps: str | None = None
+    seed: int = 1
+    host: str | None = None
+    port: int = 2000
+
+
+def look_on_map(where: Where, find: Callable[[Any, Any], Found]) -> Found:
+    """What `find` finds in a `carla.World` and its `carla.Map`. Raises `ServerError`, and what `find` raises."""
+    with open_server(where.map_name, where.maps, where.seed, where.host, where.port) as server:
+        try:
+            client = connect(server, CLIENT_TIMEOUT_S)
+            world = client.get_world() if where.host is None else client.load_world(where.map_name)
+            return find(world, world.get_map())
+        except RuntimeError as error:
+            if isinstance(error, ServerError):
+                raise
+            # The client library tells of a simulator that is gone by a bare `RuntimeError`.
+            server.check()
+            raise ServerError(f"the simulator at {server.host}:{server.port} does not answer: {error}") from error
+
+
+def street_route(
+    route_id: str, town: str, waypoints: Sequence[Any], kind: str, parameters: Mapping[str, float]
+) -> Route:
+    """A route along `carla.Waypoint`s a metre apart, with one scenario of type `kind` that begins with it."""
+    marks = [*waypoints[:-1:MARKS_EVERY_M], waypoints[-1]]
+    trigger = Pose(_position(waypoints[0]), math.remainder(waypoints[0].transform.rotation.yaw, 360.0))
+    values = {name: {"value": f"{value:g}"} for name, value in parameters.items()}
+    spec = ScenarioSpec(f"{kind}_1", kind, trigger, values)
+    return Route(route_id, town, tuple(_position(one) for one in marks), scenarios=(spec,))
+
+
+def _position(waypoint: Any) -> Position:
+    place = waypoint.transform.location
+    return Position(place.x, place.y, place.z)

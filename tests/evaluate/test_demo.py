@@ -1,0 +1,161 @@
+"""The demonstration's streets with everything real: the simulator, the client, the driver, the rules and the guard."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("carla")
+
+from stucksolver_eval.arms.make import ArmError
+from stucksolver_eval.demo import ALONE, CYCLISTS, GUIDED, HELPED, PARKED_CAR, DemoSpec, demo
+from stucksolver_eval.replay.log import RunLog
+from stucksolver_eval.runner.process import RunError
+from stucksolver_eval.server import ServerError, carlette_server
+from stucksolver_eval.streets.sites import SiteError
+
+pytestmark = pytest.mark.integration
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory):
+    """Drives one street with one arm, each kind once."""
+
+    @cache
+    def drive(street=PARKED_CAR, arm=HELPED, again=0, **changes: object) -> RunLog:
+        class One(DemoSpec):
+            arms = ((street, arm),)
+
+        told: list[str] = []
+        spec = One(out=tmp_path_factory.mktemp("demo"), **({"oncoming": 0} | changes))
+        (log,), report = demo(spec, told.append)
+        assert report.exists() and told[-1].endswith("s\n") and len(told) > log.result.duration_s / 10
+        return log
+
+    return drive
+
+
+def accepted(log):
+    return [d for d in log.decisions if d.verdict == "accepted"]
+
+
+def test_the_driver_alone_stays_behind_the_parked_car_until_it_counts_as_blocked(shown):
+    log = shown(arm=ALONE)
+    result = log.result
+    assert (result.status, result.infractions) == ("Failed - Agent got blocked", {"vehicle_blocked": 1})
+    assert (result.decisions, result.plans_accepted) == (0, 0)
+    assert 20.0 < result.route_completion_pct < 50.0
+    assert 60.0 < result.stopped_s < 66.0
+    assert (result.immobilizations, result.time_to_recover_s) == (1, None)
+    assert (log.arm, log.reasoner) == ("driver alone", "none")
+    ((begin, end),) = log.stuck
+    assert end - begin > 59.0
+
+
+def test_with_the_solver_the_ego_gets_past_the_parked_car(shown):
+    log = shown()
+    result = log.result
+    assert (result.status, result.route_completion_pct, result.infractions) == ("Completed", 100.0, {})
+    assert 0.0 < result.time_to_recover_s < 20.0
+    assert result.plans_accepted == 1
+    (decided,) = accepted(log)
+    assert decided.trigger == "detector"
+    assert decided.decision["plan"]["behaviors"][0]["name"] == "borrow_oncoming_lane"
+    assert decided.decision["analysis"]["cause"] == "parked_vehicle"
+    assert (log.scenario, log.arm) == ("parked car, one lane each way", "StuckSolver")
+    assert log.perception == "privileged"
+
+
+def test_the_log_replays_the_run(shown):
+    log = shown()
+    times = [frame.time_s for frame in log.frames]
+    assert times == pytest.approx([k * 0.1 for k in range(len(times))], abs=0.03)
+    assert log.actors[0].role == "ego" and {a.role for a in log.actors} == {"ego", "scenario"}
+    assert [e.time_s for e in log.events] == sorted(e.time_s for e in log.events)
+    assert "execute borrow_oncoming_lane" in [e.text for e in log.events if e.kind == "directive"]
+    assert any(frame.path for frame in log.frames)
+    assert not log.frames[-1].path
+
+
+@pytest.mark.parametrize(("street", "arm"), [(PARKED_CAR, HELPED), (CYCLISTS, GUIDED)])
+def test_the_same_seed_is_the_same_run_with_oncoming_cars_and_cyclists_too(shown, street, arm):
+    first, second = (shown(street, arm, again=k, oncoming=3) for k in range(2))
+    assert first == second
+    assert {a.kind for a in first.actors} == {"car"} | ({"bicycle"} if street is CYCLISTS else set())
+
+
+def test_another_seed_is_another_place_or_other_cars(shown):
+    assert shown(oncoming=3, seed=2).actors != shown(oncoming=3).actors
+
+
+def test_where_there_is_a_lane_of_our_direction_it_changes_into_that(shown):
+    log = shown(road="multi_lane")
+    assert (log.result.status, log.result.infractions, log.result.plans_accepted) == ("Completed", {}, 1)
+    (decided,) = accepted(log)
+    assert {b["name"] for b in decided.decision["plan"]["behaviors"]} <= {"change_lane", "keep_lane"}
+    assert log.scenario == "parked car, several lanes"
+
+
+def test_a_slow_answer_is_a_late_one_and_helps_all_the_same(shown):
+    quick, slow = shown(), shown(clock="latency:2")
+    assert slow.result.status == "Completed" and slow.result.infractions == {}
+    wait_s = slow.decisions[0].time_s - quick.decisions[0].time_s
+    assert wait_s == pytest.approx(2.0, abs=0.11)
+
+
+def test_without_words_nobody_overtakes_the_cyclists(shown):
+    result = shown(CYCLISTS).result
+    assert (result.status, result.plans_accepted, result.infractions) == ("Completed", 0, {})
+
+
+def test_with_a_passenger_s_words_the_ego_overtakes_the_cyclists_once(shown):
+    log = shown(CYCLISTS, GUIDED)
+    assert (log.result.status, log.result.plans_accepted, log.result.infractions) == ("Completed", 1, {})
+    (decided,) = accepted(log)
+    assert decided.trigger == "guidance" and decided.time_s >= 8.0
+    assert any("please overtake them" in e.text for e in log.events if e.kind == "guidance")
+
+
+def test_oncoming_cars_are_let_by_before_their_lane_is_borrowed(shown):
+    log = shown(oncoming=3, road="one_lane")
+    assert (log.result.status, log.result.infractions, log.result.plans_accepted) == ("Completed", {}, 1)
+    assert sum(a.role == "traffic" for a in log.actors) == 3
+    waits = [d.decision["analysis"]["wait"] for d in log.decisions]
+    assert "yield" in waits and log.decisions[-1].verdict == "accepted"
+
+
+def test_a_driver_of_one_s_own_is_shown_too(shown):
+    log = shown(driver="examples.own_driver:PurePursuit")
+    assert (log.result.status, log.driver) == ("Completed", "examples.own_driver:PurePursuit")
+
+
+def test_a_server_that_runs_already_is_used_and_left_on_its_own_clock(shown):
+    with carlette_server("demo_town") as server:
+        log = shown(host=server.host, port=server.port)
+        assert log.result.status == "Completed"
+        import carla
+
+        assert not carla.Client(server.host, server.port).get_world().get_settings().synchronous_mode
+
+
+def test_what_cannot_be_shown_is_told_before_anything_is_driven(tmp_path: Path):
+    with pytest.raises(ServerError, match="'Nowhere'"):
+        demo(DemoSpec(map_name="Nowhere", out=tmp_path), lambda _: None)
+    with pytest.raises(SiteError, match="use another map"):
+        demo(DemoSpec(map_name="motorway", road="one_lane", out=tmp_path), lambda _: None)
+
+
+def test_a_driver_that_is_none_is_told_before_anything_is_driven(tmp_path: Path):
+    with pytest.raises(ArmError, match=r"examples\.own_driver"):
+        demo(DemoSpec(driver="examples.own_driver:Missing", out=tmp_path), lambda _: None)
+
+
+def test_a_drive_that_fails_is_told_with_its_reason(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    lines = ["class Quits:", "    def __init__(self, vehicle, carla_map): ...", "    def set_route(self, route): ..."]
+    lines += ["    def run_step(self):", "        raise ValueError('my own mistake')"]
+    (tmp_path / "agent_that_quits.py").write_text("\n".join(lines))
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(RunError, match="my own mistake"):
+        demo(DemoSpec(driver="agent_that_quits:Quits", out=tmp_path / "out"), lambda _: None)
