@@ -2,23 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import re
-import sys
-from pathlib import Path
 
 import pytest
 
-RESULTS = Path(__file__).parents[1] / "results"
-
-
-def script(name):
-    spec = importlib.util.spec_from_file_location(f"results_{name}", RESULTS / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look themselves up there
-    spec.loader.exec_module(module)
-    return module
+from stucksolver_eval.pages import RESULTS, bench2drive, guard_oracle, real_carla, tables
 
 
 def page(name):
@@ -30,12 +19,11 @@ def rows_with_figures(text):
 
 
 def test_the_oracle_s_page_is_made_of_what_is_kept():
-    assert script("guard_oracle").page() == page("guard_oracle")
+    assert guard_oracle.page() == page("guard_oracle")
 
 
 def test_bench2drive_s_page_is_made_of_what_is_kept():
-    module = script("bench2drive")
-    assert module.page(module.kept()) == page("bench2drive")
+    assert bench2drive.page(bench2drive.kept()) == page("bench2drive")
 
 
 @pytest.mark.parametrize(
@@ -51,14 +39,13 @@ def test_bench2drive_s_page_is_made_of_what_is_kept():
     ids=" ".join,
 )
 def test_each_row_of_the_tables_stands_in_its_page(told, capsys):
-    script("tables").main(*told)
+    tables.main(*told)
     rows = rows_with_figures(capsys.readouterr().out)
     assert rows and set(rows) <= set(page(told[0]).splitlines())
 
 
 def test_each_row_of_the_comparison_with_carla_stands_in_its_page():
-    module = script("real_carla")
-    rows = rows_with_figures(module.table(module.load(RESULTS / "real_carla.json")))
+    rows = rows_with_figures(real_carla.table(real_carla.load(RESULTS / "real_carla.json")))
     assert rows and set(rows) <= set(page("real_carla").splitlines())
 
 

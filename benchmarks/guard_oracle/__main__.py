@@ -2,8 +2,8 @@
 
     python -m benchmarks.guard_oracle --out out/guard_oracle --plans 20000
 
-Goes on where it was after a kill. Prints progress to standard error; `results/guard_oracle.py` makes a page of what it
-has written. `--show SCENE K` drives one proposal again and prints its row.
+Goes on where it was after a kill. Prints progress to standard error; `stucksolver_eval.pages.guard_oracle` makes a
+page of what it has written. `--show SCENE K` drives one proposal again and prints its row.
 """
 
 from __future__ import annotations

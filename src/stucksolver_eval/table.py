@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stucksolver_eval.replay.log import DecisionMoment, RunLog
+from stucksolver_eval.replay.log import DecisionMoment, RunLog, RunResult
 from stucksolver_eval.results.outcome import QueryOutcome
 from stucksolver_eval.terminal import filled, table
 
@@ -49,19 +49,23 @@ def _decided(moment: DecisionMoment) -> str:
     return f"{rationale}: {moment.verdict}" if moment.outcome is QueryOutcome.REFUSED else rationale
 
 
+def recovered_text(result: RunResult) -> str:
+    """Seconds from the onset of the first immobilization to the recovery, `never`, or a dash where there was none."""
+    if result.time_to_recover_s is not None:
+        return f"{result.time_to_recover_s:.1f}"
+    return "never" if result.immobilizations else "–"
+
+
 def _row(run: RunLog) -> tuple[str, ...]:
     r = run.result
     infractions = ", ".join(f"{name} {count}" for name, count in sorted(r.infractions.items()))
-    recovered = "–" if r.immobilizations == 0 else "never"
-    if r.time_to_recover_s is not None:
-        recovered = f"{r.time_to_recover_s:.1f}"
     return (
         f"{run.scenario}; {run.arm}",
         r.status,
         f"{r.route_completion_pct:.1f}",
         infractions or "none",
         f"{r.stopped_s:.1f}",
-        recovered,
+        recovered_text(r),
         str(r.decisions),
         str(r.plans_accepted),
     )

@@ -1,8 +1,8 @@
-"""The tables of `results/bench2drive.sh`. Three commands:
+"""The tables of `results/bench2drive.sh`. Three commands of `python -m stucksolver_eval.pages.bench2drive`:
 
-    python results/bench2drive.py table OUT                                      # of one folder: all arms, all seeds
-    python results/bench2drive.py keep OUT NAME --commit C --agents A [--note N]  # into results/bench2drive/NAME.json
-    python results/bench2drive.py page > results/bench2drive.md                  # of what is kept, side by side
+    table OUT                                       # of one folder: all arms, all seeds
+    keep OUT NAME --commit C --agents A [--note N]  # into results/bench2drive/NAME.json
+    page > results/bench2drive.md                   # of what is kept, side by side
 
 They read the checkpoint files that Bench2Drive's evaluator wrote. Of several seeds the mean stands, and the range where
 they differ.
@@ -19,8 +19,9 @@ from pathlib import Path
 from statistics import mean
 from typing import NamedTuple
 
-HERE = Path(__file__).parent
-KEPT = HERE / "bench2drive"
+from stucksolver_eval.pages import RESULTS
+
+KEPT = RESULTS / "bench2drive"
 ARMS = ("alone", "blind", "timers", "rules", "guided")
 OUTCOMES = {"Agent crashed": "crashed", "TickRuntime": "stood", "Agent timed out": "slow", "Agent got blocked": "stood"}
 """What a route that was not driven to its end came to; the evaluator gives up after 4,000 ticks, which are 200 s."""

@@ -1,8 +1,8 @@
-"""Copies the summaries of evaluations into a folder of this one: `python results/keep.py OUT/latency latency`.
+"""Copies the summaries of evaluations into `results`: `python -m stucksolver_eval.pages.keep OUT/latency latency`.
 
 Only what is small and repeatable: `summary.json` and `routes.csv` of each arm, without wall times and paths. One entry
 is added, `plans`: how many plans moved the vehicle, and what happened from their start to 10 s after their end, and on
-the whole routes. `python results/tables.py latency` shows what is kept. Wants the Python of the project's environment.
+the whole routes. `python -m stucksolver_eval.pages.tables latency` shows what is kept.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from stucksolver_eval.pages import RESULTS
 from stucksolver_eval.scores.recovery import AFTER_S, NOT_HARM
 
-HERE = Path(__file__).parent
 WALL = ("wall_s",)
 KINDS = ("collisions", "others", "near")
 
@@ -28,7 +28,7 @@ def keep(out: Path, name: str) -> list[str]:
     done = []
     for summary in sorted(out.glob("*/summary.json")):
         arm = summary.parent.name
-        folder = HERE / name / arm
+        folder = RESULTS / name / arm
         folder.mkdir(parents=True, exist_ok=True)
         data = json.loads(summary.read_text(encoding="utf-8"))
         data["manifest"]["command"] = re.sub(r"(--\w+) /\S+", r"\1 …", data["manifest"]["command"])

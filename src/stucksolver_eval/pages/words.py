@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes results/words.md: how well the reader understands the blind sentences, beside the patterns it replaced.
 
-    python results/words.py
+    python -m stucksolver_eval.pages.words
 
 Needs `pip install 'stucksolver[words]'`. The sentences in results/words were written by people who had seen neither the
 grammar nor the training sentences.
@@ -13,15 +13,14 @@ import json
 import re
 from collections import Counter
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from stucksolver.scene import GuidanceIntent, Reading
 from stucksolver.words.fields import INTENTS, MOVES
 from stucksolver.words.network import NetworkReader
+from stucksolver_eval.pages import RESULTS
 
-HERE = Path(__file__).resolve().parent
 SETS = ("blind-1", "blind-2", "blind-3")
 BINS = ((0.0, 0.5), (0.5, 0.7), (0.7, 0.8), (0.8, 0.85), (0.85, 0.9), (0.9, 1.01))
 PATTERNS = (
@@ -80,7 +79,7 @@ def pattern_intent(text: str) -> str:
 
 def read_set(name: str, reader: NetworkReader) -> list[Read]:
     """A blind set, read."""
-    lines = (HERE / "words" / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()
+    lines = (RESULTS / "words" / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()
     said = [json.loads(line) for line in lines]
     return [Read(s, reader.read(s["text"], s["situation"]), pattern_intent(s["text"])) for s in said]
 
@@ -143,7 +142,7 @@ def misses(reads: list[Read]) -> list[str]:
 
 def main() -> None:
     reader = NetworkReader()
-    parts = [TITLE, "", f"Made by `python results/words.py` with the weights {reader.name}. {ABOUT}"]
+    parts = [TITLE, "", f"Made by `python -m stucksolver_eval.pages.words` with the weights {reader.name}. {ABOUT}"]
     every: list[Read] = []
     for name in SETS:
         reads = read_set(name, reader)
@@ -157,7 +156,7 @@ def main() -> None:
     for name in SETS:
         some = [r for r in every if str(r.said["id"]).startswith(f"b{name[-1]}")]
         parts += ["", f"## Every miss of {name}", "", "Bold: moves wrongly.", "", *misses(some)]
-    (HERE / "words.md").write_text("\n".join(parts) + "\n", encoding="utf-8")
+    (RESULTS / "words.md").write_text("\n".join(parts) + "\n", encoding="utf-8")
     assert len(INTENTS) == len(GuidanceIntent)
 
 

@@ -1,8 +1,8 @@
-"""Prints kept figures as tables: `python results/tables.py wrong` (or `bench220`, `dev`, `immobilized`, `latency`).
+"""Prints kept figures as tables: `python -m stucksolver_eval.pages.tables NAME`.
 
-Two names compare what both have driven, seed for seed: `python results/tables.py dev dev-now`.
+Names are `wrong`, `bench220`, `dev`, `immobilized` and `latency`.
 
-Wants the Python of the project's environment.
+Two names compare what both have driven, seed for seed: `python -m stucksolver_eval.pages.tables dev dev-now`.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from stucksolver_eval.pages import RESULTS
 from stucksolver_eval.scores.statistics import Interval, bootstrap, compare_pairs
 
-HERE = Path(__file__).parent
 Summary = dict[str, Any]
 
 
@@ -146,14 +146,14 @@ def _printed(rows: list[list[str]]) -> str:
 def main(name: str, later: str | None = None) -> None:
     """Prints the tables of one folder of results, or what has moved between two."""
     if later:
-        print(_printed(moved(HERE / name, HERE / later)), end="")
+        print(_printed(moved(RESULTS / name, RESULTS / later)), end="")
         return
     arms = {
         path.parent.name: json.loads(path.read_text(encoding="utf-8"))
-        for path in sorted((HERE / name).glob("*/summary.json"))
+        for path in sorted((RESULTS / name).glob("*/summary.json"))
     }
     if not arms:
-        raise SystemExit(f"there is no summary in {HERE / name}; make some with results/run.sh and results/keep.py")
+        raise SystemExit(f"there is no summary in {RESULTS / name}: drive some (results/run.sh) and keep them")
     if name.startswith("wrong"):
         for suite in dict.fromkeys(arm.split("-")[0] for arm in arms):
             print(f"## `{suite}`\n")
@@ -162,7 +162,7 @@ def main(name: str, later: str | None = None) -> None:
     for table in (scores, abilities, recovery):
         print(_printed(table(arms)))
     if "alone" in arms:
-        print(_printed(differences(HERE / name, arms)))
+        print(_printed(differences(RESULTS / name, arms)))
 
 
 if __name__ == "__main__":

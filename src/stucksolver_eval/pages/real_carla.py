@@ -1,7 +1,7 @@
 """Holds drives on carlette to the same agent's published drives on real CARLA.
 
-    python results/real_carla.py keep results/real_carla.json windows=DIR linux=DIR before=DIR after=DIR
-    python results/real_carla.py table results/real_carla.json
+    python -m stucksolver_eval.pages.real_carla keep results/real_carla.json windows=DIR linux=DIR before=DIR after=DIR
+    python -m stucksolver_eval.pages.real_carla table results/real_carla.json
 
 `keep` reads the checkpoint files (`*.json` with `_checkpoint.records`) of Bench2Drive's evaluator in each folder,
 however deep, and keeps of each record a handful of facts: status, driving score, success, game time. What the file has

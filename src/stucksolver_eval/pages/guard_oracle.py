@@ -1,8 +1,7 @@
-#!/usr/bin/env python3
 """Writes results/guard_oracle.md: what the oracle's campaigns found.
 
-    python results/guard_oracle.py                               # the page, of what is kept in results/guard_oracle
-    python results/guard_oracle.py keep OUT/seed-1.jsonl NAME    # keeps a campaign's counts and contacts, then the page
+    python -m stucksolver_eval.pages.guard_oracle                             # of what is kept
+    python -m stucksolver_eval.pages.guard_oracle keep OUT/seed-1.jsonl NAME  # keeps a campaign's results first
 
 Campaigns are driven with `python -m benchmarks.guard_oracle`; `refusals.json` is made by
 `python -m benchmarks.guard_oracle.refusals`. Run it from the repository's root, with the project's environment.
@@ -16,11 +15,12 @@ from collections import Counter, defaultdict
 from pathlib import Path
 from typing import Any
 
-HERE = Path(__file__).resolve().parent
-KEPT = HERE / "guard_oracle"
-ABOUT = """Made by `python results/guard_oracle.py`. Plans of the rules, and behaviours at random, are put before the
-guard in scenes of many classes. What it accepts is driven in closed loop, the guard looking on ten times a second, by a
-bicycle with a rear axle that starts up to 0.5 rad askew, drifts up to 1 m beside its path (the guard ends a plan at
+from stucksolver_eval.pages import RESULTS
+
+KEPT = RESULTS / "guard_oracle"
+ABOUT = """Made by `python -m stucksolver_eval.pages.guard_oracle`. Plans of the rules, and behaviours at random, are
+put before the guard in scenes of many classes. What it accepts is driven in closed loop, the guard looking on ten times
+a second, by a bicycle with a rear axle that starts up to 0.5 rad askew, drifts up to 1 m beside its path (the guard ends a plan at
 0.9 m), takes up to 0.3 s until its brakes bite, and brakes for nobody but on an order. In 6 % of the drives the solver
 falls silent and the lease runs out; in 40 % the stack does not even follow who goes ahead of it. The others do their
 worst within the assumptions of [docs/SAFETY.md](../docs/SAFETY.md). Bodies, contacts, sight and motion are the oracle's
@@ -174,7 +174,7 @@ def main() -> None:
         keep(Path(sys.argv[2]), sys.argv[3])
     elif len(sys.argv) > 1:
         raise SystemExit(__doc__)
-    (HERE / "guard_oracle.md").write_text(page(), encoding="utf-8")
+    (RESULTS / "guard_oracle.md").write_text(page(), encoding="utf-8")
 
 
 if __name__ == "__main__":
