@@ -19,12 +19,13 @@ from stucksolver_eval.pages import RESULTS
 
 KEPT = RESULTS / "guard_oracle"
 ABOUT = """Made by `python -m stucksolver_eval.pages.guard_oracle`. Plans of the rules, and behaviours at random, are
-put before the guard in scenes of many classes. What it accepts is driven in closed loop, the guard looking on ten times
-a second, by a bicycle with a rear axle that starts up to 0.5 rad askew, drifts up to 1 m beside its path (the guard ends a plan at
-0.9 m), takes up to 0.3 s until its brakes bite, and brakes for nobody but on an order. In 6 % of the drives the solver
-falls silent and the lease runs out; in 40 % the stack does not even follow who goes ahead of it. The others do their
-worst within the assumptions of [docs/SAFETY.md](../docs/SAFETY.md). Bodies, contacts, sight and motion are the oracle's
-own ([benchmarks/guard_oracle](../benchmarks/guard_oracle)); behaviours, `Execution` and `Lease` are the product's."""
+put before the guard in scenes of many classes. What it accepts is driven in closed loop, the guard looking on ten
+times a second, by a bicycle with a rear axle that starts up to 0.5 rad askew, drifts up to 1 m beside its path (the
+guard ends a plan at 0.9 m), takes up to 0.3 s until its brakes bite, and brakes for nobody but on an order. In 6 % of
+the drives the solver falls silent and the lease runs out; in 40 % the stack does not even follow who goes ahead of it.
+The others do their worst within the assumptions of [docs/SAFETY.md](../docs/SAFETY.md). Bodies, contacts, sight and
+motion are the oracle's own ([benchmarks/guard_oracle](../benchmarks/guard_oracle)); behaviours, `Execution` and
+`Lease` are the product's."""
 REFUSED = """The same proposals before both guards. Each new refusal is driven with nobody looking on, sluggish and
 eager, beside others who answer to what enters their lane or their way: a contact, or somebody who must brake by more
 than 3.5 m/s², is harm shown (bold), and so is a body off the road or out of its lane where that was the reason. Where
