@@ -14,6 +14,7 @@ from stucksolver_eval.actors import Cars, Cast, State
 from stucksolver_eval.background import Background
 from stucksolver_eval.routes.route import ScenarioSpec
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.placed import Placed
 
 Expected = Literal["recover", "wait", "ask", "reroute"]
 LONG_S = 240.0
@@ -37,6 +38,10 @@ class Scenario(ABC):
     type: ClassVar[str]
     timeout_s: ClassVar[float | None] = LONG_S
     """After this time the scenario counts as failed and ends; while it runs, the test for being blocked is off."""
+    placed: ClassVar[Placed | None] = None
+    """Where the shipped suites put it; None: in none of them."""
+    driver_alone: ClassVar[str] = ""
+    """What became of the driver alone (`behavior:normal`, seed 1) on one shipped route, as seen in its replay."""
     starts: ClassVar[str] = "at the trigger point"
     """When what the ego has to react to happens, for the documentation."""
     simplified: ClassVar[str] = ""

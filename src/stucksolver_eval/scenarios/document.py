@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from stucksolver_eval.scenarios.base import Scenario
-from stucksolver_eval.scenarios.driver_alone import DRIVER_ALONE
 from stucksolver_eval.scenarios.parameters import Parameter, parameters_of
 from stucksolver_eval.scenarios.registry import SCENARIOS, load_all
 
@@ -90,7 +89,7 @@ def _ours() -> Iterator[str]:
         if cls.expected is not None:
             needs = ", ".join(part for part in (cls.needs_map, _blueprints(cls)) if part) or "–"
             off = ", ".join(f"`{one}`" for one in sorted(cls.suspends)) or "–"
-            seen = DRIVER_ALONE.get(name, "–")
+            seen = cls.driver_alone or "–"
             cells = (f"`{name}`", _text(cls), cls.expected, cls.starts, needs, off, cls.simplified or "–", seen)
             yield "| " + " | ".join(" ".join(cell.split()) for cell in cells) + " |"
 
@@ -124,7 +123,7 @@ def _row(cls: type[Scenario]) -> str:
     limit = "–" if cls.timeout_s is None else f"{cls.timeout_s:.0f} s"
     parameters = "<br>".join(map(_parameter, parameters_of(cls))) or "–"
     needs = ", ".join(part for part in (cls.needs_map, _blueprints(cls)) if part) or "–"
-    seen = DRIVER_ALONE.get(cls.type, "–")
+    seen = cls.driver_alone or "–"
     cells = (f"`{cls.type}`", _text(cls), cls.starts, parameters, needs, limit, cls.simplified or "–", seen)
     return "| " + " | ".join(" ".join(cell.split()) for cell in cells) + " |"
 

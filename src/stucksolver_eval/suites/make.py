@@ -4,8 +4,8 @@
     python -m stucksolver_eval.suites.make --check   fails when a committed file differs
 
 `bench220`: five routes of each of the 44 public scenario types. `dev`: one route of every second type, with the
-same ids. `immobilized`: five routes of each stuck situation (or control) of our own that is registered as a scenario.
-The same maps give the same files.
+same ids. `immobilized`: five routes of each stuck situation (or control) of our own. A type says itself where it
+belongs (`placed`). The same maps give the same files.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import math
 import random
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,32 +23,17 @@ import carla
 
 from stucksolver_eval.routes import Pose, Position, Route, ScenarioSpec, write_routes
 from stucksolver_eval.scenarios.registry import SCENARIOS, load_all
+from stucksolver_eval.sites.movements import movements
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.site import Site
+from stucksolver_eval.sites.walk import Town
 from stucksolver_eval.suites import DATA
-from stucksolver_eval.suites.along import NEEDS as ALONG
-from stucksolver_eval.suites.along import sites as sites_along
-from stucksolver_eval.suites.movements import movements
-from stucksolver_eval.suites.ramps import FINDERS, Finder
-from stucksolver_eval.suites.site import Site
-from stucksolver_eval.suites.situations import SITUATIONS
-from stucksolver_eval.suites.through import NEEDS as THROUGH
-from stucksolver_eval.suites.through import sites as sites_through
-from stucksolver_eval.suites.values import draw
-from stucksolver_eval.suites.walk import Town
 from stucksolver_eval.suites.weathers import weather
 
 TOWNS = ("grid_town", "interurban", "motorway")
 MAPS = Path(__file__).resolve().parents[2] / "carlette" / "maps"
-TYPES = tuple(sorted((*ALONG, *THROUGH, *FINDERS)))
-ONLY_IN = {
-    "ClosedRoad": "grid_town",
-    "EnterActorFlow": "interurban",
-    "HazardAtSideLane": "grid_town",
-    "InterurbanActorFlow": "interurban",
-    "InterurbanAdvancedActorFlow": "interurban",
-}
-"""Blocks one can drive round, flows too fast for a town's streets, and no bicycles on a motorway."""
 ROUTES_EACH = 5
-_FIRST_ID, _FIRST_OF_OURS = 1000, 3000
+_FIRST_ID = {"bench220": 1000, "immobilized": 3000}
 _IDS_EACH = 10
 _DECIMALS = 2
 
@@ -59,8 +44,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--check", action="store_true", help="compare, do not write")
     check = parser.parse_args(arguments).check
     towns = load_towns()
-    routes = bench220(towns)
-    suites = {"bench220": routes, "dev": dev(routes), "immobilized": immobilized(towns)}
+    suites = {name: routes_of(name, towns) for name in _FIRST_ID}
+    suites["dev"] = dev(suites["bench220"])
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) if check else DATA
         for name, placed in suites.items():
@@ -77,41 +62,32 @@ def load_towns(folder: Path = MAPS) -> list[Town]:
     return [Town(name, carla.Map(name, (folder / f"{name}.xodr").read_text("utf-8"))) for name in TOWNS]
 
 
-def bench220(towns: Sequence[Town]) -> list[Route]:
-    """Five routes of each type. Raises ValueError where the maps have too few sites for one."""
-    return _routes({kind: _public(kind) for kind in TYPES}, towns, _FIRST_ID)
-
-
-def immobilized(towns: Sequence[Town]) -> list[Route]:
-    """Five routes of each of our own situations that there is a scenario for. Raises ValueError as above."""
+def placed_in(suite: str) -> dict[str, Placed]:
+    """The types that say they belong to a suite, in the order of their ids."""
     load_all()
-    routes = _routes(SITUATIONS, towns, _FIRST_OF_OURS)
-    return [route for route in routes if route.scenarios[0].type in SCENARIOS]
+    # What a type inherits is another type's place.
+    own = {name: vars(cls).get("placed") for name, cls in SCENARIOS.items()}
+    found = {name: placed for name, placed in own.items() if placed is not None and placed.suite == suite}
+    return dict(sorted(found.items(), key=lambda one: one[1].first_id))
+
+
+def routes_of(suite: str, towns: Sequence[Town]) -> list[Route]:
+    """Five routes of each of its types. Raises ValueError where the maps have too few places for one."""
+    ways = {town.name: movements(town) for town in towns}
+    routes = []
+    for kind, placed in placed_in(suite).items():
+        fitting = [town for town in towns if placed.only_in in ("", town.name)]
+        sites = [site for town in fitting for site in placed.find(town, ways[town.name])]
+        first = (placed.first_id - _FIRST_ID[suite]) // _IDS_EACH * ROUTES_EACH
+        for number, site in enumerate(_spread(kind, sites)):
+            routes.append(_route(kind, placed, site, first + number, placed.first_id + number))
+    return routes
 
 
 def dev(routes: Sequence[Route]) -> list[Route]:
     """One route of every second type, not always the first."""
-    return [routes[index * ROUTES_EACH + (index // 2) % ROUTES_EACH] for index in range(0, len(TYPES), 2)]
-
-
-def _public(kind: str) -> Finder:
-    """What finds the sites of one of the 44 types."""
-    if kind in ALONG:
-        return lambda town, ways: sites_along(ALONG[kind], town)
-    if kind in THROUGH:
-        return lambda town, ways: sites_through(THROUGH[kind], ways)
-    return FINDERS[kind]
-
-
-def _routes(finders: Mapping[str, Finder], towns: Sequence[Town], first_id: int) -> list[Route]:
-    ways = {town.name: movements(town) for town in towns}
-    routes = []
-    for index, (kind, find) in enumerate(finders.items()):
-        fitting = [town for town in towns if ONLY_IN.get(kind, town.name) == town.name]
-        sites = [site for town in fitting for site in find(town, ways[town.name])]
-        for number, site in enumerate(_spread(kind, sites)):
-            routes.append(_route(kind, site, index * ROUTES_EACH + number, first_id + index * _IDS_EACH + number))
-    return routes
+    types = range(0, len(routes) // ROUTES_EACH, 2)
+    return [routes[index * ROUTES_EACH + (index // 2) % ROUTES_EACH] for index in types]
 
 
 def _spread(kind: str, sites: list[Site]) -> list[Site]:
@@ -135,8 +111,8 @@ def _likeness(site: Site, chosen: list[Site]) -> tuple[int, int, int]:
     return same_lane, sum(one.group == site.group for one in here), len(here)
 
 
-def _route(kind: str, site: Site, number: int, route_id: int) -> Route:
-    parameters = draw(kind, random.Random(f"{kind} {number}"), site.free_m)
+def _route(kind: str, placed: Placed, site: Site, number: int, route_id: int) -> Route:
+    parameters = placed.draw(random.Random(f"{kind} {number}"), site.free_m)
     parameters.update({name: _xyz(where) for name, where in site.positions.items()})
     parameters.update(site.fixed)
     yaw_deg = math.remainder(site.trigger.transform.rotation.yaw, 360.0)

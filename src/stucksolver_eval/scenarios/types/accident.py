@@ -5,6 +5,10 @@ from __future__ import annotations
 from stucksolver_eval.actors.cast import lamps
 from stucksolver_eval.scenarios.moves.obstacle import Obstacle
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import left_lane
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import ON_THE_RIGHT, Value
 
 POLICE = "vehicle.dodge.charger_police_2020"
 SIGN = "static.prop.warningaccident"
@@ -32,4 +36,11 @@ class Accident(AccidentScene):
     """A police car and two crashed cars block the hero's lane; it must change to the lane beside."""
 
     type = "Accident"
+    placed = Placed(
+        "bench220",
+        1000,
+        Along(left_lane, 125),
+        {"distance": Value(40, 44), "direction": ON_THE_RIGHT, "speed": Value(50, 60)},
+    )
+    driver_alone = "stuck behind the police car"
     starts = "the scene stands from the start; the traffic beside slows 5 s after the hero came within 50 m"

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 
 from stucksolver_eval.scenarios.moves.junction import JunctionScenario
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import ALL_WAYS, Through
 
 BEHIND_EXIT_M = 5.0
 NEAR_M = 13.0
@@ -17,6 +19,8 @@ class BlockedIntersection(JunctionScenario):
     """A car stands right behind the junction's exit; the hero must wait until it is gone."""
 
     type = "BlockedIntersection"
+    placed = Placed("bench220", 1020, Through(ALL_WAYS))
+    driver_alone = "completed: waits 13 s until the car is gone"
     starts = "the car stands from the trigger on, and vanishes 10 s after the hero came within 13 m"
 
     def script(self) -> Iterator[None]:

@@ -5,6 +5,10 @@ from __future__ import annotations
 from stucksolver_eval.scenarios.moves.obstacle import ConstructionSite
 from stucksolver_eval.scenarios.parameters import Number
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import left_lane
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import ON_THE_RIGHT, Value
 
 
 @scenario
@@ -12,5 +16,12 @@ class ConstructionObstacle(ConstructionSite):
     """A construction site with cones closes the hero's lane; it must change to the lane beside."""
 
     type = "ConstructionObstacle"
+    placed = Placed(
+        "bench220",
+        1030,
+        Along(left_lane, 125),
+        {"distance": Value(40, 45), "direction": ON_THE_RIGHT, "speed": Value(44, 58)},
+    )
+    driver_alone = "stuck before the cones"
     starts = "the site rises at the trigger; the traffic beside slows 5 s after the hero came within 30 m"
     distance_m = Number("distance", 100.0, "m")

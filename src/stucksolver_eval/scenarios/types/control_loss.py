@@ -10,6 +10,9 @@ import carla
 from stucksolver_eval.scenarios.base import Scenario
 from stucksolver_eval.scenarios.moves.places import beside
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import any_lane
+from stucksolver_eval.sites.placed import Placed
 
 DEBRIS_M = (14.0, 48.0, 74.0)
 REACH_M = 2.0
@@ -24,6 +27,8 @@ class ControlLoss(Scenario):
     """Debris on the road disturbs the hero's throttle and steering wherever it drives over it."""
 
     type = "ControlLoss"
+    placed = Placed("bench220", 1050, Along(any_lane, 125, direct=False))
+    driver_alone = "completed"
     timeout_s = None
     starts = "at each of three patches of debris, while the hero is within 2 m"
     blueprints = (DEBRIS,)

@@ -13,6 +13,9 @@ from stucksolver_eval.scenarios.moves.junction import JunctionScenario
 from stucksolver_eval.scenarios.moves.places import run_of_lane
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import TURNS, Through, bicycles
+from stucksolver_eval.sites.values import flow_values
 
 RED_S = 5.0
 LOOK_M, BEYOND_M = 200.0, 40.0
@@ -23,6 +26,8 @@ class CrossingBicycleFlow(ActorFlow, JunctionScenario):
     """The hero turns across a bicycle lane on which bicycles come one after the other."""
 
     type = "CrossingBicycleFlow"
+    placed = Placed("bench220", 1060, Through(TURNS, extra=bicycles), flow_values((8, 12), (5, 15), (25, 30)))
+    driver_alone = "collision: turns into a bicycle"
     starts = "the bicycles ride from the trigger on; where there are lights the hero's is red for 5 s, then green"
     needs_map = "a junction on the route, and a bicycle lane from `start_actor_flow` through it"
     blueprints = BICYCLES

@@ -12,6 +12,10 @@ from stucksolver_eval.scenarios.moves.places import beside, edge_m, lane_of
 from stucksolver_eval.scenarios.parameters import Choice, Number, Text
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import sidewalk
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import BLOCKERS, ON_THE_RIGHT, Value
 
 WALK_MPS = 2.0
 SYNC_S, SYNC_PER_DEG_S, NEAR_M = 2.1, 0.1 / 5.0, 6.0
@@ -24,6 +28,18 @@ class DynamicObjectCrossing(Scenario):
     """A pedestrian steps out from behind something at the roadside and crosses in front of the hero."""
 
     type = "DynamicObjectCrossing"
+    placed = Placed(
+        "bench220",
+        1070,
+        Along(sidewalk, 125),
+        {
+            "distance": Value(33, 50),
+            "direction": ON_THE_RIGHT,
+            "blocker_model": BLOCKERS,
+            "crossing_angle": Value(0, 15),
+        },
+    )
+    driver_alone = "completed: brakes"
     timeout_s = None
     starts = "the pedestrian goes when the hero is 2.1 s (0.1 s more for each 5° of angle) or 6 m away"
     needs_map = "a sidewalk or shoulder beside the road"

@@ -7,6 +7,9 @@ from collections.abc import Iterator
 from stucksolver_eval.actors.cast import lamps
 from stucksolver_eval.scenarios.base import Scenario
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import any_lane
+from stucksolver_eval.sites.placed import Placed
 
 STOPS_S = 10.0
 ENDS_M = 15.0
@@ -17,6 +20,8 @@ class HardBreakRoute(Scenario):
     """All cars ahead brake hard, stand for ten seconds, and drive on."""
 
     type = "HardBreakRoute"
+    placed = Placed("bench220", 1090, Along(any_lane, 125))
+    driver_alone = "completed: stands 13 s"
     timeout_s = None
     starts = "the cars brake at the trigger"
 

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from stucksolver_eval.scenarios.moves.obstacle import SlowBicycles
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import left_lane
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import Ride, Value
 
 
 @scenario
@@ -11,4 +15,17 @@ class HazardAtSideLane(SlowBicycles):
     """Two slow bicycles at the edge of the hero's lane; it passes them partly in the lane beside."""
 
     type = "HazardAtSideLane"
+    placed = Placed(
+        "bench220",
+        1100,
+        Along(left_lane, 150),
+        {
+            "distance": Value(41, 45),
+            "speed": Value(30, 60),
+            "bicycle_drive_distance": Ride(40, 150),
+            "bicycle_speed": Value(6, 12),
+        },
+        only_in="grid_town",
+    )
+    driver_alone = "stuck behind the bicycles once they stand"
     starts = "the bicycles set off at the trigger"

@@ -6,6 +6,10 @@ from stucksolver_eval.scenarios.moves.obstacle import SlowBicycles, TwoWays
 from stucksolver_eval.scenarios.parameters import Number
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import two_ways
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import Ride, Value
 
 
 @scenario
@@ -13,6 +17,18 @@ class HazardAtSideLaneTwoWays(SlowBicycles):
     """Two slow bicycles at the edge of the only lane; the hero passes them in a gap of the oncoming traffic."""
 
     type = "HazardAtSideLaneTwoWays"
+    placed = Placed(
+        "bench220",
+        1110,
+        Along(two_ways, 180),
+        {
+            "distance": Value(41, 45),
+            "frequency": Value(75, 100),
+            "bicycle_drive_distance": Ride(80, 140),
+            "bicycle_speed": Value(7, 11),
+        },
+    )
+    driver_alone = "stuck behind the bicycles once they stand"
     starts = "the bicycles set off at the trigger"
     needs_map = TwoWays.needs_map
     # As in the public benchmark, which forgets to switch it on again.

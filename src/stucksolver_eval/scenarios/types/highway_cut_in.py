@@ -13,6 +13,8 @@ from stucksolver_eval.scenarios.moves.places import run_of_lane, side_driving_la
 from stucksolver_eval.scenarios.parameters import Place
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.ramps import cut_ins
 
 SLOWEST_MPS, FASTEST_MPS = 4.0, 30.0
 SHARE = 0.8
@@ -26,6 +28,8 @@ class HighwayCutIn(Scenario):
     """A vehicle comes down the ramp beside the hero and cuts into its lane, slower than the hero."""
 
     type = "HighwayCutIn"
+    placed = Placed("bench220", 1120, cut_ins)
+    driver_alone = "completed: brakes, a near miss"
     timeout_s = None
     starts = "the vehicle sets off at the trigger so that it arrives with the hero"
     needs_map = "a lane from `other_actor_location` into a junction with the hero's road"

@@ -7,6 +7,9 @@ from collections.abc import Callable
 from stucksolver_eval.background.lanes import route_junctions
 from stucksolver_eval.scenarios.moves.actor_flow import ActorFlow
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.ramps import exits
+from stucksolver_eval.sites.values import flow_values
 
 
 @scenario
@@ -14,6 +17,8 @@ class HighwayExit(ActorFlow):
     """A flow in the lane beside the hero's; the hero must cross it to leave the motorway."""
 
     type = "HighwayExit"
+    placed = Placed("bench220", 1130, exits, flow_values((10, 15), (11, 20), (33, 46)))
+    driver_alone = "completed"
     needs_map = "lanes from `start_actor_flow` to `end_actor_flow`"
     all_lanes = False
 

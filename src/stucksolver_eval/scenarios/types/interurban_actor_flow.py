@@ -8,6 +8,9 @@ from stucksolver_eval.scenarios.moves.actor_flow import ActorFlow
 from stucksolver_eval.scenarios.moves.junction import JunctionScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import LEFT_TURNS, Through, oncoming_flow
+from stucksolver_eval.sites.values import flow_values
 
 
 @scenario
@@ -15,6 +18,14 @@ class InterurbanActorFlow(ActorFlow, JunctionScenario):
     """The hero turns left off an interurban road, across a fast oncoming flow."""
 
     type = "InterurbanActorFlow"
+    placed = Placed(
+        "bench220",
+        1140,
+        Through(LEFT_TURNS, frozenset({"none"}), arms=3, extra=oncoming_flow),
+        flow_values((15, 20), (33, 54), (78, 99)),
+        only_in="interurban",
+    )
+    driver_alone = "completed: turns in a gap"
     needs_map = "a junction on the route, and lanes from `start_actor_flow` to `end_actor_flow`"
     all_lanes = False
 

@@ -9,6 +9,9 @@ from stucksolver_eval.scenarios.moves.junction import JunctionScenario, straight
 from stucksolver_eval.scenarios.parameters import Choice, Number, Range
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import LEFT_TURNS, SIGNED, Through, crossing_flow
+from stucksolver_eval.sites.values import flow_values
 
 SOURCE_S, SINK_M = 6.0, 60.0
 
@@ -18,6 +21,14 @@ class InterurbanAdvancedActorFlow(JunctionScenario):
     """The hero turns left onto an interurban road: across the flow from its left, into the one from its right."""
 
     type = "InterurbanAdvancedActorFlow"
+    placed = Placed(
+        "bench220",
+        1150,
+        Through(LEFT_TURNS, SIGNED, arms=3, extra=crossing_flow),
+        flow_values((16, 18), (36, 42), (84, 94)),
+        only_in="interurban",
+    )
+    driver_alone = "completed: turns in a gap, a near miss"
     needs_map = "a junction whose other road comes from both sides"
     simplified = "both flows are found from the junction's lanes; `direction` names the one that the hero joins"
     direction = Choice("direction", "right", options=("left", "right"))

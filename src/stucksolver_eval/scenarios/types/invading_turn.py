@@ -9,6 +9,10 @@ from stucksolver_eval.scenarios.moves.obstacle import TwoWays
 from stucksolver_eval.scenarios.moves.places import beside
 from stucksolver_eval.scenarios.parameters import Number
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import bend
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import Hundredths, Value
 
 SPACING_M = (40.0, 40.0)
 HALF_CAR_M = 0.7
@@ -22,6 +26,10 @@ class InvadingTurn(TwoWays):
     """Oncoming cars come over the centre line because of cones on their side; the hero must keep right."""
 
     type = "InvadingTurn"
+    placed = Placed(
+        "bench220", 1160, Along(bend, 125, direct=False), {"distance": Value(50, 60), "offset": Hundredths(0.18, 0.39)}
+    )
+    driver_alone = "completed, with near misses"
     starts = "the oncoming cars come from the trigger on"
     blueprints = (CONE,)
     simplified = "the oncoming cars hold their speed whatever the hero does, until one has touched it"

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from stucksolver_eval.scenarios.moves.actor_flow import ActorFlow
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.ramps import merges
+from stucksolver_eval.sites.values import flow_values
 
 
 @scenario
@@ -11,5 +14,7 @@ class MergerIntoSlowTraffic(ActorFlow):
     """From a ramp the hero must merge into a slow flow."""
 
     type = "MergerIntoSlowTraffic"
+    placed = Placed("bench220", 1170, merges, flow_values((9, 10), (14, 16), (30, 45)))
+    driver_alone = "completed: a car lets it in"
     needs_map = "lanes from `start_actor_flow` to `end_actor_flow`"
     all_lanes = False

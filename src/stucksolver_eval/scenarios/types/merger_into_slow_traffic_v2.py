@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from stucksolver_eval.scenarios.moves.actor_flow import ActorFlow
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.ramps import merges
+from stucksolver_eval.sites.values import flow_values
 
 
 @scenario
@@ -11,4 +14,6 @@ class MergerIntoSlowTrafficV2(ActorFlow):
     """From a ramp the hero must merge into slow flows in all lanes, and no other traffic leaves the junction."""
 
     type = "MergerIntoSlowTrafficV2"
+    placed = Placed("bench220", 1180, merges, flow_values((10, 10), (11, 15), (30, 35)))
+    driver_alone = "completed: merges behind a car"
     needs_map = "lanes from `start_actor_flow` to `end_actor_flow`"

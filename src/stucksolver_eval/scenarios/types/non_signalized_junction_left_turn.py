@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from stucksolver_eval.scenarios.moves.turning import LeftTurn
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import LEFT_TURNS, OPPOSITE, UNLIT, Through
+from stucksolver_eval.sites.values import flow_values
 
 
 @scenario
@@ -11,4 +14,8 @@ class NonSignalizedJunctionLeftTurn(LeftTurn):
     """The hero turns left across an oncoming flow, with no lights."""
 
     type = "NonSignalizedJunctionLeftTurn"
+    placed = Placed(
+        "bench220", 1190, Through(LEFT_TURNS, UNLIT, from_sides=OPPOSITE), flow_values((8, 12), (15, 24), (25, 30))
+    )
+    driver_alone = "waits for a gap, in vain"
     starts = "the flow runs from the trigger on"

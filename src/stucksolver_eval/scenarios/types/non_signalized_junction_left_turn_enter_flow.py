@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from stucksolver_eval.scenarios.moves.turning import LeftTurnEnterFlow
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import LEFT_TURNS, UNLIT, Through, joined
+from stucksolver_eval.sites.values import flow_values
 
 
 @scenario
@@ -11,4 +14,8 @@ class NonSignalizedJunctionLeftTurnEnterFlow(LeftTurnEnterFlow):
     """The hero turns left into a road that an oncoming flow turns into, too, with no lights."""
 
     type = "NonSignalizedJunctionLeftTurnEnterFlow"
+    placed = Placed(
+        "bench220", 1200, Through(LEFT_TURNS, UNLIT, extra=joined), flow_values((8, 10), (15, 19), (26, 30))
+    )
+    driver_alone = "completed: waits, then slots in behind a car"
     starts = "the flow runs from the trigger on"

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from stucksolver_eval.scenarios.moves.turning import RightTurn
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import FROM_LEFT, RIGHT_TURNS, UNLIT, Through
+from stucksolver_eval.sites.values import flow_values
 
 
 @scenario
@@ -11,4 +14,8 @@ class NonSignalizedJunctionRightTurn(RightTurn):
     """The hero turns right into a flow from the left, with no lights."""
 
     type = "NonSignalizedJunctionRightTurn"
+    placed = Placed(
+        "bench220", 1210, Through(RIGHT_TURNS, UNLIT, from_sides=FROM_LEFT), flow_values((8, 14), (16, 24), (25, 30))
+    )
+    driver_alone = "completed: joins in a gap"
     starts = "the flow runs from the trigger on"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from stucksolver_eval.scenarios.moves.opposite_vehicle import OppositeVehicle
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import ALL_WAYS, LIT, Through, direction_of
 
 
 @scenario
@@ -11,5 +13,7 @@ class OppositeVehicleRunningRedLight(OppositeVehicle):
     """The hero's light is green, but an emergency vehicle runs its red one and crosses the hero's way."""
 
     type = "OppositeVehicleRunningRedLight"
+    placed = Placed("bench220", 1220, Through(ALL_WAYS, LIT, arms=4, extra=direction_of("opposite", "left", "right")))
+    driver_alone = "completed: brakes"
     needs_map = "a junction on the route (with lights, to be run) and a road from the side that `direction` names"
     signalized = True

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from stucksolver_eval.scenarios.moves.opposite_vehicle import OppositeVehicle
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import ALL_WAYS, UNLIT, Through, direction_of
 
 
 @scenario
@@ -11,4 +13,6 @@ class OppositeVehicleTakingPriority(OppositeVehicle):
     """At a junction without lights an emergency vehicle crosses the hero's way without yielding."""
 
     type = "OppositeVehicleTakingPriority"
+    placed = Placed("bench220", 1230, Through(ALL_WAYS, UNLIT, extra=direction_of("right", "left")))
+    driver_alone = "collision: already in the junction when the vehicle comes"
     needs_map = "a junction on the route with a road from the side that `direction` names"

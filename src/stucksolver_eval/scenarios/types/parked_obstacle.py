@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from stucksolver_eval.scenarios.moves.obstacle import Obstacle
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import left_lane
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import ON_THE_RIGHT, Value
 
 OFFSET = 0.7
 
@@ -22,4 +26,11 @@ class ParkedObstacle(ParkedCar):
     """A car with hazard lights stands in the hero's lane; it must change to the lane beside."""
 
     type = "ParkedObstacle"
+    placed = Placed(
+        "bench220",
+        1240,
+        Along(left_lane, 125),
+        {"distance": Value(40, 44), "direction": ON_THE_RIGHT, "speed": Value(40, 59)},
+    )
+    driver_alone = "stuck behind the car"
     starts = "the car stands from the start; the traffic beside slows 5 s after the hero came within 50 m"

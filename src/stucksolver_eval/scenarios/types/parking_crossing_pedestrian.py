@@ -12,6 +12,10 @@ from stucksolver_eval.scenarios.moves.places import beside, lane_of, side_drivin
 from stucksolver_eval.scenarios.parameters import Choice, Number
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import parking
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import ON_THE_RIGHT, Value
 
 WALK_MPS, WALK_M = 2.0, 8.0
 SYNC_S, NEAR_M = 2.15, 6.0
@@ -23,6 +27,13 @@ class ParkingCrossingPedestrian(Scenario):
     """A pedestrian steps out from behind a parked car and crosses in front of the hero."""
 
     type = "ParkingCrossingPedestrian"
+    placed = Placed(
+        "bench220",
+        1260,
+        Along(parking, 125),
+        {"distance": Value(36, 45), "direction": ON_THE_RIGHT, "crossing_angle": Value(0, 12)},
+    )
+    driver_alone = "completed: brakes"
     timeout_s = None
     starts = "the pedestrian goes when the hero is 2.15 s or 6 m away"
     needs_map = "a parking lane beside the hero's, or no lane to drive in"

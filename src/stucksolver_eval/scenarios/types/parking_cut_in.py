@@ -11,6 +11,10 @@ from stucksolver_eval.scenarios.moves.places import lane_of
 from stucksolver_eval.scenarios.parameters import Choice
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import parking
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import ON_THE_RIGHT
 
 BLOCKER_M, CUTTER_M = 28.0, 35.0
 CUT_MPS = 20.0 / 3.6
@@ -23,6 +27,8 @@ class ParkingCutIn(Scenario):
     """A car pulls out of a row of parked cars right in front of the hero."""
 
     type = "ParkingCutIn"
+    placed = Placed("bench220", 1270, Along(parking, 125), {"direction": ON_THE_RIGHT})
+    driver_alone = "completed: brakes, a near miss"
     timeout_s = None
     starts = "the car pulls out when the hero is 2.35 s or 10 m away"
     needs_map = "a parking lane beside the hero's"

@@ -12,6 +12,10 @@ from stucksolver_eval.scenarios.moves.places import lane_of
 from stucksolver_eval.scenarios.parameters import Choice, Number
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import parking
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import ON_THE_RIGHT, Value
 
 SPACING_M = 25.0
 ROOM_AHEAD_M = 60.0
@@ -26,6 +30,17 @@ class ParkingExit(Scenario):
     """The hero stands between two parked cars and must pull out into the traffic of its road."""
 
     type = "ParkingExit"
+    placed = Placed(
+        "bench220",
+        1280,
+        Along(parking, 150, before_m=0, behind_m=20),
+        {
+            "direction": ON_THE_RIGHT,
+            "front_vehicle_distance": Value(9, 9),
+            "behind_vehicle_distance": Value(9, 9),
+        },
+    )
+    driver_alone = "completed: pulls out in a gap"
     starts = "at the start of the route; a car beside the hero drives off at the trigger"
     needs_map = "a parking lane beside the hero's at the trigger point"
     direction = Choice("direction", "right", options=("left", "right"))

@@ -13,6 +13,8 @@ from stucksolver_eval.scenarios.moves.junction import JunctionScenario
 from stucksolver_eval.scenarios.moves.places import beside, edge_m, lane_of
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import ALL_WAYS, Through
 
 SYNC_S, NEAR_M = 3.5, 12.0
 DELAY_S = (0.0, 1.5)
@@ -27,6 +29,8 @@ class PedestrianCrossing(JunctionScenario):
     """Three pedestrians cross the hero's road where it enters a junction."""
 
     type = "PedestrianCrossing"
+    placed = Placed("bench220", 1290, Through(ALL_WAYS, rightmost=True))
+    driver_alone = "completed: brakes"
     timeout_s = None
     starts = "the pedestrians go when the hero is 3.5 s or 12 m away, each after up to 1.5 s"
     needs_map = "a junction on the route with a sidewalk at its entry"

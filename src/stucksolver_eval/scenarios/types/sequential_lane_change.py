@@ -6,6 +6,8 @@ from collections.abc import Iterator
 
 from stucksolver_eval.scenarios.base import Scenario
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.ramps import lane_changes
 
 LENGTH_M = 200.0
 
@@ -15,6 +17,8 @@ class SequentialLaneChange(Scenario):
     """The route asks for several lane changes one after the other, in the traffic that is there."""
 
     type = "SequentialLaneChange"
+    placed = Placed("bench220", 1300, lane_changes)
+    driver_alone = "completed"
     starts = "nothing happens; the route itself is the task"
 
     def script(self) -> Iterator[None]:

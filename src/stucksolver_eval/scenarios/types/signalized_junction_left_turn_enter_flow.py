@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from stucksolver_eval.scenarios.moves.turning import LeftTurnEnterFlow
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import LEFT_TURNS, LIT, Through, joined
+from stucksolver_eval.sites.values import flow_values
 
 
 @scenario
@@ -11,6 +14,8 @@ class SignalizedJunctionLeftTurnEnterFlow(LeftTurnEnterFlow):
     """The hero turns left into a road that an oncoming flow turns into, too; its light is red for 5 s."""
 
     type = "SignalizedJunctionLeftTurnEnterFlow"
+    placed = Placed("bench220", 1320, Through(LEFT_TURNS, LIT, extra=joined), flow_values((8, 10), (16, 24), (25, 30)))
+    driver_alone = "collision: joins in a gap of two seconds"
     starts = "the flow runs from the trigger on"
     needs_map = f"{LeftTurnEnterFlow.needs_map} and traffic lights"
     signalized = True

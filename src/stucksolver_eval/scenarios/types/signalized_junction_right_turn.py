@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from stucksolver_eval.scenarios.moves.turning import RightTurn
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import FROM_LEFT, LIT, RIGHT_TURNS, Through
+from stucksolver_eval.sites.values import flow_values
 
 
 @scenario
@@ -11,6 +14,10 @@ class SignalizedJunctionRightTurn(RightTurn):
     """The hero turns right into a flow from the left; its light is red for 5 s, then green like the flow's."""
 
     type = "SignalizedJunctionRightTurn"
+    placed = Placed(
+        "bench220", 1330, Through(RIGHT_TURNS, LIT, from_sides=FROM_LEFT), flow_values((10, 14), (19, 24), (26, 38))
+    )
+    driver_alone = "waits for a gap, in vain"
     starts = "the flow runs from the trigger on"
     needs_map = f"{RightTurn.needs_map} and traffic lights"
     signalized = True

@@ -10,6 +10,10 @@ from stucksolver_eval.scenarios.moves.places import side_driving_lane
 from stucksolver_eval.scenarios.parameters import Choice, Number
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import right_lane
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import ON_THE_RIGHT, Value
 
 APART_M = 11.0
 CARS, CUTTER = 6, 2
@@ -24,6 +28,8 @@ class StaticCutIn(Scenario):
     """From a queue in the lane beside a car pulls into the hero's lane and drives away."""
 
     type = "StaticCutIn"
+    placed = Placed("bench220", 1340, Along(right_lane, 185), {"distance": Value(40, 45), "direction": ON_THE_RIGHT})
+    driver_alone = "completed: brakes"
     timeout_s = None
     starts = "the queue stands from the trigger on; the car cuts in when the hero is 2.7 s or 15 m away"
     needs_map = "a driving lane of the hero's direction on the side that `direction` names"

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 
 from stucksolver_eval.scenarios.base import Scenario
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import TURNS, Through
 
 LENGTH_M = 200.0
 
@@ -15,6 +17,8 @@ class TJunction(Scenario):
     """The hero crosses a T-junction with the traffic, lights and signs that are there."""
 
     type = "T_Junction"
+    placed = Placed("bench220", 1350, Through(TURNS, arms=3))
+    driver_alone = "completed: yields"
     starts = "nothing happens; lights and signs stay as they are"
 
     def script(self) -> Iterator[None]:

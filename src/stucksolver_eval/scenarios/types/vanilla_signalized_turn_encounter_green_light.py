@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from stucksolver_eval.scenarios.moves.traffic_signs import LitTurn
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import LIT, TURNS, Through
 
 
 @scenario
@@ -11,4 +13,6 @@ class VanillaSignalizedTurnEncounterGreenLight(LitTurn):
     """The hero's light is green for 5 s from the trigger on, then red for 5 s, then runs as usual."""
 
     type = "VanillaSignalizedTurnEncounterGreenLight"
+    placed = Placed("bench220", 1380, Through(TURNS, LIT, trigger_m=20))
+    driver_alone = "completed while it is green"
     starts = "the lights are held from the trigger on"

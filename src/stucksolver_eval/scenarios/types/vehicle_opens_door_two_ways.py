@@ -12,6 +12,10 @@ from stucksolver_eval.scenarios.moves.places import beside, lane_of
 from stucksolver_eval.scenarios.parameters import Number
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import two_ways_with_parking
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import Interval, Value
 
 OPENS_S, OPENS_M = 3.0, 10.0
 EDGE_M = 0.05
@@ -22,6 +26,13 @@ class VehicleOpensDoorTwoWays(TwoWays):
     """A parked car opens its door into the hero's lane; the hero must swing out in a gap of the oncoming flow."""
 
     type = "VehicleOpensDoorTwoWays"
+    placed = Placed(
+        "bench220",
+        1400,
+        Along(two_ways_with_parking, 150),
+        {"distance": Value(37, 59), "frequency": Interval((25, 40), (85, 100))},
+    )
+    driver_alone = "collision: touches the open door"
     starts = "the door opens when the hero is 3 s or 10 m away; the oncoming flow begins 5 s later"
     needs_map = "a parking lane beside the hero's, and an oncoming lane"
     distance_m = Number("distance", 50.0, "m")

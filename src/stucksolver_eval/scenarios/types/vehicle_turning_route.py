@@ -10,6 +10,8 @@ from stucksolver_eval.scenarios.moves.crossing import BICYCLES
 from stucksolver_eval.scenarios.moves.junction import JunctionScenario
 from stucksolver_eval.scenarios.moves.places import beside, edge_m
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import TURNS, Through
 
 BEYOND_M = 11.0
 RIDE_MPS = 1.8
@@ -21,6 +23,8 @@ class VehicleTurningRoute(JunctionScenario):
     """After the hero's turn a bicycle crosses its road from the right."""
 
     type = "VehicleTurningRoute"
+    placed = Placed("bench220", 1410, Through(TURNS))
+    driver_alone = "completed: brakes"
     timeout_s = None
     starts = "the bicycle goes when the hero is 1.8 s or 6 m away from where it crosses"
     blueprints = BICYCLES

@@ -8,6 +8,8 @@ from stucksolver_eval.scenarios.moves.crossing import ADULTS, WALKER_LIFT_M, wal
 from stucksolver_eval.scenarios.moves.junction import JunctionScenario
 from stucksolver_eval.scenarios.moves.places import beside, edge_m
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import TURNS, Through
 
 BEYOND_M = 3.0
 WALK_MPS = 1.8
@@ -19,6 +21,8 @@ class VehicleTurningRoutePedestrian(JunctionScenario):
     """Right after the hero's turn a pedestrian crosses its road from the right."""
 
     type = "VehicleTurningRoutePedestrian"
+    placed = Placed("bench220", 1420, Through(TURNS, rightmost=True))
+    driver_alone = "completed: stops for the pedestrian"
     timeout_s = None
     starts = "the pedestrian goes when the hero is 2.2 s or 6 m away from where it crosses"
     blueprints = ADULTS

@@ -12,6 +12,10 @@ from stucksolver_eval.scenarios.moves.places import upstream
 from stucksolver_eval.scenarios.parameters import Number
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import several_lanes
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import Value
 
 FASTER_MPS = 25.0
 NEAR_M, NEAR_S, PASSED_M = 50.0, 10.0, 50.0
@@ -23,6 +27,8 @@ class YieldToEmergencyVehicle(Scenario):
     """An emergency vehicle comes up fast from behind; the hero must change lane and let it pass."""
 
     type = "YieldToEmergencyVehicle"
+    placed = Placed("bench220", 1430, Along(several_lanes, 180, before_m=45, direct=False), {"distance": Value(26, 30)})
+    driver_alone = "completed, but does not let the vehicle pass"
     timeout_s = None
     starts = "the vehicle comes at the trigger"
     needs_map = "a second driving lane of the hero's direction"

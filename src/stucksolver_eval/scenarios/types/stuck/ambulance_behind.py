@@ -8,6 +8,9 @@ from stucksolver_eval.actors.cast import lamps
 from stucksolver_eval.background.lanes import back
 from stucksolver_eval.scenarios.moves.stuck import PASSABLE_M, Stuck
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.fits import two_ways
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.special import to_pass
 
 AMBULANCE, CAR = "vehicle.ford.ambulance", "vehicle.lincoln.mkz_2020"
 BEHIND_M, STANDING_MPS, SPEED_MPS = 45.0, 0.5, 12.0
@@ -18,6 +21,8 @@ class AmbulanceBehind(Stuck):
     """The hero stands behind a broken-down car when an ambulance comes up behind it: clear the way."""
 
     type = "AmbulanceBehind"
+    placed = Placed("immobilized", 3180, to_pass(two_ways))
+    driver_alone = "stuck, the ambulance behind it"
     expected = "recover"
     suspends = frozenset({"blocked", "wrong_lane"})
     oncoming_gaps_m = PASSABLE_M

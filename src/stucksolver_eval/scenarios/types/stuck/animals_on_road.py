@@ -9,6 +9,10 @@ import carla
 from stucksolver_eval.scenarios.moves.places import beside
 from stucksolver_eval.scenarios.moves.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import one_lane
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import Value
 
 COW, DOG = "animal.cow", "animal.dog"
 PLACES = ((COW, 0.0, -0.6), (COW, 2.6, 1.0), (DOG, -1.6, 1.2))
@@ -21,6 +25,8 @@ class AnimalsOnRoad(Stuck):
     """Animals stand on the road and wander off after a while: wait."""
 
     type = "AnimalsOnRoad"
+    placed = Placed("immobilized", 3160, Along(one_lane), {"distance": Value(40, 48)})
+    driver_alone = "completed: waits 28 s"
     expected = "wait"
     suspends = frozenset({"blocked"})
     starts = "the animals stand from the start, and leave 25 s after the hero came within 25 m"

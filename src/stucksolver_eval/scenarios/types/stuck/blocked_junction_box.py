@@ -9,6 +9,8 @@ from stucksolver_eval.scenarios.moves.junction import straight_way
 from stucksolver_eval.scenarios.moves.stuck import StuckAtLight
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import LIT, STRAIGHT, Through
 
 CARS, SPACING_M = 3, 7.5
 
@@ -18,6 +20,8 @@ class BlockedJunctionBox(StuckAtLight):
     """The hero's light is green, but cars of the crossing road stand in the junction; they go on after 30 s: wait."""
 
     type = "BlockedJunctionBox"
+    placed = Placed("immobilized", 3120, Through(STRAIGHT, LIT, arms=4))
+    driver_alone = "completed: waits 36 s at its green light"
     expected = "wait"
     starts = "the cars stand from the trigger on, and drive off 30 s after the hero came near"
     suspends = frozenset({"blocked"})

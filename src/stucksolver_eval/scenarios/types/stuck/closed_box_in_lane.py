@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from stucksolver_eval.scenarios.moves.stuck import PASSABLE_M, Stuck
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.fits import two_ways
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.special import to_pass
+from stucksolver_eval.sites.values import Value
 
 
 @scenario
@@ -11,6 +15,8 @@ class ClosedBoxInLane(Stuck):
     """A closed box lies in the only lane, and nobody knows what is in it: go round it, never over it."""
 
     type = "ClosedBoxInLane"
+    placed = Placed("immobilized", 3030, to_pass(two_ways), {"distance": Value(40, 48)})
+    driver_alone = "stuck before the box"
     expected = "recover"
     suspends = frozenset({"blocked", "wrong_lane"})
     oncoming_gaps_m = PASSABLE_M

@@ -11,6 +11,8 @@ import carla
 from stucksolver_eval.scenarios.moves.places import beside, way_turn_deg
 from stucksolver_eval.scenarios.moves.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.special import closed_streets
 
 BARRIER, SIGN = "static.prop.streetbarrier", "static.prop.warningconstruction"
 BARRIER_M, MOST_EACH_SIDE, SIGN_BEFORE_M = 1.2, 20, 2.0
@@ -22,6 +24,8 @@ class ClosedRoad(Stuck):
     """The road is closed from kerb to kerb: leave the route and come to the destination another way."""
 
     type = "ClosedRoad"
+    placed = Placed("immobilized", 3140, closed_streets, only_in="grid_town")
+    driver_alone = "stuck before the barrier"
     expected = "reroute"
     suspends = frozenset({"blocked", "route_deviation"})
     simplified = "nobody else drives into the closed road"

@@ -9,6 +9,8 @@ import carla
 from stucksolver_eval.scenarios.moves.deadlock import Deadlock
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.special import dark_lights
 
 
 @scenario
@@ -16,6 +18,8 @@ class DarkTrafficLight(Deadlock):
     """All lights of the junction are dark, which makes it an all-way stop, and everybody waits: creep, yield, go."""
 
     type = "DarkTrafficLight"
+    placed = Placed("immobilized", 3070, dark_lights)
+    driver_alone = "stuck before the nose in its way"
     expected = "recover"
     suspends = frozenset({"blocked"})
     needs_map = f"{Deadlock.needs_map}, with lights that stop the hero"

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from stucksolver_eval.scenarios.moves.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import one_lane
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import Value
 
 
 @scenario
@@ -11,6 +15,8 @@ class DebrisInLane(Stuck):
     """A flat paper bag lies in the only lane: it can be driven over."""
 
     type = "DebrisInLane"
+    placed = Placed("immobilized", 3020, Along(one_lane), {"distance": Value(40, 48)})
+    driver_alone = "stuck before the bag"
     expected = "recover"
     suspends = frozenset({"blocked"})
     blueprints = ("static.prop.paperbag",)

@@ -9,6 +9,10 @@ from stucksolver_eval.scenarios.moves.places import side_driving_lane
 from stucksolver_eval.scenarios.moves.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import right_of_two
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import Value
 
 BEYOND_M = 13.0
 """From the car to the thing: so far that the ego is in the left lane when it comes there, too near to return before."""
@@ -42,6 +46,8 @@ class DisabledCarAndPaperBag(DisabledCarAndThing):
     """A disabled car blocks the right lane, a paper bag lies in the left one: change lane, drive over it, rejoin."""
 
     type = "DisabledCarAndPaperBag"
+    placed = Placed("immobilized", 3000, Along(right_of_two), {"distance": Value(40, 48)})
+    driver_alone = "stuck behind the car"
     expected = "recover"
     thing = "static.prop.paperbag"
     blueprints = (thing,)

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.types.stuck.disabled_car_and_paper_bag import DisabledCarAndThing
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import right_of_two
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import Value
 
 
 @scenario
@@ -11,6 +15,8 @@ class DisabledCarAndRock(DisabledCarAndThing):
     """A disabled car blocks the right lane, a rock lies in the left one: nobody may drive over it, so ask."""
 
     type = "DisabledCarAndRock"
+    placed = Placed("immobilized", 3010, Along(right_of_two), {"distance": Value(40, 48)})
+    driver_alone = "stuck behind the car"
     expected = "ask"
     thing = "static.prop.rock"
     blueprints = (thing,)

@@ -7,6 +7,10 @@ from collections.abc import Iterator
 from stucksolver_eval.scenarios.moves.crossing import walk_for
 from stucksolver_eval.scenarios.moves.stuck import PASSABLE_M, Stuck
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.fits import two_ways
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.special import to_pass
+from stucksolver_eval.sites.values import Value
 
 VAN, PERSON = "vehicle.mercedes.sprinter", "walker.pedestrian.0002"
 WALK_MPS, WALK_M, ASIDE_M = 1.2, 3.0, 0.6
@@ -17,6 +21,8 @@ class DoubleParkedVan(Stuck):
     """A delivery van stands in the only lane with its hazard lights on, a person at work beside it: pass with room."""
 
     type = "DoubleParkedVan"
+    placed = Placed("immobilized", 3090, to_pass(two_ways), {"distance": Value(40, 48)})
+    driver_alone = "stuck behind the van"
     expected = "recover"
     suspends = frozenset({"blocked", "wrong_lane"})
     oncoming_gaps_m = PASSABLE_M

@@ -8,6 +8,10 @@ from stucksolver_eval.actors.cast import lamps
 from stucksolver_eval.background.lanes import oncoming_lanes
 from stucksolver_eval.scenarios.moves.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import one_lane
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import Value
 
 ENGINE, POLICE = "vehicle.carlamotors.firetruck", "vehicle.dodge.charger_police_2020"
 OFFICER = "walker.pedestrian.0030"
@@ -19,6 +23,8 @@ class EmergencyScene(Stuck):
     """A control: a fire engine and a police car close the road, with people about; after a while they leave."""
 
     type = "EmergencyScene"
+    placed = Placed("immobilized", 3240, Along(one_lane), {"distance": Value(40, 48)})
+    driver_alone = "completed: waits 45 s"
     expected = "wait"
     starts = "the scene stands from the start, and is gone 45 s after the hero came within 25 m"
     simplified = "the scene vanishes instead of driving off"

@@ -6,6 +6,10 @@ from collections.abc import Iterator
 
 from stucksolver_eval.scenarios.moves.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import two_ways
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import Value
 
 FLAGGER, CONE, SIGN = "walker.flagger.0001", "static.prop.trafficcone01", "static.prop.warningconstruction"
 LASTS_S = 30.0
@@ -16,6 +20,8 @@ class Flagger(Stuck):
     """A flagger at a work site holds the hero up, then waves it through: wait for the sign."""
 
     type = "Flagger"
+    placed = Placed("immobilized", 3170, Along(two_ways), {"distance": Value(40, 48)})
+    driver_alone = "completed: waits 30 s"
     expected = "wait"
     suspends = frozenset({"blocked"})
     starts = "the flagger shows stop from the start, and go 30 s after the hero came within 25 m"

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from stucksolver_eval.scenarios.moves.places import beside, edge_m
 from stucksolver_eval.scenarios.moves.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.special import level_crossings
 
 GATE, POST = "static.prop.crossinggate", "static.prop.crossinggatepost"
 BEFORE_RAILS_M, LASTS_S = 5.0, 35.0
@@ -17,6 +19,8 @@ class LevelCrossing(Stuck):
     """A control: the gate of a level crossing is down for 35 s, then it is raised."""
 
     type = "LevelCrossing"
+    placed = Placed("immobilized", 3230, level_crossings)
+    driver_alone = "completed: waits 36 s"
     expected = "wait"
     simplified = "no train comes; the raised boom is not shown, nor the gate beyond the rails"
     starts = "the gate is down from the start, and rises 35 s after the hero came within 25 m"

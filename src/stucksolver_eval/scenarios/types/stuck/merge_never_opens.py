@@ -8,6 +8,8 @@ from stucksolver_eval.scenarios.moves.actor_flow import ActorFlow
 from stucksolver_eval.scenarios.moves.deadlock import hero_creeps
 from stucksolver_eval.scenarios.moves.flow import Flow, run_flows
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.ramps import merges
 
 CAR = "vehicle.mini.cooper_s_2021"
 SPEED_MPS, GAPS_M, MOST = 1.5, (6.5, 7.5), 40
@@ -18,6 +20,8 @@ class MergeNeverOpens(ActorFlow):
     """The lane that the hero has to merge into crawls bumper to bumper, and no gap comes until it noses in."""
 
     type = "MergeNeverOpens"
+    placed = Placed("immobilized", 3110, merges)
+    driver_alone = "stuck beside the lane"
     expected = "recover"
     timeout_s = None
     suspends = frozenset({"blocked"})

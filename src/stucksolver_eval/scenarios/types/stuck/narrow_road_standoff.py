@@ -11,6 +11,10 @@ from stucksolver_eval.scenarios.moves.places import run_of_lane
 from stucksolver_eval.scenarios.moves.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import narrow
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import Value
 
 SPEED_MPS, FROM_M = 4.0, 30.0
 BACKED_M = 6.0
@@ -21,6 +25,8 @@ class NarrowRoadStandoff(Stuck):
     """On a road too narrow for two an oncoming car stops before the hero; it goes on once the hero has backed up."""
 
     type = "NarrowRoadStandoff"
+    placed = Placed("immobilized", 3050, Along(narrow), {"distance": Value(40, 48)})
+    driver_alone = "stuck nose to nose"
     expected = "recover"
     suspends = frozenset({"blocked", "wrong_lane"})
     starts = "the car comes from the trigger on"

@@ -9,6 +9,8 @@ from stucksolver_eval.scenarios.moves.crossing import ADULTS, WALKER_LIFT_M, tog
 from stucksolver_eval.scenarios.moves.junction import JunctionScenario
 from stucksolver_eval.scenarios.moves.places import beside, edge_m
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.special import crosswalks
 
 WALKERS, EVERY_S, WALK_MPS, NEAR_M = 6, 5.0, 1.3, 25.0
 BEFORE_M = 2.0
@@ -19,6 +21,8 @@ class PedestriansCrossing(JunctionScenario):
     """A control: pedestrians cross the hero's road one after the other for half a minute."""
 
     type = "PedestriansCrossing"
+    placed = Placed("immobilized", 3210, crosswalks)
+    driver_alone = "completed: waits 32 s"
     expected = "wait"
     timeout_s = None
     starts = "the first goes when the hero is 25 m away, the others every 5 s"

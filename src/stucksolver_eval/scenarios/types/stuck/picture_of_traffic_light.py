@@ -5,6 +5,10 @@ from __future__ import annotations
 from stucksolver_eval.scenarios.moves.places import edge_m
 from stucksolver_eval.scenarios.moves.stuck import PASSABLE_M, Stuck
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.fits import two_ways_by_sidewalk
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.special import to_pass
+from stucksolver_eval.sites.values import Value
 
 STOP, POSTER, CAR = "static.prop.busstoplb", "static.prop.advertisement", "vehicle.lincoln.mkz_2020"
 BEFORE_M = 6.0
@@ -15,6 +19,8 @@ class PictureOfTrafficLight(Stuck):
     """A bus stop shows a picture of a red traffic light, and the car ahead stands for it: it governs nobody, pass."""
 
     type = "PictureOfTrafficLight"
+    placed = Placed("immobilized", 3150, to_pass(two_ways_by_sidewalk), {"distance": Value(40, 48)})
+    driver_alone = "stuck behind the car"
     expected = "recover"
     simplified = "the picture itself is not drawn: that there is no light is all one can see"
     suspends = frozenset({"blocked", "wrong_lane"})

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from stucksolver_eval.background.lanes import back
 from stucksolver_eval.scenarios.moves.stuck import StuckAtLight
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import LIT, STRAIGHT, Through
 
 CARS, SPACING_M, BEFORE_LINE_M = 3, 8.0, 4.0
 
@@ -16,6 +18,8 @@ class QueueAtLight(StuckAtLight):
     """A control: cars wait ahead of the hero at a red light, and go when it turns green."""
 
     type = "QueueAtLight"
+    placed = Placed("immobilized", 3200, Through(STRAIGHT, LIT))
+    driver_alone = "completed: waits 37 s"
     expected = "wait"
     starts = "the queue stands from the trigger on; the light turns green 30 s after the hero came near"
 

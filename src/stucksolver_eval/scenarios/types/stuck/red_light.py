@@ -6,6 +6,8 @@ from collections.abc import Iterator
 
 from stucksolver_eval.scenarios.moves.stuck import StuckAtLight
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import ALL_WAYS, LIT, Through
 
 
 @scenario
@@ -13,6 +15,8 @@ class RedLight(StuckAtLight):
     """A control: the hero's light is red for half a minute, then green."""
 
     type = "RedLight"
+    placed = Placed("immobilized", 3190, Through(ALL_WAYS, LIT))
+    driver_alone = "completed: waits 33 s"
     expected = "wait"
     starts = "the light is red from the trigger on, and green 30 s after the hero came near"
 

@@ -8,6 +8,10 @@ from stucksolver_eval.background.lanes import oncoming_lanes
 from stucksolver_eval.scenarios.moves.places import run_of_lane
 from stucksolver_eval.scenarios.moves.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import two_ways
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import Value
 
 TRUCK, CAR = "vehicle.carlamotors.carlacola", "vehicle.lincoln.mkz_2020"
 LASTS_S, CLEARS_MPS = 60.0, 6.0
@@ -18,6 +22,8 @@ class RoadBlockedForAMinute(Stuck):
     """A truck and a car manoeuvre side by side and block the whole road; after a minute it is free: wait."""
 
     type = "RoadBlockedForAMinute"
+    placed = Placed("immobilized", 3130, Along(two_ways), {"distance": Value(40, 48)})
+    driver_alone = "completed: waits 62 s"
     expected = "wait"
     suspends = frozenset({"blocked"})
     starts = "the vehicles stand from the start, and drive off 60 s after the hero came within 25 m"

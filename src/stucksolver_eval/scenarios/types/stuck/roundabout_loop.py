@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from stucksolver_eval.scenarios.base import Scenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.special import round_and_round
 
 LEAST_M = 60.0
 
@@ -16,6 +18,8 @@ class RoundaboutLoop(Scenario):
     """The route goes round a roundabout again and again: always moving, never leaving; plan anew and leave."""
 
     type = "RoundaboutLoop"
+    placed = Placed("immobilized", 3060, round_and_round)
+    driver_alone = "stuck: drives round until the time is over"
     expected = "reroute"
     timeout_s = None
     suspends = frozenset({"blocked", "route_deviation"})

@@ -9,6 +9,10 @@ from stucksolver_eval.scenarios.moves.crossing import walk_for
 from stucksolver_eval.scenarios.moves.places import edge_m
 from stucksolver_eval.scenarios.moves.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import two_ways
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import Value
 
 BUS, CHILDREN = "vehicle.carlette.schoolbus", ("walker.pedestrian.0009", "walker.pedestrian.0010")
 BOARDS_S, CROSS_MPS, DRIVES_MPS = 10.0, 1.1, 7.0
@@ -19,6 +23,8 @@ class SchoolBus(Stuck):
     """A control: a school bus stands with its stop arm out while children cross; then it drives on."""
 
     type = "SchoolBus"
+    placed = Placed("immobilized", 3220, Along(two_ways), {"distance": Value(40, 48)})
+    driver_alone = "completed: waits 30 s"
     expected = "wait"
     starts = "children cross 10 s after the hero came within 25 m; then the bus drives on"
     blueprints = (BUS, *CHILDREN)

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 
 from stucksolver_eval.scenarios.moves.stuck import StuckAtLight
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.through import ALL_WAYS, LIT, Through
 
 
 @scenario
@@ -16,6 +18,8 @@ class StuckRedLight(StuckAtLight):
     """
 
     type = "StuckRedLight"
+    placed = Placed("immobilized", 3080, Through(ALL_WAYS, LIT))
+    driver_alone = "stuck at the light, which is right but for asking"
     expected = "ask"
     suspends = frozenset({"blocked", "tick_runtime"})
 

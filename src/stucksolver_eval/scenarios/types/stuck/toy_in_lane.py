@@ -8,6 +8,10 @@ from stucksolver_eval.scenarios.moves.crossing import walk_for
 from stucksolver_eval.scenarios.moves.places import edge_m
 from stucksolver_eval.scenarios.moves.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import one_lane
+from stucksolver_eval.sites.placed import Placed
+from stucksolver_eval.sites.values import Value
 
 CHILD, TOY = "walker.pedestrian.0009", "static.prop.toy"
 HESITATES_S, WALK_MPS = 15.0, 1.0
@@ -18,6 +22,8 @@ class ToyInLane(Stuck):
     """A toy lies in the only lane and a child stands at the kerb; after a while it fetches the toy: wait."""
 
     type = "ToyInLane"
+    placed = Placed("immobilized", 3040, Along(one_lane), {"distance": Value(40, 48)})
+    driver_alone = "completed: waits 18 s"
     expected = "wait"
     suspends = frozenset({"blocked"})
     starts = "the child goes 15 s after the hero came within 25 m"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from stucksolver_eval.routes import Parameter
-from stucksolver_eval.suites.walk import Path, Town
+from stucksolver_eval.sites.walk import Path, Town
 
 
 @dataclass(frozen=True)

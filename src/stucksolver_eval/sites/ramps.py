@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 import carla
 
-from stucksolver_eval.suites.movements import Movement
-from stucksolver_eval.suites.site import Site
-from stucksolver_eval.suites.through import flow, site_at
-from stucksolver_eval.suites.walk import Path, Town, approach, same_way
+from stucksolver_eval.sites.movements import Movement
+from stucksolver_eval.sites.site import Site
+from stucksolver_eval.sites.through import flow, site_at
+from stucksolver_eval.sites.walk import Path, Town, approach, same_way
 
 _MERGE_TRIGGER_M, _MERGE_END_M = 45, 150
 _MERGE_FLOW_M = (60, 120)
@@ -23,8 +23,6 @@ _CHANGES_AFTER_M = (0, 45, 120, 230)
 """Where each lane begins, and the end."""
 _CHANGES_TRIGGER_M, _CHANGES_STEP_M = 15, 40
 _FEW_LANES, _MANY_LANES = 1, 3
-
-Finder = Callable[[Town, list[Movement]], Iterator[Site]]
 
 
 def merges(town: Town, ways: list[Movement]) -> Iterator[Site]:
@@ -71,16 +69,6 @@ def lane_changes(town: Town, ways: list[Movement]) -> Iterator[Site]:
         for start in range(_CHANGES_STEP_M, last, _CHANGES_STEP_M):
             for side in (carla.LaneChange.Left, carla.LaneChange.Right):
                 yield from _staircase(town, lane[start : start + _CHANGES_AFTER_M[-1] + 1], side, start)
-
-
-FINDERS: Mapping[str, Finder] = {
-    "HighwayCutIn": cut_ins,
-    "HighwayExit": exits,
-    "MergerIntoSlowTraffic": merges,
-    "MergerIntoSlowTrafficV2": merges,
-    "SequentialLaneChange": lane_changes,
-}
-"""Scenario type to what finds its sites."""
 
 
 def _staircase(town: Town, lane: Path, side: Any, start: int) -> Iterator[Site]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import carla
 
-from stucksolver_eval.suites.walk import Path, Town, bend_deg, beside, oncoming, same_way
+from stucksolver_eval.sites.walk import Path, Town, bend_deg, beside, oncoming, same_way
 
 _TWO_WAYS_LIMIT_KMH = 50.0
 """Faster oncoming flows leave no gap that one can overtake in from standing."""

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
-from stucksolver_eval.suites.along import Along
-from stucksolver_eval.suites.along import sites as sites_along
-from stucksolver_eval.suites.fits import Fits, narrow, one_lane, right_of_two, two_ways, two_ways_by_sidewalk
-from stucksolver_eval.suites.movements import Control, Movement, Turn, roundabouts, straight
-from stucksolver_eval.suites.ramps import Finder, merges
-from stucksolver_eval.suites.site import Site
-from stucksolver_eval.suites.through import Through, site_at
-from stucksolver_eval.suites.through import sites as sites_through
-from stucksolver_eval.suites.walk import Path, Town, approach, follow, turn_deg
+from stucksolver_eval.sites.along import Along
+from stucksolver_eval.sites.fits import Fits
+from stucksolver_eval.sites.movements import Movement, roundabouts, straight
+from stucksolver_eval.sites.placed import Finder
+from stucksolver_eval.sites.site import Site
+from stucksolver_eval.sites.through import ALL_WAYS, LIT, UNLIT, Through, site_at
+from stucksolver_eval.sites.walk import Path, Town, approach, follow, turn_deg
 
 _RUN_UP_M, _TRIGGER_M, _NEAR_M = 75, 38, 3
 _SEEN_AFTER_M = 180
@@ -28,11 +26,7 @@ _SAME_HEADING_DEG = 10.0
 _RING_MARK_M, _LAPS = 20, 10
 
 
-def _along(fits: Fits, after_m: int = 140) -> Finder:
-    return lambda town, ways: sites_along(Along(fits, after_m), town)
-
-
-def _to_pass(fits: Fits) -> Finder:
+def to_pass(fits: Fits) -> Finder:
     """Where one may pass through the oncoming lane, and sees enough of it: nowhere at a level crossing."""
 
     def finds(town: Town, stretch: Path) -> bool:
@@ -40,30 +34,26 @@ def _to_pass(fits: Fits) -> Finder:
         ways = [w.transform.location for w in stretch[::10]]
         return fits(town, stretch) and all(a.distance(b) > _FROM_RAILS_M for a in rails for b in ways)
 
-    return _along(finds, _SEEN_AFTER_M)
+    return Along(finds, _SEEN_AFTER_M)
 
 
-def _through(turns: frozenset[Turn], controls: frozenset[Control], arms: int = 0) -> Finder:
-    return lambda town, ways: sites_through(Through(turns, controls, arms), ways)
-
-
-def _crosswalks(town: Town, ways: list[Movement]) -> Iterator[Site]:
+def crosswalks(town: Town, ways: list[Movement]) -> Iterator[Site]:
     """Beside a sidewalk, on the way into a junction without lights."""
-    yield from sites_through(Through(_ALL, _UNLIT, rightmost=True), ways)
+    yield from Through(ALL_WAYS, UNLIT, rightmost=True)(town, ways)
 
 
-def _all_way_stops(town: Town, ways: list[Movement]) -> Iterator[Site]:
+def all_way_stops(town: Town, ways: list[Movement]) -> Iterator[Site]:
     """Crossings of four where everybody has to stop; who turns right would meet nobody from the right."""
     others = {one.junction_id for one in ways if one.control != "stop" or one.arms != 4}
     yield from (site_at(one) for one in ways if one.junction_id not in others and one.turn != "right")
 
 
-def _dark_lights(town: Town, ways: list[Movement]) -> Iterator[Site]:
+def dark_lights(town: Town, ways: list[Movement]) -> Iterator[Site]:
     """Into junctions with lights, where somebody from the right meets the ego."""
-    yield from sites_through(Through(frozenset({"left", "straight"}), _LIT, from_sides=frozenset({"right"})), ways)
+    yield from Through(frozenset({"left", "straight"}), LIT, from_sides=frozenset({"right"}))(town, ways)
 
 
-def _round(town: Town, ways: list[Movement]) -> Iterator[Site]:
+def round_and_round(town: Town, ways: list[Movement]) -> Iterator[Site]:
     """In at one arm of a roundabout, round and round, and out at another."""
     chains = list(roundabouts(town))
     ring = {one.inside.road_id for chain in chains for one in chain[1:-1]}
@@ -95,7 +85,7 @@ def _apart(path: Iterable[Any]) -> Iterator[Any]:
         yield some[len(some) // 2]
 
 
-def _level_crossings(town: Town, ways: list[Movement]) -> Iterator[Site]:
+def level_crossings(town: Town, ways: list[Movement]) -> Iterator[Site]:
     """Both ways over each level crossing; `distance` leads from the trigger to the rails."""
     for sign in town.map.get_all_landmarks_of_type(_RAILS):
         first, last = sign.get_lane_validities()[0]
@@ -109,7 +99,7 @@ def _level_crossings(town: Town, ways: list[Movement]) -> Iterator[Site]:
         yield Site(town, group, group, (*before, *after[1:]), marks, trigger, fixed=distance)
 
 
-def _closed_streets(town: Town, ways: list[Movement]) -> Iterator[Site]:
+def closed_streets(town: Town, ways: list[Movement]) -> Iterator[Site]:
     """Right into a street that is closed at its mouth, and on over its far end; who stands before it could still go
     straight on, and round the block. `distance` leads from the trigger to where it is closed."""
     for mine in ways:
@@ -138,39 +128,3 @@ def _goes_straight_too(mine: Movement, ways: list[Movement]) -> bool:
 def _until(path: Path, road_id: int) -> Path:
     """The path up to a road."""
     return path[: next(index for index, one in enumerate(path) if one.road_id == road_id)]
-
-
-_ALL: frozenset[Turn] = frozenset({"left", "straight", "right"})
-_STRAIGHT: frozenset[Turn] = frozenset({"straight"})
-_LIT: frozenset[Control] = frozenset({"light"})
-_UNLIT: frozenset[Control] = frozenset({"stop", "yield", "none"})
-
-SITUATIONS: Mapping[str, Finder] = {
-    "DisabledCarAndPaperBag": _along(right_of_two),
-    "DisabledCarAndRock": _along(right_of_two),
-    "DebrisInLane": _along(one_lane),
-    "ClosedBoxInLane": _to_pass(two_ways),
-    "ToyInLane": _along(one_lane),
-    "NarrowRoadStandoff": _along(narrow),
-    "RoundaboutLoop": _round,
-    "DarkTrafficLight": _dark_lights,
-    "StuckRedLight": _through(_ALL, _LIT),
-    "DoubleParkedVan": _to_pass(two_ways),
-    "AllWayStopDeadlock": _all_way_stops,
-    "MergeNeverOpens": merges,
-    "BlockedJunctionBox": _through(_STRAIGHT, _LIT, arms=4),
-    "RoadBlockedForAMinute": _along(two_ways),
-    "ClosedRoad": _closed_streets,
-    "PictureOfTrafficLight": _to_pass(two_ways_by_sidewalk),
-    "AnimalsOnRoad": _along(one_lane),
-    "Flagger": _along(two_ways),
-    "AmbulanceBehind": _to_pass(two_ways),
-    "RedLight": _through(_ALL, _LIT),
-    "QueueAtLight": _through(_STRAIGHT, _LIT),
-    "PedestriansCrossing": _crosswalks,
-    "SchoolBus": _along(two_ways),
-    "LevelCrossing": _level_crossings,
-    "EmergencyScene": _along(one_lane),
-}
-"""Type to what finds its sites; a type's place in the table settles the ids of its routes. Types that put something
-on a lane get `distance`, from the trigger to it."""

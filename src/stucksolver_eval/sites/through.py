@@ -9,15 +9,26 @@ from typing import Any
 import carla
 
 from stucksolver_eval.routes import Parameter
-from stucksolver_eval.suites.movements import Control, Movement, Side, Turn, arm, straight
-from stucksolver_eval.suites.site import Site
-from stucksolver_eval.suites.walk import Path, approach, beside, follow
+from stucksolver_eval.sites.movements import Control, Movement, Side, Turn, arm, straight
+from stucksolver_eval.sites.site import Site
+from stucksolver_eval.sites.walk import Path, Town, approach, beside, follow
 
 _TRIGGER_BEFORE_M, _START_BEFORE_M, _END_AFTER_M = 38, 75, 95
 _FLOW_BEFORE_M, _FLOW_AFTER_M = 75, 55
 _BICYCLES_BEFORE_M, _BICYCLES_AFTER_M = 40, 40
 _NEAR_M = 3
 """Marks lie this close to the junction, so that the route through it cannot be mistaken."""
+
+LIT: frozenset[Control] = frozenset({"light"})
+UNLIT: frozenset[Control] = frozenset({"stop", "yield", "none"})
+SIGNED: frozenset[Control] = frozenset({"stop", "yield"})
+LEFT_TURNS: frozenset[Turn] = frozenset({"left"})
+RIGHT_TURNS: frozenset[Turn] = frozenset({"right"})
+TURNS: frozenset[Turn] = frozenset({"left", "right"})
+STRAIGHT: frozenset[Turn] = frozenset({"straight"})
+ALL_WAYS: frozenset[Turn] = frozenset({"left", "straight", "right"})
+OPPOSITE: frozenset[Side] = frozenset({"opposite"})
+FROM_LEFT: frozenset[Side] = frozenset({"left"})
 
 Ways = list[Movement]
 Places = Mapping[str, Any]
@@ -31,7 +42,7 @@ def _nothing(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, 
 
 @dataclass(frozen=True)
 class Through:
-    """What a type needs of a way through a junction."""
+    """Finds all ways through junctions that have what a type needs."""
 
     turns: frozenset[Turn] = frozenset({"left", "right"})
     controls: frozenset[Control] = frozenset({"light", "stop", "yield", "none"})
@@ -45,22 +56,20 @@ class Through:
     """From the trigger to the junction."""
     extra: Extra = field(default=_nothing)
 
-
-def sites(need: Through, ways: Ways) -> Iterator[Site]:
-    """All ways through junctions that fit; `ways` are those of one map."""
-    with_turns = {one.junction_id for one in ways if one.turn != "straight"}
-    for mine in ways:
-        if mine.turn not in need.turns or mine.control not in need.controls or mine.junction_id not in with_turns:
-            continue
-        if need.arms and mine.arms != need.arms:
-            continue
-        if not all(straight(arm(mine, side, ways)) for side in need.from_sides):
-            continue
-        if need.rightmost and not beside(mine.entry, carla.LaneType.Sidewalk):
-            continue
-        for number, (positions, fixed) in enumerate(need.extra(mine, ways)):
-            site = site_at(mine, need.trigger_m)
-            yield replace(site, place=f"{site.place}#{number}", positions=positions, fixed=fixed)
+    def __call__(self, town: Town, ways: Ways) -> Iterator[Site]:
+        with_turns = {one.junction_id for one in ways if one.turn != "straight"}
+        for mine in ways:
+            if mine.turn not in self.turns or mine.control not in self.controls or mine.junction_id not in with_turns:
+                continue
+            if self.arms and mine.arms != self.arms:
+                continue
+            if not all(straight(arm(mine, side, ways)) for side in self.from_sides):
+                continue
+            if self.rightmost and not beside(mine.entry, carla.LaneType.Sidewalk):
+                continue
+            for number, (positions, fixed) in enumerate(self.extra(mine, ways)):
+                site = site_at(mine, self.trigger_m)
+                yield replace(site, place=f"{site.place}#{number}", positions=positions, fixed=fixed)
 
 
 def site_at(mine: Movement, trigger_m: int = _TRIGGER_BEFORE_M, end_m: int = _END_AFTER_M) -> Site:
@@ -83,18 +92,18 @@ def _to_exit_lane(mine: Movement, of: Ways) -> Ways:
     ]
 
 
-def _enter_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+def enter_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
     """Cars from the left on the road that the ego turns right into."""
     for other in _to_exit_lane(mine, arm(mine, "left", ways)):
         yield flow(other), {}
 
 
-def _oncoming_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+def oncoming_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
     for other in straight(arm(mine, "opposite", ways)):
         yield flow(other), {}
 
 
-def _crossing_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+def crossing_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
     """Cars from the left that cross the ego's way; the second flow, from the right, follows from it."""
     for other in straight(arm(mine, "left", ways)):
         yield flow(other), {"direction": {"value": "right"}}
@@ -106,7 +115,7 @@ def flow(other: Movement, before_m: int = _FLOW_BEFORE_M, after_m: int = _FLOW_A
     return {"start_actor_flow": start, "end_actor_flow": follow(other.exit, after_m)[-1]}
 
 
-def _bicycles(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+def bicycles(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
     """On the lane to the ego's right where it turns right; on the oncoming one where it turns left."""
     sources = [mine] if mine.turn == "right" else straight(arm(mine, "opposite", ways))
     for other in sources:
@@ -124,14 +133,14 @@ def _beyond_junction(bicycle_lane: Any) -> Path:
     return path[inside[-1] + 1 :] if inside else ()
 
 
-def _joined(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+def joined(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
     """Oncoming cars can turn right into the very lane that the ego turns left into."""
     leave = (mine.exit.road_id, mine.exit.lane_id)
     if any((one.exit.road_id, one.exit.lane_id) == leave for one in arm(mine, "opposite", ways)):
         yield {}, {}
 
 
-def _direction(*sides: Side) -> Extra:
+def direction_of(*sides: Side) -> Extra:
     def extra(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
         for side in sides:
             if mine.turn in _MEETS[side] and straight(arm(mine, side, ways)):
@@ -146,40 +155,3 @@ _MEETS: Mapping[Side, frozenset[Turn]] = {
     "right": frozenset({"left", "straight"}),
 }
 """Whose way is crossed or joined by somebody who goes straight on from a side; nobody else's."""
-
-
-_LIT: frozenset[Control] = frozenset({"light"})
-_UNLIT: frozenset[Control] = frozenset({"stop", "yield", "none"})
-_SIGNED: frozenset[Control] = frozenset({"stop", "yield"})
-_LEFT: frozenset[Turn] = frozenset({"left"})
-_RIGHT: frozenset[Turn] = frozenset({"right"})
-_TURNS: frozenset[Turn] = frozenset({"left", "right"})
-_ALL: frozenset[Turn] = frozenset({"left", "straight", "right"})
-_OPPOSITE: frozenset[Side] = frozenset({"opposite"})
-_FROM_LEFT: frozenset[Side] = frozenset({"left"})
-
-NEEDS: Mapping[str, Through] = {
-    "BlockedIntersection": Through(_ALL),
-    "CrossingBicycleFlow": Through(_TURNS, extra=_bicycles),
-    "EnterActorFlow": Through(_RIGHT, _SIGNED, extra=_enter_flow),
-    "InterurbanActorFlow": Through(_LEFT, frozenset({"none"}), arms=3, extra=_oncoming_flow),
-    "InterurbanAdvancedActorFlow": Through(_LEFT, _SIGNED, arms=3, extra=_crossing_flow),
-    "NonSignalizedJunctionLeftTurn": Through(_LEFT, _UNLIT, from_sides=_OPPOSITE),
-    "NonSignalizedJunctionLeftTurnEnterFlow": Through(_LEFT, _UNLIT, extra=_joined),
-    "NonSignalizedJunctionRightTurn": Through(_RIGHT, _UNLIT, from_sides=_FROM_LEFT),
-    "OppositeVehicleRunningRedLight": Through(_ALL, _LIT, arms=4, extra=_direction("opposite", "left", "right")),
-    "OppositeVehicleTakingPriority": Through(_ALL, _UNLIT, extra=_direction("right", "left")),
-    "PedestrianCrossing": Through(_ALL, rightmost=True),
-    "SignalizedJunctionLeftTurn": Through(_LEFT, _LIT, from_sides=_OPPOSITE),
-    "SignalizedJunctionLeftTurnEnterFlow": Through(_LEFT, _LIT, extra=_joined),
-    "SignalizedJunctionRightTurn": Through(_RIGHT, _LIT, from_sides=_FROM_LEFT),
-    "T_Junction": Through(_TURNS, arms=3),
-    "VanillaNonSignalizedTurn": Through(_TURNS, frozenset({"yield", "none"})),
-    "VanillaNonSignalizedTurnEncounterStopsign": Through(_TURNS, frozenset({"stop"})),
-    # Near enough to pass in the 5 s that the light stays green.
-    "VanillaSignalizedTurnEncounterGreenLight": Through(_TURNS, _LIT, trigger_m=20),
-    "VanillaSignalizedTurnEncounterRedLight": Through(_TURNS, _LIT),
-    "VehicleTurningRoute": Through(_TURNS),
-    "VehicleTurningRoutePedestrian": Through(_TURNS, rightmost=True),
-}
-"""Scenario type to what it needs."""

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import carla
 
-from stucksolver_eval.suites.walk import Town, turn_deg
+from stucksolver_eval.sites.walk import Town, turn_deg
 
 Turn = Literal["left", "straight", "right"]
 Control = Literal["light", "stop", "yield", "none"]

@@ -1,0 +1,76 @@
+"""Values of the scenarios' parameters, drawn within the ranges that Bench2Drive's own route files span."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from random import Random
+
+from stucksolver_eval.routes import Parameter
+
+
+@dataclass(frozen=True)
+class Value:
+    """`<name value="..."/>`, a whole number between two others."""
+
+    low: int
+    high: int
+
+    def draw(self, random: Random, free_m: int) -> Parameter:
+        return {"value": str(random.randint(self.low, self.high))}
+
+
+@dataclass(frozen=True)
+class Ride(Value):
+    """How far bicycles ride: no further than a free lane permits."""
+
+    def draw(self, random: Random, free_m: int) -> Parameter:
+        longest_m = max(_SHORTEST_RIDE_M, free_m - _BESIDE_THE_RIDE_M)
+        return {"value": str(min(random.randint(self.low, self.high), longest_m))}
+
+
+@dataclass(frozen=True)
+class Hundredths:
+    """`<name value="..."/>` with two decimals."""
+
+    low: float
+    high: float
+
+    def draw(self, random: Random, free_m: int) -> Parameter:
+        return {"value": f"{random.uniform(self.low, self.high):.2f}"}
+
+
+@dataclass(frozen=True)
+class Interval:
+    """`<name from="..." to="..."/>`, each end within its own range."""
+
+    first: tuple[int, int]
+    last: tuple[int, int]
+
+    def draw(self, random: Random, free_m: int) -> Parameter:
+        return {"from": str(random.randint(*self.first)), "to": str(random.randint(*self.last))}
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """`<name value="..."/>`, one of several words."""
+
+    words: tuple[str, ...]
+
+    def draw(self, random: Random, free_m: int) -> Parameter:
+        return {"value": random.choice(self.words)}
+
+
+_BESIDE_THE_RIDE_M = 100
+"""Of a free lane: the hazard's distance, what is left to pass it, and the end."""
+_SHORTEST_RIDE_M = 40
+Draw = Value | Hundredths | Interval | OneOf
+
+ON_THE_RIGHT = OneOf(("right",))
+BLOCKERS = OneOf(
+    ("static.prop.container", "static.prop.advertisement", "static.prop.busstoplb", "static.prop.foodcart")
+)
+
+
+def flow_values(speed: tuple[int, int], first: tuple[int, int], last: tuple[int, int]) -> dict[str, Draw]:
+    """Of a flow of cars: its speed, and the range that its gaps are drawn from."""
+    return {"flow_speed": Value(*speed), "source_dist_interval": Interval(first, last)}
