@@ -20,7 +20,7 @@ from stucksolver.solver import StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.driver import BehaviorDriver
 from stucksolver_eval.server import carlette_server
-from stucksolver_eval.streets.sites import choose_site
+from stucksolver_eval.streets.find import choose_street
 
 CARS = 20
 STEP_S = 0.05
@@ -71,7 +71,7 @@ def _drive(client: Any, ticks: int) -> Times:
     settings.synchronous_mode, settings.fixed_delta_seconds = True, STEP_S
     world.apply_settings(settings)
     carla_map = world.get_map()
-    site = choose_site(carla_map, "one_lane", 1, 260)
+    site = choose_street(carla_map, "one_lane", 1, 260)
     library = world.get_blueprint_library()
     place = site.start.transform
     place.location.z += 0.3

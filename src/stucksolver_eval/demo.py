@@ -17,8 +17,8 @@ from stucksolver_eval.results.store import Store
 from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.job import ArmSpec, RouteJob
 from stucksolver_eval.runner.work import Task, drive_task
+from stucksolver_eval.streets.find import choose_street
 from stucksolver_eval.streets.routes import Where, look_on_map, street_route
-from stucksolver_eval.streets.sites import choose_site
 
 SAY_S = 8.0
 """When the passenger speaks, since the start."""
@@ -29,17 +29,17 @@ KINDS = {"one_lane": "one lane each way", "multi_lane": "several lanes"}
 
 
 @dataclass(frozen=True)
-class Street:
-    """One of the two: what happens in it, in a few words, and how long it is."""
+class Situation:
+    """One of the two: the scenario type, what happens in a few words, and how long a street it needs."""
 
     type: str
     name: str
     length_m: int
 
 
-PARKED_CAR = Street("ParkedCarInLane", "parked car", 170)
-CYCLISTS = Street("SlowCyclists", "two slow cyclists", 260)
-STREETS = (PARKED_CAR, CYCLISTS)
+PARKED_CAR = Situation("ParkedCarInLane", "parked car", 170)
+CYCLISTS = Situation("SlowCyclists", "two slow cyclists", 260)
+SITUATIONS = (PARKED_CAR, CYCLISTS)
 ARMS = ((PARKED_CAR, ALONE), (PARKED_CAR, HELPED), (CYCLISTS, HELPED), (CYCLISTS, GUIDED))
 SPOKEN = ((PARKED_CAR, GUIDED), (CYCLISTS, GUIDED))
 
@@ -62,7 +62,7 @@ class DemoSpec:
     """What a passenger says in place of the demonstration's own words; then both streets are driven with it alone."""
 
     @property
-    def arms(self) -> tuple[tuple[Street, str], ...]:
+    def arms(self) -> tuple[tuple[Situation, str], ...]:
         """What is driven, in this order."""
         return ARMS if self.say is None else SPOKEN
 
@@ -70,17 +70,17 @@ class DemoSpec:
 def demo(spec: DemoSpec, say: Callable[[str], None]) -> tuple[list[RunLog], Path]:
     """Drive everything, keep each drive's files as soon as they are there, and write the report last.
 
-    Raises `ArmError`, `SiteError`, `ServerError`, `RunError`, `OutputError` and `ReportError`; drives already made
+    Raises `ArmError`, `StreetError`, `ServerError`, `RunError`, `OutputError` and `ReportError`; drives already made
     stay in `out/runs`.
     """
     check_arm(_arm(spec, ALONE))
     require_writable(spec.out / "runs")
     where = Where(spec.map_name, spec.maps, spec.seed, spec.host, spec.port)
-    found = look_on_map(where, lambda world, carla_map: {one: _found(spec, one, carla_map) for one in STREETS})
+    found = look_on_map(where, lambda world, carla_map: {one: _found(spec, one, carla_map) for one in SITUATIONS})
     runs: list[RunLog] = []
-    for k, (street, arm) in enumerate(spec.arms, 1):
-        label = f"[{k}/{len(spec.arms)}] {street.name}: {arm}"
-        route, title = found[street]
+    for k, (situation, arm) in enumerate(spec.arms, 1):
+        label = f"[{k}/{len(spec.arms)}] {situation.name}: {arm}"
+        route, title = found[situation]
         log = _driven(Task(_job(spec, route, arm), spec.out / "runs" / f"{k}"), partial(_progress, say, label))
         runs.append(log.model_copy(update={"scenario": title, "arm": arm}))
         say(f"{label}: {log.result.status} after {log.result.duration_s:.0f} s\n")
@@ -89,16 +89,16 @@ def demo(spec: DemoSpec, say: Callable[[str], None]) -> tuple[list[RunLog], Path
     return runs, report
 
 
-def _found(spec: DemoSpec, street: Street, carla_map: Any) -> tuple[Route, str]:
-    """The best place on the map for a street, and the title that it is shown under."""
-    site = choose_site(carla_map, spec.road, spec.seed, street.length_m)
-    oncoming = spec.oncoming if site.kind == "one_lane" else 0
-    title = f"{street.name}, {KINDS[site.kind]}" + (f", {oncoming} oncoming" if oncoming else "")
+def _found(spec: DemoSpec, situation: Situation, carla_map: Any) -> tuple[Route, str]:
+    """The best street on the map for a situation, and the title that it is shown under."""
+    street = choose_street(carla_map, spec.road, spec.seed, situation.length_m)
+    oncoming = spec.oncoming if street.kind == "one_lane" else 0
+    title = f"{situation.name}, {KINDS[street.kind]}" + (f", {oncoming} oncoming" if oncoming else "")
     parameters = {"oncoming": float(oncoming)}
-    if street is PARKED_CAR:
-        parameters["distance"] = float(site.obstacle_index)
-    route_id = str(STREETS.index(street) + 1)
-    return street_route(route_id, spec.map_name, site.waypoints, street.type, parameters), title
+    if situation is PARKED_CAR:
+        parameters["distance"] = float(street.obstacle_index)
+    route_id = str(SITUATIONS.index(situation) + 1)
+    return street_route(route_id, spec.map_name, street.waypoints, situation.type, parameters), title
 
 
 def _driven(task: Task, progress: Callable[[float], None]) -> RunLog:

@@ -14,7 +14,7 @@ from stucksolver_eval.demo import ALONE, CYCLISTS, GUIDED, HELPED, PARKED_CAR, D
 from stucksolver_eval.replay.log import RunLog
 from stucksolver_eval.runner.process import RunError
 from stucksolver_eval.server import ServerError, carlette_server
-from stucksolver_eval.streets.sites import SiteError
+from stucksolver_eval.streets.find import StreetError
 
 pytestmark = pytest.mark.integration
 
@@ -143,7 +143,7 @@ def test_a_server_that_runs_already_is_used_and_left_on_its_own_clock(shown):
 def test_what_cannot_be_shown_is_told_before_anything_is_driven(tmp_path: Path):
     with pytest.raises(ServerError, match="'Nowhere'"):
         demo(DemoSpec(map_name="Nowhere", out=tmp_path), lambda _: None)
-    with pytest.raises(SiteError, match="use another map"):
+    with pytest.raises(StreetError, match="use another map"):
         demo(DemoSpec(map_name="motorway", road="one_lane", out=tmp_path), lambda _: None)
 
 

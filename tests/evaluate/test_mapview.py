@@ -15,7 +15,7 @@ from carlette.maps import DEMO_TOWN
 carla = pytest.importorskip("carla")
 
 from stucksolver_eval.replay.mapview import map_view  # noqa: E402
-from stucksolver_eval.streets.sites import find_sites  # noqa: E402
+from stucksolver_eval.streets.find import find_streets  # noqa: E402
 
 FOLDERS = [Path(folder) for folder in os.environ.get("STUCKSOLVER_MAPS", "").split(os.pathsep) if folder]
 DEMO = carla.Map("demo_town", DEMO_TOWN.read_text(encoding="utf-8"))
@@ -88,7 +88,7 @@ def test_the_surroundings_of_a_route_are_small(town):
     if path is None:
         pytest.skip(f"{town}.xodr is in none of the folders of STUCKSOLVER_MAPS")
     carla_map = carla.Map(town, path.read_text(encoding="utf-8"))
-    site = find_sites(carla_map, "any", seed=0)[0]
+    site = find_streets(carla_map, "any", seed=0)[0]
     view = map_view(carla_map, [xy(waypoint) for waypoint in site.waypoints])
     assert len(view.model_dump_json()) < 200_000
     driving = shapely.union_all([area(lane) for lane in view.lanes if lane.kind == "driving"]).buffer(0.05)

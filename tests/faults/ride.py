@@ -20,7 +20,7 @@ from stucksolver.solver import Event, EventKind
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.driver import BehaviorDriver
 from stucksolver_eval.scenarios.moves.street import into_gear
-from stucksolver_eval.streets.sites import choose_site
+from stucksolver_eval.streets.find import choose_street
 
 DT_S = 0.05
 LENGTH_M = 170
@@ -37,7 +37,7 @@ class Ride:
         settings.synchronous_mode, settings.fixed_delta_seconds = True, DT_S
         self.world.apply_settings(settings)
         self.map = self.world.get_map()
-        self.site = choose_site(self.map, "one_lane", 1, LENGTH_M)
+        self.site = choose_street(self.map, "one_lane", 1, LENGTH_M)
         self.told: list[Event] = []
 
     def place(self) -> None:

@@ -57,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
     from stucksolver_eval.files import OutputError
     from stucksolver_eval.runner.process import RunError
     from stucksolver_eval.server import ServerError
-    from stucksolver_eval.streets.sites import SiteError
+    from stucksolver_eval.streets.find import StreetError
 
     figure = WORDINGS if options.wordings is not None else FIGURE
     wordings = _wordings(options.wordings) if options.wordings is not None else ()
@@ -89,7 +89,7 @@ def run(options: argparse.Namespace) -> int:
         LadderError,
         OutputError,
         RunError,
-        SiteError,
+        StreetError,
         ServerError,
         ValueError,
     ) as error:

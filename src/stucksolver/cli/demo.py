@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
     from stucksolver_eval.report import ReportError
     from stucksolver_eval.runner.process import RunError
     from stucksolver_eval.server import ServerError
-    from stucksolver_eval.streets.sites import SiteError
+    from stucksolver_eval.streets.find import StreetError
     from stucksolver_eval.table import conversation, runs_table
 
     spec = DemoSpec(
@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
     )
     try:
         runs, report = demo(spec, _say)
-    except (ArmError, RunError, SiteError, ServerError, OutputError, ReportError) as error:
+    except (ArmError, RunError, StreetError, ServerError, OutputError, ReportError) as error:
         _end_line()
         raise UsageError(str(error)) from error
     print(runs_table(runs))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stucksolver_eval.actors.path import straightest
-from stucksolver_eval.streets.sites import choose_site
+from stucksolver_eval.streets.find import choose_street
 
 APPROACH_M, BEYOND_M = 30, 70
 
@@ -32,7 +32,7 @@ class Case:
     title: str
     type: str
     find: Callable[[Any, Any], Place]
-    """In a `carla.World` and its `carla.Map`. Raises `CaseError` and `SiteError`."""
+    """In a `carla.World` and its `carla.Map`. Raises `CaseError` and `StreetError`."""
     words: tuple[float, str] | None = None
     drive_s: float = 60.0
     shown_from_s: float = 0.0
@@ -50,11 +50,11 @@ def _before_a_light(world: Any, carla_map: Any) -> Place:
 
 
 def _several_lanes(length_m: int, with_obstacle: bool) -> Callable[[Any, Any], Place]:
-    """A street with a lane of our direction to the left, where it stands at the site's obstacle if there is one."""
+    """A street with a lane of our direction to the left, with something half-way along it or not."""
 
     def find(world: Any, carla_map: Any) -> Place:
-        site = choose_site(carla_map, "multi_lane", 1, length_m)
-        return Place(site.waypoints, {"distance": float(site.obstacle_index)} if with_obstacle else {})
+        street = choose_street(carla_map, "multi_lane", 1, length_m)
+        return Place(street.waypoints, {"distance": float(street.obstacle_index)} if with_obstacle else {})
 
     return find
 

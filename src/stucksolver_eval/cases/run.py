@@ -102,7 +102,7 @@ def run_cases(
     `reasoner` is named as on the command line; without `pictures` there is no camera, for reasoners that look at
     none. With `record` the records of interventions and all exchanges with a model are kept. All files go to `out`.
 
-    Raises `CaseError`, `SiteError`, `ServerError`, `LadderError`, `RunError` and `OutputError`.
+    Raises `CaseError`, `StreetError`, `ServerError`, `LadderError`, `RunError` and `OutputError`.
     """
     # The evaluation profile with one rung.
     rules_of_the_house = profile_text("evaluation").split("[[rung]]")[0]

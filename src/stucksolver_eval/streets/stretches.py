@@ -13,7 +13,7 @@ import carla
 _STEP_M = 1.0
 _MIN_LANE_M = 2.75
 _LONGEST = 5000
-SiteKind = Literal["one_lane", "multi_lane"]
+StreetKind = Literal["one_lane", "multi_lane"]
 Line = Literal["broken", "solid", "none", "other"]
 _LaneKey = tuple[int, int, int]
 
@@ -22,7 +22,7 @@ _LaneKey = tuple[int, int, int]
 class Stretch:
     """Part of a chain, `first` to `last`, along which the neighbours stay the same."""
 
-    kind: SiteKind
+    kind: StreetKind
     centre_line: Line
     """The line to the left neighbour."""
     rightmost: bool
@@ -89,7 +89,7 @@ def _key(waypoint: carla.Waypoint) -> _LaneKey:
     return waypoint.road_id, waypoint.section_id, waypoint.lane_id
 
 
-def _neighbours(waypoint: carla.Waypoint) -> tuple[SiteKind, Line, bool] | None:
+def _neighbours(waypoint: carla.Waypoint) -> tuple[StreetKind, Line, bool] | None:
     """(kind, centre line, rightmost), or None where there is nothing to pass in."""
     left, right = waypoint.get_left_lane(), waypoint.get_right_lane()
     if not _drivable(left) or min(left.lane_width, waypoint.lane_width) < _MIN_LANE_M:

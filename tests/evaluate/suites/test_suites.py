@@ -14,9 +14,9 @@ carla = pytest.importorskip("carla")
 
 from stucksolver_eval.guidance import read_script  # noqa: E402 (needs carla)
 from stucksolver_eval.routes.line import RouteLine  # noqa: E402 (needs carla)
+from stucksolver_eval.scenarios import SCENARIOS  # noqa: E402
+from stucksolver_eval.sites.values import Interval, OneOf, Ride  # noqa: E402
 from stucksolver_eval.suites import SuiteError, make, shipped_guidance, suite, suite_names  # noqa: E402
-from stucksolver_eval.suites.situations import SITUATIONS  # noqa: E402
-from stucksolver_eval.suites.values import DRAWS, Interval, OneOf  # noqa: E402
 from stucksolver_eval.suites.weathers import FIELDS, PRESETS  # noqa: E402
 
 FLOWS = {
@@ -30,6 +30,8 @@ FLOWS = {
 LONGER_M = {"ClosedRoad": 500, "RoundaboutLoop": 1750}
 ON_MAP = ("start_actor_flow", "end_actor_flow", "other_actor_location")
 BENCH = suite("bench220")
+PLACED = make.placed_in("bench220")
+OURS = make.placed_in("immobilized")
 
 
 @cache
@@ -43,6 +45,10 @@ def traced(route_id):
     return RouteLine.trace(towns()[route.town].map, route.waypoints)
 
 
+def of_type(kind):
+    return [route for route in suite("immobilized").routes if route.scenarios[0].type == kind]
+
+
 def by_type(routes):
     return Counter(scenario.type for route in routes for scenario in route.scenarios)
 
@@ -54,6 +60,24 @@ def test_bench220_has_five_routes_of_each_of_the_44_types_and_dev_one_of_every_s
     assert len(dev) == len(by_type(dev)) == 22
     assert all(route in BENCH.routes for route in dev)
     assert {route.town for route in dev} == {"grid_town", "interurban", "motorway"}
+
+
+def test_no_two_types_are_given_the_same_ids():
+    ids = [placed.first_id for placed in (*PLACED.values(), *OURS.values())]
+    assert len(set(ids)) == len(ids) and all(one % 10 == 0 for one in ids)
+
+
+def test_a_type_that_says_nothing_of_its_own_is_in_no_suite():
+    """What it inherits is the place of another type."""
+
+    class Heir(SCENARIOS["ParkedObstacle"]):
+        type = "Heir"
+
+    SCENARIOS["Heir"] = Heir
+    try:
+        assert make.placed_in("bench220") == PLACED
+    finally:
+        del SCENARIOS["Heir"]
 
 
 def test_a_suite_says_which_version_of_it_this_is_and_which_maps_it_needs(tmp_path):
@@ -107,17 +131,16 @@ def check_line(route):
 def test_parameters_are_complete_and_within_the_published_ranges():
     for route in BENCH.routes:
         (scenario,) = route.scenarios
-        for name, one in DRAWS.get(scenario.type, {}).items():
+        for name, one in PLACED[scenario.type].values.items():
             given = scenario.parameters[name]
             if isinstance(one, Interval):
                 assert one.first[0] <= float(given["from"]) <= one.first[1]
                 assert one.last[0] <= float(given["to"]) <= one.last[1]
             elif isinstance(one, OneOf):
                 assert given["value"] in one.words
-            elif name != "bicycle_drive_distance":
-                assert one.low <= float(given["value"]) <= one.high
             else:
-                assert 40 <= float(given["value"]) <= one.high
+                least = 40 if isinstance(one, Ride) else one.low
+                assert least <= float(given["value"]) <= one.high
         if scenario.type in FLOWS:
             assert {"start_actor_flow", "end_actor_flow"} <= set(scenario.parameters)
         if scenario.type.startswith("OppositeVehicle"):
@@ -128,7 +151,7 @@ def test_parameters_vary_between_the_routes_of_a_type():
     for kind in by_type(BENCH.routes):
         drawn = [str(dict(r.scenarios[0].parameters)) for r in BENCH.routes if r.scenarios[0].type == kind]
         where = [r.scenarios[0].trigger for r in BENCH.routes if r.scenarios[0].type == kind]
-        assert len(set(drawn)) >= 2 or len(DRAWS.get(kind, {})) == 0 or kind in ("ParkingExit", "ParkingCutIn")
+        assert len(set(drawn)) >= 2 or not PLACED[kind].values or kind in ("ParkingExit", "ParkingCutIn")
         assert len(set(where)) == 5
 
 
@@ -207,10 +230,9 @@ def test_no_words_ship_for_a_file_of_routes() -> None:
 
 
 @pytest.mark.integration
-def test_the_maps_have_five_places_for_each_of_our_own_situations(monkeypatch):
-    monkeypatch.setattr(make, "SCENARIOS", dict.fromkeys(SITUATIONS))
-    routes = make.immobilized(tuple(towns().values()))
-    assert by_type(routes) == dict.fromkeys(SITUATIONS, 5)
+def test_the_maps_have_five_places_for_each_of_our_own_situations():
+    routes = make.routes_of("immobilized", tuple(towns().values()))
+    assert by_type(routes) == dict.fromkeys(OURS, 5) and len(OURS) == 25
     assert len({route.id for route in (*routes, *BENCH.routes)}) == 220 + len(routes)
     for route in routes:
         line = RouteLine.trace(towns()[route.town].map, route.waypoints)
@@ -218,10 +240,9 @@ def test_the_maps_have_five_places_for_each_of_our_own_situations(monkeypatch):
 
 
 @pytest.mark.integration
-def test_a_closed_road_can_be_driven_round(monkeypatch):
+def test_a_closed_road_can_be_driven_round():
     """Without the street that is closed, the destination is still within 1200 m by road."""
-    monkeypatch.setattr(make, "SCENARIOS", {"ClosedRoad": None})
-    for route in make.immobilized(tuple(towns().values())):
+    for route in of_type("ClosedRoad"):
         line = RouteLine.trace(towns()[route.town].map, route.waypoints)
         roads = [waypoint.road_id for waypoint in line.waypoints if not waypoint.is_junction]
         before, closed, after = dict.fromkeys(roads)
@@ -234,9 +255,8 @@ def test_a_closed_road_can_be_driven_round(monkeypatch):
 
 
 @pytest.mark.integration
-def test_a_roundabout_loop_goes_round_for_longer_than_a_run_lasts_and_could_be_left_at_once(monkeypatch):
-    monkeypatch.setattr(make, "SCENARIOS", {"RoundaboutLoop": None})
-    for route in make.immobilized(tuple(towns().values())):
+def test_a_roundabout_loop_goes_round_for_longer_than_a_run_lasts_and_could_be_left_at_once():
+    for route in of_type("RoundaboutLoop"):
         line = RouteLine.trace(towns()[route.town].map, route.waypoints)
         assert line.length_m > 1400
         direct = RouteLine.trace(towns()[route.town].map, (route.waypoints[0], route.waypoints[-1]))

@@ -7,6 +7,7 @@ from typing import Any
 
 import carla
 
+from stucksolver_eval.actors import Car
 from stucksolver_eval.background.lanes import oncoming_lanes
 from stucksolver_eval.scenarios.base import Scenario
 from stucksolver_eval.scenarios.moves.places import run_of_lane, upstream
@@ -35,6 +36,7 @@ class Street(Scenario):
         """Put down what stands or rides ahead, then the cars that come, the nearest first."""
         into_gear(self.setting.hero)
         self.put()
+        self._coming: list[Car] = []
         lanes = oncoming_lanes(self.ahead(self.distance_m))
         for k in range(round(self.oncoming) if lanes else 0):
             start = upstream(lanes[0], FIRST_M + SPACING_M * k)
@@ -42,10 +44,15 @@ class Street(Scenario):
             car = self.cast.spawn(self.cast.some_car(self.random), start.transform, role="background")
             if car is not None:
                 line = run_of_lane(start, self.setting.route.length_m + FIRST_M + SPACING_M * k)
-                self.cars.drive(car, line, self.limit_mps, begin=False)
+                self._coming.append(self.cars.drive(car, line, self.limit_mps, begin=False, ends=True))
 
     def put(self) -> None:
         """The situation itself."""
 
     def script(self) -> Iterator[None]:
-        yield from self.until(self.at_route_end)
+        while not self.at_route_end():
+            # Those who have passed are taken away, before they come round the block again.
+            gone = [car for car in self._coming if car.done]
+            self.cars.remove(gone)
+            self._coming = [car for car in self._coming if car not in gone]
+            yield

@@ -12,7 +12,7 @@ from typing import Literal
 
 import carla
 
-from stucksolver_eval.streets.stretches import Line, SiteKind, Stretch, bend_deg, crest_deg, lane_runs, stretches
+from stucksolver_eval.streets.stretches import Line, StreetKind, Stretch, bend_deg, crest_deg, lane_runs, stretches
 
 CLEAR_BEFORE_M, CLEAR_PAST_M = 20, 60
 """Around the obstacle the road has no junction and keeps its lanes."""
@@ -28,15 +28,15 @@ _FREE, _THROUGH_JUNCTION, _SHORT = range(3)
 _CENTRE_ORDER = ("broken", "none", "other", "solid")
 
 
-class SiteError(ValueError):
+class StreetError(ValueError):
     """The map has no place that fits; the message names the map, what was searched and what to do."""
 
 
 @dataclass(frozen=True)
-class Site:
+class Street:
     """A stretch of one lane with room for a stuck situation."""
 
-    kind: SiteKind
+    kind: StreetKind
     """`one_lane`: one driving lane each way, the oncoming one adjacent. `multi_lane`: a lane of the same
     direction to the left, with a line that may be crossed."""
     waypoints: tuple[carla.Waypoint, ...]
@@ -73,41 +73,41 @@ class Site:
         return len(self.waypoints) - 1
 
 
-def find_sites(
+def find_streets(
     carla_map: carla.Map,
-    road: SiteKind | Literal["any"] = "any",
+    road: StreetKind | Literal["any"] = "any",
     seed: int = 0,
     length_m: int = 170,
     obstacle_m: int = 70,
-) -> list[Site]:
-    """Sites of a kind, best first: junction-free, centre line broken, straight and flat, long sight.
+) -> list[Street]:
+    """Streets of a kind, best first: junction-free, centre line broken, straight and flat, long sight.
 
-    `length_m` is asked for from start to destination and `obstacle_m` from start to obstacle. Shorter sites,
+    `length_m` is asked for from start to destination and `obstacle_m` from start to obstacle. Shorter streets,
     down to 110 m, come last. Places equally good are ordered by `seed`; the same seed gives the same list.
-    Sites of one direction are at least 40 m apart. Raises SiteError when there is none.
+    Streets of one direction are at least 40 m apart. Raises StreetError when there is none.
     """
     found = _candidates(carla_map, road, length_m, obstacle_m)
     random.Random(seed).shuffle(found)
-    sites = [_site(candidate) for candidate in _apart(sorted(found, key=_badness))]
-    if not sites:
-        raise SiteError(_nothing_found(carla_map, road, length_m))
-    return sites
+    streets = [_street(candidate) for candidate in _apart(sorted(found, key=_badness))]
+    if not streets:
+        raise StreetError(_nothing_found(carla_map, road, length_m))
+    return streets
 
 
-def choose_site(carla_map: carla.Map, road: SiteKind | Literal["any"], seed: int, length_m: int) -> Site:
-    """The best site to show something: where the oncoming lane is seen far enough to pass in it, else any.
+def choose_street(carla_map: carla.Map, road: StreetKind | Literal["any"], seed: int, length_m: int) -> Street:
+    """The best street to show something: where the oncoming lane is seen far enough to pass in it, else any.
 
-    Where any road will do, streets with one lane each way come first. Raises SiteError when there is none.
+    Where any road will do, streets with one lane each way come first. Raises StreetError when there is none.
     """
-    sites = find_sites(carla_map, road, seed, length_m)
+    streets = find_streets(carla_map, road, seed, length_m)
     if road == "any":
-        sites.sort(key=lambda site: site.kind != "one_lane")
-    return next((site for site in sites if _is_open(site)), sites[0])
+        streets.sort(key=lambda street: street.kind != "one_lane")
+    return next((street for street in streets if _is_open(street)), streets[0])
 
 
-def _is_open(site: Site) -> bool:
-    far = site.oncoming_m >= _SIGHT_TO_PASS_M and site.bend_deg < _STRAIGHT_DEG
-    return site.junction_free and (far or site.kind == "multi_lane")
+def _is_open(street: Street) -> bool:
+    far = street.oncoming_m >= _SIGHT_TO_PASS_M and street.bend_deg < _STRAIGHT_DEG
+    return street.junction_free and (far or street.kind == "multi_lane")
 
 
 @dataclass(frozen=True)
@@ -187,9 +187,9 @@ def _same_place(one: carla.Waypoint, other: carla.Waypoint) -> bool:
     return near and bend_deg((one, other)) < 90.0
 
 
-def _site(candidate: _Candidate) -> Site:
+def _street(candidate: _Candidate) -> Street:
     stretch = candidate.stretch
-    return Site(
+    return Street(
         kind=stretch.kind,
         waypoints=candidate.waypoints,
         obstacle_index=candidate.obstacle_index,
