@@ -14,7 +14,6 @@ from carlette.memory import hand_back
 from carlette.opendrive.bounds import check_bounds
 from carlette.opendrive.document import MapFile, available_towns, check_opendrive, find_town
 from carlette.opendrive.roads import RoadNetwork
-from carlette.opendrive.trial import try_out
 from carlette.recorder import Recorder, Replay, ReplayOptions, default_folder
 from carlette.sensors.suite import Suite
 from carlette.stream.hub import Hub
@@ -24,6 +23,7 @@ from carlette.wire.snapshot import MAP_CHANGE, sensor_header, world_header
 from carlette.wire.token import WORLD_STREAM, stream_token
 from carlette.world.actor import Actor
 from carlette.world.settings import EpisodeSettings
+from carlette.world.trial import try_out
 from carlette.world.world import World
 
 MAP_PREFIX = "Carla/Maps/"

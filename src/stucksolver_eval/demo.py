@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any, Literal
 
 from stucksolver_eval.arms.make import check_arm
+from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.files import require_writable
 from stucksolver_eval.guidance import Line, When
-from stucksolver_eval.replay.log import RunLog
 from stucksolver_eval.report import write_report
+from stucksolver_eval.results.runlog import RunLog
 from stucksolver_eval.results.store import Store
 from stucksolver_eval.routes import Route
-from stucksolver_eval.runner.job import ArmSpec, RouteJob
+from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.runner.work import Task, drive_task
 from stucksolver_eval.streets.find import choose_street
 from stucksolver_eval.streets.routes import Where, look_on_map, street_route

@@ -14,6 +14,8 @@ from typing import Any
 
 START_LIMIT_S = 60.0
 REACH_S = 5.0
+CLIENT_TIMEOUT_S = 15.0
+"""How long a call of the client may take."""
 SERVED = ("0.9.15", "0.9.16")
 
 

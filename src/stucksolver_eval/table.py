@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stucksolver_eval.replay.log import DecisionMoment, RunLog, RunResult
 from stucksolver_eval.results.outcome import QueryOutcome
+from stucksolver_eval.results.runlog import DecisionMoment, RunLog, RunResult
 from stucksolver_eval.terminal import filled, table
 
 HEAD = (

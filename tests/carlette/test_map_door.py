@@ -15,8 +15,8 @@ from straight import straight_road
 
 from carlette.errors import MapError
 from carlette.files import read_regular
-from carlette.opendrive import trial
 from carlette.opendrive.document import LARGEST_MAP_BYTES, find_map, find_town, load_map, map_folders
+from carlette.world import trial
 
 pytest.importorskip("carla")
 

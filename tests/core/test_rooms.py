@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import networkx
 import pytest
 
 import stucksolver
@@ -93,6 +94,22 @@ def test_only_the_commands_know_the_evaluation():
         for file in sorted(package.rglob("*.py")):
             if "stucksolver_eval" in {name.split(".")[0] for name in imports_of(file)}:
                 assert package == ROOT and file.relative_to(ROOT).parts[0] == "cli", file
+
+
+@pytest.mark.parametrize("package", ["stucksolver", "stucksolver_eval", "stucksolver_bridge", "carlette"])
+def test_no_rooms_need_each_other_in_a_circle(package):
+    folder = ROOT.parent / package
+    doors = networkx.DiGraph()
+    for file in sorted(folder.rglob("*.py")):
+        room = file.relative_to(folder).parts[0].removesuffix(".py")
+        if room == "__init__":
+            continue
+        for name in imports_of(file):
+            parts = name.split(".")
+            if parts[0] == package and len(parts) > 1 and parts[1] != room:
+                doors.add_edge(room, parts[1], why=f"{file.relative_to(folder)} imports {name}")
+    circles = [sorted(circle) for circle in networkx.strongly_connected_components(doors) if len(circle) > 1]
+    assert not circles, [data["why"] for *_, data in doors.subgraph(circles[0]).edges(data=True)]
 
 
 def test_importing_the_core_or_the_whole_product_loads_no_simulator():

@@ -10,8 +10,8 @@ pytest.importorskip("carla")
 from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane
 from stucksolver.guard import Guard, RejectCode
 from stucksolver_eval.arms.make import ArmError, check_arm
+from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.arms.unguarded import Unguarded
-from stucksolver_eval.runner.job import ArmSpec
 
 BORROW = BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)
 

@@ -11,7 +11,7 @@ pytest.importorskip("carla")
 
 from stucksolver_eval.arms.make import ArmError
 from stucksolver_eval.demo import ALONE, CYCLISTS, GUIDED, HELPED, PARKED_CAR, DemoSpec, demo
-from stucksolver_eval.replay.log import RunLog
+from stucksolver_eval.results.runlog import RunLog
 from stucksolver_eval.runner.process import RunError
 from stucksolver_eval.server import ServerError, carlette_server
 from stucksolver_eval.streets.find import StreetError

@@ -18,7 +18,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stucksolver_eval.replay.log import (
+from stucksolver_eval.report import ReportError, write_report
+from stucksolver_eval.report.pack import pack, series
+from stucksolver_eval.report.page import SCRIPTS, embedded_json
+from stucksolver_eval.results.runlog import (
     ActorInfo,
     DecisionMoment,
     Frame,
@@ -29,9 +32,6 @@ from stucksolver_eval.replay.log import (
     RunLog,
     RunResult,
 )
-from stucksolver_eval.report import ReportError, write_report
-from stucksolver_eval.report.pack import pack, series
-from stucksolver_eval.report.page import SCRIPTS, embedded_json
 
 ASSETS = files("stucksolver_eval.report") / "assets"
 HOSTILE = "</script><script>alert(1)</script><!--<img src=x onerror=alert(2)> & {{DATA}} \u2028"

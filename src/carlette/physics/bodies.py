@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.geometry import Floats, Pose, Rotation, Vector
+from carlette.physics.table import Table, flags, numbers
 from carlette.wire.snapshot import RECORD, Records
-from carlette.world.table import Table, flags, numbers
 
 
 @dataclass

@@ -31,7 +31,7 @@ from carlette.physics.sheet import (
     Wheel,
     sheet_of,
 )
-from carlette.world.table import Table, flags, indices, numbers
+from carlette.physics.table import Table, flags, indices, numbers
 
 GRAVITY = 9.81
 BRAKE_MPS2 = 6.8

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.physics.bodies import Bodies
+from carlette.physics.table import Table, indices
 from carlette.physics.walkers import SLIDE_MPS2, slowed
-from carlette.world.table import Table, indices
 
 SPIN_KEPT = 0.8
 

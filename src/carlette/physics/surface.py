@@ -11,7 +11,7 @@ from carlette.geometry import Floats, Vector
 from carlette.opendrive.roads import RoadNetwork
 from carlette.physics.bodies import Bodies
 from carlette.physics.fleet import GRAVITY
-from carlette.world.table import Table, flags, indices, numbers
+from carlette.physics.table import Table, flags, indices, numbers
 
 STEP_M = 0.3
 RELOOK_M = 1.5

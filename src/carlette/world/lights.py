@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from carlette.geometry import Floats
 from carlette.opendrive.signals import Turn
 from carlette.physics.bodies import Bodies
-from carlette.world.table import Table, flags, indices, numbers
+from carlette.physics.table import Table, flags, indices, numbers
 
 GREEN_S, YELLOW_S, RED_S = 10.0, 3.0, 2.0
 RED_ALONE_S = 10.0

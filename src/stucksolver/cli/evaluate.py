@@ -69,13 +69,13 @@ def run(options: argparse.Namespace) -> int:
     """Run it and print the scores. Raises `UsageError` for what cannot be done; 1 if a route crashed."""
     from stucksolver.ladder import LadderError
     from stucksolver_eval.arms.make import ArmError
+    from stucksolver_eval.arms.spec import ArmSpec
     from stucksolver_eval.files import OutputError
     from stucksolver_eval.guidance import GuidanceError
     from stucksolver_eval.results.store import StoreError
     from stucksolver_eval.routes import RouteFileError
     from stucksolver_eval.runner.cluster import ClusterError
     from stucksolver_eval.runner.evaluate import EvaluationSpec, evaluate
-    from stucksolver_eval.runner.job import ArmSpec
     from stucksolver_eval.runner.sweep import SweepError, parse_sweep, run_sweep
     from stucksolver_eval.scenarios.base import ScenarioError
     from stucksolver_eval.suites import SuiteError, shipped_guidance

@@ -18,12 +18,12 @@ from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.carla_stack.camera import FrontCamera
 from stucksolver_eval.arms.arm import Arm, DriverAlone
 from stucksolver_eval.arms.solver_arm import Listener, SolverArm
+from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.arms.timed import TimedReasoner
 from stucksolver_eval.arms.timers import TimersArm
 from stucksolver_eval.arms.unguarded import Unguarded
 from stucksolver_eval.drivers import DriverNameError, RouteDriver, check_driver
 from stucksolver_eval.routes.line import RouteLine
-from stucksolver_eval.runner.job import ArmSpec
 
 NONE, TIMERS, FAULTY_PREFIX = "none", "timers", "faulty:"
 EXCHANGES = "exchanges"

@@ -17,7 +17,7 @@ from stucksolver_eval.background.road import RoadTraffic
 from stucksolver_eval.background.seen import Seen
 
 if TYPE_CHECKING:
-    from stucksolver_eval.scenarios.setting import Setting
+    from stucksolver_eval.setting import Setting
 
 EVERY = 5
 """Ticks between two looks at who comes and goes."""

@@ -13,7 +13,7 @@ from stucksolver_eval.actors import Car
 from stucksolver_eval.background.lanes import RouteJunction
 
 if TYPE_CHECKING:
-    from stucksolver_eval.scenarios.setting import Setting
+    from stucksolver_eval.setting import Setting
 
 JUNCTION_NEAR_M, JUNCTION_NEAR_S = 30.0, 1.5
 ROLE = "background"

@@ -9,14 +9,15 @@ from pathlib import Path
 
 from stucksolver.ladder import parse_ladder, profile_text
 from stucksolver.solver import Event, EventKind
+from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.cases.case import Case
 from stucksolver_eval.files import write_text
 from stucksolver_eval.guidance import Line, When
-from stucksolver_eval.replay.log import RunLog
 from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.results.runlog import RunLog
 from stucksolver_eval.results.store import Store
 from stucksolver_eval.routes import Route
-from stucksolver_eval.runner.job import ArmSpec, RouteJob
+from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.runner.work import Task, drive_task
 from stucksolver_eval.streets.routes import Where, look_on_map, street_route
 

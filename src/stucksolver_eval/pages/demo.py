@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from stucksolver_eval.demo import DemoSpec, demo
-from stucksolver_eval.replay.log import RunLog
+from stucksolver_eval.results.runlog import RunLog
 from stucksolver_eval.table import recovered_text
 
 Road = Literal["one_lane", "multi_lane"]

@@ -11,8 +11,8 @@ from stucksolver.solver import Event, EventKind
 from stucksolver.stacks.carla_stack.contact import footprint
 from stucksolver.stacks.carla_stack.frames import to_local
 from stucksolver.stacks.carla_stack.tracker import Tracker
-from stucksolver_eval.replay.log import ActorInfo, ActorRole, DecisionMoment, Frame, LogEvent, Polyline
 from stucksolver_eval.results.outcome import came_to
+from stucksolver_eval.results.runlog import ActorInfo, ActorRole, DecisionMoment, Frame, LogEvent, Polyline
 
 RANGE_M = 160.0
 LIGHT_RANGE_M = 120.0

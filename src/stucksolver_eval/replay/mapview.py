@@ -14,8 +14,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from stucksolver_eval.replay.log import LaneArea, MapView, Marking, Polyline
 from stucksolver_eval.replay.mapsections import LaneSpan, lane_spans
+from stucksolver_eval.results.runlog import LaneArea, MapView, Marking, Polyline
 
 _STEP_M = 2.0
 _INSIDE_M = 1e-3

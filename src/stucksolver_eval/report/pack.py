@@ -12,7 +12,7 @@ from typing import Any
 
 import shapely
 
-from stucksolver_eval.replay.log import Frame, MapView, Polyline, RunLog
+from stucksolver_eval.results.runlog import Frame, MapView, Polyline, RunLog
 
 _FULL_TURN = 3600
 _PATH_TOLERANCE_M = 0.05

@@ -6,9 +6,9 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from stucksolver_eval.replay.log import RunLog
 from stucksolver_eval.report.pack import pack
 from stucksolver_eval.report.page import page
+from stucksolver_eval.results.runlog import RunLog
 
 
 class ReportError(RuntimeError):

@@ -8,8 +8,8 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, Field
 
 from stucksolver_eval.criteria.base import Infraction
+from stucksolver_eval.criteria.penalties import KINDS, score_route
 from stucksolver_eval.criteria.route_timeout import TICK_RUNTIME, TICKS
-from stucksolver_eval.scores.penalties import KINDS, score_route
 
 COMPLETED, PERFECT = "Completed", "Perfect"
 TICK_S = 0.05

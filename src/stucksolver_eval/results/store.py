@@ -15,20 +15,17 @@ from __future__ import annotations
 import gzip
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
 from stucksolver.solver import Event
 from stucksolver_eval.files import cannot_write, write_bytes, write_text
-from stucksolver_eval.replay.log import RunLog
+from stucksolver_eval.results.driven import Driven
 from stucksolver_eval.results.manifest import Manifest
 from stucksolver_eval.results.outcome import Outcome
 from stucksolver_eval.results.record import CheckpointFile, RouteRecord, checkpoint_text, save_name
+from stucksolver_eval.results.runlog import RunLog
 from stucksolver_eval.routes import Route, read_routes, write_routes
-
-if TYPE_CHECKING:
-    from stucksolver_eval.runner.drive import Driven
 
 MANIFEST, ROUTES = "evaluation.json", "routes.xml"
 DONE = ("driven", "unsupported")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from random import Random
 from typing import Any
 
@@ -21,19 +20,19 @@ from stucksolver_eval.drivers import make_driver
 from stucksolver_eval.drivers.guest import GuestDriver
 from stucksolver_eval.guidance.speaker import Speaker
 from stucksolver_eval.near_miss import NearMissWatch
-from stucksolver_eval.replay.keeper import ReplayKeeper
-from stucksolver_eval.replay.log import RunLog
+from stucksolver_eval.results.driven import Driven
 from stucksolver_eval.results.metric_info import MetricInfo
 from stucksolver_eval.results.outcome import Noted, Outcome
-from stucksolver_eval.results.record import RouteRecord, make_record
+from stucksolver_eval.results.record import make_record
 from stucksolver_eval.routes.line import RouteLine
 from stucksolver_eval.runner.job import RouteJob
-from stucksolver_eval.runner.process import CLIENT_TIMEOUT_S, PROGRESS_EVERY_S
+from stucksolver_eval.runner.process import PROGRESS_EVERY_S
+from stucksolver_eval.runner.replay import ReplayKeeper
 from stucksolver_eval.runner.watch import SpellWatch, TrafficSpeeds
 from stucksolver_eval.runner.weather import Weather
 from stucksolver_eval.scenarios.play import Play
-from stucksolver_eval.scenarios.setting import Setting
-from stucksolver_eval.server import Server, connect, set_synchronous
+from stucksolver_eval.server import CLIENT_TIMEOUT_S, Server, connect, set_synchronous
+from stucksolver_eval.setting import Setting
 
 DT_S = 0.05
 HERO = "vehicle.lincoln.mkz_2020"
@@ -45,18 +44,6 @@ BEYOND_END_M = 20
 
 class DriveError(RuntimeError):
     """A route cannot be driven as its file says; the message says what and where."""
-
-
-@dataclass(frozen=True)
-class Driven:
-    """What is left of a route."""
-
-    record: RouteRecord
-    outcome: Outcome
-    metric_info: MetricInfo
-    replay: RunLog | None
-    events: tuple[Event, ...] = ()
-    """Of the solver, where they are asked for; times since the start of the route."""
 
 
 def drive_route(job: RouteJob, server: Server, progress: Callable[[float], None]) -> Driven:
@@ -78,8 +65,7 @@ def _drive(job: RouteJob, client: Any, world: Any, progress: Callable[[float], N
     for _ in range(SETTLE_TICKS):
         world.tick()
     setting = Setting(client, world, carla_map, hero, line, Random(f"{job.seed}:{job.route.id}"), dt_s=DT_S)
-    setting.background = Background(setting, empty=not job.background)
-    play = Play(job.route.scenarios, setting)
+    play = Play(job.route.scenarios, setting, Background(setting, empty=not job.background))
     try:
         world.tick()
         return _Drive(job, setting, play).go(progress)

@@ -11,13 +11,14 @@ from stucksolver.ladder import find_ladder
 from stucksolver.reason.llm.prompt import prompt_name
 from stucksolver.reason.make import sees
 from stucksolver_eval.arms.make import check_arm, preflight_arm
+from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.files import require_writable
 from stucksolver_eval.guidance import Script, read_script
 from stucksolver_eval.results.manifest import Manifest, file_digest, suite_digest
 from stucksolver_eval.results.store import Store, StoreError
 from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.board import Board
-from stucksolver_eval.runner.job import ArmSpec, Replays, RouteJob
+from stucksolver_eval.runner.job import Replays, RouteJob
 from stucksolver_eval.runner.pool import News, run_tasks
 from stucksolver_eval.runner.suite import load_routes, route_ids
 from stucksolver_eval.runner.work import Task

@@ -16,7 +16,6 @@ from typing import Any
 
 from stucksolver_eval.server import Server
 
-CLIENT_TIMEOUT_S = 15.0
 PROGRESS_EVERY_S = 5.0
 SILENCE_S = 180.0
 """A run that tells of no progress for this long hangs."""

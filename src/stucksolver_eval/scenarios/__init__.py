@@ -3,7 +3,7 @@
 from stucksolver_eval.scenarios.base import Scenario, ScenarioError, Unsupported
 from stucksolver_eval.scenarios.play import Play, PlayEvent
 from stucksolver_eval.scenarios.registry import SCENARIOS, load_all, scenario_type
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 
 __all__ = [
     "SCENARIOS",

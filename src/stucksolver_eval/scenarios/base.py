@@ -13,7 +13,7 @@ import carla
 from stucksolver_eval.actors import Cars, Cast, State
 from stucksolver_eval.background import Background
 from stucksolver_eval.routes.route import ScenarioSpec
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed
 
 Expected = Literal["recover", "wait", "ask", "reroute"]
@@ -59,9 +59,11 @@ class Scenario(ABC):
     keeps_suspended: ClassVar[frozenset[str]] = frozenset()
     """Criteria that stay off after the end, once it has switched them off."""
 
-    def __init__(self, spec: ScenarioSpec, setting: Setting) -> None:
+    def __init__(self, spec: ScenarioSpec, setting: Setting, traffic: Background | None = None) -> None:
+        """`traffic`: the background; without one its hooks do nothing."""
         self.spec = spec
         self.setting = setting
+        self._traffic = traffic
         self.suspended: set[str] = set()
         self.news: list[tuple[str, str, float]] = []
         """(kind, text, value) since `Play` last looked: what the criteria should know."""
@@ -107,7 +109,7 @@ class Scenario(ABC):
     @cached_property
     def traffic(self) -> Background:
         """The background, or an empty one whose hooks do nothing."""
-        return self.setting.background or Background(self.setting, empty=True)
+        return self._traffic or Background(self.setting, empty=True)
 
     @property
     def limit_mps(self) -> float:

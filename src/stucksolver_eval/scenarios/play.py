@@ -6,10 +6,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from stucksolver_eval.background import Background
 from stucksolver_eval.routes.route import ScenarioSpec
 from stucksolver_eval.scenarios.base import Expected, Scenario, ScenarioError, Unsupported
 from stucksolver_eval.scenarios.registry import scenario_type
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 
 TRIGGER_M = 2.0
 OFF_ROUTE_M = 10.0
@@ -42,16 +43,17 @@ class Play:
     route, and `Unsupported` where the map or the blueprint library cannot host a scenario.
     """
 
-    def __init__(self, specs: Sequence[ScenarioSpec], setting: Setting) -> None:
+    def __init__(self, specs: Sequence[ScenarioSpec], setting: Setting, background: Background | None = None) -> None:
         self._setting = setting
+        self._background = background
         self._closed = False
         self.events: list[PlayEvent] = []
         setting.cast.look()
-        self._parts = [_Part(_built(spec, setting)) for spec in specs]
+        self._parts = [_Part(_built(spec, setting, background)) for spec in specs]
         for part in self._parts:
             part.scenario.stage()
-        if setting.background is not None:
-            setting.background.populate()
+        if background is not None:
+            background.populate()
         setting.cast.flush()
 
     @property
@@ -92,8 +94,8 @@ class Play:
                 self._start(part, time_s)
             if part.script is not None and not part.over:
                 self._go_on(part, part.script, time_s)
-        if setting.background is not None:
-            setting.background.tick(time_s, hero_s_m)
+        if self._background is not None:
+            self._background.tick(time_s, hero_s_m)
         setting.cars.step()
         setting.cast.flush()
 
@@ -150,8 +152,8 @@ def _is_over(script: Iterator[None]) -> bool:
     return False
 
 
-def _built(spec: ScenarioSpec, setting: Setting) -> Scenario:
-    scenario = scenario_type(spec.type)(spec, setting)
+def _built(spec: ScenarioSpec, setting: Setting, background: Background | None) -> Scenario:
+    scenario = scenario_type(spec.type)(spec, setting, background)
     place = setting.route.waypoints[scenario.trigger_index].transform.location
     trigger = spec.trigger.position
     off_m = ((place.x - trigger.x_m) ** 2 + (place.y - trigger.y_m) ** 2) ** 0.5

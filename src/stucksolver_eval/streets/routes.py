@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from stucksolver_eval.routes import Pose, Position, Route, ScenarioSpec
-from stucksolver_eval.runner.process import CLIENT_TIMEOUT_S
-from stucksolver_eval.server import ServerError, connect, open_server
+from stucksolver_eval.server import CLIENT_TIMEOUT_S, ServerError, connect, open_server
 
 MARKS_EVERY_M = 20
 """Between the waypoints that a route names: near enough that there is one way only from each to the next."""

@@ -54,8 +54,8 @@ class Drive:
         self.hero = self.world.spawn_actor(blueprint, place)
         self.world.tick()
         self.setting = Setting(client, self.world, carla_map, self.hero, self.route, random.Random(5))
-        self.background = self.setting.background = Background(self.setting, empty=empty)
-        self.play = Play([], self.setting)
+        self.background = Background(self.setting, empty=empty)
+        self.play = Play([], self.setting, self.background)
         self.index = 0
 
     def run(self, seconds: float, speed_mps: float | None = None) -> None:

@@ -16,11 +16,12 @@ import pytest
 pytest.importorskip("carla")
 
 from stucksolver_eval.arms.make import ArmError, check_arm
+from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.drivers import AgentError, check_driver
 from stucksolver_eval.drivers.agent import checked
 from stucksolver_eval.drivers.guest import GuestDriver
 from stucksolver_eval.drivers.leaderboard import LeaderboardAgent, _Listening
-from stucksolver_eval.runner.job import ArmSpec, RouteJob
+from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.runner.suite import load_routes
 from stucksolver_eval.runner.work import Task, run_task
 

@@ -10,6 +10,7 @@ import stores
 from stores import ROUTES, begun, keep, manifest, metric_info, outcome, record
 
 from stucksolver_eval.criteria import Infraction
+from stucksolver_eval.criteria.penalties import KINDS
 from stucksolver_eval.report.evaluation import evaluation_page, write_evaluation
 from stucksolver_eval.report.tables import summary_json
 from stucksolver_eval.results.metric_info import NAMES, read_metric_info
@@ -17,7 +18,6 @@ from stucksolver_eval.results.outcome import Intervention, Noted
 from stucksolver_eval.results.record import checkpoint_text
 from stucksolver_eval.results.store import Store, StoreError
 from stucksolver_eval.scores.compare import ComparisonError, comparison
-from stucksolver_eval.scores.penalties import KINDS
 from stucksolver_eval.scores.summary import Summary, summarize
 
 SPEED = Infraction("min_speed_infractions", 1.0, "on average at 80.0% of it", 80.0)

@@ -9,8 +9,8 @@ import pytest
 pytest.importorskip("carla")
 
 from stucksolver.reason.llm.prompt import prompt_name
+from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.runner.evaluate import EvaluationSpec, manifest_of
-from stucksolver_eval.runner.job import ArmSpec
 
 
 @pytest.mark.parametrize(

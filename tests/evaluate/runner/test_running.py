@@ -13,13 +13,14 @@ import pytest
 
 pytest.importorskip("carla")
 
+from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.files import OutputError
 from stucksolver_eval.results.outcome import Outcome
 from stucksolver_eval.results.record import make_record
 from stucksolver_eval.routes import Pose, Position, Route, ScenarioSpec, WeatherKey
 from stucksolver_eval.runner.board import Board
 from stucksolver_eval.runner.evaluate import EvaluationSpec
-from stucksolver_eval.runner.job import ArmSpec, RouteJob
+from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.runner.pool import run_tasks
 from stucksolver_eval.runner.process import NotWanted
 from stucksolver_eval.runner.sweep import SweepError, parse_sweep, sweep_specs

@@ -46,9 +46,8 @@ class Playing:
         self.hero = _hero(world, self.route)
         world.tick()
         self.setting = Setting(client, world, self.map, self.hero, self.route, random.Random(1))
-        if traffic:
-            self.setting.background = Background(self.setting)
-        self.play = Play([self.spec], self.setting)
+        self.background = Background(self.setting) if traffic else None
+        self.play = Play([self.spec], self.setting, self.background)
         self._index = 0
         self._car: Car | None = None
 

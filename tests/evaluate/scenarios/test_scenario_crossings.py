@@ -176,7 +176,7 @@ def test_all_cars_ahead_brake_and_stand_for_ten_seconds(play):
     playing.run(6.0, lambda: bool(playing.play.active))
     playing.go(0.0)
     playing.run(4.0)
-    ahead = playing.setting.background.road.ahead
+    ahead = playing.background.road.ahead
     assert ahead and all(car.speed_mps < 0.1 for car in ahead)
     lit = [car for car in ahead if car.member.actor.get_light_state() == carla.VehicleLightState.Brake]
     assert len(lit) >= 2

@@ -41,7 +41,7 @@ def test_an_obstacle_stands_in_the_heros_lane_with_nobody_before_it(play, kind):
     assert blocking and first_m == pytest.approx(42.0 + FIRST_M[kind.removesuffix("TwoWays")], abs=3.0)
     # Traffic ahead of the hero was moved beyond.
     end_m = max(playing.along(one)[0] for one in blocking)
-    hero_lane = [car for car in playing.setting.background.road.ahead if abs(playing.along(car.member)[1]) < 1.5]
+    hero_lane = [car for car in playing.background.road.ahead if abs(playing.along(car.member)[1]) < 1.5]
     assert all(playing.along(car.member)[0] > end_m for car in hero_lane)
 
 
@@ -50,7 +50,7 @@ def test_traffic_beside_is_slowed_five_seconds_after_the_hero_came_near(play, ki
     playing = play(f"{kind}_1", distance=value(42), speed=value(36))
     playing.jump(5.0)
     playing.jump(28.0)
-    road = playing.setting.background.road
+    road = playing.background.road
     playing.run(4.5)
     assert road.cap_mps is None
     playing.run(1.0)
@@ -93,10 +93,10 @@ def test_beside_bicycles_on_two_ways_the_test_for_the_wrong_lane_stays_off_for_g
     playing = play("HazardAtSideLaneTwoWays_1", frequency=value(77))
     playing.jump(5.0)
     playing.tick()
-    assert playing.setting.background.oncoming.spacing_m == 77.0
+    assert playing.background.oncoming.spacing_m == 77.0
     playing.jump(playing.route.length_m - 2.0)
     assert playing.play.finished and playing.play.suspended == {"wrong_lane"}
-    assert playing.setting.background.oncoming.spacing_m == 40.0
+    assert playing.background.oncoming.spacing_m == 40.0
 
 
 def test_a_door_opens_into_the_heros_way_when_it_is_near(play):

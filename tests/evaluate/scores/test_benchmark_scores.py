@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from stucksolver_eval.criteria import Infraction
+from stucksolver_eval.criteria.penalties import FACTORS, KINDS, score_route
 from stucksolver_eval.scores.ability import ABILITIES, AbilityCase, ability_scores, passed_junction
 from stucksolver_eval.scores.efficiency import corrected_efficiency, efficiency, route_efficiency
-from stucksolver_eval.scores.penalties import FACTORS, KINDS, score_route
 from stucksolver_eval.scores.smoothness import CORRECTED, filters, smoothness
 
 

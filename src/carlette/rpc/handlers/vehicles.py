@@ -12,8 +12,8 @@ from carlette.physics.ackermann import GAINS, Ackermann
 from carlette.physics.doors import STOP_ARM
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import Session
-from carlette.wire.telemetry import telemetry, wheel_angle
-from carlette.wire.vehicle_physics import physics_control, take_physics_control
+from carlette.rpc.telemetry import telemetry, wheel_angle
+from carlette.rpc.vehicle_physics import physics_control, take_physics_control
 from carlette.world.actor import Actor
 
 methods = Methods()

@@ -12,7 +12,7 @@ from stucksolver_eval.background.lanes import beside
 from stucksolver_eval.scenarios.base import Scenario, ScenarioError
 from stucksolver_eval.scenarios.moves.flow import Flow, run_flows
 from stucksolver_eval.scenarios.parameters import Number, Place, Range
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 
 SINK_M = 2.0
 MOST_LANES = 4

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stucksolver_eval.actors import Car
 from stucksolver_eval.scenarios.base import Scenario
 from stucksolver_eval.scenarios.moves.junction import JunctionScenario, straight_way
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 
 BEFORE_M, NOSE_GAP_M = 2.0, 1.5
 HALF_CAR_M, STEP_M = 2.0, 2.0

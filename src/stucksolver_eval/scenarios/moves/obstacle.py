@@ -15,7 +15,7 @@ from stucksolver_eval.scenarios.base import Scenario
 from stucksolver_eval.scenarios.moves.flow import Flow
 from stucksolver_eval.scenarios.moves.places import beside, run_of_lane, side_driving_lane, upstream
 from stucksolver_eval.scenarios.parameters import Choice, Number, Range
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 
 PAST_M = 50.0
 ROOM_BEYOND_M = 20.0

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stucksolver_eval.scenarios.moves.junction import JunctionScenario, straight_way
 from stucksolver_eval.scenarios.parameters import Choice
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 
 SPEED_MPS = 60.0 / 3.6
 UPSTREAM_M, SINK_M = 60.0, 10.0

@@ -13,7 +13,7 @@ from stucksolver_eval.scenarios.moves.junction import JunctionScenario
 from stucksolver_eval.scenarios.moves.obstacle import oncoming_flow
 from stucksolver_eval.scenarios.moves.places import beside
 from stucksolver_eval.scenarios.parameters import Number
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 
 PASSABLE_M = (180.0, 360.0)
 """Distances between oncoming cars among which there are gaps to pass something in."""

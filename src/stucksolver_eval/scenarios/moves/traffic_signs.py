@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any, ClassVar
 
 from stucksolver_eval.scenarios.moves.junction import JunctionScenario
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 
 BEYOND_M = 10.0
 FIRST_S = 5.0

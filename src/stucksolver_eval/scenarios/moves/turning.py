@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from stucksolver_eval.scenarios.moves.flow import Flow
 from stucksolver_eval.scenarios.moves.junction import JunctionScenario, straight_way, way_to
 from stucksolver_eval.scenarios.parameters import Number, Range
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 
 RED_S = 5.0
 

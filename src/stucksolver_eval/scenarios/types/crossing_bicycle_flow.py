@@ -12,7 +12,7 @@ from stucksolver_eval.scenarios.moves.crossing import BICYCLES
 from stucksolver_eval.scenarios.moves.junction import JunctionScenario
 from stucksolver_eval.scenarios.moves.places import run_of_lane
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.through import TURNS, Through, bicycles
 from stucksolver_eval.sites.values import flow_values

@@ -11,7 +11,7 @@ from stucksolver_eval.scenarios.moves.crossing import ADULTS, WALKER_LIFT_M, wal
 from stucksolver_eval.scenarios.moves.places import beside, edge_m, lane_of
 from stucksolver_eval.scenarios.parameters import Choice, Number, Text
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.along import Along
 from stucksolver_eval.sites.fits import sidewalk
 from stucksolver_eval.sites.placed import Placed

@@ -5,7 +5,7 @@ from __future__ import annotations
 from stucksolver_eval.scenarios.moves.obstacle import SlowBicycles, TwoWays
 from stucksolver_eval.scenarios.parameters import Number
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.along import Along
 from stucksolver_eval.sites.fits import two_ways
 from stucksolver_eval.sites.placed import Placed

@@ -12,7 +12,7 @@ from stucksolver_eval.scenarios.base import Scenario, ScenarioError
 from stucksolver_eval.scenarios.moves.places import run_of_lane, side_driving_lane
 from stucksolver_eval.scenarios.parameters import Place
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.ramps import cut_ins
 

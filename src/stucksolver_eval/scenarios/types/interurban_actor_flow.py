@@ -7,7 +7,7 @@ from collections.abc import Callable
 from stucksolver_eval.scenarios.moves.actor_flow import ActorFlow
 from stucksolver_eval.scenarios.moves.junction import JunctionScenario
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.through import LEFT_TURNS, Through, oncoming_flow
 from stucksolver_eval.sites.values import flow_values

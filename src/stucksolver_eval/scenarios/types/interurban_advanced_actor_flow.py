@@ -8,7 +8,7 @@ from stucksolver_eval.scenarios.moves.flow import Flow, run_flows
 from stucksolver_eval.scenarios.moves.junction import JunctionScenario, straight_way
 from stucksolver_eval.scenarios.parameters import Choice, Number, Range
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.through import LEFT_TURNS, SIGNED, Through, crossing_flow
 from stucksolver_eval.sites.values import flow_values

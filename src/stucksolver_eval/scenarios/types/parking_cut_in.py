@@ -10,7 +10,7 @@ from stucksolver_eval.scenarios.base import Scenario
 from stucksolver_eval.scenarios.moves.places import lane_of
 from stucksolver_eval.scenarios.parameters import Choice
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.along import Along
 from stucksolver_eval.sites.fits import parking
 from stucksolver_eval.sites.placed import Placed

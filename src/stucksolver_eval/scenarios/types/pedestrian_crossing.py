@@ -12,7 +12,7 @@ from stucksolver_eval.scenarios.moves.crossing import ADULTS, WALKER_LIFT_M, tog
 from stucksolver_eval.scenarios.moves.junction import JunctionScenario
 from stucksolver_eval.scenarios.moves.places import beside, edge_m, lane_of
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.through import ALL_WAYS, Through
 

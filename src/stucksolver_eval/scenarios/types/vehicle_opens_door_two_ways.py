@@ -11,7 +11,7 @@ from stucksolver_eval.scenarios.moves.obstacle import PAST_M, TwoWays
 from stucksolver_eval.scenarios.moves.places import beside, lane_of
 from stucksolver_eval.scenarios.parameters import Number
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.along import Along
 from stucksolver_eval.sites.fits import two_ways_with_parking
 from stucksolver_eval.sites.placed import Placed

@@ -8,7 +8,7 @@ from typing import Any
 from stucksolver_eval.scenarios.moves.junction import straight_way
 from stucksolver_eval.scenarios.moves.stuck import StuckAtLight
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.through import LIT, STRAIGHT, Through
 

@@ -8,7 +8,7 @@ import carla
 
 from stucksolver_eval.scenarios.moves.deadlock import Deadlock
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.special import dark_lights
 

@@ -8,7 +8,7 @@ from typing import ClassVar
 from stucksolver_eval.scenarios.moves.places import side_driving_lane
 from stucksolver_eval.scenarios.moves.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.along import Along
 from stucksolver_eval.sites.fits import right_of_two
 from stucksolver_eval.sites.placed import Placed

@@ -10,7 +10,7 @@ import carla
 from stucksolver_eval.scenarios.moves.places import run_of_lane
 from stucksolver_eval.scenarios.moves.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.along import Along
 from stucksolver_eval.sites.fits import narrow
 from stucksolver_eval.sites.placed import Placed

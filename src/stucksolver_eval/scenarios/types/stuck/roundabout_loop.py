@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from stucksolver_eval.scenarios.base import Scenario
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.special import round_and_round
 

@@ -15,9 +15,10 @@ pytest.importorskip("carla")
 
 import route_crashers
 
+from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.routes import Position, Route
 from stucksolver_eval.runner import process, work
-from stucksolver_eval.runner.job import ArmSpec, RouteJob
+from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.runner.work import Task, run_task
 
 pytestmark = pytest.mark.integration

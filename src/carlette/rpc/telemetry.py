@@ -9,7 +9,7 @@ import numpy as np
 
 from carlette.physics.fleet import BRAKE, GRAVITY, STEER, THROTTLE
 from carlette.physics.sheet import EFFICIENCY
-from carlette.wire.vehicle_physics import sheet_of_actor
+from carlette.rpc.vehicle_physics import sheet_of_actor
 from carlette.world.actor import Actor
 from carlette.world.world import World
 

@@ -8,13 +8,13 @@ from typing import Any
 from stucksolver.decision import CONTINUE, Directive
 from stucksolver_eval.arms.arm import Now
 from stucksolver_eval.arms.solver_arm import SolverArm
-from stucksolver_eval.replay.log import ActorRole, RunLog, RunResult
 from stucksolver_eval.replay.logger import RunLogger
 from stucksolver_eval.replay.mapview import map_view
 from stucksolver_eval.results.outcome import Outcome
 from stucksolver_eval.results.record import RouteRecord, status_text
+from stucksolver_eval.results.runlog import ActorRole, RunLog, RunResult
 from stucksolver_eval.runner.job import RouteJob
-from stucksolver_eval.scenarios.setting import Setting
+from stucksolver_eval.setting import Setting
 
 
 class ReplayKeeper:

@@ -1,25 +1,21 @@
-"""What a scenario may touch: the world, the route, the cast, and the traffic around."""
+"""What scenarios and background traffic may touch: the world, the route, and the cast."""
 
 from __future__ import annotations
 
 import random
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stucksolver_eval.actors import Cars, Cast
 from stucksolver_eval.routes.line import RouteLine
-
-if TYPE_CHECKING:
-    from stucksolver_eval.background import Background
 
 
 @dataclass
 class Setting:
     """One route in one world. `client`, `world`, `map` and `hero` are objects of the `carla` client.
 
-    The world is in synchronous mode with `dt_s` as its fixed step. `background` may be set after the setting is
-    made: `setting.background = Background(setting)`; `Play` moves it.
+    The world is in synchronous mode with `dt_s` as its fixed step.
     """
 
     client: Any
@@ -28,7 +24,6 @@ class Setting:
     hero: Any
     route: RouteLine
     random: random.Random
-    background: Background | None = None
     dt_s: float = 0.05
     hero_s_m: float = 0.0
     """Where the hero is along the route; `Play` keeps it."""

@@ -1,0 +1,36 @@
+"""Who drives, who helps, and how time is counted: what an arm is made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class ArmSpec:
+    """Who drives, who helps, and how time is counted.
+
+    `recovery`: `none`, `timers`, or the reasoner of the ladder's rung `rules`, such as `rules` or `faulty:random`.
+    `reasoner`: the one of its rung `model`, if any. `detector`: fields of `DetectorSettings` that differ from
+    its defaults. `guarded`: False drives what is proposed without a proof, to see what the guard is worth.
+    `heedless`: while it drives a plan the driver brakes for nobody by itself, to see what the guard alone is worth.
+    """
+
+    driver: str = "behavior:normal"
+    recovery: str = "none"
+    reasoner: str = ""
+    clock: str = "lockstep"
+    perception: str = "privileged"
+    ladder: Path | None = None
+    detector: dict[str, float] = field(default_factory=dict)
+    guarded: bool = True
+    heedless: bool = False
+    camera: bool = False
+    """The front camera is carried even where no reasoner looks at it, to show what was seen."""
+
+    @property
+    def name(self) -> str:
+        if self.recovery == "none":
+            return "driver alone"
+        helped = f"{self.recovery} + {self.reasoner}" if self.reasoner else self.recovery
+        return helped + (", heedless" if self.heedless else "") + ("" if self.guarded else ", unguarded")

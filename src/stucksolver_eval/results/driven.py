@@ -1,0 +1,23 @@
+"""What is left of a route that was driven."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stucksolver.solver import Event
+from stucksolver_eval.results.metric_info import MetricInfo
+from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.results.record import RouteRecord
+from stucksolver_eval.results.runlog import RunLog
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What is left of a route."""
+
+    record: RouteRecord
+    outcome: Outcome
+    metric_info: MetricInfo
+    replay: RunLog | None
+    events: tuple[Event, ...] = ()
+    """Of the solver, where they are asked for; times since the start of the route."""
