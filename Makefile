@@ -4,6 +4,7 @@ PYTHON ?= $(shell for p in python3.12 python3.11 python3.10 python3; do \
 VENV := .venv
 BIN := $(VENV)/bin
 SEED ?= 1
+PROJECTS := pyproject.toml packages/carlette/pyproject.toml
 
 # `make test` in parts: unit tests take about two minutes on two cores, the integration tests eight.
 .PHONY: demo test lint types unit integration model-server bench-smoke bench lock clean
@@ -43,18 +44,18 @@ $(VENV)/bin/python:
 	@test -n "$(PYTHON)" || { echo "error: needs Python 3.10, 3.11 or 3.12 (the carla package has wheels for no other); found none of them on PATH" >&2; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); echo "error: $(PYTHON) cannot make a virtual environment; on Debian or Ubuntu: apt install python3-venv" >&2; exit 1; }
 
-$(VENV)/.sim: requirements/sim.txt pyproject.toml | $(VENV)/bin/python
+$(VENV)/.sim: requirements/sim.txt $(PROJECTS) | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/sim.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e packages/carlette -e .
 	@touch $@
 
-$(VENV)/.dev: requirements/dev.txt pyproject.toml | $(VENV)/bin/python
+$(VENV)/.dev: requirements/dev.txt $(PROJECTS) | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e packages/carlette -e .
 	@touch $@ $(VENV)/.sim
 
-LOCK := uv pip compile pyproject.toml requirements/build.in --universal --python-version 3.10 --generate-hashes \
-	--no-emit-index-url --no-annotate --no-header --quiet
+LOCK := uv pip compile $(PROJECTS) requirements/build.in --universal --python-version 3.10 --generate-hashes \
+	--no-emit-index-url --no-emit-package carlette --no-annotate --no-header --quiet
 
 lock:
 	$(LOCK) --extra sim -o requirements/sim.txt

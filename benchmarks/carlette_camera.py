@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from carlette.blueprints import load_catalogue
-from carlette.camera.light import FOG_DENSITY, PRECIPITATION, SUN_ALTITUDE
-from carlette.camera.painter import Painter
-from carlette.camera.studio import stage_of, take
-from carlette.camera.view import View
+from carlette.camera.rendering.light import FOG_DENSITY, PRECIPITATION, SUN_ALTITUDE
+from carlette.camera.rendering.renderer import Renderer
+from carlette.camera.rendering.shots import static_scene_of, take
+from carlette.camera.rendering.view import View
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.maps import DEMO_TOWN
 from carlette.opendrive.document import load_map
@@ -37,17 +37,17 @@ def run(smoke: bool) -> dict[str, float]:
     frames = 4 if smoke else 40
     network = RoadNetwork(load_map(DEMO_TOWN))
     start = time.process_time()
-    stage_of(network)
+    static_scene_of(network)
     figures = {"build_s": time.process_time() - start}
-    world, painter = _street(network), Painter()
+    world, renderer = _street(network), Renderer()
     baseline = figures["fps_baseline"] = _rate(_average, frames)
     small, large = (_front_view(network, *size) for size in ((800, 450), (1600, 900)))
     jobs: dict[str, Callable[[], Any]] = {
-        "rgb_800x450": lambda: painter.rgb(take(world), small),
-        "depth_800x450": lambda: painter.depth(take(world), small),
-        "semantic_800x450": lambda: painter.tags(take(world), small),
-        "rgb_1600x900": lambda: painter.rgb(take(world), large),
-        "six_rgb_1600x900": lambda: _six(painter, world, network),
+        "rgb_800x450": lambda: renderer.rgb(take(world), small),
+        "depth_800x450": lambda: renderer.depth(take(world), small),
+        "semantic_800x450": lambda: renderer.tags(take(world), small),
+        "rgb_1600x900": lambda: renderer.rgb(take(world), large),
+        "six_rgb_1600x900": lambda: _six(renderer, world, network),
         "take": lambda: take(world),
     }
     for name, job in jobs.items():
@@ -108,10 +108,10 @@ def _front_view(network: RoadNetwork, width: int, height: int, turn_deg: float =
     return View(Pose(eye, Rotation(-3.0, spot.rotation.yaw + turn_deg, 0.0)), width, height, 90.0)
 
 
-def _six(painter: Painter, world: World, network: RoadNetwork) -> None:
+def _six(renderer: Renderer, world: World, network: RoadNetwork) -> None:
     shot = take(world)
     for number in range(6):
-        painter.rgb(shot, _front_view(network, 1600, 900, 60.0 * number))
+        renderer.rgb(shot, _front_view(network, 1600, 900, 60.0 * number))
 
 
 def _average() -> Any:

@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-import random
 import time
 
-from carlette.errors import SpawnCollision
-from carlette.geometry import Pose
-from carlette.opendrive.document import find_map, map_folders
-from carlette.opendrive.roads import RoadNetwork
-from carlette.traffic import Traffic
-from carlette.world.spawn import spawn
-from carlette.world.world import World
+from carlette.worlds import Traffic, World, open_world, populate
 
-CAR = "vehicle.tesla.model3"
 FLEETS = (0, 20, 50)
 FORKS = 50
 
 
 def run(smoke: bool) -> dict[str, float]:
     """`fork_ms_*` (the median) and `ticks_per_s_*` with 0, 20 and 50 cars, and `ratio_*` of each to the empty town."""
-    roads = RoadNetwork(find_map("demo_town", map_folders([])))
     ticks = 100 if smoke else 2000
     figures: dict[str, float] = {}
     for cars in FLEETS:
-        world = _town(roads, cars)
+        world = open_world("demo_town", seed=1)
+        populate(world, cars, seed=1)
         world.traffic = Traffic(world, seed=1) if cars else None
         _seconds(world, ticks // 10)
         figures[f"fork_ms_{cars}_cars"] = _fork_ms(world)
@@ -32,23 +24,6 @@ def run(smoke: bool) -> dict[str, float]:
     for cars in FLEETS[1:]:
         figures[f"ratio_{cars}_cars"] = figures[f"ticks_per_s_{cars}_cars"] / figures["ticks_per_s_0_cars"]
     return figures
-
-
-def _town(roads: RoadNetwork, cars: int) -> World:
-    world = World(roads, 1)
-    spots = roads.spawn_points()
-    random.Random(1).shuffle(spots)
-    for spot in spots:
-        if len(world.fleet) < cars:
-            _try_spawn(world, spot)
-    return world
-
-
-def _try_spawn(world: World, spot: Pose) -> None:
-    try:
-        spawn(world, CAR, {}, spot)
-    except SpawnCollision:
-        return
 
 
 def _seconds(world: World, ticks: int) -> float:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import pickle
-import random
 from pathlib import Path
 
 import numpy as np
 import pytest
 from straight import CAR, add, drive, speed_of, straight_world, ticks
 
-from carlette.errors import SpawnCollision
 from carlette.geometry import Pose
 from carlette.opendrive.document import find_map, load_map, map_folders
 from carlette.opendrive.roads import RoadNetwork
@@ -18,6 +16,7 @@ from carlette.traffic import Traffic
 from carlette.world.lights import Color
 from carlette.world.spawn import spawn
 from carlette.world.world import World
+from carlette.worlds import populate
 
 pytestmark = pytest.mark.integration
 
@@ -27,14 +26,7 @@ KMH = 1 / 3.6
 def busy(roads: RoadNetwork, cars: int, seed: int = 3) -> World:
     """A town with that many cars, which drive themselves."""
     world = World(roads, seed)
-    spots = roads.spawn_points()
-    random.Random(seed).shuffle(spots)
-    for spot in spots:
-        if len(world.fleet) < cars:
-            try:
-                spawn(world, CAR, {}, spot)
-            except SpawnCollision:
-                continue
+    populate(world, cars, seed)
     world.traffic = Traffic(world, seed=seed)
     return world
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from carlette.pacing import DOUBT_S, HANDSHAKE_LIMIT_S, REST_S, RETURN_LIMIT_S, SETTLE_S, STEP_LIMIT_S, Pacing
+from carlette.watchdog.pacing import DOUBT_S, HANDSHAKE_LIMIT_S, REST_S, RETURN_LIMIT_S, SETTLE_S, STEP_LIMIT_S, Pacing
 
 
 def test_without_traffic_manager_and_new_streams_nothing_waits() -> None:

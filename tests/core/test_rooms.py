@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import re
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from pathlib import Path
 import networkx
 import pytest
 
+import carlette
 import stucksolver
 
 ROOT = Path(stucksolver.__file__).parent
@@ -90,7 +92,7 @@ def test_the_evaluation_needs_the_faces_of_the_solver_and_the_guard_only():
 
 
 def test_only_the_commands_know_the_evaluation():
-    for package in (ROOT, ROOT.parent / "carlette", ROOT.parent / "stucksolver_bridge"):
+    for package in (ROOT, Path(carlette.__file__).parent, ROOT.parent / "stucksolver_bridge"):
         for file in sorted(package.rglob("*.py")):
             if "stucksolver_eval" in {name.split(".")[0] for name in imports_of(file)}:
                 assert package == ROOT and file.relative_to(ROOT).parts[0] == "cli", file
@@ -98,7 +100,7 @@ def test_only_the_commands_know_the_evaluation():
 
 @pytest.mark.parametrize("package", ["stucksolver", "stucksolver_eval", "stucksolver_bridge", "carlette"])
 def test_no_rooms_need_each_other_in_a_circle(package):
-    folder = ROOT.parent / package
+    folder = Path(importlib.import_module(package).__file__).parent
     doors = networkx.DiGraph()
     for file in sorted(folder.rglob("*.py")):
         room = file.relative_to(folder).parts[0].removesuffix(".py")

@@ -21,6 +21,7 @@ from typing import Any
 
 import carla
 
+from carlette.maps import DEMO_TOWN
 from stucksolver_eval.routes import Pose, Position, Route, ScenarioSpec, write_routes
 from stucksolver_eval.scenarios.registry import SCENARIOS, load_all
 from stucksolver_eval.sites.movements import movements
@@ -31,7 +32,7 @@ from stucksolver_eval.suites import DATA
 from stucksolver_eval.suites.weathers import weather
 
 TOWNS = ("grid_town", "interurban", "motorway")
-MAPS = Path(__file__).resolve().parents[2] / "carlette" / "maps"
+MAPS = DEMO_TOWN.parent
 ROUTES_EACH = 5
 _FIRST_ID = {"bench220": 1000, "immobilized": 3000}
 _IDS_EACH = 10

@@ -10,11 +10,11 @@ pytest.importorskip("raylib")
 
 from straight import straight_road
 
-from carlette.camera.cast import cast
-from carlette.camera.light import light_of
-from carlette.camera.painter import Painter, Shot
-from carlette.camera.studio import stage_of
-from carlette.camera.view import View, matrix_of
+from carlette.camera.rendering.actor_parts import cast
+from carlette.camera.rendering.light import light_of
+from carlette.camera.rendering.renderer import Renderer, Shot
+from carlette.camera.rendering.shots import static_scene_of
+from carlette.camera.rendering.view import View, matrix_of
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.maps import DEMO_TOWN
 from carlette.opendrive.document import MapFile, load_map
@@ -44,26 +44,26 @@ class Camera:
     def __init__(self, world, x=30.0, y=1.75, z=1.6, pitch=0.0, yaw=0.0, fov=90.0, size=(320, 180)) -> None:
         self.world = world
         self.view = View(Pose(Vector(x, y, z), Rotation(pitch, yaw, 0.0)), *size, fov)
-        self.painter = Painter()
+        self.renderer = Renderer()
 
     @property
     def shot(self) -> Shot:
         light = light_of(self.world.weather)
-        return Shot(stage_of(self.world.roads), cast(self.world, light), light, self.world.frame)
+        return Shot(static_scene_of(self.world.roads), cast(self.world, light), light, self.world.frame)
 
     def rgb(self):
         """(height, width, 3), red, green, blue."""
-        return self.painter.rgb(self.shot, self.view)[..., 2::-1].astype(int)
+        return self.renderer.rgb(self.shot, self.view)[..., 2::-1].astype(int)
 
     def tags(self):
-        return self.painter.tags(self.shot, self.view)[..., 2]
+        return self.renderer.tags(self.shot, self.view)[..., 2]
 
     def ids(self):
-        seen = self.painter.instances(self.shot, self.view).astype(int)
+        seen = self.renderer.instances(self.shot, self.view).astype(int)
         return seen[..., 1] + 256 * seen[..., 0]
 
     def depth(self):
-        return self.painter.depth(self.shot, self.view)
+        return self.renderer.depth(self.shot, self.view)
 
     def corners(self, actor):
         """An actor's box in the picture: u, v and distance of its eight corners."""

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from straight import add
 
-from carlette.camera.lamps import Lit
-from carlette.camera.painter import Painter
-from carlette.camera.repeaters import eyes, is_in_sight, repeaters_of
-from carlette.camera.studio import notice, take
-from carlette.camera.trafficlights import REPEATER_HEAD, heads
-from carlette.camera.view import View
+from carlette.camera.environment.repeaters import eyes, is_in_sight, repeaters_of
+from carlette.camera.models.lamps import Lit
+from carlette.camera.models.trafficlights import REPEATER_HEAD, heads
+from carlette.camera.rendering.renderer import Renderer
+from carlette.camera.rendering.shots import notice, take
+from carlette.camera.rendering.view import View
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.opendrive.document import check_opendrive, find_map, map_folders
 from carlette.opendrive.roads import RoadNetwork
@@ -65,9 +65,9 @@ def test_the_first_cars_camera_shows_the_colour_of_its_light(town, color: Color)
         for eye in eyes(signal):
             world.signals.set_color(light.index, color)
             view = View(Pose(pose.apply(Vector(*eye)), Rotation(0.0, pose.rotation.yaw - 90.0, 0.0)), 800, 450, 90.0)
-            painter = Painter()
-            seen = painter.rgb(take(world), view)[..., 2::-1].astype(int)
-            codes = painter.instances(take(world), view).astype(int)
+            renderer = Renderer()
+            seen = renderer.rgb(take(world), view)[..., 2::-1].astype(int)
+            codes = renderer.instances(take(world), view).astype(int)
             lamps = seen[codes[..., 1] + 256 * codes[..., 0] == light.id]
             strong = (lamps[:, SEEN_AS[color]] > 200) & (lamps[:, 1 - SEEN_AS[color]] < 245) & (lamps.min(axis=1) < 130)
             assert strong.sum() >= 8, (light.id, color)
@@ -80,7 +80,7 @@ def test_no_lamp_floats_before_a_front_camera(world, kind: str, x: float) -> Non
     world.fleet.light_state[car.index] = int(Lit.LOW_BEAM | Lit.LEFT_BLINKER | Lit.RIGHT_BLINKER)
     pose = world.pose(car).compose(Pose(Vector(x, 0.0, 1.6)))
     shot = notice(world).from_inside(world, car, pose.location).shot()
-    picture = Painter().rgb(shot, View(pose, 800, 450, 90.0))
+    picture = Renderer().rgb(shot, View(pose, 800, 450, 90.0))
     bare = Camera(world, x=pose.location.x, y=pose.location.y, z=pose.location.z, size=(800, 450))
     world.remove(car.id)
     assert np.abs(picture[..., 2::-1].astype(int) - bare.rgb())[:440].max() == 0

@@ -10,9 +10,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from straight import add
 
-from carlette.camera import tags
-from carlette.camera.painter import Painter
-from carlette.camera.view import View, axes_of
+from carlette.camera.rendering import tags
+from carlette.camera.rendering.renderer import Renderer
+from carlette.camera.rendering.view import View, axes_of
 from carlette.geometry import Pose, Rotation, Vector, rotate
 from carlette.world.rays import cast as cast_ray
 from conftest import Camera
@@ -145,12 +145,12 @@ def test_road_sidewalk_markings_and_sky_are_where_the_map_has_them(world) -> Non
 
 
 def test_the_same_painter_serves_any_sequence_of_sizes(world) -> None:
-    painter, camera = Painter(), Camera(world)
-    first = painter.rgb(camera.shot, camera.view)
+    renderer, camera = Renderer(), Camera(world)
+    first = renderer.rgb(camera.shot, camera.view)
     for size in ((1600, 900), (10, 10), (800, 450)):
-        painter.rgb(camera.shot, View(camera.view.pose, *size, 90.0))
-        painter.depth(camera.shot, View(camera.view.pose, *size, 90.0))
-    assert (painter.rgb(camera.shot, camera.view) == first).all()
+        renderer.rgb(camera.shot, View(camera.view.pose, *size, 90.0))
+        renderer.depth(camera.shot, View(camera.view.pose, *size, 90.0))
+    assert (renderer.rgb(camera.shot, camera.view) == first).all()
 
 
 @given(st.floats(-180, 180), st.floats(-90, 90), st.floats(-180, 180))

@@ -7,9 +7,9 @@ import pytest
 from straight import add, on_lane
 
 from carlette.blueprints import AttributeType
-from carlette.camera.coachwork import frame_of
-from carlette.camera.lamps import Lit
-from carlette.camera.view import View
+from carlette.camera.models.coachwork import frame_of
+from carlette.camera.models.lamps import Lit
+from carlette.camera.rendering.view import View
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.physics.doors import STOP_ARM
 from carlette.world.actor import Kind

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from carlette.blueprints import load_catalogue
-from carlette.camera.cycles import cycle_mesh
-from carlette.camera.lamps import lamp_meshes
-from carlette.camera.mesh import Mesh
-from carlette.camera.props import prop_mesh
-from carlette.camera.vehicles import vehicle_mesh
+from carlette.camera.models.cycles import cycle_mesh
+from carlette.camera.models.lamps import lamp_meshes
+from carlette.camera.models.mesh import Mesh
+from carlette.camera.models.props import prop_mesh
+from carlette.camera.models.vehicles import vehicle_mesh
 from carlette.geometry import Box
 
 OUT_M, SHORT_SHARE = 0.07, 0.2

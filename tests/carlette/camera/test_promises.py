@@ -10,13 +10,13 @@ import pytest
 import shapely
 from straight import add
 
-from carlette.camera.lines import read_roads
-from carlette.camera.painter import Painter
-from carlette.camera.pavement import pave
-from carlette.camera.scenery import scenery
-from carlette.camera.stage import build_stage
-from carlette.camera.studio import encode_depth, notice, take
-from carlette.camera.view import View
+from carlette.camera.environment.lines import read_roads
+from carlette.camera.environment.pavement import pave
+from carlette.camera.environment.scenery import scenery
+from carlette.camera.environment.static_scene import build_static_scene
+from carlette.camera.rendering.renderer import Renderer
+from carlette.camera.rendering.shots import encode_depth, notice, take
+from carlette.camera.rendering.view import View
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.opendrive.document import check_opendrive
 from carlette.world.settings import CLEAR_NOON
@@ -34,7 +34,7 @@ def test_the_same_world_gives_the_same_bytes(world) -> None:
 
 
 def test_a_stage_is_built_the_same_way_again(town) -> None:
-    for one, other in zip(build_stage(town).chunks, build_stage(town).chunks, strict=True):
+    for one, other in zip(build_static_scene(town).chunks, build_static_scene(town).chunks, strict=True):
         assert one.center == other.center and list(one.layers) == list(other.layers)
         for name, mesh in one.layers.items():
             assert (mesh.corners == other.layers[name].corners).all()
@@ -85,7 +85,7 @@ def test_a_camera_inside_its_car_does_not_see_that(world) -> None:
         eye = Vector(39.5, 1.75, height)
         view = View(Pose(eye, Rotation(-30.0, 0.0, 0.0)), 160, 90, 90.0)
         shot = notice(world).from_inside(world, car, eye).shot()
-        seen = Painter().instances(shot, view)[..., 1]
+        seen = Renderer().instances(shot, view)[..., 1]
         assert (seen == car.id).any() == is_seen
 
 
@@ -103,7 +103,7 @@ def test_a_crowd_of_cameras_leaves_the_world_alone(town) -> None:
     for _ in range(5):
         one.tick()
         other.tick()
-        Painter().rgb(take(one), View(Pose(Vector(40.0, 0.0, 3.0)), 64, 36, 90.0))
+        Renderer().rgb(take(one), View(Pose(Vector(40.0, 0.0, 3.0)), 64, 36, 90.0))
     assert one.bodies.record.tobytes() == other.bodies.record.tobytes()
 
 
@@ -111,7 +111,7 @@ def test_a_crowd_of_cameras_leaves_the_world_alone(town) -> None:
 def test_memory_is_flat_over_a_thousand_frames(world) -> None:
     for number in range(6):
         add(world, x=60.0 + 9.0 * number)
-    process, painter = psutil.Process(), Painter()
+    process, renderer = psutil.Process(), Renderer()
     for number in range(FRAMES):
         if number == WARM:
             warm = process.memory_info().rss
@@ -121,8 +121,8 @@ def test_memory_is_flat_over_a_thousand_frames(world) -> None:
         size = ((64, 36), (96, 54), (48, 48))[number % 3]
         view = View(Pose(Vector(50.0 + number % 40, -1.75, 2.0), Rotation(0.0, number, 0.0)), *size, 90.0)
         shot = take(world)
-        painter.rgb(shot, view)
+        renderer.rgb(shot, view)
         if number % 5 == 0:
-            painter.depth(shot, view)
-            painter.tags(shot, view)
+            renderer.depth(shot, view)
+            renderer.tags(shot, view)
     assert (process.memory_info().rss - warm) / 1e6 < GROWTH_MB

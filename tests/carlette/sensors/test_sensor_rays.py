@@ -12,7 +12,7 @@ from carlette.opendrive.document import find_map, map_folders
 from carlette.opendrive.roads import RoadNetwork
 from carlette.sensors.frames import axes, many_axes, turn_between
 from carlette.sensors.scene import Scene
-from carlette.sensors.warmth import warm_up
+from carlette.sensors.warm_up import warm_up
 from carlette.world.spawn import spawn
 from carlette.world.world import World
 

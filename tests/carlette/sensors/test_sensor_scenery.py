@@ -19,12 +19,12 @@ BUILD_S, CLIENT_TIMEOUT_S, LONG_S = 7.0, 5.0, 120.0
 SLOW_BUILDER = f"""
 import time
 from carlette import cli
-from carlette.camera import studio
-build = studio.build_stage
+from carlette.camera.rendering import shots as studio
+build = studio.build_static_scene
 def slowly(roads):
     time.sleep({BUILD_S})
     return build(roads)
-studio.build_stage = slowly
+studio.build_static_scene = slowly
 cli.main()
 """
 

@@ -7,7 +7,7 @@ import pytest
 pytest.importorskip("carla")
 
 from carlette.blueprints import load_catalogue
-from carlette.camera.figures import clothes_of
+from carlette.camera.models.figures import clothes_of
 from stucksolver_eval.scenarios.types.street.people_at_red_light import WALKERS
 
 

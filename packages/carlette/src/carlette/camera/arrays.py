@@ -1,0 +1,11 @@
+"""Types of the arrays that pictures and meshes are made of."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Bytes = NDArray[np.uint8]
+Singles = NDArray[np.float32]
+Pixels = NDArray[np.uint32]
+"""One whole colour each."""

@@ -1,0 +1,278 @@
+"""Draws a frame: the static scene, the actors' parts and the sky, as colours, depths, tags or ids."""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carlette.camera.arrays import Bytes, Pixels, Singles
+from carlette.camera.environment.static_scene import DETAIL, LAYERS, NIGHT, PAINT, SOLID, WATER, Chunk, StaticScene
+from carlette.camera.models.mesh import Mesh, corner_colors
+from carlette.camera.rendering import tags
+from carlette.camera.rendering.light import Light
+from carlette.camera.rendering.raster import RASTER_LOCK, Raster, the_raster
+from carlette.camera.rendering.sky import dome, fill_sky
+from carlette.camera.rendering.view import View, metres
+from carlette.camera.rendering.weather_marks import rain_streaks
+from carlette.geometry import Floats
+
+REACH_M, DETAIL_M, PART_M = 420.0, 110.0, 300.0
+SUPERSAMPLED_PIXELS = 700_000
+"""Pictures up to this size are drawn twice as large each way and averaged; larger ones show single samples."""
+OPAQUE_AIR = 5.0
+"""Behind fog of this thickness (distance times density) nothing is seen."""
+CLEAR_PER_M = 0.0015
+"""In air clearer than this, a chunk fades as a whole."""
+KEPT_COLORS = 2048
+
+
+@dataclass(frozen=True)
+class Part:
+    """One rigid piece of an actor."""
+
+    mesh: Mesh
+    matrix: Floats
+    """4x4, from the mesh's frame to the world."""
+    actor_id: int
+    tag: int
+    """Tag of those quads that have none of their own."""
+    radius_m: float = 4.0
+    is_shade: bool = False
+    """A shadow, beam or spot of light: translucent, and neither in depths nor in tags."""
+    adds: bool = False
+    """Light that is added to what lies below."""
+
+
+@dataclass(frozen=True)
+class Shot:
+    """Everything that a picture of one moment is made of."""
+
+    static_scene: StaticScene
+    parts: Sequence[Part]
+    light: Light
+    frame: int
+
+
+class Renderer:
+    """Makes pictures, one at a time in the whole process; keeps lit colours from frame to frame."""
+
+    def __init__(self) -> None:
+        self._colors: OrderedDict[tuple[int, int, Light], tuple[Mesh, Bytes]] = OrderedDict()
+
+    def rgb(self, shot: Shot, view: View) -> Bytes:
+        """Colours: (height, width, 4) uint8, bytes B G R A."""
+        from carlette.camera.rendering.averaging import halved  # numba takes half a second to load
+
+        scale = 2 if view.width * view.height <= SUPERSAMPLED_PIXELS else 1
+        with RASTER_LOCK:
+            raster = the_raster()
+            buffer = raster.begin(view.width * scale, view.height * scale, view.projection())
+            fill_sky(buffer, view, shot.light)
+            self._draw_colors(raster, shot, view)
+            picture = halved(buffer) if scale == 2 else buffer.copy()
+        picture |= np.uint32(0xFF000000)
+        return _bytes(picture)
+
+    def depth(self, shot: Shot, view: View) -> Singles:
+        """Distances ahead of the camera's plane in metres, (height, width); 1000 where there is only sky."""
+        with RASTER_LOCK:
+            raster = the_raster()
+            raster.begin_with_depth(view.width, view.height, view.projection())
+            self._draw_flat(raster, shot, view, _tag_color)
+            return metres(raster.depth())
+
+    def tags(self, shot: Shot, view: View) -> Bytes:
+        """Tags in red: (height, width, 4) uint8, bytes B G R A."""
+        return self._flat_picture(shot, view, _tag_color)
+
+    def instances(self, shot: Shot, view: View) -> Bytes:
+        """Tags in red, the actor's id in green (low byte) and blue; ids of things of the map are 0."""
+        return self._flat_picture(shot, view, _instance_color)
+
+    def _flat_picture(self, shot: Shot, view: View, code: _Code) -> Bytes:
+        with RASTER_LOCK:
+            raster = the_raster()
+            buffer = raster.begin(view.width, view.height, view.projection())
+            buffer[:] = np.uint32(0xFF000000 | tags.SKY << 16)
+            self._draw_flat(raster, shot, view, code)
+            picture = buffer.copy()
+        return _bytes(picture)
+
+    def _draw_colors(self, raster: Raster, shot: Shot, view: View) -> None:
+        into, light = view.into_camera(), shot.light
+        parts = _seen_parts(shot, view)
+        raster.blend()
+        for part in parts:
+            if not part.is_shade:
+                colors = self._part_colors(part, light)
+                colors = _hazed_part(colors, part, view, light)
+                raster.draw(part.mesh.corners, colors, into @ part.matrix.astype(np.float32))
+        chunks = _seen_chunks(shot.static_scene, view, min(REACH_M, OPAQUE_AIR / light.fog_per_m))
+        raster.place(into)
+        for chunk, distance in chunks:
+            for layer in (PAINT, DETAIL, SOLID):
+                if layer in chunk.layers and (layer != DETAIL or distance - chunk.radius_m < DETAIL_M):
+                    raster.draw(chunk.layers[layer].corners, _hazed(chunk, layer, distance, view, light))
+        raster.draw(dome(light).corners, corner_colors(dome(light), dome(light).colors), _turned_only(into))
+        self._draw_translucent(raster, shot, view, (into, chunks, parts))
+
+    def _draw_translucent(
+        self,
+        raster: Raster,
+        shot: Shot,
+        view: View,
+        seen: tuple[Singles, list[tuple[Chunk, float]], list[Part]],
+    ) -> None:
+        into, chunks, parts = seen
+        light = shot.light
+        if light.puddles > 0.02:
+            for chunk, distance in chunks:
+                if WATER in chunk.layers and distance - chunk.radius_m < DETAIL_M:
+                    raster.draw(*_water(chunk.layers[WATER], light), into)
+        for part in parts:
+            if part.is_shade and not part.adds:
+                raster.draw(part.mesh.corners, self._part_colors(part, light), into @ part.matrix.astype(np.float32))
+        raster.blend(add=True)
+        if light.is_dark:
+            for chunk, distance in chunks:
+                if NIGHT in chunk.layers and distance - chunk.radius_m < 200.0:
+                    raster.draw(chunk.layers[NIGHT].corners, chunk.colors(NIGHT, light), into)
+        for part in parts:
+            if part.adds:
+                raster.draw(part.mesh.corners, self._part_colors(part, light), into @ part.matrix.astype(np.float32))
+        if light.rain > 0.1:
+            raster.blend()
+            raster.use_depth(False)
+            raster.draw(*rain_streaks(light.rain, shot.frame), np.eye(4, dtype=np.float32))
+
+    def _draw_flat(self, raster: Raster, shot: Shot, view: View, code: _Code) -> None:
+        into = view.into_camera()
+        for part in _seen_parts(shot, view):
+            if not part.is_shade:
+                coded = _corners4(code(part.mesh, part.tag, part.actor_id))
+                raster.draw(part.mesh.corners, coded, into @ part.matrix.astype(np.float32))
+        for chunk, distance in _seen_chunks(shot.static_scene, view):
+            for layer in (PAINT, DETAIL, SOLID):
+                if layer in chunk.layers and (layer != DETAIL or distance - chunk.radius_m < DETAIL_M):
+                    mesh = chunk.layers[layer]
+                    raster.draw(mesh.corners, _expanded_code(mesh), into)
+
+    def _part_colors(self, part: Part, light: Light) -> Bytes:
+        """Lit colours of a part; kept for its heading in steps of six degrees."""
+        turn = part.matrix[:3, :3]
+        heading = round(math.degrees(math.atan2(turn[1, 0], turn[0, 0])) / 6.0) % 60
+        steep = round(float(turn[2, 0]) * 8) * 64 + round(float(turn[2, 1]) * 8) * 1024
+        key = (id(part.mesh), heading + steep, light)
+        kept = self._colors.get(key)
+        if kept is None:
+            normals = part.mesh.normals @ turn.T.astype(np.float32)
+            lit = light.lit(normals, part.mesh.colors, part.mesh.glow)
+            kept = self._colors[key] = (part.mesh, corner_colors(part.mesh, lit, adds=part.adds))
+            if len(self._colors) > KEPT_COLORS:
+                self._colors.popitem(last=False)
+        else:
+            self._colors.move_to_end(key)
+        return kept[1]
+
+
+_Code = Callable[[Mesh, int, int], Bytes]
+
+
+def _tag_color(mesh: Mesh, tag: int, actor_id: int) -> Bytes:
+    del actor_id
+    return _instance_color(mesh, tag, 0)
+
+
+def _instance_color(mesh: Mesh, tag: int, actor_id: int) -> Bytes:
+    coded = np.zeros((len(mesh), 4), np.uint8)
+    coded[:, 0] = actor_id >> 8 & 0xFF
+    coded[:, 1] = actor_id & 0xFF
+    coded[:, 2] = np.where(mesh.tags == 0, tag, mesh.tags)
+    coded[:, 3] = 255
+    return coded
+
+
+def _expanded_code(mesh: Mesh) -> Bytes:
+    return _corners4(_instance_color(mesh, 0, 0))
+
+
+def _bytes(picture: Pixels) -> Bytes:
+    """Pixels as (height, width, 4) bytes B G R A."""
+    return picture.view(np.uint8).reshape(*picture.shape, 4)
+
+
+def _corners4(colors: Bytes) -> Bytes:
+    return np.repeat(colors[:, None, :], 4, axis=1)
+
+
+def _seen_parts(shot: Shot, view: View) -> list[Part]:
+    """Parts that may be in the picture, the nearest first."""
+    if not shot.parts:
+        return []
+    centers = np.array([part.matrix[:3, 3] for part in shot.parts])
+    radii = np.array([part.radius_m for part in shot.parts])
+    seen = view.sees(centers, radii, PART_M)
+    distance = np.linalg.norm(centers - np.array(view.pose.location), axis=1)
+    order = np.argsort(np.where(seen, distance, np.inf), kind="stable")[: int(seen.sum())]
+    return [shot.parts[one] for one in order.tolist()]
+
+
+def _seen_chunks(static_scene: StaticScene, view: View, reach_m: float = REACH_M) -> list[tuple[Chunk, float]]:
+    """Chunks in the picture with their distance, the nearest first."""
+    seen = view.sees(static_scene.centers, static_scene.radii, reach_m)
+    distance = np.linalg.norm(static_scene.centers - np.array(view.pose.location), axis=1)
+    order = np.argsort(np.where(seen, distance, np.inf), kind="stable")[: int(seen.sum())]
+    return [(static_scene.chunks[one], float(distance[one])) for one in order.tolist()]
+
+
+def _hazed(chunk: Chunk, layer: str, distance: float, view: View, light: Light) -> Bytes:
+    """Colours of a chunk seen through the air."""
+    colors = chunk.colors(layer, light)
+    if light.fog_per_m <= CLEAR_PER_M:
+        share = round((1.0 - math.exp(-max(distance - 40.0, 0.0) * light.fog_per_m)) * 32) / 32
+        return colors if share <= 0 else chunk.faded(layer, light, share)
+    gap = chunk.layers[layer].corners - np.array(view.pose.location, np.float32)
+    return _veiled(colors, gap, light)
+
+
+def _veiled(colors: Bytes, gap: Singles, light: Light) -> Bytes:
+    """Colours (n, 4, 4) of corners at the offsets `gap` (n, 4, 3) from the eye, seen through fog."""
+    away: Singles = np.sqrt(np.einsum("nij,nij->ni", gap, gap))
+    share = (255.0 - 255.0 * np.exp(-away * np.float32(light.fog_per_m))).astype(np.uint16)[..., None]
+    fog = np.array([light.fog[2], light.fog[1], light.fog[0], 255], np.uint16)
+    veiled: Bytes = ((colors * (np.uint16(255) - share) + fog * share) >> 8).astype(np.uint8)
+    veiled[..., 3] = colors[..., 3]
+    return veiled
+
+
+def _hazed_part(colors: Bytes, part: Part, view: View, light: Light) -> Bytes:
+    if light.fog_per_m <= CLEAR_PER_M:
+        return colors
+    away = float(np.linalg.norm(part.matrix[:3, 3] - np.array(view.pose.location)))
+    share = 1.0 - math.exp(-away * light.fog_per_m)
+    fog = np.array([light.fog[2], light.fog[1], light.fog[0], 255], np.float32)
+    veiled: Bytes = (colors + (fog - colors) * np.float32(share)).astype(np.uint8)
+    veiled[part.mesh.glow] = (colors + (fog - colors) * np.float32(0.6 * share))[part.mesh.glow].astype(np.uint8)
+    return veiled
+
+
+def _water(mesh: Mesh, light: Light) -> tuple[Singles, Bytes]:
+    """Puddles that are there at this wetness, in the colour of the sky they mirror."""
+    there = mesh.colors[:, 3] <= light.puddles * 100
+    red, green, blue = (int(0.55 * a + 0.35 * b) for a, b in zip(light.horizon, light.zenith, strict=True))
+    colors = np.empty((int(there.sum()), 4, 4), np.uint8)
+    colors[:] = (blue, green, red, 170)
+    return np.ascontiguousarray(mesh.corners[there]), colors
+
+
+def _turned_only(into: Singles) -> Singles:
+    turned: Singles = into.copy()
+    turned[:3, 3] = 0.0
+    return turned
+
+
+__all__ = ["LAYERS", "Part", "Renderer", "Shot"]

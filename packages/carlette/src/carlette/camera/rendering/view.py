@@ -1,0 +1,103 @@
+"""Where a camera is and what it sees: projection, frustum, and back from depth values to metres.
+
+Camera frame: x ahead, y right, z up. Pixel (u, v): u to the right, v down, the first pixel's middle at (0.5, 0.5).
+The image plane is CARLA's: focal length width / (2 tan(fov / 2)) in both directions, no distortion.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carlette.camera.arrays import Singles
+from carlette.geometry import Floats, Pose, Rotation
+
+NEAR_M, FAR_M = 0.1, 1000.0
+
+
+@dataclass(frozen=True)
+class View:
+    """One camera at one moment."""
+
+    pose: Pose
+    width: int
+    height: int
+    fov_deg: float
+
+    @property
+    def tangents(self) -> tuple[float, float]:
+        """Half the picture's width and height at a distance of one metre."""
+        across = math.tan(math.radians(self.fov_deg) / 2)
+        return across, across * self.height / self.width
+
+    def axes(self) -> Floats:
+        """Rows: the camera's x, y and z axis in the world."""
+        return axes_of(self.pose.rotation)
+
+    def into_camera(self) -> Singles:
+        """4x4, from the world to the camera's frame."""
+        matrix = np.eye(4)
+        axes = self.axes()
+        matrix[:3, :3] = axes
+        matrix[:3, 3] = -axes @ np.array(self.pose.location)
+        into: Singles = matrix.astype(np.float32)
+        return into
+
+    def projection(self) -> Singles:
+        """4x4, from the camera's frame to clip space; the first row of pixels is at clip y = -w."""
+        across, up = self.tangents
+        matrix = np.zeros((4, 4), np.float32)
+        matrix[0, 1], matrix[1, 2], matrix[3, 0] = 1.0 / across, -1.0 / up, 1.0
+        matrix[2, 0] = (FAR_M + NEAR_M) / (FAR_M - NEAR_M)
+        matrix[2, 3] = -2.0 * FAR_M * NEAR_M / (FAR_M - NEAR_M)
+        return matrix
+
+    def pixels(self, points: Floats) -> Floats:
+        """World points (n, 3) to u, v and distance ahead (m), (n, 3); meaningful where the distance is positive."""
+        seen = (points - np.array(self.pose.location)) @ self.axes().T
+        across, up = self.tangents
+        ahead = np.where(np.abs(seen[:, 0]) < 1e-9, 1e-9, seen[:, 0])
+        u = (seen[:, 1] / ahead / across + 1.0) * self.width / 2
+        v = (1.0 - seen[:, 2] / ahead / up) * self.height / 2
+        return np.stack([u, v, seen[:, 0]], axis=1)
+
+    def sees(self, centers: Floats, radii: Floats, reach_m: float) -> NDArray[np.bool_]:
+        """Which spheres may be in the picture and within `reach_m`."""
+        seen = (centers - np.array(self.pose.location)) @ self.axes().T
+        across, up = self.tangents
+        inside: NDArray[np.bool_] = (seen[:, 0] > -radii) & (np.linalg.norm(seen, axis=1) - radii < reach_m)
+        for tangent, column in ((across, 1), (up, 2)):
+            beyond = np.abs(seen[:, column]) - seen[:, 0] * tangent
+            inside &= beyond < radii * math.hypot(1.0, tangent)
+        return inside
+
+
+def axes_of(rotation: Rotation) -> Floats:
+    """Rows: the x, y and z axis of a frame with CARLA's rotation (as `carlette.geometry.rotate` has it)."""
+    (cp, sp), (cy, sy), (cr, sr) = ((math.cos(math.radians(a)), math.sin(math.radians(a))) for a in rotation)
+    return np.array(
+        (
+            (cp * cy, cp * sy, sp),
+            (cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, -cp * sr),
+            (-cy * sp * cr - sy * sr, -sy * sp * cr + cy * sr, cp * cr),
+        )
+    )
+
+
+def matrix_of(pose: Pose) -> Floats:
+    """4x4, from the frame of `pose` to the world."""
+    matrix = np.zeros((4, 4))
+    matrix[3, 3] = 1.0
+    matrix[:3, :3] = axes_of(pose.rotation).T
+    matrix[:3, 3] = pose.location
+    return matrix
+
+
+def metres(depth: Singles) -> Singles:
+    """Depth-buffer values (-1 to 1) as distances ahead of the camera's plane."""
+    ahead = (2.0 * FAR_M * NEAR_M) / ((FAR_M + NEAR_M) - depth.astype(np.float64) * (FAR_M - NEAR_M))
+    single: Singles = ahead.astype(np.float32)
+    return single

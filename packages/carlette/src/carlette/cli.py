@@ -1,0 +1,199 @@
+"""The command `carlette`."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.metadata
+import importlib.util
+import logging
+import os
+import select
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+from carlette.errors import UsageError
+from carlette.versions import DEFAULT_VERSION, VERSIONS
+
+if TYPE_CHECKING:
+    from carlette.simulator import Simulator
+
+DEFAULT_PORT = 2000
+DEFAULT_MAP = "demo_town"
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+EXIT_USAGE = 2
+LAST_PORT = 65534
+NEEDED = ("carla", "msgpack", "numba")
+"""Modules that no map can be served without. Cameras need the extra `camera`, and say so."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit code."""
+    options = _parser().parse_args(arguments)
+    logging.basicConfig(level=logging.WARNING, format="carlette: %(message)s", stream=sys.stderr)
+    try:
+        _require_python()
+        if options.as_carla_root is None:
+            _require_packages()
+        return _serve(options) if options.as_carla_root is None else _write_root(options)
+    except UsageError as error:
+        print(f"carlette: error: {error}", file=sys.stderr)
+        return EXIT_USAGE
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        """End with one line; the help has the rest."""
+        self.exit(EXIT_USAGE, f"carlette: error: {message}; see `carlette --help`\n")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="carlette", description="A headless simulator for the unmodified CARLA client.", allow_abbrev=False
+    )
+    parser.add_argument("--version", action="version", version=f"%(prog)s {_version()}")
+    parser.add_argument(
+        "--port", type=_port, default=DEFAULT_PORT, help="request port; the next one streams; 0 = any (default: 2000)"
+    )
+    parser.add_argument(
+        "--map", default=DEFAULT_MAP, metavar="TOWN_OR_FILE", help="town's name or .xodr file (default: demo_town)"
+    )
+    parser.add_argument(
+        "--maps", action="append", default=[], metavar="DIRS", help=f"folders with towns, separated by '{os.pathsep}'"
+    )
+    parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s)")
+    parser.add_argument(
+        "--client-version",
+        choices=sorted(VERSIONS),
+        default=DEFAULT_VERSION,
+        help="of the carla package that connects (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--seed",
+        type=int,
+        default=0,
+        help="for what is left to chance, such as first phases (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--recordings", type=Path, metavar="DIR", help="where clients record to (default: a folder for state of yours)"
+    )
+    parser.add_argument(
+        "--as-carla-root", metavar="DIR", help="write a folder that tools accept as CARLA_ROOT, and end"
+    )
+    parser.add_argument("--parent-pid", type=int, metavar="PID", help="stop when this process is gone")
+    parser.add_argument("--exit-on-stdin-eof", action="store_true", help="stop when standard input closes")
+    return parser
+
+
+def _port(text: str) -> int:
+    if not text.isdecimal() or int(text) > LAST_PORT:
+        raise argparse.ArgumentTypeError(f"'{text}' is no port; give a number from 0 to {LAST_PORT}")
+    return int(text)
+
+
+def _version() -> str:
+    """Of the distribution."""
+    try:
+        return importlib.metadata.version("carlette")
+    except importlib.metadata.PackageNotFoundError:
+        return "0 (not installed)"
+
+
+def _require_python() -> None:
+    if not (3, 10) <= sys.version_info[:2] <= (3, 12):
+        found = ".".join(map(str, sys.version_info[:2]))
+        raise UsageError(f"Python {found} has no wheel of the 'carla' package; run carlette with Python 3.10-3.12")
+
+
+def _require_packages() -> None:
+    missing = [name for name in NEEDED if not _is_there(name)]
+    if missing:
+        raise UsageError(f"not installed: {', '.join(missing)}; pip install carlette")
+
+
+def _is_there(module: str) -> bool:
+    try:
+        return importlib.util.find_spec(module) is not None
+    except ModuleNotFoundError:
+        return False
+
+
+def _write_root(options: argparse.Namespace) -> int:
+    from carlette.as_carla_root import write_carla_root
+    from carlette.opendrive.document import map_folders
+
+    folders = map_folders([one for many in options.maps for one in many.split(os.pathsep)])
+    towns = write_carla_root(Path(options.as_carla_root), folders, options.client_version)
+    print(f"carlette: {options.as_carla_root} is a CARLA_ROOT with {', '.join(towns)}")
+    return 0
+
+
+def _serve(options: argparse.Namespace) -> int:
+    # Imported here, so that a missing package is told in one line and `--help` is quick.
+    from carlette.memory import share_one_store
+    from carlette.server import Server
+
+    share_one_store()
+    simulator = _simulator(options)
+    server = Server(simulator, options.host, options.port)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: server.stop())
+    if options.host not in LOOPBACK:
+        warning = "anybody who reaches it controls this server: the protocol has no authentication"
+        print(f"carlette: warning: listening on {options.host}; {warning}", file=sys.stderr)
+    print(f"carlette: listening on {options.host}:{server.port} map={simulator.world.roads.file.name}", flush=True)
+    server.serve(_watchdog(options))
+    return 0
+
+
+def _simulator(options: argparse.Namespace) -> Simulator:
+    from carlette.opendrive.document import find_map, map_folders
+    from carlette.opendrive.roads import RoadNetwork
+    from carlette.simulator import Simulator
+
+    folders = map_folders([one for many in options.maps for one in many.split(os.pathsep)])
+    # Nobody else holds the first map: it goes with its episode.
+    roads = RoadNetwork(find_map(options.map, folders))
+    return Simulator(roads, VERSIONS[options.client_version], folders, options.seed, options.recordings)
+
+
+def _watchdog(options: argparse.Namespace) -> Callable[[], bool]:
+    """Tells whether those for whom the server runs are still there."""
+
+    def alive() -> bool:
+        if options.parent_pid is not None and not _exists(options.parent_pid):
+            return False
+        return not (options.exit_on_stdin_eof and _stdin_closed())
+
+    return alive
+
+
+def _exists(pid: int) -> bool:
+    # A parent that died may stay as a zombie or hand its number on, but a child of it is adopted by another.
+    if os.getppid() == pid:
+        return True
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return not _is_zombie(pid)
+
+
+def _is_zombie(pid: int) -> bool:
+    try:
+        with open(f"/proc/{pid}/stat", encoding="utf-8", errors="replace") as stat:
+            return stat.read().rpartition(")")[2].split()[0] == "Z"
+    except OSError:
+        return False
+
+
+def _stdin_closed() -> bool:
+    try:
+        ready, _, _ = select.select([sys.stdin.fileno()], [], [], 0.0)
+        return bool(ready) and not os.read(sys.stdin.fileno(), 4096)
+    except (OSError, ValueError):
+        return True

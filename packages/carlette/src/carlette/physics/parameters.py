@@ -1,0 +1,104 @@
+"""A vehicle's technical data, as `carla.VehiclePhysicsControl` names it, and what the motion makes of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from carlette.blueprints import VehicleModel
+
+Curve = tuple[tuple[float, float], ...]
+
+EFFICIENCY = 0.68
+"""Of the engine's power at the wheels; with it the Lincoln MKZ accelerates as measured in CARLA 0.9.15."""
+LAUNCH_BASE_MPS2, LAUNCH_PER_KW_KG, LAUNCH_MOST_MPS2 = 3.0, 47.0, 7.5
+HEAVY_KG = 3500.0
+WHEEL_RADIUS_M = 0.35
+MAX_RPM = 6000.0
+GEARS = (4.0, 2.5, 1.8, 1.3, 1.0)
+FINAL_RATIO = 4.0
+UP_RATIO = 0.65
+STEERING_CURVE: Curve = ((0.0, 1.0), (20.0, 0.9), (60.0, 0.8), (120.0, 0.7))
+"""Speed in km/h and the share of the full wheel angle; CARLA's default."""
+FRICTION = 3.5
+BRAKE_NM, HAND_BRAKE_NM = 1500.0, 3000.0
+DAMPING_IDLE = 2.0
+DRAG_COEFFICIENT = 0.3
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """One wheel, in the order front left, front right, rear left, rear right."""
+
+    friction: float = FRICTION
+    damping: float = 0.25
+    max_steer_deg: float = 70.0
+    radius_cm: float = 100 * WHEEL_RADIUS_M
+    brake_nm: float = BRAKE_NM
+    hand_brake_nm: float = 0.0
+    lateral_load: float = 3.0
+    lateral_stiffness: float = 20.0
+    longitudinal_stiffness: float = 3000.0
+
+
+FRONT, REAR = Wheel(), Wheel(max_steer_deg=0.0, hand_brake_nm=HAND_BRAKE_NM)
+
+
+@dataclass(frozen=True)
+class PhysicsParameters:
+    """The fields of `carla.VehiclePhysicsControl` in its order and units."""
+
+    torque_curve: Curve
+    """Engine speed in rpm and torque in Nm."""
+    mass_kg: float
+    max_rpm: float = MAX_RPM
+    inertia: float = 1.0
+    damping_full: float = 0.15
+    damping_idle: float = DAMPING_IDLE
+    damping_open: float = 0.35
+    automatic: bool = True
+    switch_s: float = 0.5
+    clutch: float = 10.0
+    final_ratio: float = FINAL_RATIO
+    gears: tuple[tuple[float, float, float], ...] = tuple((ratio, 0.5, UP_RATIO) for ratio in GEARS)
+    """Ratio and the shares of the largest engine speed at which the gearbox shifts down and up."""
+    drag: float = DRAG_COEFFICIENT
+    center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    steering_curve: Curve = STEERING_CURVE
+    wheels: tuple[Wheel, ...] = (FRONT, FRONT, REAR, REAR)
+    sweeps_wheels: bool = True
+
+    @property
+    def radius_m(self) -> float:
+        """Mean radius of the wheels."""
+        return sum(one.radius_cm for one in self.wheels) / len(self.wheels) / 100.0
+
+    @property
+    def launch_n(self) -> float:
+        """Largest push of the engine in first gear, N."""
+        torque = max((nm for _, nm in self.torque_curve), default=0.0)
+        ratio = self.gears[0][0] if self.gears else 1.0
+        return EFFICIENCY * torque * ratio * self.final_ratio / self.radius_m
+
+    @property
+    def power_w(self) -> float:
+        """Largest power at the wheels."""
+        limit = self.max_rpm
+        peak = max((min(rpm, limit) * nm for rpm, nm in self.torque_curve), default=0.0)
+        return EFFICIENCY * peak * math.tau / 60.0
+
+    def gear_tops(self, share: float = UP_RATIO) -> tuple[float, ...]:
+        """Speed (m/s) at which the engine turns with `share` of its largest speed, in each gear."""
+        turns = self.max_rpm / 60.0 * math.tau * self.radius_m
+        return tuple(share * turns / max(ratio * self.final_ratio, 0.01) for ratio, _, _ in self.gears)
+
+
+def parameters_of(model: VehicleModel) -> PhysicsParameters:
+    """The technical data of a kind of vehicle."""
+    launch = min(LAUNCH_MOST_MPS2, LAUNCH_BASE_MPS2 + LAUNCH_PER_KW_KG * model.power_kw / model.mass_kg)
+    torque = launch * model.mass_kg * WHEEL_RADIUS_M / (EFFICIENCY * GEARS[0] * FINAL_RATIO)
+    base_rpm = min(1000.0 * model.power_kw / torque * 60.0 / math.tau, MAX_RPM)
+    at_limit = 1000.0 * model.power_kw / MAX_RPM * 60.0 / math.tau
+    curve = ((0.0, torque), (base_rpm, torque), (MAX_RPM, min(at_limit, torque)))
+    wheels = (FRONT, REAR) if model.is_two_wheeler else (FRONT, FRONT) + (REAR,) * (model.wheels - 2)
+    return PhysicsParameters(curve, model.mass_kg, wheels=wheels)

@@ -1,0 +1,211 @@
+"""The ray-cast LiDARs, plain and semantic: lasers one above the other on a head that turns.
+
+As in CARLA, one message holds what the head sweeps over in one tick, all of it seen from where the sensor is at the
+end of the tick. At 20 ticks per second and 10 turns per second that is half a turn.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import struct
+from abc import abstractmethod
+from concurrent.futures import Future
+from importlib.util import find_spec
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carlette.errors import RequestError
+from carlette.geometry import Floats
+from carlette.sensors.base import Body, LateSensor, Moment, Settings
+from carlette.sensors.faces import Indices, Singles
+from carlette.sensors.scene import Scene, Sweep
+from carlette.sensors.workers import build_faces, caster
+from carlette.world.world import World
+
+MOST_CHANNELS = 1024
+MOST_POINTS_PER_S = 20_000_000
+MOST_RAYS = 4_000_000
+"""In one message; what a client asks for beyond that is not cast."""
+MOST_RANGE_M = 2000.0
+STEEPEST_DEG = 89.99
+_NOTHING: Singles = np.zeros((0, 0), np.float32)
+
+log = logging.getLogger(__name__)
+
+
+class Losses(NamedTuple):
+    """What becomes of the rays of a sweep on their way, (columns, channels) each."""
+
+    intensity: Singles
+    """Of what comes back."""
+    kept: NDArray[np.bool_]
+    off_m: Singles
+    """How much too long a distance is measured; empty = exact."""
+
+
+class Points(NamedTuple):
+    """What the lasers met, channel after channel."""
+
+    rows: Singles
+    """(n, 4): x, y, z in the sensor's frame, intensity."""
+    sources: Indices
+    """(n,): the flat index of each point's ray in the sweep."""
+    counts: NDArray[np.uint32]
+    """Points of each channel."""
+
+
+class Turn(NamedTuple):
+    """What the head sweeps over in one tick."""
+
+    azimuths: Floats
+    """Radians, in the order of time."""
+    angle_rad: float
+    """How far the head has turned afterwards."""
+
+
+class Fan(LateSensor):
+    """The head: what both kinds have in common."""
+
+    def __init__(self, settings: Settings) -> None:
+        super().__init__(settings)
+        require_kernels(settings.type_id)
+        self.reach_m = settings.number("range", 0.0, MOST_RANGE_M)
+        self._channels = settings.whole("channels", 1, MOST_CHANNELS)
+        self._points_per_s = settings.whole("points_per_second", 0, MOST_POINTS_PER_S)
+        self._turns_per_s = settings.number("rotation_frequency", 0.0, 1e4)
+        self._width_deg = settings.number("horizontal_fov", 0.1, 360.0)
+        upper, lower = (settings.number(one, -90.0, 90.0) for one in ("upper_fov", "lower_fov"))
+        lasers = np.clip(np.linspace(upper, lower, self._channels), -STEEPEST_DEG, STEEPEST_DEG)
+        self._tangents = np.tan(np.radians(lasers))
+        self._turned_deg = 0.0
+        """How far the head has turned, 0 up to the width."""
+        self._has_warned = False
+
+    def load(self, world: World) -> Future[None]:
+        return build_faces(world.roads)
+
+    def pass_over(self, moment: Moment) -> None:
+        self._turned_deg = math.fmod(self._turned_deg + self._step_deg(moment), self._width_deg)
+
+    def begin(self, moment: Moment) -> Future[list[Body]]:
+        moment.scene.hold()
+        turn = self._turn(moment)
+        return caster().submit(lambda: self._scan(moment, turn))
+
+    def _turn(self, moment: Moment) -> Turn:
+        steps = self._steps(moment)
+        spread = self._turned_deg + self._step_deg(moment) / max(steps, 1) * np.arange(steps)
+        azimuths = np.radians(np.fmod(spread, self._width_deg) - self._width_deg / 2.0)
+        self.pass_over(moment)
+        return Turn(azimuths, math.radians(self._turned_deg))
+
+    def _scan(self, moment: Moment, turn: Turn) -> list[Body]:
+        columns, rows = np.argsort(turn.azimuths, kind="stable"), np.argsort(self._tangents, kind="stable")
+        azimuths = turn.azimuths[columns]
+        sweep = moment.scene.sweep(moment.pose, azimuths, self._tangents[rows][None, :], self.reach_m)
+        points = self._points(sweep, azimuths, _inverse(columns), rows, self.losses(moment.actor.id, sweep))
+        header = struct.pack("<fI", turn.angle_rad, self._channels) + points.counts.tobytes()
+        return [(header, _as_bytes(self.rows(moment.scene, sweep, points)))]
+
+    @abstractmethod
+    def rows(self, scene: Scene, sweep: Sweep, points: Points) -> Singles:
+        """The points as they are sent, one in each row."""
+
+    def losses(self, seed: int, sweep: Sweep) -> Losses:
+        """What becomes of the rays on their way: here, nothing."""
+        del seed
+        return Losses(sweep.nearness, sweep.hit >= 0, _NOTHING)
+
+    def _points(self, sweep: Sweep, azimuths: Floats, column_of: Indices, rows: Indices, losses: Losses) -> Points:
+        """`azimuths` of the columns, the column of each step, and the channel of each row of tangents."""
+        from carlette.sensors.kernels import place_points
+
+        intensity, kept, off_m = losses
+        counts = np.zeros(self._channels, np.int64)
+        counts[rows] = np.count_nonzero(kept, axis=0)
+        starts = (np.cumsum(counts) - counts)[rows]
+        found, sources = np.empty((counts.sum(), 4), np.float32), np.empty(counts.sum(), np.int64)
+        lasers = np.arctan(self._tangents[rows])
+        ways, levels = (np.stack([np.cos(one), np.sin(one)], axis=1) for one in (azimuths, lasers))
+        place_points(sweep.nearness, kept, column_of, starts, ways, levels, off_m, intensity, found, sources)
+        return Points(found, sources, counts.astype(np.uint32))
+
+    def _step_deg(self, moment: Moment) -> float:
+        return self._turns_per_s * self._width_deg * moment.delta_s
+
+    def _steps(self, moment: Moment) -> int:
+        wanted = math.floor(self._points_per_s * moment.delta_s / self._channels + 0.5)
+        most = max(1, MOST_RAYS // self._channels)
+        if wanted > most and not self._has_warned:
+            self._has_warned = True
+            asked, given = wanted * self._channels, most * self._channels
+            log.warning("LiDAR %d asks for %d rays in a tick; it gets %d", moment.actor.id, asked, given)
+        return min(wanted, most)
+
+
+class LidarSensor(Fan):
+    """Points with an intensity that falls with the distance; some are lost, all are a little off, if asked for."""
+
+    wire_type = 11
+
+    def __init__(self, settings: Settings) -> None:
+        super().__init__(settings)
+        self._general = settings.number("dropoff_general_rate", 0.0, 1.0)
+        self._limit = settings.number("dropoff_intensity_limit")
+        self._at_zero = settings.number("dropoff_zero_intensity", 0.0, 1.0)
+        self._attenuation = settings.number("atmosphere_attenuation_rate", 0.0)
+        self._noise_stddev = settings.number("noise_stddev", 0.0)
+        self._random: np.random.Generator | None = None
+
+    def rows(self, scene: Scene, sweep: Sweep, points: Points) -> Singles:
+        return points.rows
+
+    def losses(self, seed: int, sweep: Sweep) -> Losses:
+        if self._random is None:
+            self._random = np.random.default_rng(seed)
+        random, shape = self._random, sweep.hit.shape
+        intensity = np.exp(np.float32(-self._attenuation) / sweep.nearness)
+        kept, off_m = sweep.hit >= 0, _NOTHING
+        if self._general > 0.0:
+            kept &= random.random(shape, np.float32) >= self._general
+        if self._at_zero > 0.0 and self._limit > 0.0:
+            chance = intensity * np.float32(self._at_zero / self._limit) + np.float32(1.0 - self._at_zero)
+            kept &= (intensity > self._limit) | (random.random(shape, np.float32) < chance)
+        if self._noise_stddev > 0.0:
+            off_m = random.standard_normal(shape, np.float32) * np.float32(self._noise_stddev)
+        return Losses(intensity, kept, off_m)
+
+
+class SemanticLidarSensor(Fan):
+    """Points with what they lie on: the cosine of the angle of incidence, the actor's id and the semantic tag."""
+
+    wire_type = 10
+
+    def rows(self, scene: Scene, sweep: Sweep, points: Points) -> Singles:
+        from carlette.sensors.kernels import label_points
+
+        labelled = np.empty((len(points.rows), 6), np.float32)
+        label_points(
+            points.rows, points.sources, *sweep, scene.face_actors, scene.face_tags, labelled, labelled.view(np.uint32)
+        )
+        return labelled
+
+
+def _as_bytes(rows: Singles) -> memoryview:
+    return rows.reshape(-1).view(np.uint8).data
+
+
+def _inverse(order: Indices) -> Indices:
+    """Where each thing went that `order` has put in order."""
+    places = np.empty(len(order), np.int64)
+    places[order] = np.arange(len(order))
+    return places
+
+
+def require_kernels(type_id: str) -> None:
+    """Raises `RequestError` where numba, which compiles the rays' loops, is not installed."""
+    if find_spec("numba") is None:
+        raise RequestError(f"Spawn of '{type_id}' refused: it needs the package 'numba'; pip install numba")

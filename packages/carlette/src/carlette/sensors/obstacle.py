@@ -1,0 +1,160 @@
+"""The obstacle detector: a ball that is pushed ahead of the sensor until it touches something."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Future
+from typing import Any, NamedTuple
+
+import msgpack
+import numpy as np
+
+from carlette.camera.rendering import tags
+from carlette.geometry import Floats
+from carlette.sensors.base import Body, LateSensor, Moment, Settings
+from carlette.sensors.faces import Faces
+from carlette.sensors.frames import axes
+from carlette.sensors.scene import Scene
+from carlette.sensors.workers import build_faces, caster
+from carlette.world.actor import Actor, Kind
+from carlette.world.world import World
+
+TOUCH_M = 1e-3
+MOST_STEPS = 500
+MOST_REACH_M = 2000.0
+DYNAMIC = (Kind.VEHICLE, Kind.WALKER)
+SOLID = (Kind.VEHICLE, Kind.WALKER, Kind.PROP)
+_GROUND = (tags.ROAD, tags.SIDEWALK, tags.TERRAIN, tags.GROUND, tags.ROAD_LINE)
+_NAMES = {tags.BUILDING: "building", tags.VEGETATION: "vegetation", tags.POLE: "pole", tags.TRAFFIC_SIGN: "trafficsign"}
+
+
+class Found(NamedTuple):
+    """The first thing in the way."""
+
+    distance_m: float
+    other: Any
+    """As the client reads an actor."""
+
+
+class ObstacleSensor(LateSensor):
+    """Reports, in each tick, the first thing in the way: an actor's bounding box, or scenery; never the ground."""
+
+    wire_type = 7
+
+    def __init__(self, settings: Settings) -> None:
+        super().__init__(settings)
+        self._reach_m = settings.number("distance", 0.0, MOST_REACH_M)
+        self._radius_m = settings.number("hit_radius", 0.0, MOST_REACH_M)
+        self._kinds = DYNAMIC if settings.flag("only_dynamics") else SOLID
+        self._sees_scenery = not settings.flag("only_dynamics")
+        settings.flag("debug_linetrace")
+
+    def load(self, world: World) -> Future[None]:
+        return build_faces(world.roads)
+
+    def begin(self, moment: Moment) -> Future[list[Body]]:
+        finder = moment.scene.world.actors.get(moment.actor.parent_id, moment.actor)
+        origin, ahead = np.array(moment.pose.location), axes(moment.pose.rotation)[:, 0]
+        among = list(self._among_actors(moment, origin, ahead))
+        described = moment.wire(finder)
+        return caster().submit(lambda: self._reported(described, among, moment.scene, (origin, ahead)))
+
+    def _reported(self, finder: Any, among: list[Found], scene: Scene, ray: tuple[Floats, Floats]) -> list[Body]:
+        found = [*among, *self._in_scenery(scene, *ray)]
+        if not found:
+            return []
+        first = min(found, key=lambda one: one.distance_m)
+        return [(msgpack.packb([finder, first.other, first.distance_m], unicode_errors="surrogateescape"),)]
+
+    def _among_actors(self, moment: Moment, origin: Floats, ahead: Floats) -> Iterator[Found]:
+        world = moment.scene.world
+        kept = (moment.actor.id, moment.actor.parent_id)
+        others = [one for one in world.actors.values() if one.kind in self._kinds and one.id not in kept]
+        places = world.bodies.position[[one.row for one in others]].reshape(-1, 3)
+        sizes = np.array([np.linalg.norm(one.box.center) + np.linalg.norm(one.box.extent) for one in others])
+        near = np.linalg.norm(places - origin, axis=1) < self._reach_m + self._radius_m + sizes
+        others = [one for one, is_near in zip(others, near.tolist(), strict=True) if is_near]
+        if others:
+            index, distance = _push(_Boxes(moment, others), origin, ahead, self._radius_m, self._reach_m)
+            if index >= 0:
+                yield Found(distance, moment.wire(others[index]))
+
+    def _in_scenery(self, scene: Scene, origin: Floats, ahead: Floats) -> Iterator[Found]:
+        if not self._sees_scenery:
+            return
+        faces = scene.static
+        which = _near_quads(faces, origin, self._reach_m + self._radius_m)
+        if len(which):
+            quads = faces.corners[which].astype(float)
+            index, distance = _push(_Quads(quads), origin, ahead, self._radius_m, self._reach_m)
+            if index >= 0:
+                tag = int(faces.tags[which[index]])
+                described = [0, f"static.{_NAMES.get(tag, 'unknown')}", []]
+                flat = [0.0, 0.0, 0.0]
+                yield Found(distance, [0, 0, described, [flat, flat, flat], bytes([tag]), b""])
+
+
+class _Boxes:
+    """The bounding boxes of some actors."""
+
+    def __init__(self, moment: Moment, actors: list[Actor]) -> None:
+        world = moment.scene.world
+        poses = [world.pose(one) for one in actors]
+        self._middles = np.array([pose.apply(one.box.center) for pose, one in zip(poses, actors, strict=True)])
+        self._axes = np.array([axes(pose.rotation) for pose in poses])
+        self._halves = np.array([one.box.extent for one in actors])
+
+    def distances(self, point: Floats) -> Floats:
+        """How far a point is from each; 0 inside."""
+        local = np.einsum("bji,bj->bi", self._axes, point - self._middles)
+        gaps: Floats = np.linalg.norm(np.maximum(np.abs(local) - self._halves, 0.0), axis=1)
+        return gaps
+
+
+class _Quads:
+    """Flat convex quads."""
+
+    def __init__(self, corners: Floats) -> None:
+        self._corners = corners
+        normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+        self._normals = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+        self._edges = np.roll(corners, -1, axis=1) - corners
+        self._squares = np.maximum((self._edges**2).sum(axis=2), 1e-12)
+
+    def distances(self, point: Floats) -> Floats:
+        """How far a point is from each."""
+        gaps = point - self._corners
+        along = np.clip((gaps * self._edges).sum(axis=2) / self._squares, 0.0, 1.0)
+        to_edge = np.linalg.norm(gaps - along[..., None] * self._edges, axis=2).min(axis=1)
+        side = (np.cross(self._edges, gaps) * self._normals[:, None, :]).sum(axis=2)
+        above = np.abs((gaps[:, 0] * self._normals).sum(axis=1))
+        nearest: Floats = np.where((side >= -1e-9).all(axis=1), above, to_edge)
+        return nearest
+
+
+def _near_quads(faces: Faces, origin: Floats, reach_m: float) -> Any:
+    """The quads within reach that are not ground."""
+    bodies = np.flatnonzero(np.linalg.norm(faces.centers - origin, axis=1) < reach_m + faces.radii)
+    which = np.concatenate([np.arange(*faces.spans[one]) for one in bodies] or [np.zeros(0, np.int64)])
+    which = which[~np.isin(faces.tags[which], _GROUND)]
+    middles = faces.corners[which].mean(axis=1)
+    sizes = np.linalg.norm(faces.corners[which] - middles[:, None, :], axis=2).max(axis=1, initial=0.0)
+    return which[np.linalg.norm(middles - origin, axis=1) < reach_m + sizes]
+
+
+def _push(things: _Boxes | _Quads, start: Floats, way: Floats, radius_m: float, reach_m: float) -> tuple[int, float]:
+    """Which thing a ball meets first and how far it got; -1 where it meets none.
+
+    No thing is nearer than the gap to the nearest, so the ball may always move on by that much.
+    """
+    distance = 0.0
+    for _ in range(MOST_STEPS):
+        gaps = things.distances(start + distance * way)
+        nearest = int(gaps.argmin())
+        gap = float(gaps[nearest]) - radius_m
+        if gap <= TOUCH_M:
+            return nearest, distance
+        distance += gap
+        if distance > reach_m:
+            break
+    return -1, reach_m

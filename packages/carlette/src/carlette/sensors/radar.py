@@ -1,0 +1,80 @@
+"""The radar: rays at random in a cone, each with the range, the direction and the closing speed of what it met."""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import Future
+
+import numpy as np
+
+from carlette.geometry import Floats
+from carlette.sensors.base import Body, LateSensor, Moment, Settings
+from carlette.sensors.frames import axes
+from carlette.sensors.lidar import MOST_POINTS_PER_S, MOST_RANGE_M, MOST_RAYS, require_kernels
+from carlette.sensors.workers import build_faces, caster
+from carlette.world.world import World
+
+
+class RadarSensor(LateSensor):
+    """Detections: velocity (m/s, negative = coming closer), azimuth and altitude (rad), depth (m).
+
+    The rays fill an elliptical cone, denser towards its middle, and end on the plane `range` ahead, as in CARLA.
+    """
+
+    wire_type = 9
+
+    def __init__(self, settings: Settings) -> None:
+        super().__init__(settings)
+        require_kernels(settings.type_id)
+        self._reach_m = settings.number("range", 0.0, MOST_RANGE_M)
+        self._points_per_s = settings.whole("points_per_second", 0, MOST_POINTS_PER_S)
+        self._spread = [
+            math.tan(math.radians(settings.number(one, 0.0, 179.0)) / 2) for one in ("horizontal_fov", "vertical_fov")
+        ]
+        self._random: np.random.Generator | None = None
+        self._before: tuple[float, Floats] | None = None
+        """When and where the radar was last."""
+
+    def load(self, world: World) -> Future[None]:
+        return build_faces(world.roads)
+
+    def begin(self, moment: Moment) -> Future[list[Body]]:
+        moment.scene.hold()
+        own, ways = self._velocity(moment), self._rays(moment)
+        self.pass_over(moment)
+        return caster().submit(lambda: self._detections(moment, own, ways))
+
+    def _detections(self, moment: Moment, own: Floats, ways: Floats) -> list[Body]:
+        length = np.linalg.norm(ways, axis=1)
+        azimuths = np.arctan2(ways[:, 1], ways[:, 0])
+        altitudes = np.arctan2(ways[:, 2], np.hypot(ways[:, 0], ways[:, 1]))
+        farthest = self._reach_m * float(length.max(initial=0.0))
+        sweep = moment.scene.sweep(moment.pose, azimuths, np.tan(altitudes)[:, None], farthest)
+        depths, faces = 1.0 / sweep.nearness[:, 0], sweep.hit[:, 0]
+        met = (faces >= 0) & (depths <= self._reach_m * length)
+        units = (ways[met] / length[met, None]) @ axes(moment.pose.rotation).T
+        speeds = ((moment.scene.velocities(faces[met]) - own) * units).sum(axis=1)
+        rows = np.stack([speeds, azimuths[met], altitudes[met], depths[met]], axis=1)
+        return [(rows.astype(np.float32).tobytes(),)]
+
+    def pass_over(self, moment: Moment) -> None:
+        self._before = (moment.scene.world.elapsed_s, np.array(moment.pose.location))
+
+    def _rays(self, moment: Moment) -> Floats:
+        """Directions in the radar's frame with x = 1, (n, 3), by ascending azimuth."""
+        if self._random is None:
+            self._random = np.random.default_rng(moment.actor.id)
+        count = min(int(self._points_per_s * moment.delta_s), MOST_RAYS)
+        radius, angle = self._random.random(count), self._random.random(count) * math.tau
+        across = self._spread[0] * radius * np.cos(angle)
+        ways = np.stack([np.ones(count), across, self._spread[1] * radius * np.sin(angle)], axis=1)
+        ascending: Floats = ways[np.argsort(across)]
+        return ascending
+
+    def _velocity(self, moment: Moment) -> Floats:
+        """By the radar's own path, so that it feels where on the vehicle it sits; m/s, world frame."""
+        if self._before is None or moment.scene.world.elapsed_s <= self._before[0]:
+            carried: Floats = moment.scene.world.bodies.velocity[moment.actor.row]
+            return carried
+        moved: Floats = np.array(moment.pose.location) - self._before[1]
+        return moved / (moment.scene.world.elapsed_s - self._before[0])

@@ -1,0 +1,83 @@
+"""The bodies of actors as rays meet them: the cameras' meshes, in the actor's frame, without lamps and shadows.
+
+People stand still here: their limbs do not swing as they do in pictures.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from carlette.blueprints import load_catalogue
+from carlette.camera.models.animals import animal_mesh
+from carlette.camera.models.cycles import cycle_mesh
+from carlette.camera.models.figures import clothes_of, person
+from carlette.camera.models.mesh import EMPTY, Color, Mesh
+from carlette.camera.models.openings import door_mesh
+from carlette.camera.models.props import prop_mesh
+from carlette.camera.models.trafficlights import post_mesh, repeater_mesh
+from carlette.camera.models.vehicles import vehicle_mesh
+from carlette.geometry import Box, Pose
+from carlette.world.actor import Actor, Kind
+from carlette.world.skeleton import Bone, bones
+
+GREY: Color = (128, 128, 128)
+"""Rays see no colour."""
+
+
+def shape_of(actor: Actor) -> Mesh:
+    """The surface of an actor; empty for what has no body."""
+    if actor.kind is Kind.LIGHT:
+        return _post(round(actor.box.center.x, 1))
+    if actor.kind is Kind.WALKER and not actor.type_id.startswith("animal."):
+        return _person(actor)
+    return _shape(actor.type_id, actor.kind, actor.box)
+
+
+@lru_cache(maxsize=256)
+def door_shape(type_id: str, box: Box, door: int, swing: float) -> Mesh:
+    """A door that stands open by `swing` (0 to 1)."""
+    return door_mesh(type_id, box, door, swing, GREY)
+
+
+@lru_cache(maxsize=512)
+def _shape(type_id: str, kind: Kind, box: Box) -> Mesh:
+    if kind is Kind.VEHICLE:
+        model = load_catalogue().vehicles[type_id]
+        if model.is_two_wheeler:
+            return cycle_mesh(type_id, box, model.wheelbase_m, GREY, 0.0, motor=model.base_type == "motorcycle")
+        return vehicle_mesh(type_id, box, model.wheelbase_m, GREY)
+    if kind is Kind.WALKER:
+        return animal_mesh(type_id, box, 0.0, 0.0)
+    return prop_mesh(type_id, box) if kind is Kind.PROP else EMPTY
+
+
+def _person(actor: Actor) -> Mesh:
+    half_height_m = actor.box.extent.z
+    if not actor.posed:
+        return _standing(actor.type_id, half_height_m)
+    return _figure(actor.type_id, half_height_m, _joints(bones(Pose(), half_height_m, actor.posed, actor.blend)))
+
+
+@lru_cache(maxsize=256)
+def _standing(type_id: str, half_height_m: float) -> Mesh:
+    return _figure(type_id, half_height_m, _joints(bones(Pose(), half_height_m)))
+
+
+def _joints(found: list[Bone]) -> tuple[tuple[str, float, float, float], ...]:
+    return tuple((one.name.removeprefix("crl_"), *one.component.location) for one in found)
+
+
+@lru_cache(maxsize=256)
+def _figure(type_id: str, half_height_m: float, joints: tuple[tuple[str, float, float, float], ...]) -> Mesh:
+    model = load_catalogue().walkers[type_id]
+    places = {name: (x, y, z) for name, x, y, z in joints}
+    return person(places, 2 * half_height_m, clothes_of(type_id, model.gender, model.age))
+
+
+@lru_cache(maxsize=1024)
+def second_post(x: float, y: float, z: float) -> Mesh:
+    """A traffic light's second post with its foot at a place of the light's frame."""
+    return repeater_mesh().placed(x, y, z, 0.0)
+
+
+_post = lru_cache(maxsize=256)(post_mesh)

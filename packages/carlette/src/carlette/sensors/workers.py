@@ -1,0 +1,108 @@
+"""Threads beside the server's: one builds what takes long, once for each map; one draws, one casts rays.
+
+Drawing and casting let go of Python's lock, so both run while the server's thread moves the world on.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from functools import lru_cache
+from queue import SimpleQueue
+from typing import Any, TypeVar
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from carlette.camera.rendering.shots import static_scene_of
+from carlette.memory import hand_back
+from carlette.opendrive.roads import RoadNetwork
+from carlette.sensors.faces import static_faces
+
+T = TypeVar("T")
+
+_static_scenes: WeakKeyDictionary[RoadNetwork, Future[None]] = WeakKeyDictionary()
+_faces: WeakKeyDictionary[RoadNetwork, Future[None]] = WeakKeyDictionary()
+
+
+def build_static_scene(roads: RoadNetwork) -> Future[None]:
+    """Begins to build what cameras see of a map, unless that was begun already."""
+    return _begun(_static_scenes, roads, lambda: _make_static_scene(roads))
+
+
+def build_faces(roads: RoadNetwork) -> Future[None]:
+    """Begins to build what rays meet of a map, and to compile their loops (seconds where nothing is cached)."""
+    return _begun(_faces, roads, lambda: _make_faces(roads))
+
+
+class Worker:
+    """A thread that does one job after the other; a server that ends does not wait for it."""
+
+    def __init__(self, name: str) -> None:
+        self._jobs: SimpleQueue[tuple[Future[Any], Callable[[], Any]]] = SimpleQueue()
+        threading.Thread(target=self._work, name=name, daemon=True).start()
+
+    def submit(self, job: Callable[[], T]) -> Future[T]:
+        """Queues a job; what it raises is in the future."""
+        future: Future[T] = Future()
+        self._jobs.put((future, job))
+        return future
+
+    def _work(self) -> None:
+        while True:
+            _do(*self._jobs.get())
+
+
+def _do(future: Future[Any], job: Callable[[], Any]) -> None:
+    # A function of its own, so that the thread holds on to nothing while it waits for the next job.
+    try:
+        future.set_result(job())
+    except BaseException as error:  # noqa: BLE001  (told to whoever asks for the result)
+        future.set_exception(error)
+
+
+@lru_cache(maxsize=1)
+def drawer() -> Worker:
+    """Draws pictures one after the other: there is one rasteriser."""
+    return Worker("carlette-camera")
+
+
+@lru_cache(maxsize=1)
+def caster() -> Worker:
+    """Casts rays, scan after scan, so that what is left to chance comes in a fixed order."""
+    return Worker("carlette-rays")
+
+
+@lru_cache(maxsize=1)
+def _builder() -> Worker:
+    return Worker("carlette-builder")
+
+
+def _begun(
+    known: WeakKeyDictionary[RoadNetwork, Future[None]], roads: RoadNetwork, build: Callable[[], object]
+) -> Future[None]:
+    found = known.get(roads)
+    if found is None:
+        found = known[roads] = _builder().submit(lambda: _finish(build))
+    return found
+
+
+def _finish(build: Callable[[], object]) -> None:
+    # The result must not be kept: it would keep its key, and so the map, for ever.
+    build()
+    hand_back()
+
+
+def _make_static_scene(roads: RoadNetwork) -> None:
+    from carlette.camera.rendering.averaging import halved  # numba takes half a second to load
+
+    halved(np.zeros((2, 2), np.uint32))
+    static_scene_of(roads)
+
+
+def _make_faces(roads: RoadNetwork) -> None:
+    from carlette.sensors.warm_up import warm_up  # numba takes half a second to load
+
+    warm_up()
+    static_faces(roads)

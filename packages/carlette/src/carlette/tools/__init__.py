@@ -1,0 +1,1 @@
+"""Tools beside the server: they draw the pictures of the documentation."""

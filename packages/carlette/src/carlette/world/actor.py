@@ -1,0 +1,56 @@
+"""Actors: what the world knows of each thing in it, besides its motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+from carlette.blueprints import AttributeType
+from carlette.geometry import Box, Pose
+from carlette.physics.parameters import PhysicsParameters
+
+
+class Kind(IntEnum):
+    """How an actor takes part in the world."""
+
+    OTHER = 0
+    VEHICLE = 1
+    WALKER = 2
+    LIGHT = 3
+    SIGN = 4
+    PROP = 5
+    SENSOR = 6
+
+
+Attributes = dict[str, tuple[AttributeType, str]]
+
+
+@dataclass(eq=False)
+class Actor:
+    """One actor; its pose and velocity are row `row` of the world's bodies."""
+
+    id: int
+    type_id: str
+    kind: Kind
+    row: int
+    box: Box
+    attributes: Attributes = field(default_factory=dict)
+    tags: bytes = b""
+    """Semantic tags (`CityObjectLabel`)."""
+    parent_id: int = 0
+    attached: Pose | None = None
+    """Pose in the parent's frame, where there is a parent that was not destroyed."""
+    stream_id: int = 0
+    """The stream of a sensor; 0 = none."""
+    index: int = -1
+    """Row in the table of its kind (fleet, walkers, lights)."""
+    touches: bool = False
+    """Has a shape that others can run into, unless a client switches its collisions off."""
+    posed: dict[str, Pose] = field(default_factory=dict)
+    """Joints that a client (or a flagger's gesture) has put, each in its parent bone's frame."""
+    blend: float = 0.0
+    """How far the walker takes that pose: 0 stands as usual, 1 is all in it."""
+    physics: PhysicsParameters | None = None
+    """A vehicle's technical data, as a client reads them back."""
+    surface: int = -1
+    """Row in the table of the ground below; -1 = does not stand on the ground."""

@@ -1,0 +1,144 @@
+"""Bringing actors into the world on a client's request, and what may be in their way."""
+
+from __future__ import annotations
+
+from carlette.blueprints import Catalogue, load_catalogue
+from carlette.blueprints.paint import painted
+from carlette.blueprints.sensors import IN_THE_CLIENT
+from carlette.errors import RequestError, SpawnCollision
+from carlette.geometry import Box, Pose, Vector
+from carlette.physics.bodies import Bodies
+from carlette.physics.contacts import is_free
+from carlette.physics.parameters import parameters_of
+from carlette.world.actor import Actor, Attributes, Kind
+from carlette.world.limits import pass_signs
+from carlette.world.skeleton import gesture
+from carlette.world.world import World
+
+MOST_ACTORS = 4096
+"""Of a world, lights and signs included; each costs every tick some microseconds and its snapshot 119 bytes."""
+VEHICLE_CLEARANCE_M = 0.15
+"""Height of what a car drives over without touching it."""
+CAR_TAG, TRUCK_TAG, BUS_TAG, MOTORCYCLE_TAG, BICYCLE_TAG, PEDESTRIAN_TAG, PROP_TAG = 14, 15, 16, 18, 19, 12, 21
+_VEHICLE_TAGS = {"truck": TRUCK_TAG, "bus": BUS_TAG, "motorcycle": MOTORCYCLE_TAG, "bicycle": BICYCLE_TAG}
+
+
+def spawn(world: World, type_id: str, attributes: Attributes, pose: Pose, parent_id: int = 0) -> Actor:
+    """Adds an actor as a client asked for it.
+
+    `pose` is in the world, or in the parent's frame where there is a parent. Raises `SpawnCollision` when the
+    place is taken and `RequestError` when the kind, the pose or the parent is not valid.
+    """
+    catalogue = load_catalogue()
+    if type_id not in catalogue.definitions:
+        raise RequestError(_unknown_type(type_id))
+    if len(world.actors) >= MOST_ACTORS:
+        raise RequestError(f"Spawn of '{type_id}' refused: the world has {MOST_ACTORS:,} actors; destroy some first")
+    if not pose.is_finite():
+        raise RequestError(f"Spawn of '{type_id}' refused: the transform is not finite; give real coordinates")
+    attached = None
+    if parent_id:
+        parent = world.actor(parent_id, "spawn_actor_with_parent")
+        attached, pose = pose, world.pose(parent).compose(pose)
+    actor = _enter(world, catalogue, type_id, attributes, pose)
+    actor.parent_id, actor.attached = parent_id, attached
+    if parent_id:
+        world.bodies.solid[actor.row] = actor.touches = False  # it would push its own carrier
+    return actor
+
+
+def _unknown_type(type_id: str) -> str:
+    if type_id.startswith("sensor."):
+        return (
+            f"Sensor '{type_id}' is not simulated by this server; use one of get_blueprint_library().filter('sensor.*')"
+        )
+    return f"Unknown actor type '{type_id}'; use one of the blueprint library"
+
+
+def _enter(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
+    if type_id in catalogue.vehicles:
+        return _enter_vehicle(world, catalogue, type_id, attributes, pose)
+    if type_id in catalogue.walkers:
+        return _enter_walker(world, catalogue, type_id, attributes, pose)
+    if type_id in catalogue.props or type_id == "static.prop.mesh":
+        return _enter_prop(world, catalogue, type_id, attributes, pose)
+    kind = Kind.SENSOR if type_id.startswith("sensor.") else Kind.OTHER
+    actor = world.enter(type_id, kind, pose, Box(Vector(), Vector()), attributes)
+    actor.stream_id = actor.id if kind is Kind.SENSOR and type_id not in IN_THE_CLIENT else 0
+    return actor
+
+
+def _enter_vehicle(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
+    model = catalogue.vehicles[type_id]
+    _require_free(world, pose, model.box, VEHICLE_CLEARANCE_M)
+    chosen = painted(catalogue.definitions[type_id], attributes, world.next_id)
+    actor = world.enter(type_id, Kind.VEHICLE, pose, model.box, chosen)
+    actor.tags = bytes([_VEHICLE_TAGS.get(model.base_type, CAR_TAG)])
+    _make_solid(world, actor, model.mass_kg, VEHICLE_CLEARANCE_M)
+    actor.physics = parameters_of(model)
+    actor.index = world.fleet.add(actor.row, model, actor.physics)
+    actor.surface = world.surface.add(actor.row, 0.0, tilts=True)
+    world.fleet.sticky[actor.index] = _flag(attributes, "sticky_control", True)
+    world.surface.look(world.bodies, world.roads)
+    pass_signs(world.bodies, world.fleet, world.roads.speed_boxes)
+    return actor
+
+
+def _flag(attributes: Attributes, name: str, default: bool) -> bool:
+    return attributes[name][1].lower() == "true" if name in attributes else default
+
+
+def _enter_walker(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
+    model = catalogue.walkers[type_id]
+    _require_free(world, pose, model.box, 0.0)
+    actor = world.enter(type_id, Kind.WALKER, pose, model.box, attributes)
+    actor.tags = bytes([PEDESTRIAN_TAG])
+    _make_solid(world, actor, model.mass_kg, 0.0)
+    mortal = _flag(attributes, "is_invincible", True) is False
+    actor.index = world.walkers.append(row=actor.row, mortal=mortal)
+    if "gesture" in attributes:
+        actor.posed, actor.blend = gesture(attributes["gesture"][1], model.box.extent.z), 1.0
+    actor.surface = world.surface.add(actor.row, model.box.extent.z, tilts=False, on_foot=True)
+    return actor
+
+
+def _enter_prop(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
+    model = catalogue.props.get(type_id)
+    box = model.box if model else _mesh_box(attributes)
+    actor = world.enter(type_id, Kind.PROP, pose, box, attributes)
+    world.turn_prop(actor)
+    actor.tags = bytes([PROP_TAG])
+    movable = model is not None and model.contact == "loose"
+    if model is None or model.contact != "passable":
+        _make_solid(world, actor, model.mass_kg if model and movable else 0.0, 0.0)
+    if movable:
+        actor.index = world.props.append(row=actor.row)
+        actor.surface = world.surface.add(actor.row, 0.0, tilts=False)
+    return actor
+
+
+def _mesh_box(attributes: Attributes) -> Box:
+    """Half a metre each way, times the scale: this server has no meshes."""
+    try:
+        scale = float(attributes["scale"][1])
+    except (KeyError, ValueError):
+        scale = 1.0
+    half = 0.25 * scale if 0.0 < scale < 1000.0 else 0.25
+    return Box(Vector(z=half), Vector(half, half, half))
+
+
+def _make_solid(world: World, actor: Actor, mass_kg: float, clearance_m: float) -> None:
+    bodies = world.bodies
+    bodies.mass[actor.row] = mass_kg
+    bodies.clearance[actor.row] = clearance_m
+    bodies.solid[actor.row] = actor.touches = True
+    bodies.simulated[actor.row] = mass_kg > 0
+
+
+def _require_free(world: World, pose: Pose, box: Box, clearance_m: float) -> None:
+    candidate = Bodies()
+    candidate.append(
+        position=pose.location, rotation=pose.rotation, center=box.center, extent=box.extent, clearance=clearance_m
+    )
+    if not is_free(world.bodies, candidate, world.doors):
+        raise SpawnCollision

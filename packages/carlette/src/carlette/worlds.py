@@ -1,0 +1,60 @@
+"""Worlds that are stepped in this process, without server or client: for search, for training, for tests of one's own.
+
+What stands here is the interface; the modules that it comes from may change. Units and frames are CARLA's: metres,
+seconds, degrees, its left-handed world frame. `World.tick()` is one step, `World.fork()` an independent copy within a
+few milliseconds (the map is shared), `World.traffic` drives some of the cars and is forked along.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from pathlib import Path
+
+from carlette.errors import SpawnCollision
+from carlette.geometry import Pose, Rotation, Vector
+from carlette.opendrive.document import find_map, map_folders
+from carlette.opendrive.roads import RoadNetwork
+from carlette.traffic import Traffic
+from carlette.world.actor import Actor
+from carlette.world.spawn import spawn
+from carlette.world.world import World
+
+__all__ = [
+    "Actor",
+    "Pose",
+    "Rotation",
+    "SpawnCollision",
+    "Traffic",
+    "Vector",
+    "World",
+    "open_world",
+    "populate",
+    "spawn",
+]
+
+CAR = "vehicle.tesla.model3"
+
+
+def open_world(town: str, folders: Sequence[str | Path] = (), seed: int = 0) -> World:
+    """A town without actors, by its name or its `.xodr` file; further `folders` are searched first.
+
+    `seed` settles what is left to chance, such as the lights' first phases. Raises `MapError` where there is no such
+    town, or its file is none.
+    """
+    return World(RoadNetwork(find_map(town, map_folders([str(one) for one in folders]))), seed)
+
+
+def populate(world: World, cars: int, seed: int = 0, model: str = CAR) -> list[Actor]:
+    """Put so many standing cars at spawn points of the map, drawn by `seed`; fewer where there is no more room."""
+    spots = world.roads.spawn_points()
+    random.Random(seed).shuffle(spots)
+    found: list[Actor] = []
+    for spot in spots:
+        if len(found) == cars:
+            break
+        try:
+            found.append(spawn(world, model, {}, spot))
+        except SpawnCollision:
+            continue
+    return found
