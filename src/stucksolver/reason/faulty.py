@@ -117,8 +117,8 @@ def _always_left(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
 
 def _always_drive_over(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
     """Over whatever is nearest in the path, whatever it is."""
-    ahead = [o for o in scene.objects if o.in_path and o.gap_m is not None and o.gap_m > -0.5]
-    who = min(ahead, key=lambda o: o.gap_m or 0.0).id if ahead else _nearest(scene, faulty.random)
+    ahead = scene.in_path_ahead()
+    who = ahead[0].id if ahead else _nearest(scene, faulty.random)
     return (DriveOver(object_id=who),)
 
 

@@ -4,6 +4,7 @@ x ahead, y left, metres, radians, counter-clockwise, origin at the centre of the
 unknown is None, never a made-up value.
 """
 
+import math
 from enum import Enum
 from typing import Literal
 
@@ -121,6 +122,10 @@ class Guidance(Model):
     """What the words were read as, by the vehicle's own reader; None where nobody has read them."""
 
 
+TOUCHING_M = -0.5
+"""A gap down to this is one of boxes that are larger than their bodies."""
+
+
 class Scene(Model):
     """Everything a reasoner may know. Scenario labels and role names never appear in it."""
 
@@ -143,3 +148,11 @@ class Scene(Model):
         """Can the stack do all of these behaviours now?"""
         offered = {behavior.name for behavior in self.behaviors}
         return offered.issuperset(names)
+
+    def in_path_ahead(self, within_m: float = math.inf) -> tuple[SceneObject, ...]:
+        """What is in the path in front of the vehicle and nearer than that, the nearest first.
+
+        The gap counts from bumper to bumper; what already touches it in front is there as well.
+        """
+        near = [(o.gap_m, o) for o in self.objects if o.in_path and o.gap_m is not None]
+        return tuple(o for gap_m, o in sorted(near, key=lambda one: one[0]) if TOUCHING_M < gap_m < within_m)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver.scene import ControlKind, LightState, Scene, SceneObject
+from stucksolver.scene import ControlKind, LightState, Scene
 
 MOVING_MPS = 5 / 3.6
 AHEAD_M = 45.0
@@ -18,17 +18,13 @@ def situation_of(scene: Scene | None, question: str | None = None) -> str:
 
 
 def _doing(scene: Scene) -> str:
-    lead = min((o for o in scene.objects if _ahead(o)), key=lambda o: o.gap_m or 0.0, default=None)
+    lead = next(iter(scene.in_path_ahead(AHEAD_M)), None)
     doing = "Driving" if scene.ego.speed_mps >= MOVING_MPS else "Standing"
     if lead is None:
         return f"{doing}, nothing in the way."
     what = lead.kind.value.replace("_", " ")
     how = "slow" if lead.speed_along_mps > 0.5 else "stopped"
     return f"{doing} behind a {how} {what}{', hazard lights on' if lead.hazard_lights else ''}."
-
-
-def _ahead(o: SceneObject) -> bool:
-    return o.in_path and o.gap_m is not None and -0.5 < o.gap_m < AHEAD_M
 
 
 def _light(scene: Scene) -> list[str]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stucksolver.scene.boxes import separation
 from stucksolver_eval.actors.cast import Member, State
 
 if TYPE_CHECKING:
@@ -41,19 +42,10 @@ def find_leaders(cars: Sequence[Car], bodies: Sequence[tuple[Member, State]]) ->
 
 
 def boxes_touch(one: Member, at: State, other: Member, there: State, margin_m: float) -> bool:
-    """Whether two oriented boxes come nearer than a margin (separating axes)."""
-    for a, s, b, t in ((one, at, other, there), (other, there, one, at)):
-        cos, sin = math.cos(s.yaw_rad), math.sin(s.yaw_rad)
-        (x, y), (u, v) = _middle(a, s), _middle(b, t)
-        dx, dy = u - x, v - y
-        ahead, right = abs(dx * cos + dy * sin), abs(-dx * sin + dy * cos)
-        turn = t.yaw_rad - s.yaw_rad
-        c, n = abs(math.cos(turn)), abs(math.sin(turn))
-        if ahead > a.half_length_m + b.half_length_m * c + b.half_width_m * n + margin_m:
-            return False
-        if right > a.half_width_m + b.half_length_m * n + b.half_width_m * c + margin_m:
-            return False
-    return True
+    """Whether two oriented boxes come nearer than a margin."""
+    first, second = ((*_middle(a, s), s.yaw_rad) for a, s in ((one, at), (other, there)))
+    halves = ((a.half_length_m, a.half_width_m) for a in (one, other))
+    return bool(separation(first, next(halves), second, next(halves)) <= margin_m)
 
 
 def _middle(member: Member, state: State) -> tuple[float, float]:

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+from stucksolver.scene.polyline import nearest_index
 from stucksolver_eval.actors import Car
 from stucksolver_eval.background.lanes import RouteJunction
 
@@ -58,8 +57,7 @@ class Seen:
         """(metres ahead of the hero along the route, metres right of the route) of a car near the route."""
         route, state = self.setting.route, self.setting.cast.state(car.member)
         first = max(self.index - _BEHIND, 0)
-        window = route.xyz[first : self.index + _AHEAD, :2]
-        best = first + int(np.argmin((window[:, 0] - state.x) ** 2 + (window[:, 1] - state.y) ** 2))
+        best = first + nearest_index(route.xyz[first : self.index + _AHEAD], state.x, state.y)
         fx, fy = route.forward[best, :2]
         dx, dy = state.x - route.xyz[best, 0], state.y - route.xyz[best, 1]
         return float(route.s_m[best] + dx * fx + dy * fy - self.s_m), float(-dx * fy + dy * fx)

@@ -14,6 +14,7 @@ import carla
 import numpy as np
 from numpy.typing import NDArray
 
+from stucksolver.scene.polyline import distances, nearest_index
 from stucksolver.stacks.carla_stack.route_road import new_ground
 from stucksolver.stacks.driver import trace_route
 from stucksolver.stacks.driver.interface import RoutePoint
@@ -99,15 +100,12 @@ class RouteLine:
 
     def project(self, location: Any, near_index: int = 0) -> int:
         """Index of the waypoint nearest to a `carla.Location`; near `near_index` first, anywhere if that is far."""
-        place = np.array([location.x, location.y])
         first = max(near_index - SEARCH_BACK, 0)
-        window = self.xyz[first : near_index + SEARCH_AHEAD, :2] - place
-        distances = np.hypot(window[:, 0], window[:, 1])
-        best = int(np.argmin(distances))
-        if distances[best] < LOST_M:
+        away = distances(self.xyz[first : near_index + SEARCH_AHEAD], location.x, location.y)
+        best = int(np.argmin(away))
+        if away[best] < LOST_M:
             return first + best
-        everywhere = self.xyz[:, :2] - place
-        return int(np.argmin(np.hypot(everywhere[:, 0], everywhere[:, 1])))
+        return nearest_index(self.xyz, location.x, location.y)
 
     def index_at(self, s_m: float) -> int:
         """Index of the waypoint nearest to an arc length; the first or last one beyond the ends."""

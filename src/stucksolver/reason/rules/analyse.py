@@ -179,10 +179,13 @@ def _held_by_vehicle(scene: Scene, limits: WaitLimits) -> Hold | None:
     return None
 
 
+NEAR_M = 25.0
+"""What stands farther ahead does not hold the vehicle up."""
+
+
 def blocker(scene: Scene) -> SceneObject | None:
     """The nearest thing in the path ahead."""
-    ahead = [o for o in scene.objects if o.in_path and o.gap_m is not None and -0.5 < o.gap_m < 25.0]
-    return min(ahead, key=lambda o: o.gap_m or 0.0, default=None)
+    return next(iter(scene.in_path_ahead(NEAR_M)), None)
 
 
 def find_cause(scene: Scene, limits: WaitLimits) -> tuple[CauseCode, str]:

@@ -109,8 +109,7 @@ def _is_followed(lead: SceneObject, analysis: Analysis) -> str | None:
 def _lead(scene: Scene, analysis: Analysis) -> SceneObject | None:
     """What should be passed, None where there is nothing of the kind."""
     if analysis.guidance_intent is not None:
-        ahead = [o for o in scene.objects if o.in_path and o.gap_m is not None and -0.5 < o.gap_m < LEAD_RANGE_M]
-        return min(ahead, key=lambda o: o.gap_m or 0.0, default=None)
+        return next(iter(scene.in_path_ahead(LEAD_RANGE_M)), None)
     return None if analysis.cause in (CauseCode.UNKNOWN, CauseCode.LOOP) else blocker(scene)
 
 

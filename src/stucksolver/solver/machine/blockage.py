@@ -11,15 +11,15 @@ def still_blocked(scene: Scene | None) -> bool:
     """Does anything stand in the way close ahead?"""
     if scene is None:
         return False
-    return any(o.in_path and o.gap_m is not None and -0.5 < o.gap_m < AHEAD_M for o in scene.objects)
+    return bool(scene.in_path_ahead(AHEAD_M))
 
 
 def why_stopped(scene: Scene | None, attempts: tuple[PastAttempt, ...]) -> str:
     """In a line: what blocks the way, and what became of the last plan."""
     parts = []
-    ahead = [o for o in scene.objects if o.in_path and o.gap_m is not None and o.gap_m > -0.5] if scene else []
+    ahead = scene.in_path_ahead() if scene else ()
     if ahead:
-        nearest = min(ahead, key=lambda o: o.gap_m or 0.0)
+        nearest = ahead[0]
         parts.append(f"{nearest.kind.value} {nearest.id} blocks the way {max(nearest.gap_m or 0.0, 0.0):.0f} m ahead")
     if attempts:
         parts.append(f"the last plan failed: {attempts[-1].outcome}")

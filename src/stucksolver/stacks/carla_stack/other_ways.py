@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 
 from stucksolver.scene import EgoState, TrackedObject
+from stucksolver.scene.polyline import nearest_index
 from stucksolver.stacks.carla_stack.frames import to_local, yaw_to_local
 from stucksolver.stacks.carla_stack.route_road import SPACING_M, RouteRoad
 from stucksolver.stacks.driver.routing import RouteError, trace_route
@@ -144,7 +145,7 @@ def _start(carla_map: Any, line: Line, ego: EgoState) -> Any | None:
 
 def _abreast(line: Line, ego: EgoState) -> int:
     places = np.array([to_local(one.transform.location) for one in line])
-    return int(np.hypot(places[:, 0] - ego.x_m, places[:, 1] - ego.y_m).argmin())
+    return nearest_index(places, ego.x_m, ego.y_m)
 
 
 def _reaches(line: Line, ego: EgoState, standing: Sequence[Any], surface: Any) -> bool:

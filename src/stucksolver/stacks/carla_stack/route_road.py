@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 
 from stucksolver.scene import LaneDirection, LaneKind, LaneStrip, RoadGeometry, Zone, ZoneKind
+from stucksolver.scene.polyline import arc_lengths, distances, nearest_index
 from stucksolver.stacks.carla_stack.frames import to_local, yaw_to_local
 from stucksolver.stacks.carla_stack.lane_walk import Neighbour, neighbours
 from stucksolver.stacks.driver import RoutePoint
@@ -58,8 +59,7 @@ class RouteRoad:
         self.start_arc, self.destination_arc = arcs[len(before)], arcs[len(before) + len(waypoints) - 1]
         """Arc lengths at which the route itself begins and ends."""
         points = np.array([(s.x, s.y) for s in self.stations])
-        steps = np.hypot(*np.diff(points, axis=0).T)
-        self.arc: np.ndarray[Any, Any] = np.concatenate([[0.0], np.cumsum(steps)])
+        self.arc = arc_lengths(points)
         self._points = points
         self._new_m = new_ground(points, self.arc)
         self._crosswalks = _crosswalk_spans(carla_map, points, self.arc)
@@ -67,8 +67,7 @@ class RouteRoad:
 
     def arc_of(self, x: float, y: float, first: int, last: int) -> float:
         """Arc length of the point of stations `first` to `last` that is nearest to a place."""
-        part = self._points[max(first, 0) : last]
-        k = int(np.argmin((part[:, 0] - x) ** 2 + (part[:, 1] - y) ** 2)) + max(first, 0)
+        k = nearest_index(self._points[max(first, 0) : last], x, y) + max(first, 0)
         j = min(k, len(self._points) - 2)
         direction = self._points[j + 1] - self._points[j]
         along = float(np.dot((x, y) - self._points[j], direction) / max(np.hypot(*direction), 1e-6))
@@ -81,7 +80,7 @@ class RouteRoad:
     def crossing(self, transform: Any) -> float | None:
         """Arc length at which a lane's waypoint lies on the route in its direction, None where it does not."""
         x, y = to_local(transform.location)
-        away = np.hypot(self._points[:, 0] - x, self._points[:, 1] - y)
+        away = distances(self._points, x, y)
         k = min(int(away.argmin()), len(self._points) - 2)
         if away[k] > ON_ROUTE_M:
             return None
@@ -145,7 +144,7 @@ def _resampled(waypoints: list[Any]) -> tuple[list[tuple[Any, float, float, floa
     In the local frame. There must be two waypoints at different places.
     """
     points = np.array([to_local(w.transform.location) for w in waypoints])
-    arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    arc = arc_lengths(points)
     at = np.arange(0.0, arc[-1] + 1e-6, SPACING_M)
     x, y = np.interp(at, arc, points[:, 0]), np.interp(at, arc, points[:, 1])
     heading = np.arctan2(np.gradient(y), np.gradient(x))
@@ -237,7 +236,7 @@ def _level_crossing_spans(carla_map: Any, points: Any, arc: Any) -> list[tuple[f
     spans = []
     for landmark in carla_map.get_all_landmarks_of_type(ANDREWS_CROSS):
         x, y = to_local(landmark.transform.location)
-        away = np.hypot(points[:, 0] - x, points[:, 1] - y)
+        away = distances(points, x, y)
         k = int(away.argmin())
         if away[k] < CROSS_BESIDE_M:
             spans.append((float(arc[k]) - CROSS_TRACKS_M, float(arc[k]) + CROSS_TRACKS_M))

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stucksolver.scene.boxes import axis_gaps
 from stucksolver.stacks.driver.path import Array, Path, Pose, Projection
 from stucksolver.stacks.driver.perception import Surroundings
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
@@ -90,28 +91,10 @@ def nearest_hazards(
 
 def _overlaps(swept: Sweep, bodies: Surroundings, model: VehicleModel, margins: Array) -> tuple[Array, Flags, Flags]:
     """For each pose (rows) and body (columns): free length ahead, overlap, and overlap with the margin."""
-    cos, sin = np.cos(swept.yaw)[:, None], np.sin(swept.yaw)[:, None]
-    dx, dy = bodies.x - swept.x[:, None], bodies.y - swept.y[:, None]
-    lon, lat = dx * cos + dy * sin, dy * cos - dx * sin
-    turn = bodies.yaw - swept.yaw[:, None]
-    c, s = np.abs(np.cos(turn)), np.abs(np.sin(turn))
-    length, width = bodies.half_length, bodies.half_width
-    free_ahead = np.abs(lon) - model.half_length - (length * c + width * s)
-    free_beside = np.abs(lat) - model.half_width - (length * s + width * c)
-    own_lon = np.abs(lon * np.cos(turn) + lat * np.sin(turn)) - length
-    own_lat = np.abs(lat * np.cos(turn) - lon * np.sin(turn)) - width
-
-    def overlap(margin: Array | float) -> Flags:
-        half_width = model.half_width + margin
-        apart = (
-            (free_ahead > 0.0)
-            | (free_beside > margin)
-            | (own_lon > model.half_length * c + half_width * s)
-            | (own_lat > model.half_length * s + half_width * c)
-        )
-        return np.asarray(~apart)
-
-    return np.asarray(free_ahead), overlap(0.0), overlap(margins)
+    ego = (swept.x[:, None], swept.y[:, None], swept.yaw[:, None])
+    half = (bodies.half_length, bodies.half_width)
+    gaps = axis_gaps(ego, (model.half_length, model.half_width), (bodies.x, bodies.y, bodies.yaw), half)
+    return gaps.along_a, gaps.separation <= 0.0, gaps.with_a_wider(margins).separation <= 0.0
 
 
 def _at_height(swept: Sweep, bodies: Surroundings) -> Flags:

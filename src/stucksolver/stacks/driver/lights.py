@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import carla
 import numpy as np
 
+from stucksolver.scene.polyline import nearest_of_each_pass
 from stucksolver.stacks.driver.path import Path
 
 _ON_ROUTE_M = 1.75
@@ -45,9 +46,7 @@ def _passes(transform: Any, path: Path) -> list[float]:
     distance = np.hypot(path.x - place.x, path.y - place.y)
     near = (distance < _ON_ROUTE_M) & (np.cos(path.yaw - yaw) > _SAME_DIRECTION_COS)
     near &= np.abs(path.z - place.z) < _SAME_LEVEL_M
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], near, [False]]).astype(np.int8)))
-    stretches = zip(edges[::2], edges[1::2], strict=True)
-    return [float(path.s[a + int(np.argmin(distance[a:b]))]) for a, b in stretches]
+    return [float(path.s[k]) for k in nearest_of_each_pass(near, distance)]
 
 
 def _one_of_each(places: Sequence[float]) -> list[float]:

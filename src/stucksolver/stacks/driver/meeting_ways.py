@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from stucksolver.scene.polyline import arc_lengths, nearest_index
 from stucksolver.stacks.driver.interface import RoutePoint
 from stucksolver.stacks.driver.lane_graph import LaneGraph, LaneKey, lane_key
 from stucksolver.stacks.driver.path import Array, Path
@@ -147,10 +148,10 @@ class _Junction:
         kept = np.concatenate([[True], np.hypot(*np.diff(xy, axis=0).T) > 0.1])
         xy = xy[kept]
         step = np.diff(xy, axis=0)
-        s = np.concatenate([[0.0], np.cumsum(np.hypot(*step.T))])
+        s = arc_lengths(xy)
         yaw = np.unwrap(np.arctan2(step[:, 1], step[:, 0]))
         yaw = np.append(yaw, yaw[-1])
-        begins = int(np.argmin(np.hypot(*(xy - inside[0]).T)))
+        begins = nearest_index(xy, *inside[0])
         own_rows, columns = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
         meets = min(begins + int(columns[0]), len(s) - 1)
         parts = min(begins + int(columns[-1]), len(s) - 1)

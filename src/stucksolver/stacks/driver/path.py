@@ -13,8 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from stucksolver.scene.polyline import arc_lengths
 
+Array = NDArray[np.float64]
 SPACING_M = 0.25
 _HEADING_BASE_M = 0.5
 _CURVATURE_BASE_M = 1.0
@@ -111,7 +112,7 @@ def make_path(x: Array, y: Array, speed: Array, z: Array | None = None) -> Path:
     z = np.zeros_like(x) if z is None else z[keep]
     if len(x) < 2:
         raise ValueError(f"a path needs two points at least {_MIN_STEP_M} m apart; got {len(keep)} point(s)")
-    given = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    given = arc_lengths(np.column_stack([x, y]))
     s = np.linspace(0.0, given[-1], max(int(given[-1] / SPACING_M) + 1, 2))
     xs, ys = _rounded(s, np.interp(s, given, x)), _rounded(s, np.interp(s, given, y))
     yaw = _heading(s, xs, ys)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stucksolver.scene.polyline import arc_lengths
 from stucksolver.stacks.driver.interface import DrivePoint, RoutePoint
 from stucksolver.stacks.driver.path import Array, Path, make_path
 
@@ -47,7 +48,7 @@ def route_path(route: Sequence[RoutePoint]) -> Path:
         aside = (y[k - 1] - y[k]) * math.cos(heading[k]) - (x[k - 1] - x[k]) * math.sin(heading[k])
         if route[k].command.startswith("change") and abs(aside) > _LANE_STEP_M:
             # The line stays in the old lane at this point and is led over to the new one from here.
-            along = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x[k:]), np.diff(y[k:])))])
+            along = arc_lengths(np.column_stack([x[k:], y[k:]]))
             left = aside * (1.0 - smooth_step(along / _change_length(route, k)))
             shift_x[k:] -= left * np.sin(heading[k:])
             shift_y[k:] += left * np.cos(heading[k:])

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from stucksolver.scene.polyline import nearest_of_each_pass
 from stucksolver.stacks.driver.path import Array
 
 NEAR_M = 4.0
@@ -33,9 +34,7 @@ def stop_places(signs: Sequence[Any], s: Array, x: Array, y: Array, z: Array) ->
         inside = np.abs(x - centre.x) < BOX_FACTOR * float(volume.extent.x)
         inside &= np.abs(y - centre.y) < BOX_FACTOR * float(volume.extent.y)
         inside &= (away < NEAR_M) & (np.abs(z - centre.z) < _SAME_LEVEL_M)
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8)))
-        for a, b in zip(edges[::2], edges[1::2], strict=True):
-            found.append(float(s[a + int(np.argmin(away[a:b]))]))
+        found += [float(s[k]) for k in nearest_of_each_pass(inside, away)]
     return sorted(found)
 
 
