@@ -65,7 +65,7 @@ class Times(dict[str, list[float]]):
         return result
 
 
-def _drive(client: Any, ticks: int) -> Times:
+def _drive(client: carla.Client, ticks: int) -> Times:
     world = client.get_world()
     settings = world.get_settings()
     settings.synchronous_mode, settings.fixed_delta_seconds = True, STEP_S

@@ -10,9 +10,12 @@ import os
 import time
 from pathlib import Path
 from queue import Queue
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from benchmarks.carlette_ticks import LONGEST_RUN_S, MANAGER_PORT, STEP_S, running_server, spawn_cars
+
+if TYPE_CHECKING:
+    import carla
 
 CARS = 20
 WARM_UP_TICKS = 20
@@ -95,7 +98,7 @@ def _processor_s(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def _listen(carla: Any, world: Any, car: Any, type_id: str, attributes: dict[str, int]) -> Queue[int]:
+def _listen(carla: Any, world: carla.World, car: Any, type_id: str, attributes: dict[str, int]) -> Queue[int]:
     blueprint = world.get_blueprint_library().find(type_id)
     for key, value in attributes.items():
         blueprint.set_attribute(key, str(value))

@@ -138,7 +138,8 @@ def _drive(port: int, cars: int, ticks: int, seed: int, result: Any) -> None:
     for tick in range(1, ticks + 1):
         world.tick()
         snapshot = world.get_snapshot()
-        moved_m += STEP_S * sum(snapshot.find(car.id).get_velocity().length() for car in fleet)
+        there = [one for one in (snapshot.find(car.id) for car in fleet) if one is not None]
+        moved_m += STEP_S * sum(one.get_velocity().length() for one in there)
         if tick % REPORT_TICKS == 0 or tick == ticks:
             result.send((tick, moved_m))
 

@@ -21,10 +21,13 @@ import tempfile
 import time
 from pathlib import Path
 from queue import Empty, Queue
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 from benchmarks.carlette_sensors import CAMERA, LIDAR, SMALL
 from benchmarks.carlette_soak import STEP_S, count_rescues, logging_server, resident_mb
+
+if TYPE_CHECKING:
+    import carla
 
 TOWNS = ("demo_town", "grid_town", "interurban", "Town01", "Town04", "Town10HD")
 CARS = 20
@@ -118,7 +121,7 @@ def _free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def _cars(world: Any, seed: int) -> list[Any]:
+def _cars(world: carla.World, seed: int) -> list[Any]:
     """The ego and the others, on places that the seed chooses."""
     blueprint = world.get_blueprint_library().find("vehicle.tesla.model3")
     spots = world.get_map().get_spawn_points()
@@ -127,7 +130,9 @@ def _cars(world: Any, seed: int) -> list[Any]:
     return [car for _, car in zip(range(1 + CARS), (one for one in spawned if one is not None), strict=False)]
 
 
-def _listen(carla: Any, world: Any, car: Any, type_id: str, attributes: dict[str, int]) -> tuple[Any, Queue[int]]:
+def _listen(
+    carla: Any, world: carla.World, car: Any, type_id: str, attributes: dict[str, int]
+) -> tuple[Any, Queue[int]]:
     blueprint = world.get_blueprint_library().find(type_id)
     for key, value in attributes.items():
         blueprint.set_attribute(key, str(value))
@@ -137,7 +142,7 @@ def _listen(carla: Any, world: Any, car: Any, type_id: str, attributes: dict[str
     return sensor, queue
 
 
-def _tick(world: Any, ticks: int, queues: dict[str, Queue[int]]) -> dict[str, float]:
+def _tick(world: carla.World, ticks: int, queues: dict[str, Queue[int]]) -> dict[str, float]:
     """Each tick must bring one measurement of its frame from each sensor, but for collisions, which are counted."""
     found: dict[str, float] = dict.fromkeys(COUNTED, 0)
     hits = queues.pop("sensor.other.collision")

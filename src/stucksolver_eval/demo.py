@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from stucksolver_eval.arms.make import check_arm
 from stucksolver_eval.arms.spec import ArmSpec
@@ -20,6 +20,9 @@ from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.runner.work import Task, drive_task
 from stucksolver_eval.streets.find import choose_street
 from stucksolver_eval.streets.routes import Where, look_on_map, street_route
+
+if TYPE_CHECKING:
+    import carla
 
 SAY_S = 8.0
 """When the passenger speaks, since the start."""
@@ -90,7 +93,7 @@ def demo(spec: DemoSpec, say: Callable[[str], None]) -> tuple[list[RunLog], Path
     return runs, report
 
 
-def _found(spec: DemoSpec, situation: Situation, carla_map: Any) -> tuple[Route, str]:
+def _found(spec: DemoSpec, situation: Situation, carla_map: carla.Map) -> tuple[Route, str]:
     """The best street on the map for a situation, and the title that it is shown under."""
     street = choose_street(carla_map, spec.road, spec.seed, situation.length_m)
     oncoming = spec.oncoming if street.kind == "one_lane" else 0

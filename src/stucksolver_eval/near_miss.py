@@ -7,13 +7,16 @@ do now, each with its velocity and heading.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stucksolver.scene.boxes import HalfSize, Pose, separation, time_to_contact
 from stucksolver.stacks.driver.perception import Perception, Surroundings
 from stucksolver_eval.results.outcome import Noted
+
+if TYPE_CHECKING:
+    import carla
 
 MOVING_MPS = 0.1
 NEAR_GAP_M, NEAR_TTC_S = 0.3, 1.0
@@ -37,7 +40,7 @@ def is_near(ego: Pose, ego_mps: Velocity, ego_half: HalfSize, others: Pose, mps:
 class NearMissWatch:
     """Notes each near miss once for as long as it lasts, and again after a parting."""
 
-    def __init__(self, world: Any, ego: Any) -> None:
+    def __init__(self, world: carla.World, ego: carla.Vehicle) -> None:
         self._perception = Perception(world, ego.id, LOOK_RANGE_M)
         box = ego.bounding_box.extent
         self._half = (float(box.x), float(box.y))
@@ -45,7 +48,7 @@ class NearMissWatch:
         self._near: frozenset[int] = frozenset()
         self.found: list[Noted] = []
 
-    def update(self, time_s: float, transform: Any, velocity: Any) -> None:
+    def update(self, time_s: float, transform: carla.Transform, velocity: carla.Vector3D) -> None:
         """Look around, five times a second; `transform` and `velocity` are the ego's, of the `carla` client."""
         if time_s < self._next_s - 1e-6:
             return
@@ -57,7 +60,7 @@ class NearMissWatch:
             self.found.append(Noted(kind="near_miss", time_s=round(time_s, 2), text=f"near miss with actor {actor_id}"))
         self._near = near
 
-    def _near_ones(self, seen: Surroundings, transform: Any, velocity: Any) -> frozenset[int]:
+    def _near_ones(self, seen: Surroundings, transform: carla.Transform, velocity: carla.Vector3D) -> frozenset[int]:
         place, yaw = transform.location, math.radians(transform.rotation.yaw)
         level = (seen.top > place.z - BELOW_M) & (seen.bottom < place.z + ABOVE_M)
         near = level & is_near(

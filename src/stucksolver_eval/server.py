@@ -10,7 +10,10 @@ import sys
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import carla
 
 START_LIMIT_S = 60.0
 REACH_S = 5.0
@@ -102,14 +105,14 @@ def connect(server: Server, timeout_s: float) -> Any:
     return client
 
 
-def set_synchronous(world: Any, dt_s: float | None) -> None:
+def set_synchronous(world: carla.World, dt_s: float | None) -> None:
     """From now on a tick is `dt_s` long and comes when we ask; with None the server goes by its own clock again."""
     settings = world.get_settings()
     settings.synchronous_mode, settings.fixed_delta_seconds = dt_s is not None, dt_s
     world.apply_settings(settings)
 
 
-def _check_versions(client: Any) -> None:
+def _check_versions(client: carla.Client) -> None:
     """Raises `ServerError` where a client and the server it is connected to are of different versions."""
     ours, theirs = str(client.get_client_version()), str(client.get_server_version())
     if ours != theirs:

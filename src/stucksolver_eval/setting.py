@@ -5,10 +5,13 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
 from stucksolver_eval.actors import Cars, Cast
 from stucksolver_eval.routes.line import RouteLine
+
+if TYPE_CHECKING:
+    import carla
 
 
 @dataclass
@@ -18,10 +21,10 @@ class Setting:
     The world is in synchronous mode with `dt_s` as its fixed step.
     """
 
-    client: Any
-    world: Any
-    map: Any
-    hero: Any
+    client: carla.Client
+    world: carla.World
+    map: carla.Map
+    hero: carla.Vehicle
     route: RouteLine
     random: random.Random
     dt_s: float = 0.05

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import carla
 
 _SLIP_SHARE = 0.72
 """Of the path that the wheels point along: CARLA's cars drive wider than a bicycle model without slip."""
@@ -52,7 +55,7 @@ class Steering:
     curve_share: tuple[float, ...]
 
     @staticmethod
-    def of(vehicle: Any, half_length_m: float) -> Steering:
+    def of(vehicle: carla.Vehicle, half_length_m: float) -> Steering:
         """Asks the server for a `carla.Vehicle`'s physics control."""
         physics = vehicle.get_physics_control()
         lock_deg = max((abs(wheel.max_steer_angle) for wheel in physics.wheels), default=70.0) or 70.0

@@ -29,6 +29,7 @@ class Member:
     id: int
     type_id: str
     actor: Any
+    """The `carla.Actor`, of whichever kind."""
     half_length_m: float
     half_width_m: float
     half_height_m: float
@@ -63,7 +64,7 @@ class State(NamedTuple):
 class Cast:
     """The actors of one run, the hero's state, and the commands of this tick."""
 
-    def __init__(self, client: Any, world: Any, hero: Any) -> None:
+    def __init__(self, client: carla.Client, world: carla.World, hero: carla.Vehicle) -> None:
         self._client, self._world = client, world
         self._library = world.get_blueprint_library()
         self._snapshot = world.get_snapshot()
@@ -125,7 +126,12 @@ class Cast:
         return chance.choice(self.car_kinds)
 
     def spawn(
-        self, blueprint: str, transform: Any, role: str = "scenario", lift_m: float = LIFT_M, **attributes: str
+        self,
+        blueprint: str,
+        transform: carla.Transform,
+        role: str = "scenario",
+        lift_m: float = LIFT_M,
+        **attributes: str,
     ) -> Member | None:
         """Put an actor down at a `carla.Transform`; None where something is there already."""
         definition = self._library.find(blueprint)
@@ -136,7 +142,7 @@ class Cast:
         actor = self._world.try_spawn_actor(definition, place)
         return None if actor is None else self._enter(actor, place)
 
-    def must_spawn(self, blueprint: str, transform: Any, **options: Any) -> Member:
+    def must_spawn(self, blueprint: str, transform: carla.Transform, **options: Any) -> Member:
         """The same, but raises `CastError` where it does not fit."""
         member = self.spawn(blueprint, transform, **options)
         if member is None:
@@ -155,7 +161,7 @@ class Cast:
         member.is_staged = True
         return member
 
-    def bring(self, member: Member, transform: Any, lift_m: float = LIFT_M) -> None:
+    def bring(self, member: Member, transform: carla.Transform, lift_m: float = LIFT_M) -> None:
         """Raise an actor that waits below the ground to its place."""
         place = carla.Transform(_lifted(transform.location, lift_m), transform.rotation)
         self.send(carla.command.ApplyTransform(member.id, place))
@@ -164,7 +170,7 @@ class Cast:
         member.is_staged = False
         self._states[member.id] = _pose_state(place)
 
-    def place(self, member: Member, transform: Any) -> None:
+    def place(self, member: Member, transform: carla.Transform) -> None:
         """Move an actor to a place at once."""
         self.send(carla.command.ApplyTransform(member.id, transform))
         self._states[member.id] = _pose_state(transform)
@@ -202,7 +208,7 @@ class Cast:
     def _ids(self) -> frozenset[str]:
         return frozenset(str(definition.id) for definition in self._library)
 
-    def _enter(self, actor: Any, place: Any) -> Member:
+    def _enter(self, actor: carla.Actor, place: Any) -> Member:
         box = self._boxes.get(actor.type_id)
         if box is None:
             box = self._boxes[actor.type_id] = actor.bounding_box
@@ -223,7 +229,7 @@ def lamps(*names: str) -> Any:
 HAZARD_LAMPS = ("LeftBlinker", "RightBlinker")
 
 
-def _member(actor: Any, box: Any) -> Member:
+def _member(actor: carla.Actor, box: Any) -> Member:
     half, middle = box.extent, box.location
     return Member(actor.id, actor.type_id, actor, half.x, half.y, half.z, (middle.x, middle.y))
 
@@ -235,12 +241,12 @@ def _state(shot: Any) -> State:
     return State(place.x, place.y, place.z, yaw, vx, vy, vx * math.cos(yaw) + vy * math.sin(yaw))
 
 
-def _pose_state(transform: Any) -> State:
+def _pose_state(transform: carla.Transform) -> State:
     place = transform.location
     return State(place.x, place.y, place.z, math.radians(transform.rotation.yaw), 0.0, 0.0, 0.0)
 
 
-def _lifted(location: Any, lift_m: float) -> Any:
+def _lifted(location: carla.Location, lift_m: float) -> Any:
     return carla.Location(location.x, location.y, location.z + lift_m)
 
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    import carla
 
 STEP_M = 2.0
 _LATERAL_MPS2 = 2.5
@@ -25,7 +28,7 @@ class Crossing(NamedTuple):
 class StopLine(NamedTuple):
     """Where a traffic light (`carla.TrafficLight`) stops a lane."""
 
-    light: Any
+    light: carla.TrafficLight
     x: float
     y: float
 
@@ -33,7 +36,7 @@ class StopLine(NamedTuple):
 class StopAt(NamedTuple):
     """A traffic light (`carla.TrafficLight`) and the arc length of its line."""
 
-    light: Any
+    light: carla.TrafficLight
     s: float
 
 
@@ -41,7 +44,7 @@ StopLines = dict[tuple[int, int], StopLine]
 """By road and lane."""
 
 
-def stop_lines(lights: Sequence[Any]) -> StopLines:
+def stop_lines(lights: Sequence[carla.TrafficLight]) -> StopLines:
     """The stop lines of `carla.TrafficLight`s."""
     found: StopLines = {}
     for light in lights:
@@ -61,7 +64,7 @@ class LanePath:
 
     def __init__(
         self,
-        waypoints: Sequence[Any],
+        waypoints: Sequence[carla.Waypoint],
         onward: Chooser | None = None,
         offset_m: float = 0.0,
         merge: tuple[float, float] = (0.0, 0.0),
@@ -135,7 +138,7 @@ class LanePath:
         i = min(self.at + 1, len(self.limit_mps) - 1)
         return self.limit_mps[i]
 
-    def _append(self, waypoint: Any) -> None:
+    def _append(self, waypoint: carla.Waypoint) -> None:
         transform = waypoint.transform
         place, yaw = transform.location, math.radians(transform.rotation.yaw)
         shift = self._shift(self.s[-1] + STEP_M if self.s else 0.0)
@@ -176,7 +179,7 @@ class LanePath:
             self.limit_mps[i - 1] = allowed
             i -= 1
 
-    def _note_junction(self, waypoint: Any, s: float) -> None:
+    def _note_junction(self, waypoint: carla.Waypoint, s: float) -> None:
         if not waypoint.is_junction:
             return
         number = waypoint.junction_id
@@ -185,7 +188,7 @@ class LanePath:
         else:
             self.crossings.append(Crossing(number, max(s - STEP_M, 0.0), s))
 
-    def _note_light(self, waypoint: Any, s: float) -> None:
+    def _note_light(self, waypoint: carla.Waypoint, s: float) -> None:
         stop = self._stops.get((waypoint.road_id, waypoint.lane_id))
         if stop is None or (self.lights and self.lights[-1].light is stop.light):
             return
@@ -200,7 +203,7 @@ def straightest(options: Sequence[Any]) -> Any:
     return min(options, key=_turn)
 
 
-def _turn(waypoint: Any) -> float:
+def _turn(waypoint: carla.Waypoint) -> float:
     onward = waypoint.next(10.0)
     if not onward:
         return 180.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from stucksolver.detect import DetectorSettings
 from stucksolver.ladder import find_ladder
@@ -24,6 +24,9 @@ from stucksolver_eval.arms.timers import TimersArm
 from stucksolver_eval.arms.unguarded import Unguarded
 from stucksolver_eval.drivers import DriverNameError, RouteDriver, check_driver
 from stucksolver_eval.routes.line import RouteLine
+
+if TYPE_CHECKING:
+    import carla
 
 NONE, TIMERS, FAULTY_PREFIX = "none", "timers", "faulty:"
 EXCHANGES = "exchanges"
@@ -63,7 +66,13 @@ def preflight_arm(spec: ArmSpec) -> tuple[str, ...]:
 
 
 def make_arm(
-    spec: ArmSpec, ego: Any, driver: RouteDriver, carla_map: Any, line: RouteLine, seed: int, records: Path | None
+    spec: ArmSpec,
+    ego: carla.Vehicle,
+    driver: RouteDriver,
+    carla_map: carla.Map,
+    line: RouteLine,
+    seed: int,
+    records: Path | None,
 ) -> Arm:
     """An arm for a driver that has its route; `records`: where a record of each intervention goes.
 

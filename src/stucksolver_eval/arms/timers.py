@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stucksolver.decision import Directive
 from stucksolver.stacks.driver import DrivePoint
@@ -18,6 +18,9 @@ from stucksolver_eval.criteria.base import STANDING_MPS
 from stucksolver_eval.drivers import RouteDriver
 from stucksolver_eval.results.outcome import Intervention
 from stucksolver_eval.routes.line import RouteLine
+
+if TYPE_CHECKING:
+    import carla
 
 WAIT_S, REVERSE_S, LEFT_S, RIGHT_S = 8.0, 15.0, 30.0, 60.0
 REVERSE_M, REVERSE_MPS = 5.0, 1.5
@@ -40,7 +43,7 @@ class _Action:
 class TimersArm:
     """Timers count the time in which less than `GOING_M` of new progress was made since the car came to a stand."""
 
-    def __init__(self, ego: Any, driver: RouteDriver, line: RouteLine) -> None:
+    def __init__(self, ego: carla.Vehicle, driver: RouteDriver, line: RouteLine) -> None:
         self._ego, self._driver, self._line = ego, driver, line
         self._actions = (
             _Action(WAIT_S, "wait", list),

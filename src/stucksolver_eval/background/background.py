@@ -17,6 +17,8 @@ from stucksolver_eval.background.road import RoadTraffic
 from stucksolver_eval.background.seen import Seen
 
 if TYPE_CHECKING:
+    import carla
+
     from stucksolver_eval.setting import Setting
 
 EVERY = 5
@@ -65,11 +67,11 @@ class Background:
         """Move the cars ahead on so that the nearest is at least so far away."""
         self.road.leave_space(space_m)
 
-    def remove_road_lane(self, waypoint: Any) -> None:
+    def remove_road_lane(self, waypoint: carla.Waypoint) -> None:
         """No traffic in the lane of a waypoint of the hero's road until `readd_road_lane`."""
         self.road.close_lane(waypoint)
 
-    def readd_road_lane(self, waypoint: Any) -> None:
+    def readd_road_lane(self, waypoint: carla.Waypoint) -> None:
         self.road.open_lane(waypoint)
 
     def set_max_speed(self, speed_mps: float | None) -> None:

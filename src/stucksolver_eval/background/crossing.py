@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from stucksolver_eval.actors import Car
 from stucksolver_eval.background.lanes import RouteJunction, back, beside, entries, slots
 from stucksolver_eval.background.seen import Seen
 
+if TYPE_CHECKING:
+    import carla
+
 
 @dataclass(eq=False)
 class _Source:
-    entry: Any
+    entry: carla.Waypoint
     """The last waypoint before the junction."""
     place: Any
     spawned: int = 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeGuard
 
 import carla
 
@@ -37,17 +37,17 @@ def route_junctions(route: RouteLine) -> list[RouteJunction]:
     return found
 
 
-def is_driving(waypoint: Any | None) -> bool:
+def is_driving(waypoint: carla.Waypoint | None) -> TypeGuard[carla.Waypoint]:
     """Whether there is a driving lane wide enough for traffic."""
     return waypoint is not None and waypoint.lane_type == carla.LaneType.Driving and waypoint.lane_width >= NARROWEST_M
 
 
-def same_way(one: Any, other: Any) -> bool:
+def same_way(one: carla.Waypoint, other: carla.Waypoint) -> bool:
     """Whether two lanes of one road have the same direction."""
     return bool(one.lane_id * other.lane_id > 0)
 
 
-def beside(waypoint: Any, slot: int) -> Any | None:
+def beside(waypoint: carla.Waypoint, slot: int) -> carla.Waypoint | None:
     """The driving lane so many to the right (negative: left) with the same direction, or None."""
     here = waypoint
     for _ in range(abs(slot)):
@@ -58,7 +58,7 @@ def beside(waypoint: Any, slot: int) -> Any | None:
     return here
 
 
-def slots(waypoint: Any) -> list[int]:
+def slots(waypoint: carla.Waypoint) -> list[int]:
     """Which places to the left and right of a lane are driving lanes of its direction, its own (0) among them."""
     found = [0]
     for sign in (-1, 1):
@@ -69,7 +69,7 @@ def slots(waypoint: Any) -> list[int]:
     return sorted(found)
 
 
-def oncoming_lanes(waypoint: Any) -> list[Any]:
+def oncoming_lanes(waypoint: carla.Waypoint) -> list[Any]:
     """The driving lanes of the other direction on the same road, the nearest first."""
     here: Any = waypoint
     found: list[Any] = []
@@ -87,7 +87,7 @@ def oncoming_lanes(waypoint: Any) -> list[Any]:
     return found
 
 
-def back(waypoint: Any, distance_m: float, step_m: float = 5.0) -> Any | None:
+def back(waypoint: carla.Waypoint, distance_m: float, step_m: float = 5.0) -> Any | None:
     """The place so far back along the lane, never in a junction; None where there is none."""
     here, gone = waypoint, 0.0
     while gone < distance_m:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from stucksolver_eval.actors import Car
 from stucksolver_eval.actors.path import Chooser, straightest
 from stucksolver_eval.background.lanes import back, beside, is_driving, slots
 from stucksolver_eval.background.seen import Seen
+
+if TYPE_CHECKING:
+    import carla
 
 MAX_MPS = 90.0 / 3.6
 
@@ -104,14 +107,14 @@ class RoadTraffic:
             cast.place(one.car.member, transform)
             cars.redirect(one.car, there, onward=self._route_chooser())
 
-    def close_lane(self, waypoint: Any) -> None:
+    def close_lane(self, waypoint: carla.Waypoint) -> None:
         """Empty a lane, and keep it so."""
         slot = self._slot_of(waypoint)
         self._closed_slots.add(slot)
         self._place()
         self._remove([one for one in self._cars if one.slot == slot])
 
-    def open_lane(self, waypoint: Any) -> None:
+    def open_lane(self, waypoint: carla.Waypoint) -> None:
         self._closed_slots.discard(self._slot_of(waypoint))
 
     def remove_ahead(self) -> None:
@@ -182,7 +185,7 @@ class RoadTraffic:
             if place is not None and is_driving(place):
                 self._spawn(place, slot, min(seen.speed_mps + 2.0, seen.limit_mps))
 
-    def _spawn(self, waypoint: Any, slot: int, speed_mps: float) -> None:
+    def _spawn(self, waypoint: carla.Waypoint, slot: int, speed_mps: float) -> None:
         if slot in self._closed_slots:
             return
         car = self._seen.spawn(waypoint, speed_mps, onward=self._route_chooser())
@@ -193,7 +196,7 @@ class RoadTraffic:
         self._seen.setting.cars.remove([one.car for one in some])
         self._cars = [one for one in self._cars if one not in some]
 
-    def _slot_of(self, waypoint: Any) -> int:
+    def _slot_of(self, waypoint: carla.Waypoint) -> int:
         place = waypoint.transform.location
         route = self._seen.setting.route
         index = route.project(place, self._seen.index)
@@ -201,7 +204,7 @@ class RoadTraffic:
         dx, dy = place.x - route.xyz[index, 0], place.y - route.xyz[index, 1]
         return round(float(-dx * fy + dy * fx) / max(float(waypoint.lane_width), 2.5))
 
-    def _is_closed(self, waypoint: Any) -> bool:
+    def _is_closed(self, waypoint: carla.Waypoint) -> bool:
         return self._slot_of(waypoint) in self._closed_slots
 
     def _crosses_junction(self, from_m: float, by_m: float) -> bool:
@@ -219,7 +222,7 @@ class RoadTraffic:
         return choose
 
 
-def _onward(waypoint: Any, distance_m: float) -> Any | None:
+def _onward(waypoint: carla.Waypoint, distance_m: float) -> Any | None:
     """So far ahead on the lane, before any junction."""
     here = waypoint
     for _ in range(max(round(distance_m / 5.0), 1)):

@@ -12,6 +12,8 @@ from stucksolver_eval.actors import Car
 from stucksolver_eval.background.lanes import RouteJunction
 
 if TYPE_CHECKING:
+    import carla
+
     from stucksolver_eval.setting import Setting
 
 JUNCTION_NEAR_M, JUNCTION_NEAR_S = 30.0, 1.5
@@ -47,7 +49,7 @@ class Seen:
         """Whether the next junction counts already."""
         return self.junction_in_m < JUNCTION_NEAR_M + JUNCTION_NEAR_S * self.speed_mps
 
-    def spawn(self, waypoint: Any, speed_mps: float, **driving: Any) -> Car | None:
+    def spawn(self, waypoint: carla.Waypoint, speed_mps: float, **driving: Any) -> Car | None:
         """A background car on a lane, under way; None where there is no room."""
         cast, cars = self.setting.cast, self.setting.cars
         member = cast.spawn(cast.some_car(self.setting.random), waypoint.transform, role=ROLE)

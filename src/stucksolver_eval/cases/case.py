@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stucksolver_eval.actors.path import straightest
 from stucksolver_eval.streets.find import choose_street
+
+if TYPE_CHECKING:
+    import carla
 
 APPROACH_M, BEYOND_M = 30, 70
 
@@ -20,7 +23,7 @@ class CaseError(ValueError):
 class Place:
     """`carla.Waypoint`s a metre apart, from the start to the destination, and the scenario's parameters."""
 
-    waypoints: tuple[Any, ...]
+    waypoints: tuple[carla.Waypoint, ...]
     parameters: dict[str, float]
 
 
@@ -39,7 +42,7 @@ class Case:
     """Decisions before this time are not the ones to show."""
 
 
-def _before_a_light(world: Any, carla_map: Any) -> Place:
+def _before_a_light(world: carla.World, carla_map: carla.Map) -> Place:
     """A light before whose stop line the lane goes straight for a while."""
     for light in sorted(world.get_actors().filter("traffic.traffic_light"), key=lambda one: one.id):
         for stop in light.get_stop_waypoints():
@@ -52,14 +55,14 @@ def _before_a_light(world: Any, carla_map: Any) -> Place:
 def _several_lanes(length_m: int, with_obstacle: bool) -> Callable[[Any, Any], Place]:
     """A street with a lane of our direction to the left, with something half-way along it or not."""
 
-    def find(world: Any, carla_map: Any) -> Place:
+    def find(world: carla.World, carla_map: carla.Map) -> Place:
         street = choose_street(carla_map, "multi_lane", 1, length_m)
         return Place(street.waypoints, {"distance": float(street.obstacle_index)} if with_obstacle else {})
 
     return find
 
 
-def _onward(waypoint: Any, distance_m: int) -> tuple[Any, ...]:
+def _onward(waypoint: carla.Waypoint, distance_m: int) -> tuple[Any, ...]:
     """As straight on as the junctions permit, a waypoint each metre."""
     found = [waypoint]
     while len(found) <= distance_m and (options := found[-1].next(1.0)):

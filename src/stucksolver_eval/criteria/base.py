@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
+
+if TYPE_CHECKING:
+    import carla
 
 STANDING_MPS = 0.1
 
@@ -15,8 +18,8 @@ class Moment:
 
     frame: int
     time_s: float
-    transform: Any
-    velocity: Any
+    transform: carla.Transform
+    velocity: carla.Vector3D
     suspended: frozenset[str] = frozenset()
     """Criteria that are switched off now, by their short names (`blocked`, `wrong_lane`, `route_deviation`)."""
     background_mps: tuple[float, ...] = ()
@@ -65,6 +68,6 @@ class Criterion(ABC):
         self.infractions.append(Infraction(self.kind, time_s, text, percentage))
 
 
-def place_text(location: Any) -> str:
+def place_text(location: carla.Location) -> str:
     """Where something was, as the texts of infractions say it."""
     return f"(x={location.x:.3f}, y={location.y:.3f}, z={location.z:.3f})"

@@ -69,7 +69,7 @@ class Collisions(Criterion):
 
     kind = "collisions"
 
-    def __init__(self, world: Any, ego: Any) -> None:
+    def __init__(self, world: carla.World, ego: carla.Vehicle) -> None:
         super().__init__()
         self._rule = CollisionRule()
         self._contacts: deque[Contact] = deque()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from stucksolver_eval.criteria.base import Criterion, Infraction, Moment
 from stucksolver_eval.criteria.blocked import Blocked
@@ -18,6 +18,9 @@ from stucksolver_eval.criteria.route_walk import RouteWalk
 from stucksolver_eval.criteria.scenario_events import ScenarioEvents
 from stucksolver_eval.criteria.stop_sign import StopSigns
 from stucksolver_eval.routes.line import RouteLine
+
+if TYPE_CHECKING:
+    import carla
 
 
 class Stage(Protocol):
@@ -34,7 +37,9 @@ class Stage(Protocol):
 class Jury:
     """Watches one ego on one route. Call `update` once a tick, `finish` once at the end, then `close`."""
 
-    def __init__(self, world: Any, carla_map: Any, ego: Any, line: RouteLine, stage: Stage) -> None:
+    def __init__(
+        self, world: carla.World, carla_map: carla.Map, ego: carla.Vehicle, line: RouteLine, stage: Stage
+    ) -> None:
         self._walk = walk = RouteWalk(line)
         self._line = line
         self._world, self._ego, self._stage = world, ego, stage

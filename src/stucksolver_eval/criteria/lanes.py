@@ -22,7 +22,7 @@ class OutsideLanes(Criterion):
 
     kind = "outside_route_lanes"
 
-    def __init__(self, carla_map: Any, walk: RouteWalk, start: Any) -> None:
+    def __init__(self, carla_map: carla.Map, walk: RouteWalk, start: Any) -> None:
         super().__init__()
         self._map = carla_map
         self._walk = walk

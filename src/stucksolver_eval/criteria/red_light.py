@@ -27,7 +27,7 @@ class StopLine(NamedTuple):
 
 
 class Light(NamedTuple):
-    actor: Any
+    actor: carla.TrafficLight
     center: Any
     lines: tuple[StopLine, ...]
 
@@ -37,7 +37,7 @@ class RedLight(Criterion):
 
     kind = "red_light"
 
-    def __init__(self, world: Any, carla_map: Any, ego: Any) -> None:
+    def __init__(self, world: carla.World, carla_map: carla.Map, ego: carla.Vehicle) -> None:
         super().__init__()
         self._map = carla_map
         self._half_length = float(ego.bounding_box.extent.x)
@@ -85,7 +85,7 @@ def _behind(moment: Moment, distance_m: float) -> Point:
     return place.x - distance_m * math.cos(yaw), place.y - distance_m * math.sin(yaw)
 
 
-def _light(carla_map: Any, actor: Any) -> Light:
+def _light(carla_map: carla.Map, actor: carla.TrafficLight) -> Light:
     volume, base = actor.trigger_volume, actor.get_transform()
     center = base.transform(carla.Location(volume.location))
     yaw = math.radians(base.rotation.yaw + volume.rotation.yaw)
@@ -100,11 +100,11 @@ def _light(carla_map: Any, actor: Any) -> Light:
     return Light(actor, center, tuple(_stop_line(_before_junction(lane)) for lane in lanes))
 
 
-def _key(waypoint: Any) -> tuple[int, int]:
+def _key(waypoint: carla.Waypoint) -> tuple[int, int]:
     return int(waypoint.road_id), int(waypoint.lane_id)
 
 
-def _before_junction(waypoint: Any) -> Any:
+def _before_junction(waypoint: carla.Waypoint) -> Any:
     """The last waypoint before the junction ahead, in steps of half a metre."""
     while not waypoint.is_junction:
         following = waypoint.next(STEP_M)
@@ -114,7 +114,7 @@ def _before_junction(waypoint: Any) -> Any:
     return waypoint
 
 
-def _stop_line(waypoint: Any) -> StopLine:
+def _stop_line(waypoint: carla.Waypoint) -> StopLine:
     place = waypoint.transform.location
     ahead = waypoint.transform.get_forward_vector()
     reach = LINE_PER_WIDTH * float(waypoint.lane_width)

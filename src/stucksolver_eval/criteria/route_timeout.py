@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from stucksolver_eval.criteria.base import Criterion, Moment
 from stucksolver_eval.criteria.completion import WINDOW
 from stucksolver_eval.criteria.route_walk import RouteWalk
+
+if TYPE_CHECKING:
+    import carla
 
 FIRST_S = 300.0
 SPEED_SHARE = 0.1
@@ -22,7 +25,7 @@ class RouteTimeout(Criterion):
 
     kind = "route_timeout"
 
-    def __init__(self, walk: RouteWalk, ego: Any) -> None:
+    def __init__(self, walk: RouteWalk, ego: carla.Vehicle) -> None:
         super().__init__()
         self._walk = walk
         self._ego = ego

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from stucksolver_eval.routes.line import RouteLine
+
+if TYPE_CHECKING:
+    import carla
 
 
 class RouteWalk:
@@ -26,13 +29,13 @@ class RouteWalk:
     def length_m(self) -> float:
         return self.s_m[-1]
 
-    def passed(self, index: int, location: Any) -> bool:
+    def passed(self, index: int, location: carla.Location) -> bool:
         """Is a `carla.Location` beyond the plane through point `index` across the lane?"""
         x, y, z = self._places[index]
         ahead = self._forward[index]
         return bool((location.x - x) * ahead[0] + (location.y - y) * ahead[1] + (location.z - z) * ahead[2] > 0.0)
 
-    def last_passed(self, index: int, location: Any, window: int) -> int:
+    def last_passed(self, index: int, location: carla.Location, window: int) -> int:
         """The last passed one of the points `index` to `index + window`; `index` where none is."""
         last = index
         for k in range(index, min(index + window + 1, len(self))):
@@ -40,11 +43,11 @@ class RouteWalk:
                 last = k
         return last
 
-    def distance_m(self, index: int, location: Any) -> float:
+    def distance_m(self, index: int, location: carla.Location) -> float:
         """Straight distance in the plane to a point."""
         x, y, _ = self._places[index]
         return float(((location.x - x) ** 2 + (location.y - y) ** 2) ** 0.5)
 
-    def distance_3d_m(self, index: int, location: Any) -> float:
+    def distance_3d_m(self, index: int, location: carla.Location) -> float:
         x, y, z = self._places[index]
         return float(((location.x - x) ** 2 + (location.y - y) ** 2 + (location.z - z) ** 2) ** 0.5)

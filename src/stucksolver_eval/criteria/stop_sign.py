@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stucksolver_eval.criteria.base import STANDING_MPS, Criterion, Moment, place_text
+
+if TYPE_CHECKING:
+    import carla
 
 NEAR_M = 4.0
 STEP_M = 0.5
@@ -17,7 +20,7 @@ AGAINST = -0.17
 class StopSign(NamedTuple):
     """A sign's trigger box: centre, and half sizes along the world's axes."""
 
-    actor: Any
+    actor: carla.Actor
     center: Any
     half_x: float
     half_y: float
@@ -28,7 +31,7 @@ class StopSigns(Criterion):
 
     kind = "stop_infraction"
 
-    def __init__(self, world: Any, carla_map: Any) -> None:
+    def __init__(self, world: carla.World, carla_map: carla.Map) -> None:
         super().__init__()
         self._map = carla_map
         signs = sorted(world.get_actors().filter("*traffic.stop*"), key=lambda a: a.id)
@@ -71,7 +74,7 @@ class StopSigns(Criterion):
             found.append(following[0])
         return found
 
-    def _affecting(self, moment: Moment, lane: list[Any]) -> StopSign | None:
+    def _affecting(self, moment: Moment, lane: list[carla.Waypoint]) -> StopSign | None:
         ahead, velocity = moment.transform.get_forward_vector(), moment.velocity
         backwards = velocity.x * ahead.x + velocity.y * ahead.y + velocity.z * ahead.z < AGAINST
         along = lane[0].transform.get_forward_vector()
@@ -81,7 +84,7 @@ class StopSigns(Criterion):
         return next((sign for sign in self._signs if affects(sign, lane)), None)
 
 
-def affects(sign: StopSign, lane: list[Any]) -> bool:
+def affects(sign: StopSign, lane: list[carla.Waypoint]) -> bool:
     """Is the ego's place on its lane near the sign, and does the lane from there on enter its box?"""
     if sign.center.distance(lane[0].transform.location) > NEAR_M:
         return False
@@ -89,7 +92,7 @@ def affects(sign: StopSign, lane: list[Any]) -> bool:
     return any(abs(p.x - sign.center.x) < sign.half_x and abs(p.y - sign.center.y) < sign.half_y for p in places)
 
 
-def _sign(actor: Any) -> StopSign:
+def _sign(actor: carla.TrafficSign) -> StopSign:
     volume = actor.trigger_volume
     center = actor.get_transform().transform(volume.location)
     return StopSign(actor, center, BOX_FACTOR * float(volume.extent.x), BOX_FACTOR * float(volume.extent.y))

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from stucksolver.stacks.driver import Driver, RoutePoint
+
+if TYPE_CHECKING:
+    import carla
 
 
 class AgentError(RuntimeError):
@@ -38,7 +41,7 @@ class RouteDriver(Driver, Protocol):
         """Drive a route planned elsewhere."""
 
 
-def checked(control: Any, who: str) -> Any:
+def checked(control: carla.VehicleControl, who: str) -> Any:
     """A control that can be applied. Raises `AgentError`."""
     values = {part: getattr(control, part, None) for part in ("throttle", "steer", "brake")}
     if all(isinstance(value, int | float) and math.isfinite(value) for value in values.values()):

@@ -62,7 +62,7 @@ def is_leaderboard_agent(made: Any) -> bool:
 class LeaderboardAgent:
     """See `Agent`. `config`: the path that `setup` is given."""
 
-    def __init__(self, made: Any, config: str, client: Any, hero: Any, carla_map: Any) -> None:
+    def __init__(self, made: Any, config: str, client: carla.Client, hero: carla.Vehicle, carla_map: carla.Map) -> None:
         self._hero, self._map = hero, carla_map
         self._world = hero.get_world()
         self._name = f"{made.__module__}:{made.__name__}"
@@ -141,7 +141,7 @@ class _Sensor(ABC):
 
 
 class _Speedometer(_Sensor):
-    def __init__(self, hero: Any) -> None:
+    def __init__(self, hero: carla.Vehicle) -> None:
         self._hero = hero
 
     def read(self, frame: int, until_s: float) -> Any:
@@ -150,7 +150,7 @@ class _Speedometer(_Sensor):
 
 
 class _TownMap(_Sensor):
-    def __init__(self, carla_map: Any) -> None:
+    def __init__(self, carla_map: carla.Map) -> None:
         self._text = carla_map.to_opendrive()
 
     def read(self, frame: int, until_s: float) -> Any:
@@ -160,7 +160,7 @@ class _TownMap(_Sensor):
 class _Listening(_Sensor):
     """A sensor of the simulator, of which the latest data is kept: while a plan is driven nobody reads any."""
 
-    def __init__(self, actor: Any, who: str) -> None:
+    def __init__(self, actor: carla.Sensor, who: str) -> None:
         self._actor, self._who = actor, who
         self._latest: Any | None = None
         self._came = threading.Condition()
@@ -219,7 +219,7 @@ def _data_provider() -> Any | None:
     return importlib.import_module("srunner.scenariomanager.carla_data_provider").CarlaDataProvider
 
 
-def _introduce(client: Any, world: Any, hero: Any) -> None:
+def _introduce(client: carla.Client, world: carla.World, hero: carla.Vehicle) -> None:
     """Bench2Drive's base class looks for the hero in the world that is known there, others among its actors."""
     provider = _data_provider()
     if provider is None:
@@ -230,7 +230,7 @@ def _introduce(client: Any, world: Any, hero: Any) -> None:
     provider._carla_actor_pool[hero.id] = hero
 
 
-def _tell_time(snapshot: Any) -> None:
+def _tell_time(snapshot: carla.WorldSnapshot) -> None:
     provider = _data_provider()
     if provider is None:
         return

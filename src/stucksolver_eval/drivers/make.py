@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stucksolver.stacks.driver import BehaviorDriver, DriverOptions, RoutePoint
 from stucksolver.stacks.driver.behavior import profile_named
 from stucksolver_eval.drivers.agent import RouteDriver
 from stucksolver_eval.drivers.guest import GuestDriver
 from stucksolver_eval.drivers.leaderboard import LeaderboardAgent, is_leaderboard_agent
+
+if TYPE_CHECKING:
+    import carla
 
 OURS = "behavior"
 USUAL = "normal"
@@ -33,7 +36,12 @@ def check_driver(words: str) -> None:
 
 
 def make_driver(
-    words: str, client: Any, hero: Any, carla_map: Any, route: Sequence[RoutePoint], options: DriverOptions
+    words: str,
+    client: carla.Client,
+    hero: carla.Vehicle,
+    carla_map: carla.Map,
+    route: Sequence[RoutePoint],
+    options: DriverOptions,
 ) -> RouteDriver:
     """A driver with its route. Raises `DriverNameError`, `AgentError`, and whatever an agent of the user's raises."""
     name, _, profile = words.partition(":")

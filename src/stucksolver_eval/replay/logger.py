@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from stucksolver.decision import Directive, Execute, Replan, SafeStop
 from stucksolver.scene import TrackedObject
@@ -13,6 +13,9 @@ from stucksolver.stacks.carla_stack.frames import to_local
 from stucksolver.stacks.carla_stack.tracker import Tracker
 from stucksolver_eval.results.outcome import came_to
 from stucksolver_eval.results.runlog import ActorInfo, ActorRole, DecisionMoment, Frame, LogEvent, Polyline
+
+if TYPE_CHECKING:
+    import carla
 
 RANGE_M = 160.0
 LIGHT_RANGE_M = 120.0
@@ -31,7 +34,9 @@ _KINDS: dict[EventKind, Kind] = {
 class RunLogger:
     """Keeps what the replay shows. Times given to it are seconds since the start of the run."""
 
-    def __init__(self, world: Any, ego: Any, role_of: Callable[[str], ActorRole], frame_every_s: float) -> None:
+    def __init__(
+        self, world: carla.World, ego: carla.Vehicle, role_of: Callable[[str], ActorRole], frame_every_s: float
+    ) -> None:
         self._world = world
         self._ego = ego
         self._role_of = role_of

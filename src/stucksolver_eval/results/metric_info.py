@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver_eval.files import write_text
+
+if TYPE_CHECKING:
+    import carla
 
 DIGITS = 5
 Array = NDArray[np.float64]
@@ -21,7 +24,7 @@ class MetricInfo:
     def __init__(self) -> None:
         self._rows: list[tuple[float, ...]] = []
 
-    def add(self, ego: Any, transform: Any) -> None:
+    def add(self, ego: carla.Vehicle, transform: carla.Transform) -> None:
         a, w = ego.get_acceleration(), ego.get_angular_velocity()
         f, r = transform.get_forward_vector(), transform.get_right_vector()
         p, o = transform.location, transform.rotation

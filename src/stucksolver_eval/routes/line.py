@@ -42,12 +42,12 @@ class Command(str, Enum):
 class RouteLine:
     """`waypoints[i]` (a `carla.Waypoint`) lies `s_m[i]` metres along the route and is driven under `commands[i]`."""
 
-    waypoints: tuple[Any, ...]
+    waypoints: tuple[carla.Waypoint, ...]
     s_m: Array
     commands: tuple[Command, ...]
 
     @staticmethod
-    def trace(carla_map: Any, positions: Sequence[Position]) -> RouteLine:
+    def trace(carla_map: carla.Map, positions: Sequence[Position]) -> RouteLine:
         """The shortest legal route by way of `positions` (CARLA's world frame). Raises `RouteError`."""
         points: list[RoutePoint] = []
         places = [carla.Location(p.x_m, p.y_m, p.z_m) for p in positions]
@@ -98,7 +98,7 @@ class RouteLine:
         ahead = [w.transform.get_forward_vector() for w in self.waypoints]
         return np.array([(v.x, v.y, v.z) for v in ahead], dtype=np.float64)
 
-    def project(self, location: Any, near_index: int = 0) -> int:
+    def project(self, location: carla.Location, near_index: int = 0) -> int:
         """Index of the waypoint nearest to a `carla.Location`; near `near_index` first, anywhere if that is far."""
         first = max(near_index - SEARCH_BACK, 0)
         away = distances(self.xyz[first : near_index + SEARCH_AHEAD], location.x, location.y)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from random import Random
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stucksolver.solver import Event
 from stucksolver.stacks.driver import DriverOptions, RoutePoint
@@ -34,6 +34,9 @@ from stucksolver_eval.scenarios.play import Play
 from stucksolver_eval.server import CLIENT_TIMEOUT_S, Server, connect, set_synchronous
 from stucksolver_eval.setting import Setting
 
+if TYPE_CHECKING:
+    import carla
+
 DT_S = 0.05
 HERO = "vehicle.lincoln.mkz_2020"
 LIFT_M = 0.3
@@ -58,7 +61,7 @@ def drive_route(job: RouteJob, server: Server, progress: Callable[[float], None]
             set_synchronous(world, None)
 
 
-def _drive(job: RouteJob, client: Any, world: Any, progress: Callable[[float], None]) -> Driven:
+def _drive(job: RouteJob, client: carla.Client, world: carla.World, progress: Callable[[float], None]) -> Driven:
     carla_map = world.get_map()
     line = RouteLine.trace(carla_map, job.route.waypoints)
     hero = _hero(world, line)
@@ -73,7 +76,7 @@ def _drive(job: RouteJob, client: Any, world: Any, progress: Callable[[float], N
         play.close()
 
 
-def _hero(world: Any, line: RouteLine) -> Any:
+def _hero(world: carla.World, line: RouteLine) -> Any:
     blueprint = world.get_blueprint_library().find(HERO)
     blueprint.set_attribute("role_name", "hero")
     start = line.waypoints[0].transform

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 from stucksolver.detect import Detector
 from stucksolver.scene import Status
 from stucksolver.solver import ProgressWatch
 from stucksolver_eval.results.outcome import Spell
+
+if TYPE_CHECKING:
+    import carla
 
 
 class SpellWatch:
@@ -46,12 +49,12 @@ class SpellWatch:
 class TrafficSpeeds:
     """Speeds of the background traffic's cars: those with the role `background`."""
 
-    def __init__(self, world: Any) -> None:
+    def __init__(self, world: carla.World) -> None:
         self._world = world
         self._known: frozenset[int] = frozenset()
         self._background: list[int] = []
 
-    def read(self, snapshot: Any) -> tuple[float, ...]:
+    def read(self, snapshot: carla.WorldSnapshot) -> tuple[float, ...]:
         ids = frozenset(actor.id for actor in snapshot)
         if ids != self._known:
             self._meet(ids)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import carla
 
@@ -15,7 +14,7 @@ STEP_PCT = 1.0
 class Weather:
     """Sets the weather at the start, and again as the ego gets on if there are several keys."""
 
-    def __init__(self, world: Any, keys: Sequence[WeatherKey]) -> None:
+    def __init__(self, world: carla.World, keys: Sequence[WeatherKey]) -> None:
         self._world = world
         self._keys = sorted(keys, key=lambda key: key.route_percentage)
         self._set_at: float | None = None

@@ -84,7 +84,7 @@ class Scenario(ABC):
     def close(self) -> None:  # noqa: B027
         """Undo what outlives the script: lights held, criteria off. Called once, whatever happened before."""
 
-    def disturb(self, control: Any) -> Any:
+    def disturb(self, control: carla.VehicleControl) -> Any:
         """The hero's `carla.VehicleControl` as the vehicle gets it, while the script runs."""
         return control
 

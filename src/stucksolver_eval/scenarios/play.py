@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stucksolver_eval.background import Background
 from stucksolver_eval.routes.route import ScenarioSpec
 from stucksolver_eval.scenarios.base import Expected, Scenario, ScenarioError, Unsupported
 from stucksolver_eval.scenarios.registry import scenario_type
 from stucksolver_eval.setting import Setting
+
+if TYPE_CHECKING:
+    import carla
 
 TRIGGER_M = 2.0
 OFF_ROUTE_M = 10.0
@@ -99,7 +102,7 @@ class Play:
         setting.cars.step()
         setting.cast.flush()
 
-    def noise(self, control: Any) -> Any:
+    def noise(self, control: carla.VehicleControl) -> Any:
         """The hero's control as the vehicle shall get it: `ControlLoss` disturbs it."""
         for part in self._running:
             control = part.scenario.disturb(control)

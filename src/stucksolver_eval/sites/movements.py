@@ -32,11 +32,11 @@ class Movement:
     """One lane's way through a junction."""
 
     junction_id: int
-    entry: Any
+    entry: carla.Waypoint
     """The last waypoint before the junction."""
-    inside: Any
+    inside: carla.Waypoint
     """The first one in it."""
-    exit: Any
+    exit: carla.Waypoint
     """The first one after it."""
     turn: Turn
     control: Control
@@ -108,7 +108,7 @@ def _turn(before: Any, after: Any) -> Turn:
     return "right" if angle_deg > 0 else "left"
 
 
-def _control(entry: Any) -> Control:
+def _control(entry: carla.Waypoint) -> Control:
     if entry.get_landmarks_of_type(_LIGHT_WITHIN_M, "1000001"):
         return "light"
     back = entry.previous(_SIGN_WITHIN_M / 2)
@@ -128,6 +128,6 @@ def _by_junction(town: Town) -> Iterator[list[Movement]]:
         yield list(_ways(junctions[number], number, town))
 
 
-def _is_short(town: Town, waypoint: Any) -> bool:
+def _is_short(town: Town, waypoint: carla.Waypoint) -> bool:
     """Whether it lies on an arm between the nodes of a roundabout."""
     return town.lengths_m[waypoint.road_id] < _ARM_MIN_M

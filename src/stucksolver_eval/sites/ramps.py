@@ -41,8 +41,8 @@ def exits(town: Town, ways: list[Movement]) -> Iterator[Site]:
         if _lanes(ramp.exit) != _FEW_LANES or _lanes(ramp.entry) < _MANY_LANES or not main:
             continue
         lane = approach(ramp.entry, _EXIT_START_M)
-        second = [same_way(one, carla.LaneChange.Left) for one in lane]
-        if len({one.road_id for one in lane}) > 1 or None in second:
+        second = [one for one in (same_way(one, carla.LaneChange.Left) for one in lane) if one is not None]
+        if len({one.road_id for one in lane}) > 1 or len(second) < len(lane):
             continue
         changed = len(lane) - _EXIT_CHANGE_M
         last = site_at(ramp, _CHANGES_TRIGGER_M, _EXIT_END_M)
@@ -98,9 +98,9 @@ def _beside_ramp(ramp: Movement, ways: list[Movement]) -> list[Movement]:
     return [one for one in main if not same_way(one.entry, carla.LaneChange.Right)]
 
 
-def _lanes(waypoint: Any) -> int:
+def _lanes(waypoint: carla.Waypoint) -> int:
     """How many lanes of this direction there are."""
-    count, lane = 1, waypoint
+    count = 1
     for side in (carla.LaneChange.Left, carla.LaneChange.Right):
         lane = same_way(waypoint, side)
         while lane is not None:

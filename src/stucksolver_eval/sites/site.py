@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stucksolver_eval.routes import Parameter
 from stucksolver_eval.sites.walk import Path, Town
+
+if TYPE_CHECKING:
+    import carla
 
 
 @dataclass(frozen=True)
@@ -21,7 +24,7 @@ class Site:
     """Tells sites apart on one map."""
     path: Path
     marks: tuple[Any, ...]
-    trigger: Any
+    trigger: carla.Waypoint
     free_m: int = 0
     """How far the lane goes on after the trigger before a junction."""
     positions: Mapping[str, Any] = field(default_factory=dict)

@@ -90,6 +90,7 @@ def level_crossings(town: Town, ways: list[Movement]) -> Iterator[Site]:
     for sign in town.map.get_all_landmarks_of_type(_RAILS):
         first, last = sign.get_lane_validities()[0]
         lane = town.map.get_waypoint_xodr(sign.road_id, first if abs(first) <= abs(last) else last, sign.s)
+        assert lane is not None, "a sign stands at a lane"
         rails = lane.next(float(_RAILS_AFTER_SIGN_M))[0]
         before, after = approach(rails, _BEFORE_RAILS_M + 28), follow(rails, _BEYOND_RAILS_M)
         trigger = before[-_BEFORE_RAILS_M - 1]

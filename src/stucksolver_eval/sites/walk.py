@@ -22,7 +22,7 @@ class Town:
     """A map with its name, and what is asked of it more than once."""
 
     name: str
-    map: Any
+    map: carla.Map
 
     @cached_property
     def limits_kmh(self) -> dict[tuple[int, int], float]:
@@ -30,7 +30,7 @@ class Town:
         signs = self.map.get_all_landmarks_of_type("274")
         return {(one.road_id, _sign(one.get_lane_validities()[0][0])): one.value for one in signs}
 
-    def limit_kmh(self, waypoint: Any) -> float:
+    def limit_kmh(self, waypoint: carla.Waypoint) -> float:
         """The limit on a lane outside junctions; 0 where no sign states one."""
         return self.limits_kmh.get((waypoint.road_id, _sign(waypoint.lane_id)), 0.0)
 
@@ -46,7 +46,7 @@ class Town:
         return {lane[0].road_id: len(lane) for lane in self.lanes}
 
 
-def follow(waypoint: Any, length_m: int, through: Collection[int] = ()) -> Path:
+def follow(waypoint: carla.Waypoint, length_m: int, through: Collection[int] = ()) -> Path:
     """This waypoint and those after it; at a fork over one of the roads in `through`, else straight on."""
     path = [waypoint]
     while len(path) <= length_m:
@@ -58,7 +58,7 @@ def follow(waypoint: Any, length_m: int, through: Collection[int] = ()) -> Path:
     return tuple(path)
 
 
-def approach(waypoint: Any, length_m: int) -> Path:
+def approach(waypoint: carla.Waypoint, length_m: int) -> Path:
     """Those before this waypoint, as straight as can be, and itself last."""
     path = [waypoint]
     while len(path) <= length_m:
@@ -79,19 +79,17 @@ def bend_deg(path: Sequence[Any]) -> float:
     return max(abs(turn_deg(path[0], one)) for one in path[::3])
 
 
-def beside(waypoint: Any, kind: Any) -> Any | None:
+def beside(waypoint: carla.Waypoint, kind: carla.LaneType) -> carla.Waypoint | None:
     """The nearest lane of a type to the right, or None."""
-    lane = waypoint
+    lane = waypoint.get_right_lane()
     for _ in range(_MAX_SIDE_LANES):
-        lane = lane.get_right_lane()
-        if lane is None:
-            return None
-        if lane.lane_type == kind:
+        if lane is None or lane.lane_type == kind:
             return lane
+        lane = lane.get_right_lane()
     return None
 
 
-def same_way(waypoint: Any, side: Any) -> Any | None:
+def same_way(waypoint: carla.Waypoint, side: carla.LaneChange) -> carla.Waypoint | None:
     """The driving lane beside (`carla.LaneChange.Left` or `.Right`) that one may change to, or None."""
     if not waypoint.lane_change & side:
         return None
@@ -101,15 +99,16 @@ def same_way(waypoint: Any, side: Any) -> Any | None:
     return lane
 
 
-def oncoming(waypoint: Any) -> Any | None:
+def oncoming(waypoint: carla.Waypoint) -> carla.Waypoint | None:
     """The adjacent oncoming driving lane across a broken line, or None."""
     lane = waypoint.get_left_lane()
     if lane is None or lane.lane_type != carla.LaneType.Driving or lane.lane_id * waypoint.lane_id > 0:
         return None
-    return lane if waypoint.left_lane_marking.type == carla.LaneMarkingType.Broken else None
+    line = waypoint.left_lane_marking
+    return lane if line is not None and line.type == carla.LaneMarkingType.Broken else None
 
 
-def _along(waypoint: Any) -> Path:
+def _along(waypoint: carla.Waypoint) -> Path:
     path = [waypoint]
     while True:
         following = path[-1].next(1.0)

@@ -203,6 +203,8 @@ def _street(candidate: _Candidate) -> Street:
 def _oncoming_m(obstacle: carla.Waypoint) -> float:
     """Follows the left neighbour against its direction, which is ahead for the ego."""
     waypoint = obstacle.get_left_lane()
+    if waypoint is None:
+        return 0.0
     for length_m in range(_ONCOMING_LIMIT_M):
         before = waypoint.previous(1.0)
         if len(before) != 1 or before[0].is_junction:

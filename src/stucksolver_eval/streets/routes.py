@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from stucksolver_eval.routes import Pose, Position, Route, ScenarioSpec
 from stucksolver_eval.server import CLIENT_TIMEOUT_S, ServerError, connect, open_server
+
+if TYPE_CHECKING:
+    import carla
 
 MARKS_EVERY_M = 20
 """Between the waypoints that a route names: near enough that there is one way only from each to the next."""
@@ -43,7 +46,7 @@ def look_on_map(where: Where, find: Callable[[Any, Any], Found]) -> Found:
 
 
 def street_route(
-    route_id: str, town: str, waypoints: Sequence[Any], kind: str, parameters: Mapping[str, float]
+    route_id: str, town: str, waypoints: Sequence[carla.Waypoint], kind: str, parameters: Mapping[str, float]
 ) -> Route:
     """A route along `carla.Waypoint`s a metre apart, with one scenario of type `kind` that begins with it."""
     marks = [*waypoints[:-1:MARKS_EVERY_M], waypoints[-1]]
@@ -53,6 +56,6 @@ def street_route(
     return Route(route_id, town, tuple(_position(one) for one in marks), scenarios=(spec,))
 
 
-def _position(waypoint: Any) -> Position:
+def _position(waypoint: carla.Waypoint) -> Position:
     place = waypoint.transform.location
     return Position(place.x, place.y, place.z)

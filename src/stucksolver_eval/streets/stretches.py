@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
-from typing import Literal
+from typing import Literal, TypeGuard
 
 import carla
 
@@ -102,7 +102,7 @@ def _neighbours(waypoint: carla.Waypoint) -> tuple[StreetKind, Line, bool] | Non
     return None
 
 
-def _drivable(waypoint: carla.Waypoint | None) -> bool:
+def _drivable(waypoint: carla.Waypoint | None) -> TypeGuard[carla.Waypoint]:
     return waypoint is not None and waypoint.lane_type == carla.LaneType.Driving
 
 

@@ -17,7 +17,6 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import carla
 
@@ -127,12 +126,12 @@ def _bytes(path: Path) -> bytes:
     return path.read_bytes() if path.exists() else b""
 
 
-def _position(waypoint: Any) -> Position:
+def _position(waypoint: carla.Waypoint) -> Position:
     place = waypoint.transform.location
     return Position(*(round(value, _DECIMALS) + 0.0 for value in (place.x, place.y, place.z)))
 
 
-def _xyz(waypoint: Any) -> dict[str, str]:
+def _xyz(waypoint: carla.Waypoint) -> dict[str, str]:
     place = _position(waypoint)
     return {"x": str(place.x_m), "y": str(place.y_m), "z": str(place.z_m)}
 

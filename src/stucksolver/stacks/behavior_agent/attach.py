@@ -66,7 +66,7 @@ class AttachedAgent:
             traceback.print_exc()
             return None
 
-    def set_destination(self, end_location: Any, start_location: Any | None = None) -> None:
+    def set_destination(self, end_location: carla.Location, start_location: carla.Location | None = None) -> None:
         """As the agent's own."""
         self.driver.release()
         self.agent.set_destination(end_location, start_location)

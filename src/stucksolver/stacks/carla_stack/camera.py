@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import base64
 import io
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stucksolver.scene import CameraImage, Scene
+
+if TYPE_CHECKING:
+    import carla
 
 WIDTH, HEIGHT, FOV_DEG = 800, 450, 90.0
 PERIOD_S = 0.5
@@ -20,7 +23,9 @@ class FrontCamera:
     `front_m`: how far ahead of the vehicle's centre it is mounted; inside the windscreen of most cars.
     """
 
-    def __init__(self, vehicle: Any, front_m: float = 0.7, height_m: float = 1.6, period_s: float = PERIOD_S) -> None:
+    def __init__(
+        self, vehicle: carla.Vehicle, front_m: float = 0.7, height_m: float = 1.6, period_s: float = PERIOD_S
+    ) -> None:
         import carla
 
         blueprint = vehicle.get_world().get_blueprint_library().find("sensor.camera.rgb")

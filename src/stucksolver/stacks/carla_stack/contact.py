@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from stucksolver.scene.boxes import separation
+from stucksolver.stacks.carla_stack.interface import EgoVehicle
 from stucksolver.stacks.driver.perception import Surroundings
+
+if TYPE_CHECKING:
+    pass
 
 TOUCH_M = 0.2
 """Boxes are a little larger or smaller than bodies: of CARLA's cars by up to so much."""
@@ -33,8 +37,8 @@ class Footprint(NamedTuple):
     vy: float
 
 
-def footprint(vehicle: Any) -> Footprint:
-    """Of a `carla.Vehicle`, or what stands for one."""
+def footprint(vehicle: EgoVehicle) -> Footprint:
+    """Of the ego, or of what stands for one."""
     transform, velocity, half = vehicle.get_transform(), vehicle.get_velocity(), vehicle.bounding_box.extent
     place, yaw = transform.location, math.radians(transform.rotation.yaw)
     return Footprint(place.x, place.y, place.z, yaw, float(half.x), float(half.y), velocity.x, velocity.y)

@@ -23,7 +23,9 @@ AHEAD_M, PASSED_M = 120.0, 3.0
 class RouteControls:
     """The stop lines of lights, and the stop signs, that lie on a route; found once, read on demand."""
 
-    def __init__(self, lights: Sequence[Any], road: RouteRoad, signs: Sequence[Any] = ()) -> None:
+    def __init__(
+        self, lights: Sequence[carla.TrafficLight], road: RouteRoad, signs: Sequence[carla.TrafficSign] = ()
+    ) -> None:
         self._lines: list[tuple[float, Any]] = []
         for light in lights:
             met = [road.crossing(w.transform) for w in light.get_stop_waypoints()]

@@ -6,10 +6,13 @@ The local frame is the map's own right-handed frame: its origin is the map's, fi
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import carla
 
 
-def to_local(location: Any) -> tuple[float, float]:
+def to_local(location: carla.Location) -> tuple[float, float]:
     """(x, y) of a `carla.Location` or anything with x and y."""
     return float(location.x), -float(location.y)
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import TYPE_CHECKING
 
 from stucksolver.scene import ObjectKind
+
+if TYPE_CHECKING:
+    import carla
 
 _BASE_TYPES = {
     "car": ObjectKind.CAR,
@@ -51,7 +54,7 @@ def _vehicle(type_id: str, attributes: dict[str, str]) -> ObjectKind:
     return ObjectKind.MOTORCYCLE if attributes.get("number_of_wheels") == "2" else ObjectKind.CAR
 
 
-def attributes_of(actor: Any) -> dict[str, str]:
+def attributes_of(actor: carla.Actor) -> dict[str, str]:
     """The attributes that say what a thing is."""
     wanted = ("special_type", "base_type", "number_of_wheels")
     return {name: str(actor.attributes[name]) for name in wanted if name in actor.attributes}

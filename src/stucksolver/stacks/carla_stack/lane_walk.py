@@ -41,7 +41,7 @@ _KERB = {carla.LaneMarkingType.Curb, carla.LaneMarkingType.Grass}
 _NEAR_SIDE_BROKEN = carla.LaneMarkingType.BrokenSolid
 
 
-def neighbours(waypoint: Any, x: float, y: float, heading: float, *, alone: bool) -> tuple[Neighbour, ...]:
+def neighbours(waypoint: carla.Waypoint, x: float, y: float, heading: float, *, alone: bool) -> tuple[Neighbour, ...]:
     """The route's lane and those beside it; only the route's where `alone` (inside junctions lanes overlap)."""
     own = Neighbour(0, LaneKind.DRIVING, LaneDirection.SAME, 0.0, float(waypoint.lane_width), LineKind.NONE)
     if alone:

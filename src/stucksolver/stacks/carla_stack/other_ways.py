@@ -38,14 +38,14 @@ class OtherWay:
     `route_length_m`: from there to the destination, None where no route leads there without the road ahead.
     """
 
-    waypoint: Any
+    waypoint: carla.Waypoint
     turn: str
     distance_m: float
     route_length_m: float | None
 
 
 def other_ways(
-    carla_map: Any,
+    carla_map: carla.Map,
     road: RouteRoad,
     arc_m: float,
     ego: EgoState,
@@ -77,7 +77,7 @@ def other_ways(
     return tuple(found)
 
 
-def destination_beside(carla_map: Any, start: Any, end: Any, longest_m: float) -> Any | None:
+def destination_beside(carla_map: carla.Map, start: Any, end: Any, longest_m: float) -> Any | None:
     """The `carla.Location` at the destination to which a route no longer than that leads; None where none does.
 
     The destination's own lane comes first, then those beside it: who has passed the last place to change back to it
@@ -94,7 +94,7 @@ def destination_beside(carla_map: Any, start: Any, end: Any, longest_m: float) -
     return None
 
 
-def _abreast_of(waypoint: Any) -> list[Any]:
+def _abreast_of(waypoint: carla.Waypoint) -> list[Any]:
     """A waypoint and those beside it that lead the same way, from the nearest outwards."""
     found = [waypoint]
     for step in ("get_left_lane", "get_right_lane"):
@@ -117,7 +117,7 @@ def _junction(road: RouteRoad, arc_m: float) -> tuple[int, int]:
     return first, last
 
 
-def _lines(entry: Any) -> Iterator[Line]:
+def _lines(entry: carla.Waypoint) -> Iterator[Line]:
     """Each way through the junction from a waypoint just before it, a waypoint a metre, and a little beyond it."""
     heads = [entry]
     for _ in range(int(2 * SPACING_M) + 1):
@@ -134,7 +134,7 @@ def _lines(entry: Any) -> Iterator[Line]:
             yield line
 
 
-def _start(carla_map: Any, line: Line, ego: EgoState) -> Any | None:
+def _start(carla_map: carla.Map, line: Line, ego: EgoState) -> Any | None:
     """The first waypoint ahead of the ego that is the nearest one of all lanes at its own place."""
     for one in line[_abreast(line, ego) + 1 :]:
         seen = carla_map.get_waypoint(one.transform.location)
@@ -225,7 +225,7 @@ def _road_ahead(road: RouteRoad, after: int) -> Any:
     return shapely.MultiPoint([(one.x, one.y) for one in part])
 
 
-def _route_length(carla_map: Any, start: Any, destination: Any, shut: Any) -> float | None:
+def _route_length(carla_map: carla.Map, start: Any, destination: Any, shut: Any) -> float | None:
     try:
         route = trace_route(carla_map, start.transform.location, destination)
     except RouteError:

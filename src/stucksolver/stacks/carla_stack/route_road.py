@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -15,6 +15,9 @@ from stucksolver.scene.polyline import arc_lengths, distances, nearest_index
 from stucksolver.stacks.carla_stack.frames import to_local, yaw_to_local
 from stucksolver.stacks.carla_stack.lane_walk import Neighbour, neighbours
 from stucksolver.stacks.driver import RoutePoint
+
+if TYPE_CHECKING:
+    import carla
 
 SPACING_M, FINE_M = 2.0, 0.25
 BEHIND_M, AHEAD_M = 60.0, 320.0
@@ -41,7 +44,7 @@ class Station:
 
     x: float
     y: float
-    waypoint: Any
+    waypoint: carla.Waypoint
     junction: bool
     lanes: tuple[Neighbour, ...]
 
@@ -49,7 +52,7 @@ class Station:
 class RouteRoad:
     """Stations every two metres along a route, a little prolonged at both ends."""
 
-    def __init__(self, carla_map: Any, route: Sequence[RoutePoint]) -> None:
+    def __init__(self, carla_map: carla.Map, route: Sequence[RoutePoint]) -> None:
         waypoints = [p.waypoint for p in route]
         before = _prolonged(waypoints[0], RUN_UP_M, forward=False)[::-1]
         after = _prolonged(waypoints[-1], BEYOND_M, forward=True)
@@ -77,7 +80,7 @@ class RouteRoad:
         """How much of the route up to an arc length leads where it has not led before (m)."""
         return float(np.interp(arc_m, self.arc, self._new_m))
 
-    def crossing(self, transform: Any) -> float | None:
+    def crossing(self, transform: carla.Transform) -> float | None:
         """Arc length at which a lane's waypoint lies on the route in its direction, None where it does not."""
         x, y = to_local(transform.location)
         away = distances(self._points, x, y)
@@ -124,7 +127,7 @@ class RouteRoad:
         )
 
 
-def _prolonged(waypoint: Any, length_m: float, *, forward: bool) -> list[Any]:
+def _prolonged(waypoint: carla.Waypoint, length_m: float, *, forward: bool) -> list[Any]:
     """Waypoints every metre straight on (or back) along the lanes, for as long as there are any."""
     found: list[Any] = []
     here = waypoint
@@ -138,7 +141,7 @@ def _prolonged(waypoint: Any, length_m: float, *, forward: bool) -> list[Any]:
     return found
 
 
-def _resampled(waypoints: list[Any]) -> tuple[list[tuple[Any, float, float, float]], list[float]]:
+def _resampled(waypoints: list[carla.Waypoint]) -> tuple[list[tuple[Any, float, float, float]], list[float]]:
     """(waypoint, x, y, heading) every `SPACING_M` along the line through waypoints, and the arc length of each.
 
     In the local frame. There must be two waypoints at different places.
@@ -153,7 +156,7 @@ def _resampled(waypoints: list[Any]) -> tuple[list[tuple[Any, float, float, floa
     return line, arc.tolist()
 
 
-def _station(waypoint: Any, x: float, y: float, heading: float) -> Station:
+def _station(waypoint: carla.Waypoint, x: float, y: float, heading: float) -> Station:
     junction = bool(waypoint.is_junction)
     return Station(x, y, waypoint, junction, neighbours(waypoint, x, y, heading, alone=junction))
 
@@ -216,7 +219,7 @@ def _junctions(part: Sequence[Station], arc: Any) -> list[Zone]:
     return zones
 
 
-def _crosswalk_spans(carla_map: Any, points: Any, arc: Any) -> list[tuple[float, float]]:
+def _crosswalk_spans(carla_map: carla.Map, points: Any, arc: Any) -> list[tuple[float, float]]:
     """Where the ego's body meets crosswalks of the map, as spans of arc length; each crossing is one span."""
     steps = shapely.linestrings(np.stack([points[:-1], points[1:]], axis=1))
     spans = []
@@ -231,7 +234,7 @@ def _crosswalk_spans(carla_map: Any, points: Any, arc: Any) -> list[tuple[float,
     return spans
 
 
-def _level_crossing_spans(carla_map: Any, points: Any, arc: Any) -> list[tuple[float, float]]:
+def _level_crossing_spans(carla_map: carla.Map, points: Any, arc: Any) -> list[tuple[float, float]]:
     """Where the route passes St Andrew's crosses, as spans of arc length: tracks lie close by on either side."""
     spans = []
     for landmark in carla_map.get_all_landmarks_of_type(ANDREWS_CROSS):
@@ -243,7 +246,7 @@ def _level_crossing_spans(carla_map: Any, points: Any, arc: Any) -> list[tuple[f
     return spans
 
 
-def _crosswalks(carla_map: Any) -> list[Any]:
+def _crosswalks(carla_map: carla.Map) -> list[Any]:
     """The map's crosswalks as areas, a little wider than they are painted."""
     outlines: list[list[tuple[float, float]]] = [[]]
     for location in carla_map.get_crosswalks():

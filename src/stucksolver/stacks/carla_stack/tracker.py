@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from stucksolver.stacks.carla_stack.contact import Footprint, Pushing
 from stucksolver.stacks.carla_stack.kinds import attributes_of, kind_of
 from stucksolver.stacks.driver.perception import Perception
 from stucksolver.stacks.driver.perception import Surroundings as Seen
+
+if TYPE_CHECKING:
+    import carla
 
 RANGE_M = 300.0
 STANDING_MPS = 0.1
@@ -41,7 +44,7 @@ class _Track:
 class Tracker:
     """Call `update` now and then (twice a second is enough), and `objects` when they are wanted."""
 
-    def __init__(self, world: Any, ego_id: int, range_m: float = RANGE_M) -> None:
+    def __init__(self, world: carla.World, ego_id: int, range_m: float = RANGE_M) -> None:
         self._world = world
         self._perception = Perception(world, ego_id, range_m)
         self._tracks: dict[int, _Track] = {}

@@ -2,7 +2,7 @@
 
 from stucksolver.stacks.driver.driver import BehaviorDriver
 from stucksolver.stacks.driver.hazards import Hazard
-from stucksolver.stacks.driver.interface import DrivePoint, Driver, RoutePoint
+from stucksolver.stacks.driver.interface import DrivePoint, Driver, DrivesPath, HasRoute, RoutePoint
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.routing import RouteError, trace_route
 
@@ -11,6 +11,8 @@ __all__ = [
     "DrivePoint",
     "Driver",
     "DriverOptions",
+    "DrivesPath",
+    "HasRoute",
     "Hazard",
     "RouteError",
     "RoutePoint",

@@ -40,10 +40,10 @@ class BehaviorDriver:
 
     def __init__(
         self,
-        vehicle: Any,
+        vehicle: carla.Vehicle,
         behavior: str = "normal",
         options: DriverOptions | None = None,
-        carla_map: Any | None = None,
+        carla_map: carla.Map | None = None,
     ) -> None:
         self._vehicle = vehicle
         self._world = vehicle.get_world()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import carla
 import numpy as np
@@ -264,7 +264,7 @@ def _comes(way: OtherWay, other: _Other) -> bool:
     return not stops and (way.straight or to_line < -2.0)
 
 
-def _is_red(light: Any) -> bool:
+def _is_red(light: carla.TrafficLight) -> bool:
     return bool(light.state == carla.TrafficLightState.Red)
 
 

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+if TYPE_CHECKING:
+    import carla
 
 
 class DrivePoint(NamedTuple):
@@ -18,30 +21,25 @@ class DrivePoint(NamedTuple):
 class RoutePoint(NamedTuple):
     """One point of the planned route, spaced about a metre apart."""
 
-    waypoint: Any
+    waypoint: carla.Waypoint
     """`carla.Waypoint` at the centre of the lane the route follows."""
     command: str
     """`lane_follow`, `left`, `right`, `straight`, `change_left` or `change_right`."""
 
 
-class Driver(Protocol):
-    """A planner with controllers that drives the ego along a route and may be told to drive a given path.
-
-    Arguments and results are objects of the `carla` client. Raises `RouteError` where no route exists.
-    """
-
-    def set_destination(self, destination: Any, start: Any | None = None) -> None:
-        """Plan a route from `start` (a `carla.Location`; the ego's own where None) to `destination`."""
+class HasRoute(Protocol):
+    """Knows the way that the ego takes."""
 
     @property
     def route(self) -> Sequence[RoutePoint]:
         """The whole planned route, points already passed included."""
 
+
+class DrivesPath(Protocol):
+    """Has controllers that drive the ego, on its way or on a path that it is given."""
+
     def run_step(self) -> Any:
         """Decide this tick's `carla.VehicleControl`; does not apply it."""
-
-    def done(self) -> bool:
-        """True once the ego is at the end of its route."""
 
     def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
         """Drive `path` in place of the route from the next step on, still braking for what lies in it.
@@ -55,3 +53,13 @@ class Driver(Protocol):
 
     def release(self) -> None:
         """End `follow` or `hold`: drive the route again, from the nearest point of it that lies ahead."""
+
+
+class Driver(HasRoute, DrivesPath, Protocol):
+    """A planner with controllers, as a stack has one: it drives the ego along a route, or a path that it is given."""
+
+    def set_destination(self, destination: carla.Location, start: carla.Location | None = None) -> None:
+        """Plan a route from `start` (the ego's own place where None) to `destination`. Raises `RouteError`."""
+
+    def done(self) -> bool:
+        """True once the ego is at the end of its route."""

@@ -30,7 +30,7 @@ _SEED_SPACING_M = 50.0
 LaneKey = tuple[int, int, int]
 
 
-def lane_key(waypoint: Any) -> LaneKey:
+def lane_key(waypoint: carla.Waypoint) -> LaneKey:
     """Road, section and lane id of a waypoint: what makes two samples lie on the same piece of lane."""
     return (waypoint.road_id, waypoint.section_id, waypoint.lane_id)
 
@@ -38,7 +38,7 @@ def lane_key(waypoint: Any) -> LaneKey:
 class LaneGraph:
     """Lane samples of one map, and the edges between them; CARLA's world frame, metres."""
 
-    def __init__(self, carla_map: Any) -> None:
+    def __init__(self, carla_map: carla.Map) -> None:
         self.samples: list[Any] = []
         self.xy: list[tuple[float, float]] = []
         self.graph = nx.DiGraph()
@@ -51,7 +51,7 @@ class LaneGraph:
         for key in list(self._span):
             self._link_changes(key)
 
-    def locate(self, waypoint: Any) -> int | None:
+    def locate(self, waypoint: carla.Waypoint) -> int | None:
         """Index of the sample nearest to `waypoint` on its lane; None where that lane is not in the graph."""
         span = self._span.get(lane_key(waypoint))
         if span is None:
@@ -122,7 +122,7 @@ class LaneGraph:
         while pending:
             pending.extend(self._add_inner_lane(pending.pop()))
 
-    def _add_inner_lane(self, entry: Any) -> list[Any]:
+    def _add_inner_lane(self, entry: carla.Waypoint) -> list[Any]:
         """Add a lane that is no road entry; returns the entries of lanes after it that are still unknown."""
         key = lane_key(entry)
         if key in self._span:
@@ -133,7 +133,7 @@ class LaneGraph:
         self._successors[key].update(lane_key(w) for w in following)
         return [w for w in following if lane_key(w) not in self._span]
 
-    def _add_lane(self, inside: Any) -> None:
+    def _add_lane(self, inside: carla.Waypoint) -> None:
         key = lane_key(inside)
         if key in self._span:
             return
@@ -189,7 +189,7 @@ class LaneGraph:
         self.graph.add_edge(node, target, length=cost, change=side, abreast=abreast)
 
 
-def _along_lane(waypoint: Any, step: Callable[[Any], list[Any]]) -> list[Any]:
+def _along_lane(waypoint: carla.Waypoint, step: Callable[[Any], list[Any]]) -> list[Any]:
     """The waypoints reached by `step` after `step` on the same lane.
 
     `Waypoint.next_until_lane_end` would be the shorter way, but it crashes where a road has no successor.
@@ -207,7 +207,7 @@ def _along_lane(waypoint: Any, step: Callable[[Any], list[Any]]) -> list[Any]:
 _cache: OrderedDict[tuple[str, int], LaneGraph] = OrderedDict()
 
 
-def lane_graph(carla_map: Any) -> LaneGraph:
+def lane_graph(carla_map: carla.Map) -> LaneGraph:
     """The graph of a map, built once; content is the key, as `World.get_map` makes a new object each time."""
     key = (str(carla_map.name), hash(carla_map.to_opendrive()))
     if key not in _cache:

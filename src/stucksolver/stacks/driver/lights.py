@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import carla
 import numpy as np
@@ -24,11 +24,11 @@ _CRAWLING_MPS = 1.0
 class StopLine(NamedTuple):
     """Where one light stops the route: arc length of the line (m) along the route's path."""
 
-    light: Any
+    light: carla.TrafficLight
     s: float
 
 
-def stop_lines(lights: Sequence[Any], path: Path) -> list[StopLine]:
+def stop_lines(lights: Sequence[carla.TrafficLight], path: Path) -> list[StopLine]:
     """The stop lines of `carla.TrafficLight`s that lie on a route's path, in driving order.
 
     Places come from `TrafficLight.get_stop_waypoints`, which CARLA derives from the light's trigger volume.
@@ -40,7 +40,7 @@ def stop_lines(lights: Sequence[Any], path: Path) -> list[StopLine]:
     return sorted(found, key=lambda line: line.s)
 
 
-def _passes(transform: Any, path: Path) -> list[float]:
+def _passes(transform: carla.Transform, path: Path) -> list[float]:
     """Arc lengths at which the path passes a place in its direction; more than one where it comes by again."""
     place, yaw = transform.location, math.radians(transform.rotation.yaw)
     distance = np.hypot(path.x - place.x, path.y - place.y)
@@ -77,7 +77,7 @@ class LightWatch:
                 return distance
         return None
 
-    def unlisted_red(self, vehicle: Any, carla_map: Any) -> bool:
+    def unlisted_red(self, vehicle: carla.Vehicle, carla_map: carla.Map) -> bool:
         """Is the ego, outside a junction, in the trigger volume of a red light with no line on the route?"""
         if not vehicle.is_at_traffic_light():
             return False

@@ -9,7 +9,7 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from stucksolver.stacks.driver.interface import RoutePoint
 from stucksolver.stacks.driver.lane_graph import LaneGraph, LaneKey, lane_key
 from stucksolver.stacks.driver.path import Array, Path
 from stucksolver.stacks.driver.routing import TURN_THRESHOLD_RAD
+
+if TYPE_CHECKING:
+    import carla
 
 MEETS_M = 2.2
 """Centre lines nearer than this cannot be driven at once: two cars' half widths and a hand's breadth."""
@@ -58,7 +61,7 @@ class OtherWay:
     """The lane that leads to the junction."""
     goes_first: bool
     """Has it the right of way over the route, lights aside?"""
-    lights: tuple[Any, ...]
+    lights: tuple[carla.TrafficLight, ...]
     """The `carla.TrafficLight`s that govern it."""
 
 
@@ -81,7 +84,11 @@ class Meeting:
 
 
 def meetings(
-    route: Sequence[RoutePoint], line: Path, graph: LaneGraph, lights: Sequence[Any], stops_s: Sequence[float]
+    route: Sequence[RoutePoint],
+    line: Path,
+    graph: LaneGraph,
+    lights: Sequence[carla.TrafficLight],
+    stops_s: Sequence[float],
 ) -> list[Meeting]:
     """The junctions of a route at which others may come.
 

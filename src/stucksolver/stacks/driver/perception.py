@@ -63,7 +63,9 @@ class Surroundings:
 class Perception:
     """Reads the world for one ego; asks for actors and their sizes only when the set of ids changes."""
 
-    def __init__(self, world: Any, ego_id: int, range_m: float = RANGE_M, unseen: tuple[str, ...] = BODILESS) -> None:
+    def __init__(
+        self, world: carla.World, ego_id: int, range_m: float = RANGE_M, unseen: tuple[str, ...] = BODILESS
+    ) -> None:
         self._world = world
         self._ego_id = ego_id
         self._range_m = range_m
@@ -97,7 +99,7 @@ class Perception:
             ids = ids - (new - listed.keys())
         self._ids = ids
 
-    def _measure(self, actor: Any) -> Body | None:
+    def _measure(self, actor: carla.Actor) -> Body | None:
         if actor.id == self._ego_id or actor.type_id.startswith(self._unseen):
             return None
         if actor.parent is not None and actor.parent.id == self._ego_id:
@@ -105,7 +107,7 @@ class Perception:
         return body_of(actor)
 
 
-def body_of(actor: Any) -> Body | None:
+def body_of(actor: carla.Actor) -> Body | None:
     """The box of a `carla.Actor`; None for one that is too flat to matter."""
     # Old clients know the boxes of vehicles and walkers only.
     box = getattr(actor, "bounding_box", None) or carla.BoundingBox()
@@ -122,7 +124,7 @@ def body_of(actor: Any) -> Body | None:
     return Body(actor.id, actor.type_id.startswith(("walker.", "animal.")), size[0], size[1], size[2], offset, yaw)
 
 
-def _row(body: Body, actor: Any) -> tuple[float, float, float, float, float, float, float]:
+def _row(body: Body, actor: carla.ActorSnapshot) -> tuple[float, float, float, float, float, float, float]:
     """x, y, yaw, bottom, top, vx, vy of the box's centre."""
     transform, velocity = actor.get_transform(), actor.get_velocity()
     place, yaw = transform.location, math.radians(transform.rotation.yaw)

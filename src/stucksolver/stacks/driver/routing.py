@@ -5,12 +5,15 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import networkx as nx
 
 from stucksolver.stacks.driver.interface import RoutePoint
 from stucksolver.stacks.driver.lane_graph import LaneGraph, lane_graph, lane_key
+
+if TYPE_CHECKING:
+    import carla
 
 TURN_THRESHOLD_RAD = math.radians(33.0)
 """Heading change through a junction above which it is a turn (`GlobalRoutePlanner`, CARLA agents, MIT)."""
@@ -27,7 +30,7 @@ class RouteError(Exception):
         super().__init__(f"no route from {_place(start)} to {_place(end)}: {reason}; {remedy}")
 
 
-def trace_route(carla_map: Any, start: Any, end: Any) -> list[RoutePoint]:
+def trace_route(carla_map: carla.Map, start: Any, end: Any) -> list[RoutePoint]:
     """Shortest route between two `carla.Location`s, each taken to the nearest driving lane.
 
     Lane changes cost 15 m extra, so a route has no needless ones. Raises `RouteError` where none exists.
@@ -48,7 +51,7 @@ def trace_route(carla_map: Any, start: Any, end: Any) -> list[RoutePoint]:
     return [point for i, point in zip(indices, route, strict=True) if i in chosen]
 
 
-def _locate(carla_map: Any, graph: LaneGraph, location: Any, ends: tuple[Any, Any]) -> int:
+def _locate(carla_map: carla.Map, graph: LaneGraph, location: carla.Location, ends: tuple[Any, Any]) -> int:
     waypoint = carla_map.get_waypoint(location)
     index = None if waypoint is None else graph.locate(waypoint)
     if index is None:
@@ -107,5 +110,5 @@ def _turn(before: Any, after: Any) -> str:
     return "right" if delta > 0.0 else "left"
 
 
-def _place(location: Any) -> str:
+def _place(location: carla.Location) -> str:
     return f"({location.x:.1f}, {location.y:.1f})"

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stucksolver.scene.polyline import nearest_of_each_pass
 from stucksolver.stacks.driver.path import Array
+
+if TYPE_CHECKING:
+    import carla
 
 NEAR_M = 4.0
 BOX_FACTOR = 1.2
@@ -21,7 +24,7 @@ _HALTED_MPS, _HALT_S = 0.1, 1.0
 _PASSED_M = 1.0
 
 
-def stop_places(signs: Sequence[Any], s: Array, x: Array, y: Array, z: Array) -> list[float]:
+def stop_places(signs: Sequence[carla.TrafficSign], s: Array, x: Array, y: Array, z: Array) -> list[float]:
     """Arc lengths at which a finely sampled line (CARLA's world, metres) passes the middle of signs' trigger boxes.
 
     `signs` are actors of the type `traffic.stop`.

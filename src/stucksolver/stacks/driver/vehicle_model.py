@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import carla
 
 _WHEELBASE_RANGE_M = (0.8, 8.0)
 _WHEELBASE_PER_LENGTH = 0.6
@@ -36,7 +39,7 @@ class VehicleModel:
         return math.atan(self.wheelbase / self.rear_axle * math.tan(math.asin(sine)))
 
 
-def vehicle_model(vehicle: Any) -> VehicleModel:
+def vehicle_model(vehicle: carla.Vehicle) -> VehicleModel:
     """Measure a `carla.Vehicle` from its bounding box and physics control (two requests to the server)."""
     extent = vehicle.bounding_box.extent
     wheels = vehicle.get_physics_control().wheels

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
-from typing import Any, NoReturn
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from stucksolver.stacks.driver import DrivePoint, RoutePoint
+from stucksolver.stacks.driver import RoutePoint
+
+if TYPE_CHECKING:
+    import carla
 
 STEP_M = 1.0
 LENGTH_M = 400
 
 
 class Ahead:
-    """A driver in name only: it has a route, and refuses to drive it."""
+    """The assumed route of a car that somebody else drives."""
 
-    def __init__(self, vehicle: Any, carla_map: Any) -> None:
+    def __init__(self, vehicle: carla.Vehicle, carla_map: carla.Map) -> None:
         self._vehicle = vehicle
         self._map = carla_map
         self.route: Sequence[RoutePoint] = ()
@@ -34,29 +37,7 @@ class Ahead:
             found.append(RoutePoint(waypoint, "lane_follow"))
         self.route = found
 
-    def set_destination(self, destination: Any, start: Any | None = None) -> NoReturn:
-        raise _hands_off()
 
-    def run_step(self) -> NoReturn:
-        raise _hands_off()
-
-    def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = ()) -> NoReturn:
-        raise _hands_off()
-
-    def hold(self, brake_mps2: float | None = None) -> NoReturn:
-        raise _hands_off()
-
-    def release(self) -> NoReturn:
-        raise _hands_off()
-
-    def done(self) -> bool:
-        return False
-
-
-def _turn(here: Any, other: Any) -> float:
+def _turn(here: carla.Waypoint, other: carla.Waypoint) -> float:
     """How far a waypoint turns away from another, degrees."""
     return abs(math.remainder(other.transform.rotation.yaw - here.transform.rotation.yaw, 360.0))
-
-
-def _hands_off() -> RuntimeError:
-    return RuntimeError("an observed car is never driven")

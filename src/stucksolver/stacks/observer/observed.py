@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 from stucksolver.scene import Status
-from stucksolver.stacks.carla_stack import CarlaStack
+from stucksolver.stacks.carla_stack import CarlaSenses
+from stucksolver.stacks.carla_stack.interface import EgoVehicle
 from stucksolver.stacks.observer.ahead import LENGTH_M, Ahead
+
+if TYPE_CHECKING:
+    import carla
 
 OFF_M = 2.5
 """Further than this beside its assumed route, the car drives another one: it turned, or changed lane."""
@@ -15,14 +19,14 @@ AHEAD_M = 250.0
 """At least so much of the assumed route is kept ahead."""
 
 
-class ObservedStack(CarlaStack):
+class ObservedStack(CarlaSenses):
     """Reads the world through the client; applies, ticks and sets nothing.
 
     The route is not known: it is assumed to follow the lane, and assumed anew when the car goes elsewhere. So progress
     tells of standstills, not of circling, and there is no destination.
     """
 
-    def __init__(self, vehicle: Any) -> None:
+    def __init__(self, vehicle: carla.Vehicle) -> None:
         carla_map = vehicle.get_world().get_map()
         self._ahead = Ahead(vehicle, carla_map)
         self._seen_at = _place(vehicle)
@@ -44,6 +48,6 @@ class ObservedStack(CarlaStack):
         return min(math.hypot(p.x - here[0], p.y - here[1]) for p in places)
 
 
-def _place(vehicle: Any) -> tuple[float, float]:
+def _place(vehicle: EgoVehicle) -> tuple[float, float]:
     location = vehicle.get_location()
     return float(location.x), float(location.y)

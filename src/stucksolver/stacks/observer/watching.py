@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stucksolver.ladder import Ladder
 from stucksolver.record import Recorder
 from stucksolver.scene import Status
 from stucksolver.solver import Event, EventKind, StuckSolver
 from stucksolver.stacks.observer.observed import ObservedStack
+
+if TYPE_CHECKING:
+    import carla
 
 TICK_LIMIT_S = 10.0
 """A world that does not go on for so long stands still."""
@@ -20,7 +23,7 @@ class NoSuchCar(RuntimeError):
     """The car to be watched is not there, or not any more; the message says what is."""
 
 
-def find_car(world: Any, role: str) -> Any:
+def find_car(world: carla.World, role: str) -> Any:
     """The vehicle with a role name. Raises `NoSuchCar`."""
     cars = list(world.get_actors().filter("vehicle.*"))
     found = [car for car in cars if car.attributes.get("role_name") == role]
@@ -37,7 +40,9 @@ class Watching:
     Raises `NoSuchCar`.
     """
 
-    def __init__(self, world: Any, role: str, ladder: Ladder, out: Path | None, heard: Callable[[Event], None]) -> None:
+    def __init__(
+        self, world: carla.World, role: str, ladder: Ladder, out: Path | None, heard: Callable[[Event], None]
+    ) -> None:
         self._world = world
         # A client that has just come knows of nobody before the next tick.
         self._await_tick()

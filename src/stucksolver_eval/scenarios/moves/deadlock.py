@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,9 @@ from stucksolver_eval.actors import Car
 from stucksolver_eval.scenarios.base import Scenario
 from stucksolver_eval.scenarios.moves.junction import JunctionScenario, straight_way
 from stucksolver_eval.setting import Setting
+
+if TYPE_CHECKING:
+    import carla
 
 BEFORE_M, NOSE_GAP_M = 2.0, 1.5
 HALF_CAR_M, STEP_M = 2.0, 2.0
@@ -65,7 +68,7 @@ class Deadlock(JunctionScenario):
             yield from self.wait(3.0)
         yield from self.until_passed(self.exit_s + 10.0)
 
-    def _wait_at(self, entry: Any, with_nose: bool) -> Car:
+    def _wait_at(self, entry: carla.Waypoint, with_nose: bool) -> Car:
         """A car that stands before the junction, or with its nose where the hero wants to go."""
         line = self._line(entry)
         if with_nose:
@@ -74,10 +77,10 @@ class Deadlock(JunctionScenario):
         member = self.cast.must_spawn(self.cast.some_car(self.random), line[0].transform)
         return self.cars.drive(member, line, 0.0, begin=False, yields=False)
 
-    def _line(self, entry: Any) -> list[Any]:
+    def _line(self, entry: carla.Waypoint) -> list[Any]:
         return self.approach(entry, BEFORE_M, 40.0, straight_way)
 
-    def _apart(self, line: list[Any]) -> NDArray[np.float64]:
+    def _apart(self, line: list[carla.Waypoint]) -> NDArray[np.float64]:
         """Distance of each point of a line from the hero's way through the junction (m)."""
         inside = self.setting.route.xyz[self.junction.first : self.junction.last + 1, :2]
         places = np.array([(w.transform.location.x, w.transform.location.y) for w in line])

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stucksolver_eval.actors import Car
 from stucksolver_eval.scenarios.base import Scenario
+
+if TYPE_CHECKING:
+    import carla
 
 MOST = 14
 
@@ -22,7 +25,7 @@ class Flow:
     def __init__(
         self,
         scenario: Scenario,
-        line: Sequence[Any],
+        line: Sequence[carla.Waypoint],
         speed_mps: float,
         spacing_m: tuple[float, float],
         *,

@@ -69,7 +69,9 @@ class JunctionScenario(Scenario):
     def passes_exit(self) -> bool:
         return self.setting.hero_s_m > self.exit_s
 
-    def approach(self, entry: Any, before_m: float, after_m: float, ways: Callable[[Any, Any], float]) -> list[Any]:
+    def approach(
+        self, entry: carla.Waypoint, before_m: float, after_m: float, ways: Callable[[Any, Any], float]
+    ) -> list[Any]:
         """A line of waypoints through the junction: from upstream of an entry to beyond the junction.
 
         `ways(before, first)` rates the ways on at a fork; the smallest is taken.
@@ -127,7 +129,7 @@ class JunctionScenario(Scenario):
         self.free_lights()
 
 
-def straight_way(entry: Any, first: Any) -> float:
+def straight_way(entry: carla.Waypoint, first: Any) -> float:
     """Rates ways across a junction: straight on is best."""
     return abs(way_turn_deg(entry, first))
 
@@ -135,7 +137,7 @@ def straight_way(entry: Any, first: Any) -> float:
 def way_to(road_id: int, lane_id: int | None = None) -> Callable[[Any, Any], float]:
     """Rates ways across a junction: best is the one that ends on a road (and lane)."""
 
-    def rate(entry: Any, first: Any) -> float:
+    def rate(entry: carla.Waypoint, first: Any) -> float:
         here = first
         for _ in range(80):
             after = here.next(1.0)
@@ -148,7 +150,7 @@ def way_to(road_id: int, lane_id: int | None = None) -> Callable[[Any, Any], flo
     return rate
 
 
-def _comes_from(entry: Any, other: Any) -> str:
+def _comes_from(entry: carla.Waypoint, other: Any) -> str:
     """Whence another entry's traffic comes, as seen from ours."""
     angle = turn_deg(entry, other)
     if abs(angle) > 135.0:

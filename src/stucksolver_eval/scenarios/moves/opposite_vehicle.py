@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from stucksolver_eval.scenarios.moves.junction import JunctionScenario, straight_way
 from stucksolver_eval.scenarios.parameters import Choice
 from stucksolver_eval.setting import Setting
+
+if TYPE_CHECKING:
+    import carla
 
 SPEED_MPS = 60.0 / 3.6
 UPSTREAM_M, SINK_M = 60.0, 10.0
@@ -64,7 +67,7 @@ class OppositeVehicle(JunctionScenario):
         first, apart = self._apart(self._line)
         return float(self.setting.route.s_m[first + _first_near(apart.min(axis=1))])
 
-    def _from_lead(self, line: list[Any]) -> list[Any]:
+    def _from_lead(self, line: list[carla.Waypoint]) -> list[Any]:
         """The line from where the vehicle is 2.2 s from the hero's way."""
         crosses = _first_near(self._apart(line)[1].min(axis=0))
         gone_m = 0.0
@@ -74,7 +77,7 @@ class OppositeVehicle(JunctionScenario):
                 return line[k - 1 :]
         return line
 
-    def _apart(self, line: list[Any]) -> tuple[int, Array]:
+    def _apart(self, line: list[carla.Waypoint]) -> tuple[int, Array]:
         """Index of the route's first point at the junction, and distances, shape (points of the route, of the line)."""
         first, last = max(self.junction.first - 2, 0), self.junction.last + 2
         hero = self.setting.route.xyz[first : last + 1, :2]
@@ -87,6 +90,6 @@ def _first_near(apart_m: Array) -> int:
     return int(np.argmax(apart_m < TOGETHER_M)) if (apart_m < TOGETHER_M).any() else int(np.argmin(apart_m))
 
 
-def _xy(waypoint: Any) -> tuple[float, float]:
+def _xy(waypoint: carla.Waypoint) -> tuple[float, float]:
     place = waypoint.transform.location
     return place.x, place.y

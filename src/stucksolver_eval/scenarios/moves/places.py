@@ -10,7 +10,9 @@ import carla
 MOST_LANES = 8
 
 
-def beside(waypoint: Any, right_m: float = 0.0, ahead_m: float = 0.0, up_m: float = 0.0, turn_deg: float = 0.0) -> Any:
+def beside(
+    waypoint: carla.Waypoint, right_m: float = 0.0, ahead_m: float = 0.0, up_m: float = 0.0, turn_deg: float = 0.0
+) -> Any:
     """A transform that far to the right of and ahead of a waypoint, straight on, turned clockwise."""
     at = waypoint.transform
     yaw = math.radians(at.rotation.yaw)
@@ -24,7 +26,7 @@ def beside(waypoint: Any, right_m: float = 0.0, ahead_m: float = 0.0, up_m: floa
     return carla.Transform(place, rotation)
 
 
-def lane_of(waypoint: Any, kind: Any, direction: str = "right") -> Any | None:
+def lane_of(waypoint: carla.Waypoint, kind: Any, direction: str = "right") -> Any | None:
     """The first lane of a `carla.LaneType` on that side of the road, or None."""
     here = waypoint
     for _ in range(MOST_LANES):
@@ -40,28 +42,29 @@ def lane_of(waypoint: Any, kind: Any, direction: str = "right") -> Any | None:
     return None
 
 
-def edge_m(waypoint: Any, direction: str = "right") -> float:
+def edge_m(waypoint: carla.Waypoint, direction: str = "right") -> float:
     """How far the outer edge of the outermost lane on which vehicles drive or stop is from a waypoint's centre."""
     here, edge = waypoint, waypoint.lane_width / 2.0
     for _ in range(MOST_LANES):
-        here = here.get_right_lane() if direction == "right" else here.get_left_lane()
-        if here is None or here.lane_type not in _FOR_VEHICLES or here.lane_id * waypoint.lane_id < 0:
+        there = here.get_right_lane() if direction == "right" else here.get_left_lane()
+        if there is None or there.lane_type not in _FOR_VEHICLES or there.lane_id * waypoint.lane_id < 0:
             break
-        edge += here.lane_width
-    return float(edge)
+        here, edge = there, edge + there.lane_width
+    return edge
 
 
 _FOR_VEHICLES = (carla.LaneType.Driving, carla.LaneType.Parking, carla.LaneType.Biking, carla.LaneType.Stop)
 
 
-def side_driving_lane(waypoint: Any, side: str) -> Any | None:
+def side_driving_lane(waypoint: carla.Waypoint, side: str) -> carla.Waypoint | None:
     """The driving lane of the same direction on that side, or None."""
     there = waypoint.get_left_lane() if side == "left" else waypoint.get_right_lane()
-    same = there is not None and there.lane_id * waypoint.lane_id > 0
-    return there if same and there.lane_type == carla.LaneType.Driving else None
+    if there is None or there.lane_id * waypoint.lane_id < 0 or there.lane_type != carla.LaneType.Driving:
+        return None
+    return there
 
 
-def upstream(waypoint: Any, distance_m: float, step_m: float = 5.0) -> Any:
+def upstream(waypoint: carla.Waypoint, distance_m: float, step_m: float = 5.0) -> Any:
     """The place so far back along the lane, as straight as can be through junctions; less where the lane begins."""
     here, gone = waypoint, 0.0
     while gone < distance_m:

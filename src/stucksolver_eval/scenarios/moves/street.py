@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import carla
 
@@ -16,7 +15,7 @@ from stucksolver_eval.scenarios.parameters import Number
 FIRST_M, SPACING_M = 60.0, 40.0
 
 
-def into_gear(vehicle: Any) -> None:
+def into_gear(vehicle: carla.Vehicle) -> None:
     """Puts a new vehicle into first gear on the next tick, before any other control is applied.
 
     In CARLA it else takes a second with its first throttle, which is no standstill that anybody asks about.

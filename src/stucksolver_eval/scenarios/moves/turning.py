@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from stucksolver_eval.scenarios.moves.flow import Flow
 from stucksolver_eval.scenarios.moves.junction import JunctionScenario, straight_way, way_to
 from stucksolver_eval.scenarios.parameters import Number, Range
 from stucksolver_eval.setting import Setting
+
+if TYPE_CHECKING:
+    import carla
 
 RED_S = 5.0
 
@@ -41,7 +44,7 @@ class TurnAgainstFlow(JunctionScenario):
     def flow_entries(self) -> list[Any]:
         """The last waypoints before the junction by which the flow comes."""
 
-    def ways(self, entry: Any) -> Any:
+    def ways(self, entry: carla.Waypoint) -> Any:
         """Which way the flow takes: see `JunctionScenario.approach`."""
         return straight_way
 
@@ -69,7 +72,7 @@ class TurnAgainstFlow(JunctionScenario):
         self.free_lights()
         self.traffic.change_opposite_behavior(active=True)
 
-    def _flow(self, entry: Any) -> Flow:
+    def _flow(self, entry: carla.Waypoint) -> Flow:
         speed = self.flow_mps
         line = self.approach(entry, self.source_s * speed, self.sink_s * speed, self.ways(entry))
         return Flow(self, line, speed, self.gaps_m)
@@ -83,7 +86,7 @@ class LeftTurn(TurnAgainstFlow):
     def flow_entries(self) -> list[Any]:
         return [one for one in self.entries_from("opposite") if self._can(one, straight_way, 40.0)]
 
-    def _can(self, entry: Any, rate: Any, most: float) -> bool:
+    def _can(self, entry: carla.Waypoint, rate: Any, most: float) -> bool:
         inside = [one for one in entry.next(2.0) if one.is_junction]
         return any(rate(entry, one) < most for one in inside)
 
@@ -100,7 +103,7 @@ class RightTurn(TurnAgainstFlow):
         into = way_to(self.exit.road_id)
         return [one for one in self.entries_from("left") if _leads(one, into)]
 
-    def ways(self, entry: Any) -> Any:
+    def ways(self, entry: carla.Waypoint) -> Any:
         return way_to(self.exit.road_id, self.exit.lane_id)
 
 
@@ -113,10 +116,10 @@ class LeftTurnEnterFlow(TurnAgainstFlow):
         into = way_to(self.exit.road_id)
         return [one for one in self.entries_from("opposite") if _leads(one, into)]
 
-    def ways(self, entry: Any) -> Any:
+    def ways(self, entry: carla.Waypoint) -> Any:
         return way_to(self.exit.road_id, self.exit.lane_id)
 
 
-def _leads(entry: Any, into: Any) -> bool:
+def _leads(entry: carla.Waypoint, into: Any) -> bool:
     """Whether a lane leads to the road that `into` (see `way_to`) wants."""
     return any(into(entry, one) < 1000.0 for one in entry.next(2.0) if one.is_junction)

@@ -43,7 +43,7 @@ class ControlLoss(Scenario):
     def script(self) -> Iterator[None]:
         yield from self.until_passed(self.trigger_s_m + ENDS_M)
 
-    def disturb(self, control: Any) -> Any:
+    def disturb(self, control: carla.VehicleControl) -> Any:
         hero = self.hero
         for patch, (pedal, wheel) in zip(self._patches, self._signs, strict=True):
             here = self.cast.state(patch)
@@ -51,7 +51,7 @@ class ControlLoss(Scenario):
                 return self._noisy(control, pedal, wheel)
         return control
 
-    def _noisy(self, control: Any, pedal: int, wheel: int) -> Any:
+    def _noisy(self, control: carla.VehicleControl, pedal: int, wheel: int) -> Any:
         throttle = control.throttle + self.random.gauss(pedal * THROTTLE, THROTTLE_SIGMA)
         steer = control.steer + self.random.gauss(wheel * STEER, STEER_SIGMA)
         return carla.VehicleControl(

@@ -54,7 +54,7 @@ class HighwayCutIn(Scenario):
         after = next((k for k in range(first, len(line)) if not line[k].is_junction), len(line) - 1)
         return line[: after + 1]
 
-    def _is_heros(self, waypoint: Any) -> bool:
+    def _is_heros(self, waypoint: carla.Waypoint) -> bool:
         """Whether the hero drives in the lane of a waypoint."""
         route = self.setting.route
         place = waypoint.transform.location

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+import carla
+
 from stucksolver_eval.scenarios.base import Scenario
 from stucksolver_eval.scenarios.moves.places import side_driving_lane
 from stucksolver_eval.scenarios.parameters import Choice, Number
@@ -51,7 +53,7 @@ class StaticCutIn(Scenario):
         self._queue = [self.cast.keep_below(self.cast.some_car(self.random)) for _ in range(CARS)]
 
     def script(self) -> Iterator[None]:
-        self.traffic.remove_road_lane(side_driving_lane(self._beside(CUTTER), self.direction))
+        self.traffic.remove_road_lane(self._cutters_lane())
         self.traffic.leave_space_in_front(self.distance_m + CARS * APART_M)
         for k, member in enumerate(self._queue):
             lane = side_driving_lane(self._beside(k), self.direction)
@@ -70,4 +72,9 @@ class StaticCutIn(Scenario):
         yield from self.until(lambda: car.s > AWAY_M or self.cast.time_s > limit_s)
         self.cars.remove([car])
         self.cast.remove(self._queue)
-        self.traffic.readd_road_lane(side_driving_lane(self._beside(CUTTER), self.direction))
+        self.traffic.readd_road_lane(self._cutters_lane())
+
+    def _cutters_lane(self) -> carla.Waypoint:
+        lane = side_driving_lane(self._beside(CUTTER), self.direction)
+        assert lane is not None, "needs() was asked"
+        return lane

@@ -37,7 +37,9 @@ class DisabledCarAndThing(Stuck):
 
     def happen(self) -> Iterator[None]:
         # Whoever drove there would give away what can be driven over.
-        self.traffic.remove_road_lane(side_driving_lane(self.ahead(self.distance_m), "left"))
+        lane = side_driving_lane(self.ahead(self.distance_m), "left")
+        assert lane is not None, "needs() was asked"
+        self.traffic.remove_road_lane(lane)
         yield
 
 
