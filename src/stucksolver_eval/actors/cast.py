@@ -218,7 +218,7 @@ class Cast:
         return member
 
 
-def lamps(*names: str) -> Any:
+def lamps(*names: str) -> carla.VehicleLightState:
     """Vehicle lights by name: `lamps("LeftBlinker", "RightBlinker")` are hazard lights."""
     value = 0
     for name in names:
@@ -246,7 +246,7 @@ def _pose_state(transform: carla.Transform) -> State:
     return State(place.x, place.y, place.z, math.radians(transform.rotation.yaw), 0.0, 0.0, 0.0)
 
 
-def _lifted(location: carla.Location, lift_m: float) -> Any:
+def _lifted(location: carla.Location, lift_m: float) -> carla.Location:
     return carla.Location(location.x, location.y, location.z + lift_m)
 
 

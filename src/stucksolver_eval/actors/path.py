@@ -74,7 +74,7 @@ class LanePath:
         self._onward = onward or straightest
         self._offset_m, self._merge = offset_m, merge
         self._stops = stops or {}
-        self._last: Any = None
+        self._last = waypoints[0]
         self._ended = False
         self.x: list[float] = []
         self.y: list[float] = []
@@ -91,7 +91,7 @@ class LanePath:
         self._ended = ends
 
     @property
-    def waypoint(self) -> Any:
+    def waypoint(self) -> carla.Waypoint:
         """The last waypoint of what is known of the line."""
         return self._last
 
@@ -198,7 +198,7 @@ class LanePath:
             self.lights.append(StopAt(stop.light, s + ahead))
 
 
-def straightest(options: Sequence[Any]) -> Any:
+def straightest(options: Sequence[carla.Waypoint]) -> carla.Waypoint:
     """The way on with the least change of heading over the next ten metres."""
     return min(options, key=_turn)
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from stucksolver.decision import Directive
 from stucksolver.stacks.driver import Driver
 from stucksolver_eval.results.outcome import Intervention, Noted, Query, Reliability
+
+if TYPE_CHECKING:
+    import carla
 
 
 @dataclass
@@ -36,7 +39,7 @@ class Arm(Protocol):
     log: ArmLog
     directive: Directive | None
 
-    def step(self, now: Now) -> Any:
+    def step(self, now: Now) -> carla.VehicleControl:
         """This tick's `carla.VehicleControl`."""
 
     def say(self, text: str) -> None:
@@ -54,8 +57,9 @@ class DriverAlone:
         self.log = ArmLog()
         self.directive: Directive | None = None
 
-    def step(self, now: Now) -> Any:
-        return self._driver.run_step()
+    def step(self, now: Now) -> carla.VehicleControl:
+        control: carla.VehicleControl = self._driver.run_step()
+        return control
 
     def say(self, text: str) -> None:
         """Nobody listens."""

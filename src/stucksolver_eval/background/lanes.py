@@ -69,16 +69,14 @@ def slots(waypoint: carla.Waypoint) -> list[int]:
     return sorted(found)
 
 
-def oncoming_lanes(waypoint: carla.Waypoint) -> list[Any]:
+def oncoming_lanes(waypoint: carla.Waypoint) -> list[carla.Waypoint]:
     """The driving lanes of the other direction on the same road, the nearest first."""
-    here: Any = waypoint
-    found: list[Any] = []
+    here = waypoint.get_left_lane()
+    found: list[carla.Waypoint] = []
     for _ in range(2 * MOST_LANES):
-        here = here.get_left_lane()
-        if here is None:
-            return found
-        if not same_way(here, waypoint):
+        if here is None or not same_way(here, waypoint):
             break
+        here = here.get_left_lane()
     for _ in range(MOST_LANES):
         if here is None or not is_driving(here) or same_way(here, waypoint):
             break

@@ -62,7 +62,7 @@ def _several_lanes(length_m: int, with_obstacle: bool) -> Callable[[Any, Any], P
     return find
 
 
-def _onward(waypoint: carla.Waypoint, distance_m: int) -> tuple[Any, ...]:
+def _onward(waypoint: carla.Waypoint, distance_m: int) -> tuple[carla.Waypoint, ...]:
     """As straight on as the junctions permit, a waypoint each metre."""
     found = [waypoint]
     while len(found) <= distance_m and (options := found[-1].next(1.0)):

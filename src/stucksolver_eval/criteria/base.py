@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
     import carla
@@ -26,7 +26,7 @@ class Moment:
     """Speeds of the background traffic's cars."""
 
     @property
-    def location(self) -> Any:
+    def location(self) -> carla.Location:
         return self.transform.location
 
     @property

@@ -104,7 +104,7 @@ def _key(waypoint: carla.Waypoint) -> tuple[int, int]:
     return int(waypoint.road_id), int(waypoint.lane_id)
 
 
-def _before_junction(waypoint: carla.Waypoint) -> Any:
+def _before_junction(waypoint: carla.Waypoint) -> carla.Waypoint:
     """The last waypoint before the junction ahead, in steps of half a metre."""
     while not waypoint.is_junction:
         following = waypoint.next(STEP_M)

@@ -63,7 +63,7 @@ class StopSigns(Criterion):
         reach = 2.0 * NEAR_M
         return any(abs(s.center.x - place.x) < reach and abs(s.center.y - place.y) < reach for s in self._signs)
 
-    def _lane_ahead(self, place: Any) -> list[Any]:
+    def _lane_ahead(self, place: carla.Location) -> list[carla.Waypoint]:
         """Where the lane is from the ego on, in steps of half a metre."""
         here = self._map.get_waypoint(place)
         found = [here]

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from typing import Any
 
 import carla
 import numpy as np
@@ -112,6 +111,6 @@ class RouteLine:
         after = int(np.clip(np.searchsorted(self.s_m, s_m), 1, len(self.s_m) - 1))
         return after if self.s_m[after] - s_m <= s_m - self.s_m[after - 1] else after - 1
 
-    def at(self, s_m: float) -> Any:
+    def at(self, s_m: float) -> carla.Waypoint:
         """The `carla.Waypoint` nearest to an arc length; the first or last one beyond the ends."""
         return self.waypoints[self.index_at(s_m)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from random import Random
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stucksolver.solver import Event
 from stucksolver.stacks.driver import DriverOptions, RoutePoint
@@ -76,12 +76,12 @@ def _drive(job: RouteJob, client: carla.Client, world: carla.World, progress: Ca
         play.close()
 
 
-def _hero(world: carla.World, line: RouteLine) -> Any:
+def _hero(world: carla.World, line: RouteLine) -> carla.Vehicle:
     blueprint = world.get_blueprint_library().find(HERO)
     blueprint.set_attribute("role_name", "hero")
     start = line.waypoints[0].transform
     start.location.z += LIFT_M
-    hero = world.try_spawn_actor(blueprint, start)
+    hero: carla.Vehicle | None = world.try_spawn_actor(blueprint, start)
     if hero is None:
         place = start.location
         raise DriveError(f"the ego could not be put at the route's start ({place.x:.1f}, {place.y:.1f})")

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from random import Random
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import carla
 
@@ -84,7 +84,7 @@ class Scenario(ABC):
     def close(self) -> None:  # noqa: B027
         """Undo what outlives the script: lights held, criteria off. Called once, whatever happened before."""
 
-    def disturb(self, control: carla.VehicleControl) -> Any:
+    def disturb(self, control: carla.VehicleControl) -> carla.VehicleControl:
         """The hero's `carla.VehicleControl` as the vehicle gets it, while the script runs."""
         return control
 
@@ -126,7 +126,7 @@ class Scenario(ABC):
             )
         return s_m
 
-    def ahead(self, distance_m: float) -> Any:
+    def ahead(self, distance_m: float) -> carla.Waypoint:
         """The route's `carla.Waypoint` so far beyond the trigger. Raises `ScenarioError` beyond the route's end."""
         return self.setting.route.at(self.s_at(distance_m))
 
@@ -160,6 +160,6 @@ class Scenario(ABC):
         return self.setting.hero_s_m >= self.setting.route.length_m - 3.0
 
 
-def _location(spec: ScenarioSpec) -> Any:
+def _location(spec: ScenarioSpec) -> carla.Location:
     place = spec.trigger.position
     return carla.Location(place.x_m, place.y_m, place.z_m)

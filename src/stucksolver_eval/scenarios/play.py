@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stucksolver_eval.background import Background
 from stucksolver_eval.routes.route import ScenarioSpec
@@ -102,7 +102,7 @@ class Play:
         setting.cars.step()
         setting.cast.flush()
 
-    def noise(self, control: carla.VehicleControl) -> Any:
+    def noise(self, control: carla.VehicleControl) -> carla.VehicleControl:
         """The hero's control as the vehicle shall get it: `ControlLoss` disturbs it."""
         for part in self._running:
             control = part.scenario.disturb(control)

@@ -80,9 +80,10 @@ def _staircase(town: Town, lane: Path, side: Any, start: int) -> Iterator[Site]:
     for first, end in pairwise(_CHANGES_AFTER_M):
         shifted = lane[first:end]
         for _ in pieces:
-            shifted = tuple(same_way(one, side) for one in shifted)
-            if None in shifted:
+            beside = tuple(one for one in (same_way(one, side) for one in shifted) if one is not None)
+            if len(beside) < len(shifted):
                 return
+            shifted = beside
         pieces.append(shifted)
     path = tuple(one for piece in pieces for one in piece)
     marks = (path[0], *(piece[-1] for piece in pieces))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import groupby
-from typing import Any
+from typing import TYPE_CHECKING
 
 from stucksolver_eval.sites.along import Along
 from stucksolver_eval.sites.fits import Fits
@@ -14,6 +14,9 @@ from stucksolver_eval.sites.placed import Finder
 from stucksolver_eval.sites.site import Site
 from stucksolver_eval.sites.through import ALL_WAYS, LIT, UNLIT, Through, site_at
 from stucksolver_eval.sites.walk import Path, Town, approach, follow, turn_deg
+
+if TYPE_CHECKING:
+    import carla
 
 _RUN_UP_M, _TRIGGER_M, _NEAR_M = 75, 38, 3
 _SEEN_AFTER_M = 180
@@ -78,7 +81,7 @@ def _lap(path: Path) -> Path:
     return path[: next(k for k in range(far, len(path)) if path[k].transform.location.distance(start) < 1.0)]
 
 
-def _apart(path: Iterable[Any]) -> Iterator[Any]:
+def _apart(path: Iterable[carla.Waypoint]) -> Iterator[carla.Waypoint]:
     """Of each piece of road one waypoint in its middle, in driving order."""
     for _, piece in groupby(path, lambda one: one.road_id):
         some = list(piece)

@@ -13,7 +13,7 @@ import carla
 _LOOK_AHEAD_M = 15.0
 _MAX_SIDE_LANES = 6
 
-Path = tuple[Any, ...]
+Path = tuple["carla.Waypoint", ...]
 """Waypoints about a metre apart, in driving direction."""
 
 

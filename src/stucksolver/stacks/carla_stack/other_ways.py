@@ -28,7 +28,7 @@ BEHIND_M, BEYOND_M = 6.0, 25.0
 BETWEEN_M, OVER_EDGE_M = 2.5, 0.15
 """Half the width of what lies between lanes that part and is paved as they are; so little may stick out at the edge."""
 SAMPLES = 25
-Line = list[Any]
+Line = list["carla.Waypoint"]
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,9 @@ def other_ways(
     return tuple(found)
 
 
-def destination_beside(carla_map: carla.Map, start: Any, end: Any, longest_m: float) -> Any | None:
+def destination_beside(
+    carla_map: carla.Map, start: carla.Location, end: carla.Location, longest_m: float
+) -> carla.Location | None:
     """The `carla.Location` at the destination to which a route no longer than that leads; None where none does.
 
     The destination's own lane comes first, then those beside it: who has passed the last place to change back to it
@@ -94,7 +96,7 @@ def destination_beside(carla_map: carla.Map, start: Any, end: Any, longest_m: fl
     return None
 
 
-def _abreast_of(waypoint: carla.Waypoint) -> list[Any]:
+def _abreast_of(waypoint: carla.Waypoint) -> list[carla.Waypoint]:
     """A waypoint and those beside it that lead the same way, from the nearest outwards."""
     found = [waypoint]
     for step in ("get_left_lane", "get_right_lane"):
@@ -134,7 +136,7 @@ def _lines(entry: carla.Waypoint) -> Iterator[Line]:
             yield line
 
 
-def _start(carla_map: carla.Map, line: Line, ego: EgoState) -> Any | None:
+def _start(carla_map: carla.Map, line: Line, ego: EgoState) -> carla.Waypoint | None:
     """The first waypoint ahead of the ego that is the nearest one of all lanes at its own place."""
     for one in line[_abreast(line, ego) + 1 :]:
         seen = carla_map.get_waypoint(one.transform.location)

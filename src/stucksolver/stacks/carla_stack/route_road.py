@@ -127,7 +127,7 @@ class RouteRoad:
         )
 
 
-def _prolonged(waypoint: carla.Waypoint, length_m: float, *, forward: bool) -> list[Any]:
+def _prolonged(waypoint: carla.Waypoint, length_m: float, *, forward: bool) -> list[carla.Waypoint]:
     """Waypoints every metre straight on (or back) along the lanes, for as long as there are any."""
     found: list[Any] = []
     here = waypoint

@@ -146,7 +146,7 @@ class BehaviorDriver:
         self._planner.update(motion.pose)
         self._steering.observe(motion.speed, motion.yaw_rate)
 
-    def run_step(self) -> Any:
+    def run_step(self) -> carla.VehicleControl:
         """Decide this tick's `carla.VehicleControl`; does not apply it."""
         motion = self._motion()
         self._planner.update(motion.pose)
@@ -276,7 +276,7 @@ class BehaviorDriver:
     def _tick_s(self) -> float:
         return self._world.get_snapshot().timestamp.delta_seconds or _DEFAULT_TICK_S
 
-    def _control(self, steer: float, acceleration: float, way: Motion) -> Any:
+    def _control(self, steer: float, acceleration: float, way: Motion) -> carla.VehicleControl:
         # Still rolling the other way: stop before the gear is changed.
         turning_back = way.speed < _WRONG_WAY_MPS
         wanted = -self._options.follow_deceleration if turning_back else acceleration

@@ -122,7 +122,7 @@ class LaneGraph:
         while pending:
             pending.extend(self._add_inner_lane(pending.pop()))
 
-    def _add_inner_lane(self, entry: carla.Waypoint) -> list[Any]:
+    def _add_inner_lane(self, entry: carla.Waypoint) -> list[carla.Waypoint]:
         """Add a lane that is no road entry; returns the entries of lanes after it that are still unknown."""
         key = lane_key(entry)
         if key in self._span:
@@ -189,7 +189,9 @@ class LaneGraph:
         self.graph.add_edge(node, target, length=cost, change=side, abreast=abreast)
 
 
-def _along_lane(waypoint: carla.Waypoint, step: Callable[[Any], list[Any]]) -> list[Any]:
+def _along_lane(
+    waypoint: carla.Waypoint, step: Callable[[carla.Waypoint], list[carla.Waypoint]]
+) -> list[carla.Waypoint]:
     """The waypoints reached by `step` after `step` on the same lane.
 
     `Waypoint.next_until_lane_end` would be the shorter way, but it crashes where a road has no successor.

@@ -51,7 +51,7 @@ class Deadlock(JunctionScenario):
         return missing
 
     @cached_property
-    def noser(self) -> Any | None:
+    def noser(self) -> carla.Waypoint | None:
         """The entry on the right whose way ahead comes into the hero's."""
         nearest = min(self.entries_from("right"), key=lambda one: self._apart(self._line(one)).min(), default=None)
         meets = nearest is not None and self._apart(self._line(nearest)).min() < NOSE_GAP_M
@@ -59,6 +59,7 @@ class Deadlock(JunctionScenario):
 
     def script(self) -> Iterator[None]:
         others = [entries[0] for side in ("left", "opposite") if (entries := self.entries_from(side))]
+        assert self.noser is not None, "needs() was asked"
         sides = [self.noser, *others]
         self.traffic.handle_junction_scenario(remove_entries=sides)
         cars = [self._wait_at(entry, with_nose=entry is self.noser) for entry in sides]

@@ -36,12 +36,12 @@ class JunctionScenario(Scenario):
         return self._found
 
     @cached_property
-    def entry(self) -> Any:
+    def entry(self) -> carla.Waypoint:
         """The route's last waypoint before the junction."""
         return self.setting.route.waypoints[max(self.junction.first - 1, 0)]
 
     @cached_property
-    def exit(self) -> Any:
+    def exit(self) -> carla.Waypoint:
         """The route's first waypoint after the junction."""
         route = self.setting.route
         return route.waypoints[min(self.junction.last + 1, len(route.waypoints) - 1)]
@@ -60,7 +60,7 @@ class JunctionScenario(Scenario):
         angle = turn_deg(self.entry, self.exit)
         return "straight" if abs(angle) < 35.0 else "right" if angle > 0 else "left"
 
-    def entries_from(self, side: str) -> list[Any]:
+    def entries_from(self, side: str) -> list[carla.Waypoint]:
         """The last waypoints of the lanes by which others come from the `left`, `right` or `opposite`."""
         inside = self.setting.route.waypoints[self.junction.first]
         others = [one for one in entries(inside) if one.road_id != self.entry.road_id]
@@ -70,8 +70,12 @@ class JunctionScenario(Scenario):
         return self.setting.hero_s_m > self.exit_s
 
     def approach(
-        self, entry: carla.Waypoint, before_m: float, after_m: float, ways: Callable[[Any, Any], float]
-    ) -> list[Any]:
+        self,
+        entry: carla.Waypoint,
+        before_m: float,
+        after_m: float,
+        ways: Callable[[carla.Waypoint, carla.Waypoint], float],
+    ) -> list[carla.Waypoint]:
         """A line of waypoints through the junction: from upstream of an entry to beyond the junction.
 
         `ways(before, first)` rates the ways on at a fork; the smallest is taken.
@@ -93,16 +97,16 @@ class JunctionScenario(Scenario):
     # Traffic lights.
 
     @cached_property
-    def lights(self) -> list[Any]:
+    def lights(self) -> list[carla.TrafficLight]:
         """The `carla.TrafficLight`s of the junction."""
         return list(self.setting.world.get_traffic_lights_in_junction(self.junction.number))
 
-    def lights_of(self, roads: set[int]) -> list[Any]:
+    def lights_of(self, roads: set[int]) -> list[carla.TrafficLight]:
         """Those of them that stop a road, by the ids of roads outside and inside the junction."""
         return [one for one in self.lights if any(w.road_id in roads for w in one.get_stop_waypoints())]
 
     @cached_property
-    def own_lights(self) -> list[Any]:
+    def own_lights(self) -> list[carla.TrafficLight]:
         """Those that the hero has to heed."""
         route = self.setting.route
         inside = {route.waypoints[i].road_id for i in range(self.junction.first, self.junction.last + 1)}
@@ -129,15 +133,15 @@ class JunctionScenario(Scenario):
         self.free_lights()
 
 
-def straight_way(entry: carla.Waypoint, first: Any) -> float:
+def straight_way(entry: carla.Waypoint, first: carla.Waypoint) -> float:
     """Rates ways across a junction: straight on is best."""
     return abs(way_turn_deg(entry, first))
 
 
-def way_to(road_id: int, lane_id: int | None = None) -> Callable[[Any, Any], float]:
+def way_to(road_id: int, lane_id: int | None = None) -> Callable[[carla.Waypoint, carla.Waypoint], float]:
     """Rates ways across a junction: best is the one that ends on a road (and lane)."""
 
-    def rate(entry: carla.Waypoint, first: Any) -> float:
+    def rate(entry: carla.Waypoint, first: carla.Waypoint) -> float:
         here = first
         for _ in range(80):
             after = here.next(1.0)
@@ -150,7 +154,7 @@ def way_to(road_id: int, lane_id: int | None = None) -> Callable[[Any, Any], flo
     return rate
 
 
-def _comes_from(entry: carla.Waypoint, other: Any) -> str:
+def _comes_from(entry: carla.Waypoint, other: carla.Waypoint) -> str:
     """Whence another entry's traffic comes, as seen from ours."""
     angle = turn_deg(entry, other)
     if abs(angle) > 135.0:

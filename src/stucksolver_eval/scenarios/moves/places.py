@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import carla
 
@@ -12,7 +11,7 @@ MOST_LANES = 8
 
 def beside(
     waypoint: carla.Waypoint, right_m: float = 0.0, ahead_m: float = 0.0, up_m: float = 0.0, turn_deg: float = 0.0
-) -> Any:
+) -> carla.Transform:
     """A transform that far to the right of and ahead of a waypoint, straight on, turned clockwise."""
     at = waypoint.transform
     yaw = math.radians(at.rotation.yaw)
@@ -26,7 +25,7 @@ def beside(
     return carla.Transform(place, rotation)
 
 
-def lane_of(waypoint: carla.Waypoint, kind: Any, direction: str = "right") -> Any | None:
+def lane_of(waypoint: carla.Waypoint, kind: carla.LaneType, direction: str = "right") -> carla.Waypoint | None:
     """The first lane of a `carla.LaneType` on that side of the road, or None."""
     here = waypoint
     for _ in range(MOST_LANES):
@@ -64,7 +63,7 @@ def side_driving_lane(waypoint: carla.Waypoint, side: str) -> carla.Waypoint | N
     return there
 
 
-def upstream(waypoint: carla.Waypoint, distance_m: float, step_m: float = 5.0) -> Any:
+def upstream(waypoint: carla.Waypoint, distance_m: float, step_m: float = 5.0) -> carla.Waypoint:
     """The place so far back along the lane, as straight as can be through junctions; less where the lane begins."""
     here, gone = waypoint, 0.0
     while gone < distance_m:
@@ -76,7 +75,7 @@ def upstream(waypoint: carla.Waypoint, distance_m: float, step_m: float = 5.0) -
     return here
 
 
-def run_of_lane(start: Any, length_m: float, step_m: float = 2.0) -> list[Any]:
+def run_of_lane(start: carla.Waypoint, length_m: float, step_m: float = 2.0) -> list[carla.Waypoint]:
     """Waypoints along a lane from `start`, as straight as can be at forks; fewer where the lane ends."""
     found, gone = [start], 0.0
     while gone < length_m:
@@ -88,7 +87,7 @@ def run_of_lane(start: Any, length_m: float, step_m: float = 2.0) -> list[Any]:
     return found
 
 
-def way_turn_deg(before: Any, first: Any) -> float:
+def way_turn_deg(before: carla.Waypoint, first: carla.Waypoint) -> float:
     """Change of heading (clockwise) from a waypoint to the end of the junction lane that `first` begins."""
     here = first
     for _ in range(60):
@@ -99,6 +98,6 @@ def way_turn_deg(before: Any, first: Any) -> float:
     return turn_deg(before, here)
 
 
-def turn_deg(before: Any, after: Any) -> float:
+def turn_deg(before: carla.Waypoint, after: carla.Waypoint) -> float:
     """Change of heading in (-180, 180], clockwise."""
     return math.remainder(after.transform.rotation.yaw - before.transform.rotation.yaw, 360.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import carla
 
@@ -43,7 +42,7 @@ class ControlLoss(Scenario):
     def script(self) -> Iterator[None]:
         yield from self.until_passed(self.trigger_s_m + ENDS_M)
 
-    def disturb(self, control: carla.VehicleControl) -> Any:
+    def disturb(self, control: carla.VehicleControl) -> carla.VehicleControl:
         hero = self.hero
         for patch, (pedal, wheel) in zip(self._patches, self._signs, strict=True):
             here = self.cast.state(patch)
@@ -51,7 +50,7 @@ class ControlLoss(Scenario):
                 return self._noisy(control, pedal, wheel)
         return control
 
-    def _noisy(self, control: carla.VehicleControl, pedal: int, wheel: int) -> Any:
+    def _noisy(self, control: carla.VehicleControl, pedal: int, wheel: int) -> carla.VehicleControl:
         throttle = control.throttle + self.random.gauss(pedal * THROTTLE, THROTTLE_SIGMA)
         steer = control.steer + self.random.gauss(wheel * STEER, STEER_SIGMA)
         return carla.VehicleControl(

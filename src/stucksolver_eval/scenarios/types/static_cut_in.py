@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import carla
 
@@ -46,7 +45,7 @@ class StaticCutIn(Scenario):
                 )
         return None
 
-    def _beside(self, k: int) -> Any:
+    def _beside(self, k: int) -> carla.Waypoint:
         return self.ahead(self.distance_m + k * APART_M)
 
     def stage(self) -> None:

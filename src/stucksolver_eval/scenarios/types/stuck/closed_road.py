@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import carla
 
@@ -45,7 +44,7 @@ class ClosedRoad(Stuck):
         self.put(SIGN, -SIGN_BEFORE_M, 0.0, turn_deg=180.0)
 
 
-def row_across(carla_map: carla.Map, here: Any) -> list[Any]:
+def row_across(carla_map: carla.Map, here: carla.Waypoint) -> list[carla.Transform]:
     """`carla.Transform`s of barriers side by side across a road, for as far as vehicles can drive there.
 
     `here` is a waypoint. One in a junction belongs to the road that its lane leads into: the row stands square to that.
@@ -57,7 +56,7 @@ def row_across(carla_map: carla.Map, here: Any) -> list[Any]:
     return places[on_road[0] : on_road[-1] + 1]
 
 
-def _across(waypoint: carla.Waypoint, aside_m: float, turn_deg: float) -> Any:
+def _across(waypoint: carla.Waypoint, aside_m: float, turn_deg: float) -> carla.Transform:
     """A barrier's place so far to the right of a waypoint, for a road that leads on so much clockwise from there."""
     square = math.radians(turn_deg)
     along_m, right_m = -aside_m * math.sin(square), aside_m * math.cos(square)
