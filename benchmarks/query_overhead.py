@@ -16,11 +16,11 @@ from benchmarks.solver_overhead import parked_car
 from stucksolver.decision.behaviors import REGISTRY, describe
 from stucksolver.ladder import Ladder, parse_ladder, profile_text
 from stucksolver.reason import Reasoner, RuleReasoner
-from stucksolver.reason.llm import Budget, LanguageModelReasoner, ModelSettings, Purse
+from stucksolver.reason.llm import Budget, LanguageModelReasoner, ModelSettings, UsageLimits
 from stucksolver.reason.llm.openai_api import OpenAiChat
 from stucksolver.scene import Scene, Status, Surroundings
 from stucksolver.scene.build import build_scene
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 from stucksolver.solver import StuckSolver
 
 TICK_S = 0.005
@@ -40,7 +40,7 @@ def run(smoke: bool) -> dict[str, float]:
     free, free_late = _drive(RuleReasoner(), seconds, speed_mps=8.0)
     with _SlowServer(seconds * 4) as server:
         model = OpenAiChat("slow", server)
-        asked = LanguageModelReasoner(model, settings=ModelSettings(deadline_s=90.0), purse=Purse(None, Budget()))
+        asked = LanguageModelReasoner(model, settings=ModelSettings(deadline_s=90.0), purse=UsageLimits(None, Budget()))
         open_, open_late = _drive(asked, seconds, speed_mps=0.0)
         model.cancel()
     figures = {
@@ -77,7 +77,9 @@ def _drive(reasoner: Reasoner, seconds: float, speed_mps: float) -> tuple[list[f
 
 
 def _scene(surroundings: Surroundings) -> Scene:
-    return build_scene(View(surroundings), Status(time_s=0.0, speed_mps=0.0, progress_m=0.0), describe(tuple(REGISTRY)))
+    return build_scene(
+        FrenetScene(surroundings), Status(time_s=0.0, speed_mps=0.0, progress_m=0.0), describe(tuple(REGISTRY))
+    )
 
 
 def _ladder() -> Ladder:

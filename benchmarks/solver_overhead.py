@@ -31,7 +31,7 @@ from stucksolver.scene import (
     TrackedObject,
 )
 from stucksolver.scene.build import build_scene
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 from stucksolver.solver import StuckSolver
 
 ACTORS = 30
@@ -64,7 +64,7 @@ def _ticks(batches: int, calls: int) -> dict[str, float]:
 def _looks(batches: int, calls: int) -> dict[str, float]:
     """What happens only while a plan is pending or running, with 30 actors around."""
     surroundings, guard, rules = parked_car(), Guard(), RuleReasoner()
-    view = View(surroundings)
+    view = FrenetScene(surroundings)
     scene = build_scene(view, Status(time_s=0.0, speed_mps=0.0, progress_m=0.0), describe(tuple(REGISTRY)))
     plan = [BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)]
     verdict, proven = guard.accept(plan, view, guided=False)
@@ -75,12 +75,12 @@ def _looks(batches: int, calls: int) -> dict[str, float]:
     if back is None:
         raise RuntimeError("the benchmark's way back was refused")
     return {
-        "us_view": _median(batches, calls, lambda: View(surroundings)),
-        "us_accept": _median(batches, calls, lambda: guard.accept(plan, View(surroundings), guided=False)),
-        "us_accept_crowd": _median(batches, calls, lambda: guard.accept(plan, View(crowd), guided=False)),
-        "us_recheck": _median(batches, calls, lambda: guard.recheck(again, View(surroundings))),
-        "us_recheck_backwards": _median(batches, calls, lambda: guard.recheck(back, View(surroundings))),
-        "us_recheck_crowd": _median(batches, calls, lambda: guard.recheck(again, View(crowd))),
+        "us_view": _median(batches, calls, lambda: FrenetScene(surroundings)),
+        "us_accept": _median(batches, calls, lambda: guard.accept(plan, FrenetScene(surroundings), guided=False)),
+        "us_accept_crowd": _median(batches, calls, lambda: guard.accept(plan, FrenetScene(crowd), guided=False)),
+        "us_recheck": _median(batches, calls, lambda: guard.recheck(again, FrenetScene(surroundings))),
+        "us_recheck_backwards": _median(batches, calls, lambda: guard.recheck(back, FrenetScene(surroundings))),
+        "us_recheck_crowd": _median(batches, calls, lambda: guard.recheck(again, FrenetScene(crowd))),
         "us_rules": _median(batches, calls, lambda: rules.decide(Request(scene)).decision),
     }
 

@@ -23,7 +23,7 @@ from stucksolver.scene import (
     TrackedObject,
 )
 from stucksolver.scene.build import build_scene
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 DT_S = 0.05
 STATIONS = 301
@@ -86,7 +86,7 @@ class PointStack:
         return Surroundings(frame=frame, time_s=self.time_s, ego=ego, objects=(parked,), sight=sight, road=ROAD)
 
     def scene(self) -> Scene:
-        return build_scene(View(self.surroundings()), self.status(), describe(OFFERS))
+        return build_scene(FrenetScene(self.surroundings()), self.status(), describe(OFFERS))
 
     def perform(self, directive: Directive) -> None:
         if isinstance(directive, Execute):

@@ -17,7 +17,7 @@ from benchmarks.guard_oracle.vehicle import Manner
 from benchmarks.guard_oracle.world import World
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import BorrowOncomingLane
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 RANDOM_PLANS = 5
 """Plans at random for each scene, beside the rules' own."""
@@ -62,7 +62,7 @@ def proposal_of(seed: int, number: int, k: int, may_fall_silent: bool = True) ->
     how = manner(draw)
     silent = silence(draw) if may_fall_silent else math.inf
     world = World(setting, how)
-    plan = from_rules(View(world.surroundings()), setting.stopped_s) if k == 0 else at_random(draw, setting)
+    plan = from_rules(FrenetScene(world.surroundings()), setting.stopped_s) if k == 0 else at_random(draw, setting)
     if plan is None:
         return None
     guided = draw.random() < GUIDED and any(isinstance(b, BorrowOncomingLane) for b in plan.behaviors)

@@ -14,8 +14,8 @@ from benchmarks.guard_oracle.world import AT_REST_MPS, DT, World
 from stucksolver.decision import Directive, RecoveryPlan
 from stucksolver.decision.directive import CONTINUE
 from stucksolver.guard import Guard
-from stucksolver.scene.view import View
-from stucksolver.solver.machine.execution import Execution, Outcome
+from stucksolver.scene.view import FrenetScene
+from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
 
 EVERY = 2
 """So many ticks from one look of the guard's to the next."""
@@ -58,7 +58,7 @@ def silence(draw: Drawn) -> float:
 def judged(world: World, plan: RecoveryPlan, guided: bool) -> tuple[Execution, Any]:
     """A plan put before the guard, and its verdict."""
     execution = Execution(plan, Guard(), guided)
-    return execution, execution.start(View(world.surroundings()), 0.0)
+    return execution, execution.start(FrenetScene(world.surroundings()), 0.0)
 
 
 def drive(world: World, execution: Execution, silent_from: float) -> Ended:
@@ -69,8 +69,8 @@ def drive(world: World, execution: Execution, silent_from: float) -> Ended:
     nearest, off = math.inf, 0.0
     for k in range(round(MOST_S / DT)):
         if k % EVERY == 0 and world.t < silent_from:
-            told = execution.tick(View(world.surroundings()), world.t)
-            if isinstance(told, Outcome):
+            told = execution.tick(FrenetScene(world.surroundings()), world.t)
+            if isinstance(told, ExecutionOutcome):
                 return Ended("finished" if told.finished else "given up", world.t, None, watch.missed, nearest, off)
             order = told
             if lease is not None:

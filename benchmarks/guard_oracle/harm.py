@@ -24,8 +24,8 @@ from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import ChangeLane
 from stucksolver.decision.directive import CONTINUE
 from stucksolver.guard import NOBODY, Guard, RejectCode, Verdict
-from stucksolver.scene.view import View
-from stucksolver.solver.machine.execution import Execution, Outcome
+from stucksolver.scene.view import FrenetScene
+from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
 
 OFF = frozenset({RejectCode.OFF_LANES, RejectCode.OFF_ROAD})
 BRAKES_MPS2 = 3.5
@@ -96,14 +96,14 @@ def _add_unseen(setting: Setting, plan: RecoveryPlan) -> None:
 def _driven(world: World, plan: RecoveryPlan) -> Harm:
     execution = Execution(plan, Unguarded(), False)
     harm = Harm()
-    if not execution.start(View(world.surroundings()), 0.0).accepted:
+    if not execution.start(FrenetScene(world.surroundings()), 0.0).accepted:
         return harm
     order: Any = CONTINUE
     began = _out(world, DRIVING), _out(world, ("own",))
     for k in range(round(MOST_S / DT)):
         if k % EVERY == 0:
-            order = execution.tick(View(world.surroundings()), world.t)
-            if isinstance(order, Outcome):
+            order = execution.tick(FrenetScene(world.surroundings()), world.t)
+            if isinstance(order, ExecutionOutcome):
                 return harm
         world.step(order)
         harm.off_road_m = max(harm.off_road_m, _out(world, DRIVING) - max(began[0], 0.0))

@@ -24,13 +24,13 @@ from stucksolver.reason import Request
 from stucksolver.reason.rules import RuleReasoner
 from stucksolver.scene import Status
 from stucksolver.scene.build import build_scene
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 NAMES = tuple(REGISTRY)
 RULES = RuleReasoner()
 
 
-def from_rules(view: View, stopped_s: float) -> RecoveryPlan | None:
+def from_rules(view: FrenetScene, stopped_s: float) -> RecoveryPlan | None:
     """What the rules would do here, None where they wait."""
     speed = abs(view.ego.speed_mps)
     status = Status(time_s=view.surroundings.time_s, speed_mps=speed, progress_m=view.ego_s)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stucksolver.scene.boxes import HalfSize, Pose, separation, time_to_contact
-from stucksolver.stacks.driver.perception import Perception, Surroundings
+from stucksolver.stacks.driver.perception import NearbyBodies, Perception
 from stucksolver_eval.results.outcome import Noted
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class NearMissWatch:
             self.found.append(Noted(kind="near_miss", time_s=round(time_s, 2), text=f"near miss with actor {actor_id}"))
         self._near = near
 
-    def _near_ones(self, seen: Surroundings, transform: carla.Transform, velocity: carla.Vector3D) -> frozenset[int]:
+    def _near_ones(self, seen: NearbyBodies, transform: carla.Transform, velocity: carla.Vector3D) -> frozenset[int]:
         place, yaw = transform.location, math.radians(transform.rotation.yaw)
         level = (seen.top > place.z - BELOW_M) & (seen.bottom < place.z + ABOVE_M)
         near = level & is_near(

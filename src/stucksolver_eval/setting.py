@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from stucksolver_eval.actors import Cars, Cast
+from stucksolver_eval.actors import ActorPool, Cars
 from stucksolver_eval.routes.line import RouteLine
 
 if TYPE_CHECKING:
@@ -32,9 +32,9 @@ class Setting:
     """Where the hero is along the route; `Play` keeps it."""
 
     @cached_property
-    def cast(self) -> Cast:
+    def cast(self) -> ActorPool:
         """Everyone that scenarios and background put into the world."""
-        return Cast(self.client, self.world, self.hero)
+        return ActorPool(self.client, self.world, self.hero)
 
     @cached_property
     def cars(self) -> Cars:

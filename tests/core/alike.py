@@ -17,7 +17,7 @@ from worlds import thing
 from stucksolver.guard import NOBODY, Guard, RejectCode, Verdict
 from stucksolver.guard.guard import Proven
 from stucksolver.scene import ObjectKind, RoadGeometry, Surroundings, TrackedObject
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 ALIKE = 0.02
 """Gaps (m) and times (s) are the same within this."""
@@ -76,7 +76,7 @@ NOT_LAID_OUT = {RejectCode.NO_PATH, RejectCode.STALE, RejectCode.UNSOUND, Reject
 VARIANTS = {"mirrored": mirrored, "turned": turned, "shuffled": shuffled}
 
 
-def same_plan(proven: Proven, view: View, flipped: bool) -> Proven:
+def same_plan(proven: Proven, view: FrenetScene, flipped: bool) -> Proven:
     """What was proven, in the variant's own frame."""
     path = proven.path
     enters = tuple(next(lane for lane in view.frame.lanes if lane.strip.id == own.strip.id) for own in path.enters)
@@ -125,7 +125,7 @@ def comparing(every: int = 1) -> Iterator[list[str]]:
             return verdict, proven
         laid = guard.lay_out(behaviors, view, guided, approvals, stops)
         for name, change in VARIANTS.items():
-            there, judge = View(change(view.surroundings)), Judge(guard.policy)
+            there, judge = FrenetScene(change(view.surroundings)), Judge(guard.policy)
             judge.given = same_plan(laid, there, name == "mirrored")
             note(name, verdict, accepted(judge, behaviors, there, guided, approvals, stops)[0])
         return verdict, proven
@@ -136,7 +136,7 @@ def comparing(every: int = 1) -> Iterator[list[str]]:
         verdict = known(guard, proven, view, giving_way)
         if looks % every == 0 or not verdict.accepted:
             for name, change in VARIANTS.items():
-                there = View(change(view.surroundings))
+                there = FrenetScene(change(view.surroundings))
                 note(name, verdict, known(guard, same_plan(proven, there, name == "mirrored"), there, giving_way))
         return verdict
 

@@ -8,7 +8,7 @@ from worlds import LANE_M, World, straight_road, strip
 from stucksolver.decision.behaviors import BorrowOncomingLane
 from stucksolver.decision.manoeuvre import Manoeuvre
 from stucksolver.guard import NOBODY, Guard, RejectCode
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.tracking import tracked
 from stucksolver.scene import (
     LaneDirection,
@@ -29,7 +29,7 @@ NUMBERS = range(40)
 def case_of(world, *behaviors, running=False):
     view = world.view()
     path = tracked(GUARD.lay_out(behaviors, view, False, NOBODY).path, view, POLICY.tracking, reverse=False)
-    return Case(view, path, POLICY, running=running)
+    return CheckContext(view, path, POLICY, running=running)
 
 
 def case_on(d, turn, objects=(), *, start_s=50.0, **world):
@@ -37,7 +37,7 @@ def case_on(d, turn, objects=(), *, start_s=50.0, **world):
     view = World(MULTI, list(objects), x=start_s, **world).view()
     s = start_s + 0.5 * np.arange(len(d))
     path = Manoeuvre(s, np.asarray(d, float), np.full(len(d), 5.0), yaw=np.asarray(turn, float))
-    return Case(view, path, POLICY)
+    return CheckContext(view, path, POLICY)
 
 
 def commit_s(proven):

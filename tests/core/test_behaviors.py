@@ -25,7 +25,7 @@ from stucksolver.decision.behaviors import (
 )
 from stucksolver.guard import Guard
 from stucksolver.scene import LineKind, ObjectKind, Zone, ZoneKind
-from stucksolver.solver.machine.execution import Execution, Outcome
+from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
 from stucksolver.solver.machine.minimal_risk import minimal_risk
 
 TWO_WAY = straight_road()
@@ -71,7 +71,7 @@ def run(behaviors, world, seconds=60.0, every_tick=None):
     told = []
     while world.time_s < seconds:
         result = execution.tick(world.view(), world.time_s)
-        if isinstance(result, Outcome):
+        if isinstance(result, ExecutionOutcome):
             return result, told
         told.append(result)
         world.drive(result)
@@ -267,7 +267,7 @@ def test_what_is_followed_by_something_else_ends_at_rest_and_not_beyond_what_is_
     furthest = world.x
     for _ in range(600):
         result = execution.tick(world.view(), world.time_s)
-        if isinstance(result, Outcome):
+        if isinstance(result, ExecutionOutcome):
             break
         world.drive(result)
         furthest = max(furthest, world.x)

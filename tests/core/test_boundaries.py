@@ -12,7 +12,7 @@ from stucksolver.decision.behaviors import BorrowOncomingLane, DriveOver, KeepLa
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.scene import ObjectKind, Surroundings
 from stucksolver.scene.sound import why_unsound
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 from stucksolver.solver import EventKind
 from stucksolver.solver.senses import Senses
 
@@ -23,7 +23,7 @@ COMING = thing("coming", 100.0, LANE_M, speed=-10.0)
 
 
 def codes(behaviors, seen):
-    return {r.code for r in GUARD.accept(behaviors, View(seen), False)[0].rejects}
+    return {r.code for r in GUARD.accept(behaviors, FrenetScene(seen), False)[0].rejects}
 
 
 def seen(**changes):

@@ -24,7 +24,7 @@ from worlds import LANE_M, World, red_light, straight_road, thing
 from stucksolver.decision.behaviors import KeepLane
 from stucksolver.decision.manoeuvre import Manoeuvre
 from stucksolver.guard import checks
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.predict import drifted_to
 from stucksolver.scene import (
     ControlKind,
@@ -129,7 +129,7 @@ def test_a_line_is_crept_over_until_the_front_is_past_it(distance_m, until):
     view = World(MULTI).view()
     for fast_from, creeps in ((until + past_m - 0.05, False), (until + past_m + 0.05, True)):
         speed = np.where(s - 50.0 > fast_from, 4.0, 8 / 3.6)
-        case = Case(view, Manoeuvre(s, np.zeros(120), speed), POLICY)
+        case = CheckContext(view, Manoeuvre(s, np.zeros(120), speed), POLICY)
         assert checks._creeps_over(case, distance_m) is creeps
 
 
@@ -137,7 +137,7 @@ def test_beside_the_road_is_told_by_what_the_body_is_off():
     d = np.zeros(20)
     d[8] = -3.2
     view = World(MULTI).view()
-    case = Case(view, Manoeuvre(50.0 + 0.5 * np.arange(20), d, np.full(20, 2.0), yaw=np.zeros(20)), POLICY)
+    case = CheckContext(view, Manoeuvre(50.0 + 0.5 * np.arange(20), d, np.full(20, 2.0), yaw=np.zeros(20)), POLICY)
     for check, code, what in (
         (checks.drivable_area, C.OFF_LANES, "the driving lanes"),
         (checks.roadside, C.OFF_ROAD, "the road"),
@@ -208,7 +208,7 @@ def test_from_beside_a_parked_car_one_may_drive_off():
 def off(d, **world):
     view = World(straight_road(oncoming=None), **world).view()
     path = Manoeuvre(50.0 + 0.5 * np.arange(len(d)), np.asarray(d, float), np.full(len(d), 2.0), yaw=np.zeros(len(d)))
-    return checks.drivable_area(Case(view, path, POLICY))
+    return checks.drivable_area(CheckContext(view, path, POLICY))
 
 
 def test_from_over_the_edge_one_comes_back_and_ends_on_the_road():
@@ -270,7 +270,7 @@ def test_how_far_ahead_the_road_is_left_is_counted_from_here():
 def light(distance_m, state=LightState.RED, *, running, speed):
     world = World(MULTI, controls=(red_light(distance_m, state),), speed=speed)
     s = 50.0 + 0.5 * np.arange(60)
-    case = Case(world.view(), Manoeuvre(s, np.zeros(60), np.full(60, 5.0)), POLICY, running=running)
+    case = CheckContext(world.view(), Manoeuvre(s, np.zeros(60), np.full(60, 5.0)), POLICY, running=running)
     return checks.stop_line(case)
 
 

@@ -12,8 +12,8 @@ from stucksolver.decision import Execute, RecoveryPlan
 from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, KeepLane, Wait
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.scene import LaneDirection, LineKind, ObjectKind, Zone, ZoneKind
-from stucksolver.scene.view import View
-from stucksolver.solver.machine.execution import Execution, Outcome
+from stucksolver.scene.view import FrenetScene
+from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
 
 pytestmark = pytest.mark.usefixtures("alike")
 GUARD = Guard()
@@ -141,19 +141,19 @@ def giving_way(now_s: float):
     assert execution.start(world.view(), 0.0).accepted
     world.x, world.speed = 61.0, 3.0
     world.objects.append(crossing(-22.0))
-    return world, execution, execution.tick(View(world.surroundings()), now_s)
+    return world, execution, execution.tick(FrenetScene(world.surroundings()), now_s)
 
 
 def test_way_is_not_given_for_ever():
     _, _, ended = giving_way(now_s=500.0)
-    assert isinstance(ended, Outcome) and not ended.finished
+    assert isinstance(ended, ExecutionOutcome) and not ended.finished
 
 
 def test_after_giving_way_the_plan_goes_on():
     world, execution, given = giving_way(now_s=1.0)
     assert isinstance(given, Execute) and isinstance(given.behavior, Wait)
     world.objects.clear()
-    on = execution.tick(View(world.surroundings()), 1.05)
+    on = execution.tick(FrenetScene(world.surroundings()), 1.05)
     assert isinstance(on, Execute) and on.behavior == ON and on.path[0].x_m >= 60.0
 
 

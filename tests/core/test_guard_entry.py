@@ -8,7 +8,7 @@ from worlds import LANE_M, World, straight_road, thing
 
 from stucksolver.decision.behaviors import ChangeLane
 from stucksolver.guard import NOBODY, Guard, RejectCode
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.tracking import tracked
 from stucksolver.scene import LineKind, ObjectKind
 
@@ -85,7 +85,7 @@ def test_whoever_we_come_in_behind_may_stop_as_hard_as_can_be_just_then(speed):
     ahead = car(first_ahead(speed), speed)
     view = World(ROAD, [ahead]).view()
     path = tracked(GUARD.lay_out([LEFT], view, False, NOBODY).path, view, GUARD.policy.tracking, reverse=False)
-    case = Case(view, path, GUARD.policy)
+    case = CheckContext(view, path, GUARD.policy)
     run, k = case.quick, int(np.flatnonzero(case.inside(path.enters[0]))[0])
     ticks = np.arange(0.0, 6.0, 0.01)
     until = np.minimum(np.maximum(ticks - 0.5, 0.0), run.v[k] / 3.0)

@@ -11,7 +11,7 @@ from worlds import World, straight_road, thing
 
 from stucksolver.decision.manoeuvre import Manoeuvre
 from stucksolver.guard import GuardPolicy, predict
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.scene import LineKind, ObjectKind
 from stucksolver.scene.boxes import separation
 
@@ -44,7 +44,7 @@ def some_case(draw, count=5, running=False, over=()):
     d = draw.choice([0.0, 0.0, 1.2, -1.0]) * np.clip(np.arange(stations) / 20.0, 0.0, 1.0)
     world = World(straight_road(left=LineKind.BROKEN), objects, speed=draw.uniform(0.0, 5.0))
     path = Manoeuvre(50.0 + 0.5 * np.arange(stations), d, np.full(stations, draw.uniform(1.0, 5.5)), over=over)
-    return Case(world.view(), path, POLICY, running=running)
+    return CheckContext(world.view(), path, POLICY, running=running)
 
 
 def braked(speed, t):
@@ -127,7 +127,7 @@ def test_who_follows_is_left_out_and_who_backs_up_or_comes_across_is_not():
     def looked_at(**more):
         path = Manoeuvre(50.0 + 0.5 * np.arange(40), np.zeros(40), np.full(40, 5.0))
         view = World(straight_road(), [thing("it", **{"x": 40.0, "y": 0.0, "speed": 6.0} | more)]).view()
-        return len(predict.relevant(Case(view, path, POLICY))) == 1
+        return len(predict.relevant(CheckContext(view, path, POLICY))) == 1
 
     edge = 50.0 - HALF[0] - 2.3
     assert not looked_at() and not looked_at(x=edge - 0.02) and looked_at(x=edge + 0.02)
@@ -139,18 +139,18 @@ def test_who_follows_is_left_out_and_who_backs_up_or_comes_across_is_not():
 def test_who_is_far_off_is_left_out(x, counts):
     path = Manoeuvre(50.0 + 0.5 * np.arange(20), np.zeros(20), np.full(20, 5.0))
     view = World(straight_road(), [thing("it", x, 0.0, speed=-11.0)]).view()
-    assert (len(predict.relevant(Case(view, path, POLICY))) == 1) is counts
+    assert (len(predict.relevant(CheckContext(view, path, POLICY))) == 1) is counts
     aside = World(straight_road(), [thing("it", 55.0, 9.0)]).view()
-    assert len(predict.relevant(Case(aside, path, POLICY))) == 0
+    assert len(predict.relevant(CheckContext(aside, path, POLICY))) == 0
     cross = World(straight_road(), [thing("it", 55.0, 200.0, sideways=-5.0, yaw=-math.pi / 2)]).view()
-    assert len(predict.relevant(Case(cross, path, POLICY))) == 0
-    assert len(predict.relevant(Case(cross, path, POLICY), 60.0)) == 1, "a longer span reaches them"
+    assert len(predict.relevant(CheckContext(cross, path, POLICY))) == 0
+    assert len(predict.relevant(CheckContext(cross, path, POLICY), 60.0)) == 1, "a longer span reaches them"
 
 
 def test_what_is_driven_over_is_not_looked_at():
     view = World(straight_road(), [thing("bag", 55.0, kind=ObjectKind.BAG), thing("car", 58.0)]).view()
     path = Manoeuvre(50.0 + 0.5 * np.arange(40), np.zeros(40), np.full(40, 2.0), over=("bag",))
-    assert predict.relevant(Case(view, path, POLICY)).tolist() == [1]
+    assert predict.relevant(CheckContext(view, path, POLICY)).tolist() == [1]
 
 
 @pytest.mark.parametrize("number", range(20))
@@ -168,7 +168,7 @@ def test_a_plan_is_examined_until_the_sluggish_ego_is_at_its_end(number):
 
 def test_a_very_slow_plan_is_foretold_for_half_a_minute():
     path = Manoeuvre(50.0 + 0.5 * np.arange(200), np.zeros(200), np.full(200, 0.5))
-    assert predict.times(Case(World(straight_road()).view(), path, POLICY))[-1] == pytest.approx(30.0, abs=0.21)
+    assert predict.times(CheckContext(World(straight_road()).view(), path, POLICY))[-1] == pytest.approx(30.0, abs=0.21)
 
 
 @pytest.mark.parametrize(("aside_m", "part"), [(0.0, 1.0), (0.9, 0.5)])
@@ -176,7 +176,7 @@ def test_gaps_to_what_stands_are_those_of_the_boxes_at_each_station(aside_m, par
     draw = random.Random(7)
     objects = [thing(f"o{k}", draw.uniform(50, 70), draw.uniform(-4, 4), yaw=draw.uniform(0, 3)) for k in range(6)]
     d = np.linspace(0.0, 2.0, 40)
-    case = Case(
+    case = CheckContext(
         World(straight_road(), objects).view(), Manoeuvre(50.0 + 0.5 * np.arange(40), d, np.full(40, 2.0)), POLICY
     )
     which = np.array([4, 1, 2])
@@ -195,7 +195,7 @@ def hypotheses(speed, x, ego_mps=3.0, sideways=0.0):
     path = Manoeuvre(50.0 + 0.5 * np.arange(40), np.zeros(40), np.full(40, 5.0))
     t = np.arange(0.0, 4.0, 0.2)
     which = np.array([0])
-    return len(list(predict.predictions(Case(view, path, POLICY), which, t, which)))
+    return len(list(predict.predictions(CheckContext(view, path, POLICY), which, t, which)))
 
 
 def test_who_is_overtaking_us_is_not_taken_to_brake_and_who_only_goes_quicker_is():

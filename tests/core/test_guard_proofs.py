@@ -14,11 +14,11 @@ from worlds import LANE_M, World, red_light, straight_road, thing
 
 from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane, KeepLane
 from stucksolver.guard import Guard
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.tracking import tracked
 from stucksolver.scene import LaneDirection, LightState, LineKind, ObjectKind
 from stucksolver.scene.boxes import separation
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN)
@@ -72,7 +72,7 @@ def accepted(behavior, world, guided=True):
     verdict, proven = GUARD.accept([behavior], view, guided)
     event(str(verdict).split(":", maxsplit=1)[0])
     assume(proven is not None)
-    return Case(view, proven.path, GUARD.policy, guided), proven
+    return CheckContext(view, proven.path, GUARD.policy, guided), proven
 
 
 def body(x, y, yaw, length, width):
@@ -191,12 +191,12 @@ def test_a_walker_between_the_quick_and_the_slow_ego_is_seen_coming():
     found = set()
     for start in np.arange(-30.0, -3.0, 0.5):
         walker = thing("walker", 110.0, float(start), kind=ObjectKind.PEDESTRIAN, sideways=1.5)
-        view = View(World(TWO_WAY, [walker]).surroundings())
+        view = FrenetScene(World(TWO_WAY, [walker]).surroundings())
         verdict, proven = GUARD.accept([KeepLane(distance_m=100.0, speed_mps=5.0)], view, guided=False)
         found.add(verdict.accepted)
         if proven is None:
             continue
-        case = Case(view, proven.path, GUARD.policy)
+        case = CheckContext(view, proven.path, GUARD.policy)
         station = int(np.searchsorted(proven.path.s, 110.0))
         in_path = [(-edge - start) / 1.5 for edge in (1.2, -1.2)]
         assert not (case.quick.t[station] < in_path[1] and in_path[0] < case.slow.t[station])
@@ -220,7 +220,7 @@ def test_who_comes_from_behind_stops_short_of_what_is_in_their_lane(behind_m, sp
     _, proven = GUARD.accept([ChangeLane(side="left", distance_m=40.0, speed_mps=5.0)], view, False)
     event(f"accepted: {proven is not None}")
     assume(proven is not None)
-    case = Case(view, tracked(proven.path, view, GUARD.policy.tracking), GUARD.policy)
+    case = CheckContext(view, tracked(proven.path, view, GUARD.policy.tracking), GUARD.policy)
     run, path = getattr(case, which), case.path
     entry = float(run.t[np.flatnonzero(case.inside(path.enters[0]))[0]])
     past = 50.0 - behind_m - 2.3 + speed * entry > np.interp(entry, run.t, path.s) + view.ego.length_m / 2

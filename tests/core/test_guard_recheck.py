@@ -15,11 +15,11 @@ from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, ChangeLane
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.guard import guard as guard_module
 from stucksolver.guard.aborts import braking_now
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.predict import drifted_to, gaps_as_it_points
 from stucksolver.guard.ways_out import FINISH, _drawn_against
 from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl
-from stucksolver.solver.machine.execution import Execution, Outcome
+from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
 
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
@@ -268,15 +268,15 @@ def test_who_comes_from_behind_and_never_yields_passes_our_nose_without_touching
     )
     assert execution.start(world.view(), 0.0).accepted
     told, nearest = None, []
-    while not isinstance(told, Outcome) and world.time_s < 40.0:
+    while not isinstance(told, ExecutionOutcome) and world.time_s < 40.0:
         told = execution.tick(world.view(), world.time_s)
         if not world.objects and world.x >= appears_at:
             world.objects.append(thing("behind", world.x + 2.45 - gap_m - 2.3, LANE_M, speed=10.0))
-        if not isinstance(told, Outcome):
+        if not isinstance(told, ExecutionOutcome):
             world.drive(told)
         nearest.append(world.clearance())
     # Before the commit point it stops and is done with it.
-    assert isinstance(told, Outcome) and (told.finished or appears_at < 51.5), told
+    assert isinstance(told, ExecutionOutcome) and (told.finished or appears_at < 51.5), told
     assert min(nearest) > 0.2
 
 
@@ -313,7 +313,7 @@ def test_whoever_stands_on_the_way_back_before_somebody_is_handed_over():
     world.x, world.y, world.speed = 61.0, 2.4, 0.0
     world.objects.append(thing("walker", 65.0, 1.2, kind=ObjectKind.PEDESTRIAN))
     ended = execution.tick(world.view(), 1.1)
-    assert isinstance(ended, Outcome) and not ended.finished
+    assert isinstance(ended, ExecutionOutcome) and not ended.finished
 
 
 def drawn_path():
@@ -329,7 +329,7 @@ def test_an_error_that_grows_is_taken_to_lead_straight_on(error_m, error_rad, wa
     # The front corner on its side: 2.45 cos 0.2 - 0.95 sin 0.2 = 2.2 m ahead and 1.4 m aside, 2 m before its rear.
     world = World(TWO_WAY, [thing("lead", 50.0 + 2.2 + 2.0 + 2.3, -1.9)], speed=2.0)
     world.yaw = -0.2
-    case = Case(world.view(), drawn_path(), GUARD.policy)
+    case = CheckContext(world.view(), drawn_path(), GUARD.policy)
     case = replace(case, running=True, error_m=error_m, error_rad=error_rad)
     met = _drawn_against(case, way_m, 0.0)
     assert (met is not None) == touched
@@ -343,7 +343,9 @@ def test_an_error_that_grows_is_taken_to_lead_straight_on(error_m, error_rad, wa
 def drawn(lead, *, way_m=6.0, braking=0.0, lag_s=0.3, error_rad=0.2, speed=3.0, more=()):
     """What an ego meets that is drawn to the left, its body along the lane."""
     world = World(TWO_WAY, [lead, *more], speed=speed)
-    case = replace(Case(world.view(), drawn_path(), GUARD.policy), running=True, error_m=0.3, error_rad=error_rad)
+    case = replace(
+        CheckContext(world.view(), drawn_path(), GUARD.policy), running=True, error_m=0.3, error_rad=error_rad
+    )
     return _drawn_against(case, way_m, braking, lag_s)
 
 
@@ -377,7 +379,7 @@ def test_what_is_near_from_the_start_and_comes_no_nearer_is_not_met():
 
 
 def test_the_ego_s_side_of_its_path_is_where_the_error_points_from_5_cm_on():
-    case = Case(
+    case = CheckContext(
         World(TWO_WAY, [thing("left", 60.0, 1.0), thing("level", 70.0, 0.0)]).view(), drawn_path(), GUARD.policy
     )
     both = np.array([0, 1])
@@ -386,14 +388,14 @@ def test_the_ego_s_side_of_its_path_is_where_the_error_points_from_5_cm_on():
 
 
 def test_a_way_straight_on_is_looked_at_in_steps_no_longer_than_what_counts_as_contact():
-    case = Case(World(TWO_WAY, [thing("lead", 90.0)]).view(), drawn_path(), GUARD.policy)
+    case = CheckContext(World(TWO_WAY, [thing("lead", 90.0)]).view(), drawn_path(), GUARD.policy)
     gaps = gaps_as_it_points(case, np.array([0]), 20.0)[:, 0]
     assert -np.diff(gaps).min() <= GUARD.policy.harm.touch_m + 1e-9
     assert gaps[0] - gaps[-1] == pytest.approx(20.0)
 
 
 def test_a_stop_whose_brakes_bite_already_is_shorter_by_the_way_of_the_lag():
-    case = Case(World(TWO_WAY, speed=4.0).view(), drawn_path(), GUARD.policy)
+    case = CheckContext(World(TWO_WAY, speed=4.0).view(), drawn_path(), GUARD.policy)
     ends = [braking_now(case, 2.0, lag_s)[0][-1] - case.path.s[0] for lag_s in (None, 0.3, 0.0)]
     assert ends == pytest.approx([4.0 + 1.2, 4.0 + 1.2, 4.0])
 

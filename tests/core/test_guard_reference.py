@@ -29,7 +29,7 @@ from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane, KeepL
 from stucksolver.decision.manoeuvre import Manoeuvre
 from stucksolver.decision.rollout import Rollout
 from stucksolver.guard import traffic
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.scene import (
     LaneDirection,
     LineKind,
@@ -237,7 +237,7 @@ def test_from_beside_every_lane_there_is_no_lane_to_come_back_to():
     d = np.linspace(20.0, 0.0, 60)
     view = World(straight_road(), [thing("it", 60.0, speed=2.0)], y=20.0).view()
     path = Manoeuvre(50.0 + 0.5 * np.arange(60), d, np.full(60, 2.0))
-    case = Case(view, path, POLICY)
+    case = CheckContext(view, path, POLICY)
     assert case.start_lane is None
     assert traffic.lane_entry(case) == []
 
@@ -313,9 +313,9 @@ def test_a_way_that_ends_in_the_oncoming_lane_is_looked_at_to_its_end():
     for k in (ends, ends - 1):
         path = case.path
         cut = Manoeuvre(path.s[: k + 1], path.d[: k + 1], path.speed[: k + 1], path.enters, path.passes)
-        (found,) = (r for r in traffic.oncoming(Case(case.view, cut, POLICY)) if r.code is C.ONCOMING_SIGHT)
+        (found,) = (r for r in traffic.oncoming(CheckContext(case.view, cut, POLICY)) if r.code is C.ONCOMING_SIGHT)
         own_m = float(cut.s[-1]) - 50.0
-        slow = Case(case.view, cut, POLICY).slow.t[-1]
+        slow = CheckContext(case.view, cut, POLICY).slow.t[-1]
         assert found.gap_m == pytest.approx(10.0 - (own_m + 13.4 * slow + 10.0))
 
 
@@ -326,17 +326,17 @@ def test_lanes_of_our_own_direction_before_it_hide_no_oncoming_lane():
     d = np.concatenate([np.linspace(0.0, 2 * LANE_M, 41), np.full(20, 2 * LANE_M)])
     s = 50.0 + 0.5 * np.arange(len(d))
     for enters in ((lanes["left"], lanes["oncoming"]), (lanes["oncoming"], lanes["left"])):
-        case = Case(view, Manoeuvre(s, d, np.full(len(d), 5.0), enters), POLICY)
+        case = CheckContext(view, Manoeuvre(s, d, np.full(len(d), 5.0), enters), POLICY)
         assert {r.code for r in traffic.oncoming(case)} == {C.ONCOMING_SIGHT}
     second = strip("oncoming 2", 3 * LANE_M, LaneDirection.OPPOSITE, LineKind.BROKEN, 401)
     wide = World(road.model_copy(update={"key": "two", "lanes": (*road.lanes, second)}), sight_m=10.0).view()
     lanes = {lane.strip.id: lane for lane in wide.frame.lanes}
     for enters in ((lanes["oncoming 2"], lanes["oncoming"]), (lanes["oncoming"], lanes["oncoming 2"])):
-        reached = Case(wide, Manoeuvre(s, d, np.full(len(d), 5.0), enters), POLICY)
+        reached = CheckContext(wide, Manoeuvre(s, d, np.full(len(d), 5.0), enters), POLICY)
         assert {r.code for r in traffic.oncoming(reached)} == {C.ONCOMING_SIGHT}
     lanes = {lane.strip.id: lane for lane in view.frame.lanes}
     never = Manoeuvre(s, np.zeros(len(s)), np.full(len(s), 5.0), (lanes["oncoming"],))
-    assert traffic.oncoming(Case(view, never, POLICY)) == []
+    assert traffic.oncoming(CheckContext(view, never, POLICY)) == []
 
 
 # ---- those who do not let us in
@@ -349,7 +349,7 @@ def pressed(x, y, speed, d_end, *, own_mps=1.0, kind=ObjectKind.CAR, giving_way=
     path = Manoeuvre(s, d, np.full(41, own_mps), yaw=np.zeros(41))
     world = World(BOTH, [*first, thing("it", x, y, speed=speed, kind=kind)])
     world.speed = own_mps
-    return traffic.unyielding(Case(world.view(), path, POLICY, running=True), giving_way)
+    return traffic.unyielding(CheckContext(world.view(), path, POLICY, running=True), giving_way)
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
@@ -401,7 +401,7 @@ def test_a_way_that_meets_theirs_later_than_a_stop_takes_is_a_matter_of_then():
         world = World(straight_road(left=LineKind.BROKEN), [thing("it", 42.0, 0.925 + 0.95 + 0.31, speed=8.0)])
         world.speed = 1.0
         path = Manoeuvre(s, d, np.full(401, 1.0), yaw=np.zeros(401))
-        return traffic.unyielding(Case(world.view(), path, POLICY, running=True), False)
+        return traffic.unyielding(CheckContext(world.view(), path, POLICY, running=True), False)
 
     nose_m = next(at for at in np.arange(0.0, 3.0, 0.05) if not comes_in(float(at)))
     assert nose_m == pytest.approx(1.0 / 6 + 0.5 + 0.5, abs=0.06)

@@ -11,7 +11,7 @@ from worlds import LANE_M, World, straight_road, thing
 
 from stucksolver.decision.manoeuvre import Manoeuvre
 from stucksolver.guard import GuardPolicy, Reject, RejectCode, aborts
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.scene import LaneDirection, LineKind, ObjectKind, Zone, ZoneKind
 
 C = RejectCode
@@ -37,7 +37,7 @@ def case_of(objects=(), *, zones=JUNCTION, speed=0.0, stations=60, path_mps=5.0,
     offsets = np.zeros(stations) if d is None else np.asarray(d, float)
     lanes = tuple(lane for lane in view.frame.lanes if lane.strip.id in enters)
     path = Manoeuvre(s, offsets, np.full(stations, path_mps), lanes, yaw=np.zeros(stations))
-    return Case(view, path, POLICY, running=True)
+    return CheckContext(view, path, POLICY, running=True)
 
 
 def crosses(x, y, speed, name="it", **more):

@@ -10,7 +10,7 @@ from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, KeepLane
 from stucksolver.guard import Guard
 from stucksolver.scene import LineKind, ObjectKind, Zone, ZoneKind
-from stucksolver.solver.machine.execution import Execution, Outcome
+from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
 
 K = ObjectKind
 GUARD = Guard()
@@ -27,12 +27,12 @@ def closed_loop(world, behaviors, appears_at, what, seconds=15.0):
     verdict = execution.start(world.view(), 0.0)
     assert verdict.accepted, str(verdict)
     told, nearest, world.dt = None, [], 0.1
-    while not isinstance(told, Outcome) and world.time_s < seconds:
+    while not isinstance(told, ExecutionOutcome) and world.time_s < seconds:
         if world.x >= appears_at and what is not None:
             world.objects.append(what)
             what = None
         told = execution.tick(world.view(), world.time_s)
-        if not isinstance(told, Outcome):
+        if not isinstance(told, ExecutionOutcome):
             world.drive(told)
         nearest.append((world.clearance(), world.speed))
     return min(nearest), told
@@ -66,7 +66,7 @@ def test_in_an_oncoming_lane_a_stop_is_better_than_a_wreck():
         thing("wreck", 85.0, LANE_M, kind=K.BARRIER, length=1.0, width=3.0),
     )
     assert gap > 0.0
-    assert isinstance(told, Outcome) or told.behavior.name == "wait"
+    assert isinstance(told, ExecutionOutcome) or told.behavior.name == "wait"
 
 
 def test_on_rails_it_goes_on_where_that_touches_nobody_and_stops_only_where_it_would():

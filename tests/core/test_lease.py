@@ -9,7 +9,7 @@ from stucksolver.decision import CONTINUE, Continue, Execute, Lease, PathPoint, 
 from stucksolver.decision.behaviors import BorrowOncomingLane, KeepLane, Wait
 from stucksolver.decision.directive import EXPIRES_TICKS, directive_adapter
 from stucksolver.guard import Guard
-from stucksolver.solver.machine.execution import Execution, Outcome
+from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
 
 GUARD = Guard()
 ON = KeepLane(distance_m=60.0, speed_mps=5.0)
@@ -23,7 +23,7 @@ def silent_drive(world, behaviors, silent_from_s, then=None, seconds=30.0):
     while world.time_s < seconds:
         if world.time_s < silent_from_s:
             told = execution.tick(world.view(), world.time_s)
-            lease.renew(CONTINUE if isinstance(told, Outcome) else told)
+            lease.renew(CONTINUE if isinstance(told, ExecutionOutcome) else told)
         elif then is not None:
             world.objects.append(then)
             then = None

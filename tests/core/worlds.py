@@ -33,7 +33,7 @@ from stucksolver.scene import (
 )
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.build import build_scene
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 from stucksolver.solver import Event, EventKind, StuckSolver
 from stucksolver.words import find_reader
 
@@ -172,8 +172,8 @@ class World:
             road=self.road,
         )
 
-    def view(self) -> View:
-        return View(self.surroundings())
+    def view(self) -> FrenetScene:
+        return FrenetScene(self.surroundings())
 
     def status(self) -> Status:
         return Status(time_s=self.time_s, speed_mps=abs(self.speed), progress_m=self.x)

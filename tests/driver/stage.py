@@ -16,7 +16,7 @@ import numpy as np
 
 from stucksolver.stacks.driver import BehaviorDriver, DrivePoint
 from stucksolver.stacks.driver.route_line import smooth_step
-from stucksolver_eval.scenarios.moves.street import into_gear
+from stucksolver_eval.scenarios.actions.street import into_gear
 
 TICK_S = 0.05
 

@@ -7,9 +7,9 @@ import pytest
 
 from stucksolver.stacks.driver.behavior import PROFILES
 from stucksolver.stacks.driver.give_way import PATIENCE_S, GiveWay, Habits, Leader, Moving, on_way
-from stucksolver.stacks.driver.meeting_ways import Meeting, OtherWay
+from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.path import make_path
-from stucksolver.stacks.driver.perception import Surroundings
+from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 CAR = VehicleModel(half_length=2.45, half_width=0.95, wheelbase=2.9, wheel_lock=1.2)
@@ -31,7 +31,7 @@ def way(joins=False, goes_first=True, lights=()):
     inside = np.minimum(along, 90.0)
     x = MEET_S + (along - inside if joins else np.zeros(180))
     y = -90.0 + (inside if joins else along)
-    return OtherWay(
+    return MeetingWay(
         x=x,
         y=y,
         yaw=np.where(along < 90.0, np.pi / 2.0, 0.0 if joins else np.pi / 2.0),
@@ -54,7 +54,7 @@ def comers(*places):
     """(metres before the meeting, m/s) of cars on the other way."""
     away, speed = np.array(places, dtype=float).reshape(-1, 2).T
     zeros = np.zeros(len(away))
-    return Surroundings(
+    return NearbyBodies(
         actor_id=tuple(range(len(away))),
         is_walker=np.zeros(len(away), dtype=bool),
         x=zeros + MEET_S,

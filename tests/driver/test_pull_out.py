@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stucksolver.stacks.driver.path import Pose, make_path
-from stucksolver.stacks.driver.perception import Surroundings
+from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.driver.pull_out import GAP_S, LEAST_GAP_S, accepted_gap_s, clear_way_out, somebody_comes
 from stucksolver.stacks.driver.route_line import rejoining_length, rejoining_path
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
@@ -21,7 +21,7 @@ def cars(*places):
     """(x, y, speed along x) of cars."""
     x, y, speed = np.array(places, dtype=float).reshape(-1, 3).T
     zeros = np.zeros(len(x))
-    return Surroundings(
+    return NearbyBodies(
         actor_id=tuple(range(len(x))),
         is_walker=np.zeros(len(x), dtype=bool),
         x=x,

@@ -19,7 +19,7 @@ from stucksolver.record import Recorder
 from stucksolver.solver import Event, EventKind
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.driver import BehaviorDriver
-from stucksolver_eval.scenarios.moves.street import into_gear
+from stucksolver_eval.scenarios.actions.street import into_gear
 from stucksolver_eval.streets.find import choose_street
 
 DT_S = 0.05

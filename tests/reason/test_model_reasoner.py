@@ -15,7 +15,7 @@ from worlds import World, red_light, straight_road, thing
 
 from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane
 from stucksolver.reason import ReasonerError, Request
-from stucksolver.reason.llm import Budget, GiveUp, LanguageModelReasoner, ModelSettings, Price, Purse
+from stucksolver.reason.llm import Budget, GiveUp, LanguageModelReasoner, ModelSettings, Price, UsageLimits
 from stucksolver.reason.llm.capabilities import Dialect, ModelOptions, capabilities_of
 from stucksolver.reason.llm.openai_api import OpenAiChat
 from stucksolver.scene import CameraImage, Guidance, LineKind
@@ -297,7 +297,7 @@ def test_a_trace_tells_prompt_answers_and_tokens(server):
 
 
 def test_a_spent_budget_is_a_failure_without_a_request(server):
-    asking = reasoner(server, purse=Purse(None, episode=Budget(queries=2)))
+    asking = reasoner(server, purse=UsageLimits(None, episode=Budget(queries=2)))
     for _ in range(2):
         asking.decide(Request(scene()))
     with pytest.raises(GiveUp, match="budget of 2 queries"):
@@ -306,7 +306,7 @@ def test_a_spent_budget_is_a_failure_without_a_request(server):
 
 
 def test_progress_begins_a_new_episode_but_not_a_new_trip(server):
-    asking = reasoner(server, purse=Purse(None, episode=Budget(queries=1), trip=Budget(queries=2)))
+    asking = reasoner(server, purse=UsageLimits(None, episode=Budget(queries=1), trip=Budget(queries=2)))
 
     def at(left):
         made = scene()
@@ -321,7 +321,7 @@ def test_progress_begins_a_new_episode_but_not_a_new_trip(server):
 
 
 def test_money_is_counted_by_the_price(server):
-    asking = reasoner(server, purse=Purse(Price(1e6, 0.0, 0.0)))
+    asking = reasoner(server, purse=UsageLimits(Price(1e6, 0.0, 0.0)))
     trace = asking.decide(Request(scene())).trace
     assert asking.purse.spent["trip"].usd == pytest.approx(trace.input_tokens)
     assert trace.usd == asking.purse.spent["trip"].usd
@@ -329,7 +329,7 @@ def test_money_is_counted_by_the_price(server):
 
 def test_a_budget_in_money_needs_a_price():
     with pytest.raises(ValueError, match="price"):
-        Purse(None, trip=Budget(usd=1.0))
+        UsageLimits(None, trip=Budget(usd=1.0))
 
 
 def test_the_schema_offers_only_what_can_be_done_here(server):

@@ -10,7 +10,7 @@ from chat_server import Fault, behaviors_of, picture_of
 from worlds import World, straight_road, thing
 
 from stucksolver.reason import ReasonerError, Request
-from stucksolver.reason.llm import Budget, GiveUp, LanguageModelReasoner, ModelSettings, Price, Purse
+from stucksolver.reason.llm import Budget, GiveUp, LanguageModelReasoner, ModelSettings, Price, UsageLimits
 from stucksolver.reason.llm.capabilities import Dialect, ModelOptions, capabilities_of
 from stucksolver.reason.llm.openai_api import OpenAiChat
 from stucksolver.reason.llm.prompt import FORM, messages
@@ -330,7 +330,7 @@ def test_the_deadline_that_is_told_is_kept(server):
 
 def test_a_question_whose_answer_came_too_late_is_paid_for(server):
     server.faults.extend([Fault(wait_s=3.0)] * 3)
-    reasoner = asking(server, deadline_s=0.2, purse=Purse(Price(1.0, 1.0, 1.0), episode=Budget(queries=2)))
+    reasoner = asking(server, deadline_s=0.2, purse=UsageLimits(Price(1.0, 1.0, 1.0), episode=Budget(queries=2)))
     for _ in range(2):
         with pytest.raises(ReasonerError, match="deadline"):
             reasoner.decide(Request(scene()))

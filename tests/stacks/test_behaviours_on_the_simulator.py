@@ -23,8 +23,8 @@ from stucksolver.decision.behaviors import (  # noqa: E402
     ReplanRoute,
 )
 from stucksolver.guard import Guard, GuardPolicy  # noqa: E402
-from stucksolver.scene.view import View  # noqa: E402
-from stucksolver.solver.machine.execution import Execution, Outcome  # noqa: E402
+from stucksolver.scene.view import FrenetScene  # noqa: E402
+from stucksolver.solver.machine.execution import Execution, ExecutionOutcome  # noqa: E402
 from stucksolver.solver.machine.minimal_risk import minimal_risk  # noqa: E402
 
 pytestmark = pytest.mark.integration
@@ -38,14 +38,14 @@ def carry_out(stage, car, stack, *behaviors, seconds=60.0):
     """Executes a plan from standstill; the outcome, and the (offset, speed along the heading) of every tick."""
     stage.drive(car, stack, 1.0, SafeStop(reason="to begin at rest"))
     execution = Execution(RecoveryPlan(behaviors=behaviors), GUARD, guided=False)
-    verdict = execution.start(View(stack.surroundings()), stack.status().time_s)
+    verdict = execution.start(FrenetScene(stack.surroundings()), stack.status().time_s)
     assert verdict.accepted, str(verdict)
     trail = []
     for _ in range(round(seconds / TICK_S)):
-        view = View(stack.surroundings())
+        view = FrenetScene(stack.surroundings())
         trail.append((view.ego_s, view.ego_d, view.ego.speed_mps))
         result = execution.tick(view, stack.status().time_s)
-        if isinstance(result, Outcome):
+        if isinstance(result, ExecutionOutcome):
             car.apply_control(stack.perform(CONTINUE))
             stage.world.tick()
             return result, trail
@@ -105,8 +105,8 @@ def test_a_nudge_stays_within_the_lane(stage, side):
     assert outcome.finished, outcome.text
     turn = 1 if side == "left" else -1
     assert trail[-1][1] * turn == pytest.approx(0.6, abs=0.2)
-    lane = View(stack.surroundings()).ego_lane
-    half = View(stack.surroundings()).ego.width_m / 2
+    lane = FrenetScene(stack.surroundings()).ego_lane
+    half = FrenetScene(stack.surroundings()).ego.width_m / 2
     right, _, left = lane.at(trail[-1][0])
     assert all(right < d - half and d + half < left for _, d, _ in trail)
 
@@ -126,14 +126,14 @@ def test_pulled_over_it_stands_at_the_edge_and_comes_back(stage):
 def test_the_minimal_risk_condition_ends_at_rest_with_hazard_lights(stage):
     car, stack = stage.ego(STREET, STREET_END)
     stage.drive(car, stack, 2.0)
-    plan = minimal_risk(GUARD, View(stack.surroundings()), "nothing more can be done")
+    plan = minimal_risk(GUARD, FrenetScene(stack.surroundings()), "nothing more can be done")
     assert [b.name for b in plan.behaviors] == ["hazard_lights", "pull_over", "request_assistance"]
     execution = Execution(plan, GUARD, guided=False)
-    assert execution.start(View(stack.surroundings()), stack.status().time_s).accepted
+    assert execution.start(FrenetScene(stack.surroundings()), stack.status().time_s).accepted
     told = []
     for _ in range(400):
-        result = execution.tick(View(stack.surroundings()), stack.status().time_s)
-        if isinstance(result, Outcome):
+        result = execution.tick(FrenetScene(stack.surroundings()), stack.status().time_s)
+        if isinstance(result, ExecutionOutcome):
             break
         told.append(result)
         car.apply_control(stack.perform(result))

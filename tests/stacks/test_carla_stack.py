@@ -14,7 +14,7 @@ from townstage import CAR  # noqa: E402
 from stucksolver.decision import CONTINUE, Execute, PathPoint, Replan, SafeStop  # noqa: E402
 from stucksolver.decision.behaviors.registry import parse_behavior  # noqa: E402
 from stucksolver.scene import LaneDirection, LightState  # noqa: E402
-from stucksolver.scene.view import View  # noqa: E402
+from stucksolver.scene.view import FrenetScene  # noqa: E402
 from stucksolver.stacks.carla_stack import CarlaStack  # noqa: E402
 from stucksolver.stacks.driver import BehaviorDriver  # noqa: E402
 
@@ -33,7 +33,7 @@ def speed_of(car) -> float:
 
 def swerve(stack: CarlaStack, left_m: float, length_m: float = 40.0, speed_mps: float = 5.0) -> Execute:
     """An `Execute` along a path that leaves the route to one side within 15 m."""
-    view = View(stack.surroundings())
+    view = FrenetScene(stack.surroundings())
     s = np.arange(0.0, length_m, 1.0)
     x, y, _ = view.frame.to_local(view.ego_s + s, left_m * (1 - np.cos(np.pi * np.clip(s / 15.0, 0, 1))) / 2)
     path = tuple(PathPoint(x_m=float(a), y_m=float(b), speed_mps=speed_mps) for a, b in zip(x, y, strict=True))
@@ -76,7 +76,7 @@ def test_surroundings_are_in_a_right_handed_local_frame(stage):
     assert (around.ego.x_m, around.ego.y_m) == pytest.approx((transform.location.x, -transform.location.y), abs=1e-3)
     assert around.ego.yaw_rad == pytest.approx(-math.radians(transform.rotation.yaw), abs=1e-5)
     assert around.ego.speed_mps == pytest.approx(speed_of(car), abs=0.01) and around.ego.speed_mps > 1.0
-    view = View(around)
+    view = FrenetScene(around)
     assert abs(view.ego_d) < 0.2 and abs(view.ego_yaw) < 0.05
     one, other = (view.index_of(str(actor.id)) for actor in (ahead, oncoming))
     assert view.d[one] == pytest.approx(0.0, abs=0.2)
@@ -93,7 +93,7 @@ def test_the_ego_s_place_on_the_road_is_its_progress(stage):
     apart = []
     for _ in range(4):
         stage.drive(car, stack, 2.0)
-        apart.append(stack.status().progress_m - View(stack.surroundings()).ego_s)
+        apart.append(stack.status().progress_m - FrenetScene(stack.surroundings()).ego_s)
     assert apart == pytest.approx([apart[0]] * 4, abs=0.1)
     assert stack.status().progress_m > 30.0
 
@@ -166,7 +166,7 @@ def test_continue_drives_the_route(stage):
     car, stack = stage.ego(STREET, STREET_END)
     stage.drive(car, stack, 5.0, CONTINUE)
     assert speed_of(car) > 5.0
-    assert abs(View(stack.surroundings()).ego_d) < 0.2
+    assert abs(FrenetScene(stack.surroundings()).ego_d) < 0.2
 
 
 @pytest.mark.parametrize("left_m", [1.5, -1.0])
@@ -174,10 +174,10 @@ def test_execute_drives_the_given_path_within_its_speed(stage, left_m):
     car, stack = stage.ego(STREET, STREET_END)
     stage.drive(car, stack, 2.0)
     told = stage.drive(car, stack, 5.0, swerve(stack, left_m))
-    assert View(stack.surroundings()).ego_d == pytest.approx(left_m, abs=0.15)
+    assert FrenetScene(stack.surroundings()).ego_d == pytest.approx(left_m, abs=0.15)
     assert max(status.speed_mps for status in told[20:]) < 5.3
     stage.drive(car, stack, 8.0, CONTINUE)
-    assert abs(View(stack.surroundings()).ego_d) < 0.3
+    assert abs(FrenetScene(stack.surroundings()).ego_d) < 0.3
 
 
 def test_the_same_directive_is_begun_once(stage):

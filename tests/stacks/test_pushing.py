@@ -14,7 +14,7 @@ from townstage import CAR  # noqa: E402
 
 import stucksolver  # noqa: E402
 from stucksolver.stacks.carla_stack.contact import Footprint, Pushing  # noqa: E402
-from stucksolver.stacks.driver.perception import Surroundings  # noqa: E402
+from stucksolver.stacks.driver.perception import NearbyBodies  # noqa: E402
 
 START, PARKED = (11, -1, 20.0), (11, -1, 50.0)
 EGO_AT_5 = Footprint(0.0, 0.0, 0.0, 0.0, 2.4, 0.9, 5.0, 0.0)
@@ -24,7 +24,7 @@ def around(*bodies, top=1.5):
     """Cars as (x, y, vx)."""
     x, y, vx = (np.array(column, dtype=float) for column in zip(*bodies, strict=True))
     same = np.zeros(len(bodies))
-    return Surroundings(
+    return NearbyBodies(
         actor_id=tuple(range(1, len(bodies) + 1)),
         is_walker=same.astype(bool),
         x=x,

@@ -13,7 +13,7 @@ from stucksolver.reason import RuleReasoner  # noqa: E402
 from stucksolver.solver import Event, EventKind, StuckSolver  # noqa: E402
 from stucksolver.stacks.carla_stack import CarlaStack  # noqa: E402
 from stucksolver.stacks.driver import BehaviorDriver  # noqa: E402
-from stucksolver_eval.scenarios.moves.street import into_gear  # noqa: E402
+from stucksolver_eval.scenarios.actions.street import into_gear  # noqa: E402
 from stucksolver_eval.server import Server, carlette_server  # noqa: E402
 
 pytestmark = pytest.mark.integration

@@ -11,7 +11,7 @@ from towns import demo_road
 
 from stucksolver.scene import EgoState, ObjectKind, TrackedObject
 from stucksolver.scene.frenet import RoadFrame
-from stucksolver.stacks.carla_stack.sight import STEP_M, Sight
+from stucksolver.stacks.carla_stack.sight import STEP_M, SightLines
 
 STRAIGHT = ((3, -1, 20.0), (3, -1, 400.0))
 CORNER = ((3, -1, 250.0), (5, -1, 60.0))
@@ -24,7 +24,7 @@ class Lookout:
     def __init__(self, ends, arc_m: float, range_m: float = 150.0) -> None:
         self.frame = RoadFrame(demo_road(*ends).slice(arc_m, None))
         self.arc_m = arc_m
-        self.sight = Sight(self.frame, range_m)
+        self.sight = SightLines(self.frame, range_m)
 
     def place(self, ahead_m: float, left_m: float = 0.0) -> tuple[float, float, float]:
         x, y, heading = self.frame.to_local(np.array([self.arc_m + ahead_m]), np.array([left_m]))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stucksolver.scene.frenet import Array, Lane
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 STEP_M = 0.5
 SOFT_BRAKING_MPS2 = 1.0
@@ -23,7 +23,7 @@ class Manoeuvre:
 
     `enters`: the lanes that the path moves into or through, in order, the ego's own lane excluded.
     `passes`: ids of the objects that it goes round; `over`: of those it drives over. `returns`: does it end in the
-    route's lane? `stops`: does it end at rest? A manoeuvre in reverse is one in the frame of `View.backwards`.
+    route's lane? `stops`: does it end at rest? A manoeuvre in reverse is one in the frame of `FrenetScene.backwards`.
     `yaw`: headings of the body relative to the road, radians, where they are known not to be the path's own.
     """
 
@@ -141,7 +141,9 @@ def along_lane(lane: Lane | None, s_from: float, d_from: float, length_m: float,
     return Manoeuvre(path.s, centre + fade**2 * (d_from - centre[0]), path.speed)
 
 
-def lateral(s_from: float, d_from: float, d_to: float, length_m: float, speed_mps: float, view: View) -> Manoeuvre:
+def lateral(
+    s_from: float, d_from: float, d_to: float, length_m: float, speed_mps: float, view: FrenetScene
+) -> Manoeuvre:
     """A sideways move, slowed to what the vehicle's comfort allows."""
     offsets = shift(d_from, d_to, length_m)
     bound = shift_speed(d_to - d_from, length_m, view.ego.limits.max_lateral_acceleration_mps2)

@@ -12,7 +12,7 @@ from stucksolver.decision.rollout import sluggish
 from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection, LaneKind
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 CLEARANCE_M, NARROW_CLEARANCE_M = 1.2, 0.5
 """Planned lateral clearance beside what stands (room for a door ajar), and the least where the road is narrow."""
@@ -40,7 +40,7 @@ class Passing:
     """Is it so narrow that only walking pace will do?"""
 
 
-def borrowed_lane(view: View, s: float) -> Lane | None:
+def borrowed_lane(view: FrenetScene, s: float) -> Lane | None:
     """The oncoming driving lane on the left of the route's own lane, None if that is not what lies there."""
     lane = view.frame.beside(s, 0.0, +1)
     if lane is None or lane.strip.kind is not LaneKind.DRIVING:
@@ -48,7 +48,7 @@ def borrowed_lane(view: View, s: float) -> Lane | None:
     return lane if lane.strip.direction is LaneDirection.OPPOSITE else None
 
 
-def find_passing(view: View, start: Start, object_id: str, lane: Lane) -> Passing:
+def find_passing(view: FrenetScene, start: Start, object_id: str, lane: Lane) -> Passing:
     """All that is to be passed up to and including an object. Raises `CannotPlan` where it does not fit."""
     target = view.index_of(object_id)
     if target is None:
@@ -77,7 +77,7 @@ def find_passing(view: View, start: Start, object_id: str, lane: Lane) -> Passin
     )
 
 
-def standing_beyond(view: View, passing: Passing) -> float:
+def standing_beyond(view: FrenetScene, passing: Passing) -> float:
     """Arc length of the near end of what stands in the own lane beyond what is passed; infinite if nothing does."""
     half = view.ego.width_m / 2
     near = [
@@ -91,7 +91,7 @@ def standing_beyond(view: View, passing: Passing) -> float:
     return min(near, default=np.inf)
 
 
-def _beside(view: View, which: list[int], clearance_m: float, vulnerable_clearance_m: float) -> float:
+def _beside(view: FrenetScene, which: list[int], clearance_m: float, vulnerable_clearance_m: float) -> float:
     """Lateral offset of the ego's centre that keeps a clearance from all of them."""
     edges = [
         float(view.d[i] + view.across[i]) + (vulnerable_clearance_m if view.vulnerable[i] else clearance_m)
@@ -100,7 +100,7 @@ def _beside(view: View, which: list[int], clearance_m: float, vulnerable_clearan
     return max(edges) + view.ego.width_m / 2
 
 
-def _group(view: View, start: Start, target: int) -> list[int]:
+def _group(view: FrenetScene, start: Start, target: int) -> list[int]:
     """The target, what stands in the own lane before it, and what follows too closely behind it."""
     half = view.ego.width_m / 2 + 0.3
     in_path = [
@@ -120,7 +120,7 @@ def _group(view: View, start: Start, target: int) -> list[int]:
     return group if target in group else []
 
 
-def length_abreast(view: View, start: Start, out: Manoeuvre, passing: Passing, speed_mps: float) -> float:
+def length_abreast(view: FrenetScene, start: Start, out: Manoeuvre, passing: Passing, speed_mps: float) -> float:
     """How far to go on beside what is passed until the return may begin, metres.
 
     Computed with a sluggish ego and, for what moves, a speed a little above the one seen.

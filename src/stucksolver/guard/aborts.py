@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.decision.manoeuvre import STEP_M
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.predict import moving_gaps, relevant
 from stucksolver.guard.straight import goes_straight
 from stucksolver.guard.verdict import Reject
@@ -18,7 +18,7 @@ MOST_STOPS = 16
 """At most so many stops are tried along a path, evenly: a bound on the work of one look."""
 
 
-def committed(case: Case) -> Mask:
+def committed(case: CheckContext) -> Mask:
     """(stations,): where a stop by comfortable braking may end, or pass through, where no vehicle should stand.
 
     Those places are junctions, crosswalks and level crossings; lanes of the oncoming traffic; and the border of a
@@ -35,7 +35,7 @@ def committed(case: Case) -> Mask:
     return result
 
 
-def _no_place(case: Case) -> Mask:
+def _no_place(case: CheckContext) -> Mask:
     """(stations,): is it no place for a stop?"""
     path, half = case.path, case.view.ego.length_m / 2
     tolerance_m = case.policy.lanes.tolerance_m
@@ -53,7 +53,7 @@ def _no_place(case: Case) -> Mask:
     return bad
 
 
-def stops_are_safe(case: Case, no_stop: Array) -> list[Reject]:
+def stops_are_safe(case: CheckContext, no_stop: Array) -> list[Reject]:
     """From each instant before the commit point, a stop on the path meets nobody while the ego still moves.
 
     What stands is kept clear of all along the path; once the ego stands in its own lane, others must not drive into it.
@@ -93,7 +93,7 @@ def stops_are_safe(case: Case, no_stop: Array) -> list[Reject]:
     return []
 
 
-def lets_by(case: Case, rejects: list[Reject], giving_way: bool) -> bool:
+def lets_by(case: CheckContext, rejects: list[Reject], giving_way: bool) -> bool:
     """Does braking now, in a junction, keep clear of everybody, of those too who cross and whom going on would meet?
 
     Not where the stop would end in an oncoming lane or on a level crossing. `giving_way`: it is doing so already.
@@ -115,7 +115,7 @@ def lets_by(case: Case, rejects: list[Reject], giving_way: bool) -> bool:
     return not ((gap < kept) & (gap < gap[:1] - policy.clearance.nearer_m)).any()
 
 
-def stops_beside(case: Case, rejects: list[Reject], giving_way: bool) -> bool:
+def stops_beside(case: CheckContext, rejects: list[Reject], giving_way: bool) -> bool:
     """Does braking now, with the nose in a lane, keep clear of those in it who do not let us in?
 
     They are taken to drive on as they do. Not on a level crossing, nor where the body reaches into an oncoming lane.
@@ -130,7 +130,7 @@ def stops_beside(case: Case, rejects: list[Reject], giving_way: bool) -> bool:
     return not (gap < _kept(case, giving_way, policy.clearance.standing_gap_m)).any()
 
 
-def _kept(case: Case, giving_way: bool, gap_m: float) -> float:
+def _kept(case: CheckContext, giving_way: bool, gap_m: float) -> float:
     """The gap that a stop must leave.
 
     Whoever brakes for somebody already goes on to do so as long as it ends short of them, and whoever stands does best
@@ -141,7 +141,9 @@ def _kept(case: Case, giving_way: bool, gap_m: float) -> float:
     return 0.0 if abs(case.view.ego.speed_mps) < MOVING_MPS else min(gap_m, case.policy.harm.touch_m)
 
 
-def braking_now(case: Case, braking_mps2: float | None = None, lag_s: float | None = None) -> tuple[Array, Array]:
+def braking_now(
+    case: CheckContext, braking_mps2: float | None = None, lag_s: float | None = None
+) -> tuple[Array, Array]:
     """(instants,) twice: arc lengths of the ego when it brakes now, gently if not told, until it has stood a while.
 
     `lag_s`: until the brakes bite; what the policy says if not told.
@@ -154,14 +156,14 @@ def braking_now(case: Case, braking_mps2: float | None = None, lag_s: float | No
     return case.path.s[0] + speed * np.minimum(t, lag_s) + speed * since - braking * since**2 / 2, t
 
 
-def _instants(case: Case, end_s: float) -> Array:
+def _instants(case: CheckContext, end_s: float) -> Array:
     """(instants,): from now until an instant is past, seconds."""
     step_s = case.policy.prediction.step_s
     result: Array = np.arange(0.0, end_s + step_s, step_s)
     return result
 
 
-def _may_wait(case: Case, end_s: float) -> bool:
+def _may_wait(case: CheckContext, end_s: float) -> bool:
     """From here to the end of the stop: in a junction or on its crosswalk, and in lanes of our own direction?"""
     here = case.view.zone_at(float(case.path.s[0]), ZoneKind.JUNCTION, ZoneKind.CROSSWALK)
     if here is None or case.on_rails(end_s):

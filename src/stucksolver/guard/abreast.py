@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.traffic import inside_of, is_due, too_close
 from stucksolver.guard.verdict import Reject
 from stucksolver.scene.frenet import Array, Mask
@@ -12,7 +12,7 @@ from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import MOVING_MPS
 
 
-def will_be_followed(case: Case, station: Array, which: Array, t: Array) -> Mask:
+def will_be_followed(case: CheckContext, station: Array, which: Array, t: Array) -> Mask:
     """(profiles, 1 or instants, objects): is it traffic of our direction ahead, followed by the stack and not hit?
 
     Such is who is before our front when our body comes, or is, in their way: before it by more than a way to brake
@@ -33,7 +33,7 @@ def will_be_followed(case: Case, station: Array, which: Array, t: Array) -> Mask
     return result
 
 
-def _is_before_us(case: Case, station: Array, i: int, t: Array) -> Mask:
+def _is_before_us(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
     """(profiles,): is one ahead when our body comes into their way? True where it never does."""
     view, path, policy = case.view, case.path, case.policy.entry
     room = np.abs(np.interp(station, path.s, path.d) - view.d[i]) - np.interp(station, path.s, case.reach)
@@ -51,7 +51,7 @@ def _is_before_us(case: Case, station: Array, i: int, t: Array) -> Mask:
     return result
 
 
-def _on_own_side(case: Case, station: Array) -> Mask:
+def _on_own_side(case: CheckContext, station: Array) -> Mask:
     """(profiles, instants): is the ego out of all oncoming lanes?"""
     oncoming = np.zeros(len(case.path.s), dtype=bool)
     for lane in case.path.enters:
@@ -61,7 +61,7 @@ def _on_own_side(case: Case, station: Array) -> Mask:
     return result
 
 
-def from_behind(case: Case) -> list[Reject]:
+def from_behind(case: CheckContext) -> list[Reject]:
     """Who comes up beside us in our direction, in our lane too, can stop behind whatever comes into their way.
 
     The gap is that of RSS at the moment at which our body reaches their way. Who is behind our body keeps their own

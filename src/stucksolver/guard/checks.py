@@ -7,7 +7,7 @@ import numpy as np
 from stucksolver.decision.behaviors import Release
 from stucksolver.decision.rollout import MIN_SPEED_MPS
 from stucksolver.guard.abreast import will_be_followed
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.numerics import EPSILON, way_to_stop
 from stucksolver.guard.policy import GuardPolicy
 from stucksolver.guard.predict import (
@@ -25,14 +25,14 @@ from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.frenet import Array, Mask
 from stucksolver.scene.objects import ObjectKind, TrackedObject
 from stucksolver.scene.surroundings import ControlKind, LightState
-from stucksolver.scene.view import MOVING_MPS, View
+from stucksolver.scene.view import MOVING_MPS, FrenetScene
 
 NAMED = 3
 """So many offenders are named in a verdict, the nearest ones."""
 DOORED = frozenset({ObjectKind.CAR, ObjectKind.VAN, ObjectKind.TRUCK, ObjectKind.EMERGENCY})
 
 
-def collision(case: Case) -> list[Reject]:
+def collision(case: CheckContext) -> list[Reject]:
     """No predicted overlap, and no gap below the bound for what the object is, door and step off the kerb included."""
     which = relevant(case)
     if not len(which):
@@ -55,7 +55,7 @@ def collision(case: Case) -> list[Reject]:
     return found
 
 
-def _margins(case: Case, which: Array, speed: Array) -> Array:
+def _margins(case: CheckContext, which: Array, speed: Array) -> Array:
     """(instants, objects): the gaps to keep, metres, at `speed` (instants,) of ours."""
     view, policy = case.view, case.policy
     gaps, creep_mps = policy.clearance, policy.speeds.creep_mps
@@ -77,7 +77,7 @@ def _margins(case: Case, which: Array, speed: Array) -> Array:
     return result
 
 
-def _drawn_aside(case: Case, speed: Array) -> Array:
+def _drawn_aside(case: CheckContext, speed: Array) -> Array:
     """(instants,): how far a fault that begins beside something draws the body aside before it stands (m)."""
     tracking, ego = case.policy.tracking, case.view.ego
     takes_s = case.policy.stopping.lag_s + speed / ego.limits.comfort_braking_mps2
@@ -85,7 +85,7 @@ def _drawn_aside(case: Case, speed: Array) -> Array:
     return result
 
 
-def _too_near(case: Case, which: Array, gap: Array, margin: Array, t: Array) -> list[Reject]:
+def _too_near(case: CheckContext, which: Array, gap: Array, margin: Array, t: Array) -> list[Reject]:
     """The objects whose gap (instants, objects) falls below the bound for what they are."""
     # What is already nearer than the bound counts only when the plan brings it nearer still.
     gaps = case.policy.clearance
@@ -102,7 +102,7 @@ def _too_near(case: Case, which: Array, gap: Array, margin: Array, t: Array) -> 
     return [_reject(case, int(which[k]), float(t[bad[:, k].argmax()]), float(worst[k])) for k in nearest]
 
 
-def _still_to_drift(case: Case) -> float:
+def _still_to_drift(case: CheckContext) -> float:
     """How much further aside the body comes while it stops, as it points now (m)."""
     if case.error_m * case.error_rad <= 0.0:
         return 0.0
@@ -111,7 +111,7 @@ def _still_to_drift(case: Case) -> float:
     return float(np.sin(min(abs(case.error_rad), np.pi / 2)) * way_m)
 
 
-def _stops_against(case: Case, which: Array, gap: Array) -> Mask:
+def _stops_against(case: CheckContext, which: Array, gap: Array) -> Mask:
     """(objects,): does a stop straight on, as the body points now, come nearer than `gap` (objects,), and too near?"""
     ego = case.view.ego
     way_m = way_to_stop(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
@@ -121,7 +121,7 @@ def _stops_against(case: Case, which: Array, gap: Array) -> Mask:
     return result
 
 
-def _doors(case: Case, standing: Array, gap: Array) -> list[Reject]:
+def _doors(case: CheckContext, standing: Array, gap: Array) -> list[Reject]:
     """Quicker than walking pace only out of reach of the doors of parked vehicles."""
     view, doors = case.view, case.policy.doors
     near = standing[(gap < doors.reach_m).any(axis=0)]
@@ -144,7 +144,7 @@ def _may_open(thing: TrackedObject, parked_s: float) -> bool:
     return thing.kind in DOORED and (thing.stationary_s is None or thing.stationary_s >= parked_s)
 
 
-def _reject(case: Case, index: int, time_s: float, gap_m: float) -> Reject:
+def _reject(case: CheckContext, index: int, time_s: float, gap_m: float) -> Reject:
     thing = case.view.objects[index]
     code = RejectCode.COLLISION if gap_m <= 0 else RejectCode.GAP
     if gap_m > 0 and case.view.vulnerable[index]:
@@ -153,17 +153,17 @@ def _reject(case: Case, index: int, time_s: float, gap_m: float) -> Reject:
     return Reject(code=code, detail=detail, object_id=thing.id, time_s=time_s, gap_m=gap_m)
 
 
-def drivable_area(case: Case) -> list[Reject]:
+def drivable_area(case: CheckContext) -> list[Reject]:
     """The body stays on the driving lanes."""
     return within(case, case.view.frame.drivable, RejectCode.OFF_LANES, "the driving lanes")
 
 
-def roadside(case: Case) -> list[Reject]:
+def roadside(case: CheckContext) -> list[Reject]:
     """The body stays on what may be stood on: driving and parking lanes, and shoulders."""
     return within(case, case.view.frame.roadside, RejectCode.OFF_ROAD, "the road")
 
 
-def within(case: Case, borders: tuple[Array, Array], code: RejectCode, what: str) -> list[Reject]:
+def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, what: str) -> list[Reject]:
     """The body stays between borders (low, high), each (stations of the frame,)."""
     low, high = borders
     s = case.path.s
@@ -184,7 +184,7 @@ def within(case: Case, borders: tuple[Array, Array], code: RejectCode, what: str
     return [Reject(code=code, detail=detail, gap_m=-float(beyond[worst]))]
 
 
-def speed(case: Case) -> list[Reject]:
+def speed(case: CheckContext) -> list[Reject]:
     """The cap: low while recovering, higher for what a passenger asked for on the move. It must be kept, too.
 
     A way too short to slow down to what is asked for ends in what lies beyond it, which nobody has looked at.
@@ -201,7 +201,7 @@ def speed(case: Case) -> list[Reject]:
     return []
 
 
-def stop_line(case: Case) -> list[Reject]:
+def stop_line(case: CheckContext) -> list[Reject]:
     """No light's line is crossed unless it is green; a dark light and a stop sign only after a stop, and creeping.
 
     Only an operator may release a red light, for creeping. While a plan runs, a line before which comfortable braking
@@ -229,7 +229,7 @@ def stop_line(case: Case) -> list[Reject]:
     return []
 
 
-def stopped_at(view: View, policy: GuardPolicy) -> tuple[float, ...]:
+def stopped_at(view: FrenetScene, policy: GuardPolicy) -> tuple[float, ...]:
     """Arc lengths of the lines of dark lights and stop signs at which the ego stands."""
     if view.ego.speed_mps >= policy.stopping.rests_mps:
         return ()
@@ -241,7 +241,7 @@ def stopped_at(view: View, policy: GuardPolicy) -> tuple[float, ...]:
     )
 
 
-def _was_stopped_at(case: Case, distance_m: float) -> bool:
+def _was_stopped_at(case: CheckContext, distance_m: float) -> bool:
     """Has the ego stopped at a line, to creep over it? A running plan has if it was begun so before the same line."""
     policy = case.policy
     if case.running:
@@ -251,7 +251,7 @@ def _was_stopped_at(case: Case, distance_m: float) -> bool:
     return stopped and _creeps_over(case, distance_m)
 
 
-def _creeps_over(case: Case, distance_m: float) -> bool:
+def _creeps_over(case: CheckContext, distance_m: float) -> bool:
     """Is the path slow until the front bumper is over a line?"""
     before = case.path.s <= case.path.s[0] + max(distance_m, 0.0) + case.policy.controls.creeps_past_m
     return bool((case.path.speed[before] <= case.policy.speeds.creep_mps + EPSILON).all())

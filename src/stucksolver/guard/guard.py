@@ -14,7 +14,7 @@ from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
 from stucksolver.guard import checks, marking, obstacles, rules, traffic
 from stucksolver.guard.aborts import committed, lets_by, stops_are_safe, stops_beside
 from stucksolver.guard.abreast import from_behind
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.hand_back import clear_to_hand_back
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.guard.sight import seen
@@ -25,9 +25,9 @@ from stucksolver.scene.attempts import PlanFailure, RejectCode
 from stucksolver.scene.frenet import Mask
 from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.sound import why_unsound
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
-CHECKS: dict[Check, Callable[[Case], list[Reject]]] = {
+CHECKS: dict[Check, Callable[[CheckContext], list[Reject]]] = {
     Check.COLLISION: lambda case: checks.collision(case) + from_behind(case) + seen(case),
     Check.DRIVABLE_AREA: checks.drivable_area,
     Check.SPEED: checks.speed,
@@ -59,7 +59,7 @@ class Proven:
 
     `ends_s`: where each behaviour ends. `no_stop` (stations,): where the ego is committed, since a stop would end
     where no vehicle should stand; finishing, which was proven, is the safe way out there. `reverse`: the path is one
-    of `View.backwards`.
+    of `FrenetScene.backwards`.
     """
 
     behaviors: tuple[Behavior, ...]
@@ -100,7 +100,7 @@ class Guard:
     def accept(
         self,
         behaviors: Sequence[Behavior],
-        view: View,
+        view: FrenetScene,
         guided: bool,
         approvals: Approvals = NOBODY,
         stops: bool = False,
@@ -121,13 +121,13 @@ class Guard:
             return no_path(error), None
         view = self._facing(view, proven)
         way = tracked(proven.path, view, self.policy.tracking, reverse=proven.reverse)
-        case = Case(view, way, self.policy, guided, approvals=approvals)
+        case = CheckContext(view, way, self.policy, guided, approvals=approvals)
         rejects = self._run(proven.checks, case) or self._swings(case, proven) or stops_are_safe(case, proven.no_stop)
         if stops:
             rejects = rejects or rules.stopping_place(case)
         return (Verdict(rejects=tuple(rejects)), None) if rejects else (OK, proven)
 
-    def allows_standing(self, behavior: Behavior, view: View, approvals: Approvals = NOBODY) -> Verdict:
+    def allows_standing(self, behavior: Behavior, view: FrenetScene, approvals: Approvals = NOBODY) -> Verdict:
         """Judge a behaviour that stands still."""
         old = _unsound((behavior,), view) or self._stale(view) or self._unreleased(behavior, approvals)
         why = behavior.precondition(view)
@@ -138,7 +138,7 @@ class Guard:
             return Verdict(rejects=(Reject(code=RejectCode.STOPPING_PLACE, detail=detail),))
         return Verdict(rejects=(Reject(code=RejectCode.PRECONDITION, detail=why),)) if why else OK
 
-    def recheck(self, proven: Proven, view: View, giving_way: bool = False) -> Verdict:
+    def recheck(self, proven: Proven, view: FrenetScene, giving_way: bool = False) -> Verdict:
         """Judge a running plan on this tick; a verdict with reasons names the abort.
 
         `giving_way`: that was its last abort. It then goes on only when the way is free for a while.
@@ -149,7 +149,7 @@ class Guard:
         rest = tracked(proven.path.from_station(view.ego_s), view, self.policy.tracking, reverse=proven.reverse)
         # The stack shows another window of the road as it gets on: the lanes entered are looked up in this one.
         rest = replace(rest, enters=tuple(view.frame.same_lane(lane) for lane in rest.enters))
-        case = Case(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
+        case = CheckContext(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
         case = replace(case, stopped_at_s=proven.stopped_at_s, error_m=error_m, error_rad=error_rad)
         if not proven.committed(view.ego_s):
             known = [reject for reject in (self._stale(view), off) if reject]
@@ -167,7 +167,7 @@ class Guard:
         return Verdict(rejects=tuple(rejects + pressing), abort=way.abort, brake_mps2=way.brake_mps2)
 
     def _after_commit(
-        self, case: Case, proven: Proven, rejects: list[Reject], pressing: list[Reject], giving_way: bool
+        self, case: CheckContext, proven: Proven, rejects: list[Reject], pressing: list[Reject], giving_way: bool
     ) -> WayOut | None:
         """What is best where going on is doubtful: back into the lane, a stop that lets others by, or to go on.
 
@@ -183,19 +183,19 @@ class Guard:
             return WayOut(Abort.GIVE_WAY)
         return least_harm(case, giving_way) if rejects else None
 
-    def _given_up(self, case: Case, rejects: list[Reject]) -> Verdict:
+    def _given_up(self, case: CheckContext, rejects: list[Reject]) -> Verdict:
         way = self._before_commit(case.view)
         hard = brakes_hard(case) if way is Abort.STOP else None
         return Verdict(rejects=tuple(rejects), abort=way, brake_mps2=hard)
 
-    def _before_commit(self, view: View) -> Abort:
+    def _before_commit(self, view: FrenetScene) -> Abort:
         """A stop, unless the stack has strayed into an oncoming lane, where a stop is never the way out."""
         lane = view.ego_lane
         if lane is None or lane.strip.direction is not LaneDirection.OPPOSITE:
             return Abort.STOP
         return Abort.FINISH if self.way_back(view) is None else Abort.RETURN_TO_LANE
 
-    def may_stand(self, view: View) -> bool:
+    def may_stand(self, view: FrenetScene) -> bool:
         """Is here a place for a stop: no junction, crosswalk or level crossing, no lane of the oncoming traffic?"""
         if view.zone_at(view.ego_s) is not None:
             return False
@@ -203,13 +203,13 @@ class Guard:
         lanes = (view.frame.lane_at(view.ego_s, view.ego_d + side) for side in (-half, 0.0, half))
         return not any(lane is not None and lane.strip.direction is LaneDirection.OPPOSITE for lane in lanes)
 
-    def way_back(self, view: View) -> Manoeuvre | None:
+    def way_back(self, view: FrenetScene) -> Manoeuvre | None:
         """A path without collision, on the road, from here back into the route's own lane, None where there is none."""
         policy = self.policy.stopping
         speed, tightest = max(view.ego.speed_mps, policy.return_least_mps), view.ego.limits.min_turn_radius_m
         length = max(policy.return_s * speed, shortest_shift(view.ego_d, tightest), policy.return_least_m)
         path = lateral(view.ego_s, view.ego_d, 0.0, length, speed, view)
-        strict = Case(view, tracked(path, view, self.policy.tracking), self.policy)
+        strict = CheckContext(view, tracked(path, view, self.policy.tracking), self.policy)
         if checks.drivable_area(strict):
             return None
         if not checks.collision(strict):
@@ -218,23 +218,23 @@ class Guard:
         loose = replace(strict, running=True)
         return path if strict.in_oncoming_lane and not checks.collision(loose) else None
 
-    def recheck_way_back(self, path: Manoeuvre, view: View, giving_way: bool = False) -> Verdict:
+    def recheck_way_back(self, path: Manoeuvre, view: FrenetScene, giving_way: bool = False) -> Verdict:
         """Judge a way back into the lane on this tick; a verdict with reasons says whether to brake or to finish it."""
         rest = tracked(path.from_station(view.ego_s), view, self.policy.tracking)
         error_m, error_rad = self._error(path, view)
-        case = Case(view, rest, self.policy, running=True, error_m=error_m, error_rad=error_rad)
+        case = CheckContext(view, rest, self.policy, running=True, error_m=error_m, error_rad=error_rad)
         rejects = checks.collision(case)
         if not rejects:
             return OK
         way = least_harm(case, giving_way)
         return Verdict(rejects=tuple(rejects), abort=way.abort, brake_mps2=way.brake_mps2)
 
-    def clear_to_hand_back(self, view: View) -> bool:
+    def clear_to_hand_back(self, view: FrenetScene) -> bool:
         """May the stack drive on by itself from here? Where nobody may stand it must."""
         return not self.may_stand(view) or clear_to_hand_back(view, self.policy)
 
     def lay_out(
-        self, behaviors: Sequence[Behavior], view: View, guided: bool, approvals: Approvals, stops: bool = False
+        self, behaviors: Sequence[Behavior], view: FrenetScene, guided: bool, approvals: Approvals, stops: bool = False
     ) -> Proven:
         """Behaviours as one path from here, nothing of it judged yet. Raises `CannotPlan`."""
         if len({b.reverse for b in behaviors}) > 1:
@@ -254,7 +254,7 @@ class Guard:
         if path is None:
             raise CannotPlan(PlanFailure.EMPTY, "the plan is empty")
         path = path.stopping() if stops else path
-        case = Case(view, path, self.policy, guided)
+        case = CheckContext(view, path, self.policy, guided)
         return Proven(
             tuple(behaviors),
             path,
@@ -268,13 +268,13 @@ class Guard:
         )
 
     @staticmethod
-    def _facing(view: View, proven: Proven) -> View:
+    def _facing(view: FrenetScene, proven: Proven) -> FrenetScene:
         return view.backwards if proven.reverse else view
 
-    def _run(self, names: tuple[Check, ...], case: Case) -> list[Reject]:
+    def _run(self, names: tuple[Check, ...], case: CheckContext) -> list[Reject]:
         return [reject for name in names for reject in CHECKS[name](case)]
 
-    def _swings(self, case: Case, proven: Proven) -> list[Reject]:
+    def _swings(self, case: CheckContext, proven: Proven) -> list[Reject]:
         """Who is met by a body that backs up askew, if it is not straightened on the way?"""
         if not proven.reverse:
             return []
@@ -292,13 +292,13 @@ class Guard:
             return None
         return Reject(code=RejectCode.APPROVAL, detail=f"{behavior.name} needs the yes of the {needed.value}")
 
-    def _stale(self, view: View) -> Reject | None:
+    def _stale(self, view: FrenetScene) -> Reject | None:
         age = view.surroundings.age_s
         if age <= self.policy.max_age_s:
             return None
         return Reject(code=RejectCode.STALE, detail=f"the surroundings are {age:.1f} s old")
 
-    def _too_fast(self, proven: Proven, view: View) -> Reject | None:
+    def _too_fast(self, proven: Proven, view: FrenetScene) -> Reject | None:
         """The cap of the plan is kept by the vehicle, too, but for what it came with."""
         cap = float(proven.path.speed.max()) + self.policy.speeds.tolerance_mps
         now = abs(view.ego.speed_mps)
@@ -313,13 +313,13 @@ class Guard:
         return Reject(code=RejectCode.DEVIATION, detail=f"{error:.1f} m beside the proven path", gap_m=error)
 
     @staticmethod
-    def _error(path: Manoeuvre, view: View) -> tuple[float, float]:
+    def _error(path: Manoeuvre, view: FrenetScene) -> tuple[float, float]:
         """How far the ego is beside the path that was proven (m), and turned from it (rad); left positive."""
         beside = view.ego_d - float(np.interp(view.ego_s, path.s, path.d))
         return beside, view.ego_yaw - float(np.interp(view.ego_s, path.s, path.heading()))
 
 
-def _unsound(behaviors: Sequence[Behavior], view: View) -> Reject | None:
+def _unsound(behaviors: Sequence[Behavior], view: FrenetScene) -> Reject | None:
     """What comes in is looked at here: surroundings that can be true, and behaviours of the closed list, in bounds."""
     wrong = why_unsound(view.surroundings) or next((why for b in behaviors[:MOST] if (why := why_foreign(b))), None)
     if wrong is None and len(behaviors) > MOST:

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.decision.manoeuvre import STEP_M, Manoeuvre, lateral, shortest_shift
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.policy import GuardPolicy, HandBackPolicy
 from stucksolver.guard.predict import standing_gaps
-from stucksolver.scene.view import MOVING_MPS, View
+from stucksolver.scene.view import MOVING_MPS, FrenetScene
 
 SAMPLES = 16
 """Of the arc back: finer than the stations of a path."""
 
 
-def clear_to_hand_back(view: View, policy: GuardPolicy) -> bool:
+def clear_to_hand_back(view: FrenetScene, policy: GuardPolicy) -> bool:
     """Is the ego in its lane, or the tightest way back into it free of all that stands?
 
     Drivers look along their lane. One whose vehicle stands askew beside an obstacle need not see it, and would steer
@@ -23,7 +23,7 @@ def clear_to_hand_back(view: View, policy: GuardPolicy) -> bool:
     back = policy.hand_back
     if abs(view.ego_yaw) < back.askew_rad and abs(view.ego_d) < back.aside_m:
         return True
-    case = Case(view, _turning_back(view, back), policy, running=True)
+    case = CheckContext(view, _turning_back(view, back), policy, running=True)
     standing = np.flatnonzero(np.hypot(view.vs, view.vd) <= MOVING_MPS)
     if not len(standing):
         return True
@@ -31,7 +31,7 @@ def clear_to_hand_back(view: View, policy: GuardPolicy) -> bool:
     return not ((gap < back.kept_m) & (gap < gap[0] - policy.clearance.nearer_m)).any()
 
 
-def _turning_back(view: View, policy: HandBackPolicy) -> Manoeuvre:
+def _turning_back(view: FrenetScene, policy: HandBackPolicy) -> Manoeuvre:
     """From the present heading along the road on the smallest circle, then to the middle of the route's lane."""
     radius, side = view.ego.limits.min_turn_radius_m, np.sign(view.ego_yaw)
     first = min(abs(view.ego_yaw), policy.most_turn_rad)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.decision.behaviors import Release
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.numerics import KMH_PER_MPS
 from stucksolver.guard.obstacles import in_queue
 from stucksolver.guard.verdict import Reject
@@ -15,7 +15,7 @@ from stucksolver.scene.objects import MOTOR_VEHICLES
 from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 
 
-def marking(case: Case) -> list[Reject]:
+def marking(case: CheckContext) -> list[Reject]:
     """Kerbs never; solid lines only past a stationary obstruction, slowly, and where the policy says so."""
     near_m = case.policy.lanes.line_near_m
     for lane in case.path.enters:
@@ -40,7 +40,7 @@ def _outer(lane: Lane, start: Lane | None, s: float) -> Lane:
     return start
 
 
-def _against_solid(case: Case, lane: Lane, k: int) -> str | None:
+def _against_solid(case: CheckContext, lane: Lane, k: int) -> str | None:
     """Why a solid line may not be crossed into a lane at station `k`, None where it may."""
     policy, here = case.policy, float(case.path.s[k])
     if policy.solid_line == "forbid":
@@ -59,7 +59,7 @@ def _against_solid(case: Case, lane: Lane, k: int) -> str | None:
     return _no_obstruction(case)
 
 
-def _legal_way(case: Case, s: float) -> bool:
+def _legal_way(case: CheckContext, s: float) -> bool:
     """Is there a lane of our direction that may be entered from the route's own?"""
     near_m = case.policy.lanes.line_near_m
     for side in (+1, -1):
@@ -71,7 +71,7 @@ def _legal_way(case: Case, s: float) -> bool:
     return False
 
 
-def _no_obstruction(case: Case) -> str | None:
+def _no_obstruction(case: CheckContext) -> str | None:
     """Why what lies ahead is no stationary obstruction: nothing does, it moves, or it is a queue."""
     view, policy = case.view, case.policy.lanes
     near = (view.gap > -policy.obstruction_behind_m) & (view.gap < policy.obstruction_ahead_m)

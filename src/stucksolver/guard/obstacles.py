@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.verdict import Reject
 from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.boxes import separation
@@ -14,7 +14,7 @@ from stucksolver.scene.view import MOVING_MPS
 from stucksolver.scene.wording import stood_too_briefly
 
 
-def patience(case: Case) -> list[Reject]:
+def patience(case: CheckContext) -> list[Reject]:
     """Nobody is passed through an oncoming lane who may only be waiting: queues never, others after their time.
 
     A passenger may ask to pass who moves, or not to wait; no words make a queue an obstruction.
@@ -32,12 +32,12 @@ def patience(case: Case) -> list[Reject]:
     return found
 
 
-def _moving(case: Case, i: int) -> str | None:
+def _moving(case: CheckContext, i: int) -> str | None:
     slow = case.view.vs[i] < case.policy.prediction.along_mps
     return None if case.guided or case.running or slow else "moves: it is followed, not passed"
 
 
-def _standing(case: Case, i: int) -> str | None:
+def _standing(case: CheckContext, i: int) -> str | None:
     view, waits, thing = case.view, case.policy.waits, case.view.objects[i]
     if not thing.hazard_lights and in_queue(case, i):
         return "may be in a queue"
@@ -49,7 +49,7 @@ def _standing(case: Case, i: int) -> str | None:
     return stood_too_briefly(stood, needed)
 
 
-def in_queue(case: Case, i: int) -> bool:
+def in_queue(case: CheckContext, i: int) -> bool:
     """Does it wait for what is ahead of it, as far as one can tell from what is there now?
 
     So it does if it has moved lately, if a light or stop line is close ahead of it, or another motor vehicle that has
@@ -71,12 +71,12 @@ def in_queue(case: Case, i: int) -> bool:
     return any(_moved_lately(case, j) or (_may_wait(case, i) and _may_wait(case, j)) for j in ahead)
 
 
-def _moved_lately(case: Case, i: int) -> bool:
+def _moved_lately(case: CheckContext, i: int) -> bool:
     moved = case.view.objects[i].moved_s_ago
     return moved is not None and moved < case.policy.waits.queue_moved_within_s
 
 
-def _may_wait(case: Case, i: int) -> bool:
+def _may_wait(case: CheckContext, i: int) -> bool:
     """Does it stand, or go, as those do who wait their turn: in the lane, with no lights that say otherwise?"""
     thing = case.view.objects[i]
     warns = thing.hazard_lights or thing.emergency_lights
@@ -84,7 +84,7 @@ def _may_wait(case: Case, i: int) -> bool:
     return not warns and not parked and thing.kind in MOTOR_VEHICLES
 
 
-def passable(case: Case) -> list[Reject]:
+def passable(case: CheckContext) -> list[Reject]:
     """Only what is soft by class, surely so, low, seen long enough, and away from everything living."""
     found = []
     for name in case.path.over:
@@ -95,7 +95,7 @@ def passable(case: Case) -> list[Reject]:
     return found
 
 
-def _not_passable(case: Case, i: int) -> str | None:
+def _not_passable(case: CheckContext, i: int) -> str | None:
     thing, policy = case.view.objects[i], case.policy.passable
     if thing.kind not in PASSABLE_KINDS:
         return f"is a {thing.kind.value}, which is never driven over"
@@ -115,7 +115,7 @@ def _not_passable(case: Case, i: int) -> str | None:
     return _living_near(case, i)
 
 
-def _living_near(case: Case, i: int) -> str | None:
+def _living_near(case: CheckContext, i: int) -> str | None:
     view = case.view
     for j, other in enumerate(view.objects):
         if j == i or other.kind not in VULNERABLE | {ObjectKind.UNKNOWN}:

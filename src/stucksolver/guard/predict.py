@@ -6,14 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.straight import StraightOn, straight_on
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.frenet import Array, Mask
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 
-def times(case: Case) -> Array:
+def times(case: CheckContext) -> Array:
     """(instants,): when the plan is examined, seconds from now."""
     policy = case.policy.prediction
     end = min(case.slow.duration_s, policy.horizon_s)
@@ -21,7 +21,7 @@ def times(case: Case) -> Array:
     return result
 
 
-def relevant(case: Case, span_s: float | None = None) -> Array:
+def relevant(case: CheckContext, span_s: float | None = None) -> Array:
     """(found,): indices of the objects that the plan can meet at all, within `span_s` if that is told.
 
     Left out: same-direction traffic that comes from behind the ego (it answers for its own distance; the lane entry
@@ -48,7 +48,7 @@ def relevant(case: Case, span_s: float | None = None) -> Array:
     return found
 
 
-def profiles(case: Case, t: Array) -> Array:
+def profiles(case: CheckContext, t: Array) -> Array:
     """(profiles, instants): arc lengths that leave no room for a body between them, from the slow to the quick rollout.
 
     Two bounds alone would not do: what crosses behind the quick ego and in front of the slow one meets one in between.
@@ -60,7 +60,7 @@ def profiles(case: Case, t: Array) -> Array:
     return result
 
 
-def standing_gaps(case: Case, which: Array, aside_m: float = 0.0, part: float = 1.0) -> Array:
+def standing_gaps(case: CheckContext, which: Array, aside_m: float = 0.0, part: float = 1.0) -> Array:
     """(stations, objects): gaps to what stands, wherever on the path and whenever the ego is there.
 
     `aside_m` widens the objects, of whose length only the middle `part` is then taken.
@@ -74,7 +74,7 @@ def standing_gaps(case: Case, which: Array, aside_m: float = 0.0, part: float = 
     )
 
 
-def gaps_as_it_points(case: Case, which: Array, way_m: float) -> Array:
+def gaps_as_it_points(case: CheckContext, which: Array, way_m: float) -> Array:
     """(places, objects): gaps to what stands while the ego goes `way_m` straight on, as its body points now.
 
     The places are no further apart than what counts as contact: no corner is stepped over.
@@ -89,7 +89,7 @@ def gaps_as_it_points(case: Case, which: Array, way_m: float) -> Array:
     )
 
 
-def drifted_to(case: Case, which: Array) -> Mask:
+def drifted_to(case: CheckContext, which: Array) -> Mask:
     """(objects,): those on whose side of its path the ego is, by more than localisation is good for."""
     if abs(case.error_m) < case.policy.tracking.beside_m:
         return np.zeros(len(which), bool)
@@ -97,7 +97,7 @@ def drifted_to(case: Case, which: Array) -> Mask:
     return result
 
 
-def moving_gaps(case: Case, stations: Array, which: Array, t: Array) -> Array:
+def moving_gaps(case: CheckContext, stations: Array, which: Array, t: Array) -> Array:
     """(profiles, instants, objects): gaps to what moves, least over the hypotheses; infinite where it is far away.
 
     `stations` (profiles, instants): arc lengths of the ego at the instants `t`; `which` (objects,): indices.
@@ -128,14 +128,14 @@ def moving_gaps(case: Case, stations: Array, which: Array, t: Array) -> Array:
     return least
 
 
-def _in_the_plane(view: View) -> tuple[Array, Array, Array]:
+def _in_the_plane(view: FrenetScene) -> tuple[Array, Array, Array]:
     """The ego's place, those of the objects (n, 2), and their speeds, in the local frame."""
     there = np.array([(o.x_m, o.y_m) for o in view.objects]).reshape(-1, 2)
     return np.array([view.ego.x_m, view.ego.y_m]), there, np.hypot(view.vs, view.vd)
 
 
 def _gaps_straight_on(
-    case: Case, stations: Array, offset: Array, heading: Array, which: Array, straight: StraightOn, t: Array
+    case: CheckContext, stations: Array, offset: Array, heading: Array, which: Array, straight: StraightOn, t: Array
 ) -> Array:
     """(profiles, instants, objects): gaps to those who go straight on in the plane, or brake; infinite where far away.
 
@@ -172,7 +172,7 @@ def _gaps_straight_on(
     return np.minimum(gaps(speed * t[:, None], early_m), gaps(stopping_m, np.zeros(len(speed))))
 
 
-def predictions(case: Case, which: Array, t: Array, everyone: Array) -> Iterator[tuple[Array, Array, Array]]:
+def predictions(case: CheckContext, which: Array, t: Array, everyone: Array) -> Iterator[tuple[Array, Array, Array]]:
     """Hypotheses for `everyone` (places in `which`): steadily along the lane, braking, straight on where one crosses.
 
     Each as (members, s, d): places in `which`, and their arc lengths (instants, members) and offsets (as that, or one

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.numerics import EPSILON
 from stucksolver.guard.verdict import Reject
 from stucksolver.scene.attempts import RejectCode
@@ -15,7 +15,7 @@ from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
 IN_A_SCENE = (ObjectKind.FLAGGER, ObjectKind.CROSSING_GATE, ObjectKind.SCHOOL_BUS, ObjectKind.EMERGENCY)
 
 
-def off_route(case: Case) -> list[Reject]:
+def off_route(case: CheckContext) -> list[Reject]:
     """Not too far, and not for too long, outside the route's own lane."""
     policy, path = case.policy.lanes, case.path
     home = case.view.frame.lane_at(float(path.s[0]), 0.0)
@@ -36,7 +36,7 @@ def off_route(case: Case) -> list[Reject]:
     return [Reject(code=RejectCode.OFF_ROUTE, detail=detail, time_s=time, gap_m=policy.off_route_m - way)]
 
 
-def authority(case: Case) -> list[Reject]:
+def authority(case: CheckContext) -> list[Reject]:
     """A level crossing, school bus or flagger is never passed on own authority; an emergency scene by moving over."""
     view, policy = case.view, case.policy
     half = view.ego.length_m / 2
@@ -69,13 +69,13 @@ def authority(case: Case) -> list[Reject]:
     ]
 
 
-def _leaves(case: Case, zone: Zone) -> bool:
+def _leaves(case: CheckContext, zone: Zone) -> bool:
     """Does the ego stand in a zone already, and the path lead out of it?"""
     half, here, end = case.view.ego.length_m / 2, case.view.ego_s, float(case.path.end_s)
     return zone.start_m < here + half and here - half < zone.end_m and not zone.start_m - half < end < zone.end_m + half
 
 
-def _moves_over(case: Case, i: int) -> bool:
+def _moves_over(case: CheckContext, i: int) -> bool:
     """Is object `i` passed in a lane of our own direction of which it leaves the whole width free?
 
     That is what "move over" laws ask of who passes a standing emergency vehicle.
@@ -106,7 +106,7 @@ def _scene_of(thing: TrackedObject, stands_mps: float) -> str | None:
     return "emergency_scene" if thing.kind is ObjectKind.EMERGENCY and thing.emergency_lights else None
 
 
-def creep_speed(case: Case) -> list[Reject]:
+def creep_speed(case: CheckContext) -> list[Reject]:
     """Walking pace for what must be slow."""
     asked, cap = float(case.path.speed.max()), case.policy.speeds.creep_mps
     if asked <= cap + EPSILON:
@@ -114,7 +114,7 @@ def creep_speed(case: Case) -> list[Reject]:
     return [Reject(code=RejectCode.OVERSPEED, detail=f"asks {asked:.1f} m/s, walking pace is {cap:.1f} m/s")]
 
 
-def within_lane(case: Case) -> list[Reject]:
+def within_lane(case: CheckContext) -> list[Reject]:
     """The body stays between the borders of the lane in which it begins."""
     lane = case.start_lane
     if lane is None:
@@ -129,7 +129,7 @@ def within_lane(case: Case) -> list[Reject]:
     return [Reject(code=RejectCode.LEAVES_LANE, detail=f"reaches {over.max():.1f} m out of its lane")]
 
 
-def stopping_place(case: Case) -> list[Reject]:
+def stopping_place(case: CheckContext) -> list[Reject]:
     """The end is a place to stand: no junction, crosswalk, level crossing, or lane of the oncoming traffic."""
     zone = case.view.zone_at(case.path.end_s)
     if zone is not None:
@@ -144,7 +144,7 @@ def stopping_place(case: Case) -> list[Reject]:
     return []
 
 
-def seen_free(case: Case) -> list[Reject]:
+def seen_free(case: CheckContext) -> list[Reject]:
     """The lane is seen for the whole way and a margin; asked of what is done where a driver does not look by habit."""
     lane = case.start_lane
     seen = 0.0 if lane is None else case.view.sight_ahead_m(lane)
@@ -161,7 +161,7 @@ def seen_free(case: Case) -> list[Reject]:
     ]
 
 
-def _closed(case: Case, lane: Lane, seen_m: float) -> bool:
+def _closed(case: CheckContext, lane: Lane, seen_m: float) -> bool:
     """Does the sight of a lane end at a vehicle that stands in its middle?"""
     view, policy = case.view, case.policy.backing
     standing = ~view.moving & (view.s > view.ego_s)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.rss import rss_distance
 from stucksolver.guard.traffic import is_due
 from stucksolver.guard.verdict import Reject
@@ -13,7 +13,7 @@ from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection, LaneKind
 
 
-def seen(case: Case) -> list[Reject]:
+def seen(case: CheckContext) -> list[Reject]:
     """The ego's lane is seen as far as a stop takes, those it enters also as far back as who comes needs to brake."""
     home = case.start_lane
     if home is None or home.strip.direction is LaneDirection.OPPOSITE:
@@ -32,7 +32,7 @@ def seen(case: Case) -> list[Reject]:
     return found[:1]
 
 
-def _ahead(case: Case, lane: Lane) -> list[Reject]:
+def _ahead(case: CheckContext, lane: Lane) -> list[Reject]:
     view, limits, policy = case.view, case.view.ego.limits, case.policy.sight
     speed = float(case.quick.v.max())
     stop_m = speed**2 / (2 * limits.comfort_braking_mps2) + policy.reacts_s * speed + policy.margin_m
@@ -43,7 +43,7 @@ def _ahead(case: Case, lane: Lane) -> list[Reject]:
     return [_unseen(f"sees {have:.0f} m ahead, needs {needed:.0f} m", have - needed)]
 
 
-def _behind(case: Case, lane: Lane, k: int, speed_mps: float) -> list[Reject]:
+def _behind(case: CheckContext, lane: Lane, k: int, speed_mps: float) -> list[Reject]:
     """Could one who comes out of what is not seen still brake behind us when we come in at station `k`?"""
     view, policy = case.view, case.policy.sight
     when, own = min(float(case.slow.t[k]), policy.seen_later_s), float(case.slow.v[k])
@@ -55,12 +55,12 @@ def _behind(case: Case, lane: Lane, k: int, speed_mps: float) -> list[Reject]:
     return [_unseen(f"sees {have:.0f} m behind, needs {needed:.0f} m", have - needed)]
 
 
-def _beside(case: Case, lane: Lane) -> bool:
+def _beside(case: CheckContext, lane: Lane) -> bool:
     """Lanes that begin further on are looked at when the ego is there."""
     return lane.start_m <= case.view.ego_s <= lane.end_m
 
 
-def _ends(case: Case, lane: Lane, end_s: float, way: int) -> bool:
+def _ends(case: CheckContext, lane: Lane, end_s: float, way: int) -> bool:
     """Does the sight end where the lane does, or at something known that is in the lane?"""
     view, policy = case.view, case.policy.sight
     if way > 0 and end_s > lane.end_m - policy.sampled_m:
@@ -71,7 +71,7 @@ def _ends(case: Case, lane: Lane, end_s: float, way: int) -> bool:
     return bool((stands_in & (np.abs(near - end_s) <= policy.sampled_m)).any())
 
 
-def _limit(case: Case, lane: Lane) -> float:
+def _limit(case: CheckContext, lane: Lane) -> float:
     return lane.strip.speed_limit_mps or case.policy.oncoming.unknown_limit_mps
 
 

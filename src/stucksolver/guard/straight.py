@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.numerics import EPSILON
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.road import Zone, ZoneKind
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class StraightOn:
         return len(self.member)
 
 
-def straight_on(case: Case, which: Array) -> StraightOn:
+def straight_on(case: CheckContext, which: Array) -> StraightOn:
     """The ways of those among `which` who go straight on."""
     view = case.view
     rows = []
@@ -51,12 +51,12 @@ def straight_on(case: Case, which: Array) -> StraightOn:
     return StraightOn(columns[0].astype(np.int64), *columns[1:])
 
 
-def goes_straight(case: Case, index: int) -> bool:
+def goes_straight(case: CheckContext, index: int) -> bool:
     """Whether an object goes straight on where our route does not."""
     return bool(case.view.elsewhere[index]) or _turned_in(case, index) is not None
 
 
-def _turned_in(case: Case, index: int) -> Zone | None:
+def _turned_in(case: CheckContext, index: int) -> Zone | None:
     """The junction on the path in which the route turns, for who comes the other way on one of its lanes."""
     view = case.view
     if not _oncoming(case, index):
@@ -71,13 +71,13 @@ def _turned_in(case: Case, index: int) -> Zone | None:
     return None
 
 
-def _oncoming(case: Case, which: Any) -> Any:
+def _oncoming(case: CheckContext, which: Any) -> Any:
     """Who comes the other way on one of the known lanes; of one object or several."""
     view = case.view
     return (view.vs[which] < -case.policy.prediction.along_mps) & view.on_lane[which]
 
 
-def _turns(view: View, zone: Zone) -> float:
+def _turns(view: FrenetScene, zone: Zone) -> float:
     """By how much the route turns in a zone, radians."""
     start, end = (float(np.interp(s, view.frame.s, view.frame.headings)) for s in (zone.start_m, zone.end_m))
     return abs(end - start)

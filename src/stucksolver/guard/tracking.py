@@ -17,14 +17,14 @@ from stucksolver.decision.manoeuvre import STEP_M, Manoeuvre, body_heading
 from stucksolver.guard.numerics import EPSILON, way_to_stop
 from stucksolver.guard.policy import TrackingPolicy
 from stucksolver.scene.frenet import Array
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 
-def tracked(path: Manoeuvre, view: View, policy: TrackingPolicy, *, reverse: bool = False) -> Manoeuvre:
+def tracked(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy, *, reverse: bool = False) -> Manoeuvre:
     """The path as the ego drives it from its real pose: the same stations with offsets and headings of the body.
 
-    `view` and `path` are those of `View.backwards` with `reverse`; backing up, the body is straightened on the way.
-    That takes steering: `swung` is what becomes of it without.
+    `view` and `path` are those of `FrenetScene.backwards` with `reverse`; backing up, the body is straightened on the
+    way. That takes steering: `swung` is what becomes of it without.
     """
     target = path.d + _kept_error(path, view, policy)
     if reverse:
@@ -41,7 +41,7 @@ def tracked(path: Manoeuvre, view: View, policy: TrackingPolicy, *, reverse: boo
     return replace(path, d=offsets, yaw=headings)
 
 
-def swung(path: Manoeuvre, view: View, policy: TrackingPolicy, lag_s: float) -> Manoeuvre | None:
+def swung(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy, lag_s: float) -> Manoeuvre | None:
     """Backing up askew with the wheels straight: the body goes as it points, until its tracking error ends the plan.
 
     `path` and `view` as for `tracked` with `reverse`. None where the body points along the path.
@@ -55,7 +55,7 @@ def swung(path: Manoeuvre, view: View, policy: TrackingPolicy, lag_s: float) -> 
     return replace(path, d=path.d + np.clip(beside, -ends_m, ends_m), yaw=np.full(len(path.s), view.ego_yaw))
 
 
-def _kept_error(path: Manoeuvre, view: View, policy: TrackingPolicy) -> Array:
+def _kept_error(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy) -> Array:
     """(stations,): by how much the centre stays beside the path at each station, metres."""
     error = view.ego_d - float(path.d[0])
     if abs(error) < policy.beside_m:
@@ -68,7 +68,7 @@ def _kept_error(path: Manoeuvre, view: View, policy: TrackingPolicy) -> Array:
 
 
 def _driven_off(
-    stations: Array, target: Array, course: Array, view: View, policy: TrackingPolicy
+    stations: Array, target: Array, course: Array, view: FrenetScene, policy: TrackingPolicy
 ) -> tuple[list[float], list[float], list[float]]:
     """The centre's arc lengths, offsets, and the body's headings while a start askew is steered onto a path.
 

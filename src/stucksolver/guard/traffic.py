@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.decision.rollout import Rollout
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.numerics import EPSILON, way_to_stop
 from stucksolver.guard.rss import rss_distance
 from stucksolver.guard.verdict import Reject
@@ -16,7 +16,7 @@ from stucksolver.scene.view import MOVING_MPS
 from stucksolver.scene.wording import whereabouts
 
 
-def oncoming(case: Case) -> list[Reject]:
+def oncoming(case: CheckContext) -> list[Reject]:
     """An oncoming lane is entered only when seen free for the whole manoeuvre, away from junctions and crossings."""
     for lane in case.path.enters:
         if lane.strip.direction is not LaneDirection.OPPOSITE:
@@ -31,7 +31,7 @@ def oncoming(case: Case) -> list[Reject]:
     return []
 
 
-def _zone(case: Case, lane: Lane, first: int, last: int) -> list[Reject]:
+def _zone(case: CheckContext, lane: Lane, first: int, last: int) -> list[Reject]:
     half = case.view.ego.length_m / 2
     start, end = float(case.path.s[first]) - half, float(case.path.s[last]) + half
     margin = case.policy.lanes.zone_margin_m
@@ -44,7 +44,7 @@ def _zone(case: Case, lane: Lane, first: int, last: int) -> list[Reject]:
     return []
 
 
-def _sight(case: Case, lane: Lane, last: int) -> list[Reject]:
+def _sight(case: CheckContext, lane: Lane, last: int) -> list[Reject]:
     """Seen free: sight >= own way + what an unseen car at the limit covers meanwhile + margin."""
     policy, view = case.policy.oncoming, case.view
     duration = float(case.slow.t[last])
@@ -58,7 +58,7 @@ def _sight(case: Case, lane: Lane, last: int) -> list[Reject]:
     return [Reject(code=RejectCode.ONCOMING_SIGHT, detail=detail, time_s=duration, gap_m=seen - needed)]
 
 
-def _gap(case: Case, lane: Lane, last: int) -> list[Reject]:
+def _gap(case: CheckContext, lane: Lane, last: int) -> list[Reject]:
     """No oncoming vehicle, a little quicker than seen, is met before the ego is back and a time gap has passed."""
     policy, view = case.policy.oncoming, case.view
     back = float(case.slow.t[last])
@@ -88,7 +88,7 @@ def _gap(case: Case, lane: Lane, last: int) -> list[Reject]:
     return []
 
 
-def lane_entry(case: Case) -> list[Reject]:
+def lane_entry(case: CheckContext) -> list[Reject]:
     """RSS distances to those of our direction ahead and behind in each lane, at the moment the body enters it.
 
     In a borrowed lane too: somebody behind may already be passing us there. While a plan runs, an entry to which there
@@ -108,7 +108,7 @@ def lane_entry(case: Case) -> list[Reject]:
     return found
 
 
-def is_due(case: Case, k: int) -> bool:
+def is_due(case: CheckContext, k: int) -> bool:
     """Must the entry at station `k` be certain now? Always before the start, and where a borrowed lane is left."""
     if not case.running or any(lane.strip.direction is LaneDirection.OPPOSITE for lane in case.path.enters):
         return True
@@ -116,12 +116,12 @@ def is_due(case: Case, k: int) -> bool:
     return float(case.path.s[k] - case.path.s[0]) < _stop_m(case, policy.decides_s) + policy.decides_m
 
 
-def _stop_m(case: Case, later_s: float) -> float:
+def _stop_m(case: CheckContext, later_s: float) -> float:
     """The ego's way to stop when it begins so much later."""
     return way_to_stop(case.view.ego.speed_mps, case.view.ego.limits.comfort_braking_mps2, later_s)
 
 
-def _entry(case: Case, lane: Lane, k: int) -> list[Reject]:
+def _entry(case: CheckContext, lane: Lane, k: int) -> list[Reject]:
     view, tolerance_m = case.view, case.policy.lanes.tolerance_m
     right, _, left = lane.at(float(case.path.s[k]))
     borrowed = lane.strip.direction is LaneDirection.OPPOSITE
@@ -137,7 +137,7 @@ def _entry(case: Case, lane: Lane, k: int) -> list[Reject]:
     return []
 
 
-def unyielding(case: Case, giving_way: bool) -> list[Reject]:
+def unyielding(case: CheckContext, giving_way: bool) -> list[Reject]:
     """Those from behind who could not stop any more for us if they began when we come into their way.
 
     Whoever enters a lane with the distances of RSS counts on being seen from the lane's border on. Some brake only for
@@ -165,7 +165,7 @@ def unyielding(case: Case, giving_way: bool) -> list[Reject]:
     return []
 
 
-def _presses(case: Case, i: int, reaches: Mask, border: float, giving_way: bool) -> Reject | None:
+def _presses(case: CheckContext, i: int, reaches: Mask, border: float, giving_way: bool) -> Reject | None:
     """One from behind against our body beyond a border at the side of their way, which it `reaches` at (stations,)."""
     k = int(reaches.argmax())
     tail = inside_of(case, k, np.full(len(case.path.s) - k, border), bool(case.view.d[i] > case.path.d[0]))
@@ -175,7 +175,7 @@ def _presses(case: Case, i: int, reaches: Mask, border: float, giving_way: bool)
     return next((reject for reject in found if reject is not None), None)
 
 
-def _could_not_stop(case: Case, run: Rollout, k: int, i: int, tail: Array, reaction_s: float) -> Reject | None:
+def _could_not_stop(case: CheckContext, run: Rollout, k: int, i: int, tail: Array, reaction_s: float) -> Reject | None:
     """An object from behind against the ego that comes into its way at station `k`."""
     view, policy, thing = case.view, case.policy, case.view.objects[i]
     now, when, lane = float(view.vs[i]), float(run.t[k]), view.lane_of[i]
@@ -196,7 +196,7 @@ def _could_not_stop(case: Case, run: Rollout, k: int, i: int, tail: Array, react
     return Reject(code=RejectCode.LANE_ENTRY, detail=detail, object_id=thing.id, time_s=when, gap_m=gap)
 
 
-def _tail(case: Case, lane: Lane, k: int) -> Array:
+def _tail(case: CheckContext, lane: Lane, k: int) -> Array:
     """(some stations,): arc length of the rearmost part of the body inside a lane, from its entry at `k` until all is.
 
     While the body turns in, its tail is still outside: who comes from behind in the lane must stop for what is in it.
@@ -206,7 +206,7 @@ def _tail(case: Case, lane: Lane, k: int) -> Array:
     return inside_of(case, k, np.interp(s, lane.s, lane.right if from_right else lane.left), from_right)
 
 
-def inside_of(case: Case, k: int, border: Array, from_right: bool) -> Array:
+def inside_of(case: CheckContext, k: int, border: Array, from_right: bool) -> Array:
     """The same with a border (its offsets at the stations from `k` on) that the body crosses from the right or left."""
     path, half_length, half_width = case.path, case.view.ego.length_m / 2, case.view.ego.width_m / 2
     s, d, turn = path.s[k:], path.d[k:], case.heading[k:]
@@ -218,14 +218,14 @@ def inside_of(case: Case, k: int, border: Array, from_right: bool) -> Array:
     return tail[: int(whole[0]) + 1] if len(whole) else tail
 
 
-def _behind_whom(case: Case, own_mps: float, front_mps: float) -> float:
+def _behind_whom(case: CheckContext, own_mps: float, front_mps: float) -> float:
     """Distance to keep from somebody whom we come in behind, metres: Lemma 2 with our own reaction and brakes."""
     policy = case.policy
     own = way_to_stop(own_mps, case.view.ego.limits.comfort_braking_mps2, policy.entry.own_reaction_s)
     return max(own - front_mps**2 / (2 * policy.rss.max_braking_mps2), 0.0)
 
 
-def too_close(case: Case, k: int, i: int, tail: Array) -> Reject | None:
+def too_close(case: CheckContext, k: int, i: int, tail: Array) -> Reject | None:
     """An object against the ego that enters at station `k`, for the quick and the slow ego, and for all in between.
 
     Who comes from behind answers from the entry on, by Lemma 2: it stops at the same place whenever one looks, which

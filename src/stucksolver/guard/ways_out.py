@@ -13,7 +13,7 @@ import numpy as np
 from stucksolver.decision.behaviors import Abort
 from stucksolver.guard.aborts import braking_now
 from stucksolver.guard.abreast import will_be_followed
-from stucksolver.guard.case import Case
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.numerics import way_to_stop
 from stucksolver.guard.predict import (
     drifted_to,
@@ -47,7 +47,7 @@ class WayOut:
 FINISH = WayOut(Abort.FINISH)
 
 
-def least_harm(case: Case, giving_way: bool) -> WayOut:
+def least_harm(case: CheckContext, giving_way: bool) -> WayOut:
     """To finish the plan, or to brake for who would be met. `giving_way`: it brakes, or stands, already."""
     limits = case.view.ego.limits
     on = _finishing(case, giving_way)
@@ -67,7 +67,7 @@ def least_harm(case: Case, giving_way: bool) -> WayOut:
     return min(found, key=lambda one: one[0])[1]
 
 
-def brakes_hard(case: Case) -> float | None:
+def brakes_hard(case: CheckContext) -> float | None:
     """How hard to brake for a stop that is due now: None where braking gently meets nobody."""
     limits = case.view.ego.limits
     met, _ = _stopping(case, limits.comfort_braking_mps2, case.policy.stopping.lag_s)
@@ -80,7 +80,7 @@ def _rank(met: Contact | None, on_rails: bool, worse_mps: float = 0.0) -> tuple[
     return True, met.person, on_rails, met.speed_mps + worse_mps
 
 
-def _finishing(case: Case, giving_way: bool) -> Contact | None:
+def _finishing(case: CheckContext, giving_way: bool) -> Contact | None:
     """The contact that going on would end in, if it is time to act on it.
 
     Those who move may be elsewhere by then: they are braked for when they are near. At rest there is no haste.
@@ -100,7 +100,7 @@ def _finishing(case: Case, giving_way: bool) -> Contact | None:
     return _worse(standing, _with_moving(case, profiles(case, t), t))
 
 
-def _stopping(case: Case, braking_mps2: float, lag_s: float) -> tuple[Contact | None, float]:
+def _stopping(case: CheckContext, braking_mps2: float, lag_s: float) -> tuple[Contact | None, float]:
     """The contact that braking now would end in, and the arc length at which it would end.
 
     `lag_s`: until the brakes bite.
@@ -118,20 +118,20 @@ def _worse(one: Contact | None, other: Contact | None) -> Contact | None:
     return Contact(one.person or other.person, max(one.speed_mps, other.speed_mps))
 
 
-def _standing(case: Case) -> Array:
+def _standing(case: CheckContext) -> Array:
     """(found,): indices of those that stand and can be met."""
     view, which = case.view, relevant(case)
     result: Array = which[np.hypot(view.vs[which], view.vd[which]) <= MOVING_MPS]
     return result
 
 
-def _touched(case: Case, gap: Array) -> Mask:
+def _touched(case: CheckContext, gap: Array) -> Mask:
     """(places, objects): where gaps along a way count as contact, and are no longer what they were at its start."""
     result: Mask = (gap < case.policy.harm.touch_m) & (gap < gap[0] - case.policy.clearance.nearer_m)
     return result
 
 
-def _with_standing(case: Case, speed_mps: Array) -> Contact | None:
+def _with_standing(case: CheckContext, speed_mps: Array) -> Contact | None:
     """The first contact with what stands; `speed_mps` (stations,) of the ego on the path, NaN where it will not be."""
     which = _standing(case)
     if not len(which):
@@ -143,7 +143,7 @@ def _with_standing(case: Case, speed_mps: Array) -> Contact | None:
     return Contact(_living(case, which[who]), float(speed_mps[hit[:, who].argmax(axis=0)].max()))
 
 
-def _drawn_against(case: Case, way_m: float, braking_mps2: float, lag_s: float = 0.0) -> Contact | None:
+def _drawn_against(case: CheckContext, way_m: float, braking_mps2: float, lag_s: float = 0.0) -> Contact | None:
     """The first contact with what stands on the ego's side of the path while its error grows.
 
     The body then goes on as it points, for `way_m`, braking after a while (0: at the speed it has).
@@ -164,7 +164,7 @@ def _drawn_against(case: Case, way_m: float, braking_mps2: float, lag_s: float =
     return Contact(_living(case, which[who]), float(np.sqrt(max(speed**2 - 2 * braking_mps2 * braked_m, 0.0))))
 
 
-def _with_moving(case: Case, stations: Array, t: Array) -> Contact | None:
+def _with_moving(case: CheckContext, stations: Array, t: Array) -> Contact | None:
     """The first contacts with those who move on ways along the path.
 
     `stations` (ways, instants): arc lengths of the ego at the instants `t`. A person on foot does not run into a
@@ -189,5 +189,5 @@ def _with_moving(case: Case, stations: Array, t: Array) -> Contact | None:
     return Contact(_living(case, which[who]), float(speed.max()))
 
 
-def _living(case: Case, who: Array) -> bool:
+def _living(case: CheckContext, who: Array) -> bool:
     return bool((case.view.two_wheeled[who] | case.view.vulnerable[who]).any())

@@ -3,13 +3,13 @@
 from stucksolver.record.anchor import Anchor, check_anchor, head_of, read_heads, write_heads
 from stucksolver.record.chain import RecordError
 from stucksolver.record.recorder import Recorder
-from stucksolver.record.replay import Finding, Report, replay
+from stucksolver.record.replay import ReplayFinding, Report, replay
 
 __all__ = [
     "Anchor",
-    "Finding",
     "RecordError",
     "Recorder",
+    "ReplayFinding",
     "Report",
     "check_anchor",
     "head_of",

@@ -16,7 +16,7 @@ from stucksolver.reason import Answer, Trace
 from stucksolver.scene import Guidance, Scene, Status, Surroundings
 from stucksolver.solver.events import Event, Judgement, Told
 from stucksolver.solver.machine.escalation import Escalation
-from stucksolver.solver.machine.execution import Outcome
+from stucksolver.solver.machine.execution import ExecutionOutcome
 from stucksolver.solver.machine.inputs import Heard, Inputs, Sight, Snapshot
 from stucksolver.solver.machine.state import Querying, State, WordsInForce
 from stucksolver.solver.machine.transition import first_state
@@ -208,7 +208,7 @@ def told_data(one: Told, step: StepTaken) -> Data:
     data: Data = {} if one.verdict.accepted else {"verdict": verdict}
     if one.withdrawn:
         data["withdrawn"] = True
-    if isinstance(one.result, Outcome):
+    if isinstance(one.result, ExecutionOutcome):
         data["outcome"] = one.result.recorded()
     elif one.result is not step.directive:
         data["directive"] = one.result.model_dump(mode="json")

@@ -15,7 +15,7 @@ from stucksolver.decision.directive import directive_adapter
 from stucksolver.record.chain import RecordError, read_chain
 from stucksolver.record.compact import Unpacker
 from stucksolver.scene import LaneDirection, ObjectKind
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.events import EventKind
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ TOLD = frozenset({EventKind.STARTED, EventKind.ABORTED, EventKind.FINISHED, Even
 @dataclass(frozen=True)
 class _Moment:
     time_s: float
-    view: View
+    view: FrenetScene
     path: tuple[tuple[float, float], ...]
     text: str
 
@@ -96,7 +96,7 @@ class _Reader:
         if "directive" in line:
             said = directive_adapter.validate_python(line["directive"])
             self._path = tuple((p.x_m, p.y_m) for p in said.path) if isinstance(said, Execute) else ()
-        view = View(self._unpacker.unpack(line["seen"])) if "seen" in line else None
+        view = FrenetScene(self._unpacker.unpack(line["seen"])) if "seen" in line else None
         for told in line.get("told", ()):
             event = told.get("event", {})
             if event and EventKind(event["kind"]) in TOLD:

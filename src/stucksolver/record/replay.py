@@ -27,7 +27,7 @@ EQUAL = 1e-6
 
 
 @dataclass(frozen=True)
-class Finding:
+class ReplayFinding:
     """Something that was recorded in a line, and comes out otherwise."""
 
     line: int
@@ -50,7 +50,7 @@ class Report:
     """Decisions of reasoners that leave no trace: recorded, but they cannot be derived."""
     plans: int = 0
     ticks: int = 0
-    findings: list[Finding] = field(default_factory=list)
+    findings: list[ReplayFinding] = field(default_factory=list)
 
     @property
     def matches(self) -> bool:
@@ -202,7 +202,7 @@ class _Again:
             self._differs(number, "decision", recorded.rationale, derived.rationale)
 
     def _differs(self, line: int, what: str, recorded: str, derived: str) -> None:
-        self.report.findings.append(Finding(line, what, recorded, derived))
+        self.report.findings.append(ReplayFinding(line, what, recorded, derived))
 
 
 def _kind(told: dict[str, Any]) -> str:

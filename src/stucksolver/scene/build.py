@@ -17,7 +17,7 @@ from stucksolver.scene.scene import (
     SceneObject,
 )
 from stucksolver.scene.status import Status
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 PATH_MARGIN_M = 0.2
 RANGE_M = 120.0
@@ -25,7 +25,7 @@ RANGE_M = 120.0
 
 
 def build_scene(
-    view: View,
+    view: FrenetScene,
     status: Status,
     behaviors: tuple[AvailableBehavior, ...],
     *,
@@ -50,7 +50,7 @@ def build_scene(
     )
 
 
-def _ego(view: View, status: Status) -> SceneEgo:
+def _ego(view: FrenetScene, status: Status) -> SceneEgo:
     end = view.surroundings.road.destination_m
     return SceneEgo(
         speed_mps=round(status.speed_mps, 2),
@@ -63,13 +63,13 @@ def _ego(view: View, status: Status) -> SceneEgo:
     )
 
 
-def _nearby_lanes(view: View) -> list[tuple[Lane, LaneRelation]]:
+def _nearby_lanes(view: FrenetScene) -> list[tuple[Lane, LaneRelation]]:
     """Lanes beside the ego now, each with its relation."""
     here = [lane for lane in view.frame.lanes if lane.start_m - 1.0 <= view.ego_s <= lane.end_m + 1.0]
     return [(lane, relation(view, lane)) for lane in here]
 
 
-def relation(view: View, lane: Lane | None) -> LaneRelation:
+def relation(view: FrenetScene, lane: Lane | None) -> LaneRelation:
     """A lane as seen from the route's own one."""
     if lane is None:
         return LaneRelation.OFF_ROAD
@@ -83,7 +83,7 @@ def relation(view: View, lane: Lane | None) -> LaneRelation:
     return LaneRelation.LEFT if centre > 0 else LaneRelation.RIGHT
 
 
-def _object(view: View, i: int) -> SceneObject:
+def _object(view: FrenetScene, i: int) -> SceneObject:
     thing = view.objects[i]
     lane = view.lane_of[i]
     where = relation(view, lane)
@@ -105,7 +105,7 @@ def _object(view: View, i: int) -> SceneObject:
     )
 
 
-def _to_ego(view: View, thing: TrackedObject) -> dict[str, float]:
+def _to_ego(view: FrenetScene, thing: TrackedObject) -> dict[str, float]:
     """Pose and velocity of an object in the ego frame."""
     ego = view.ego
     c, n = np.cos(ego.yaw_rad), np.sin(ego.yaw_rad)
@@ -124,7 +124,7 @@ def _rounded(value: float) -> float:
     return round(float(value), 2)
 
 
-def _lane(view: View, lane: Lane, where: LaneRelation) -> SceneLane:
+def _lane(view: FrenetScene, lane: Lane, where: LaneRelation) -> SceneLane:
     seen = view.sight_ahead_m(lane)
     right, _, left = lane.at(view.ego_s)
     lines = lane.lines(view.ego_s, view.ego_s + 30.0)
@@ -146,7 +146,7 @@ def _lane(view: View, lane: Lane, where: LaneRelation) -> SceneLane:
     )
 
 
-def _free(view: View, lane: Lane) -> tuple[float, float]:
+def _free(view: FrenetScene, lane: Lane) -> tuple[float, float]:
     """Free length ahead of and behind the ego in a lane, at most what the lane's own extent is."""
     ahead, behind = lane.end_m - view.ego_front_s, view.ego_s - view.ego.length_m / 2 - lane.start_m
     rear = view.ego_s - view.ego.length_m / 2

@@ -20,7 +20,7 @@ MOVING_MPS = 0.1
 """Above this speed an object counts as moving."""
 
 
-class View:
+class FrenetScene:
     """Arrays over the objects (index as in `objects`) and the ego, in road coordinates: all of shape (objects,).
 
     `s`, `d`: box centres; `yaw`: heading relative to the road; `vs`, `vd`: velocity along and across;
@@ -50,9 +50,9 @@ class View:
         self.across: Array = self.half_length * n + self.half_width * c
 
     @cached_property
-    def backwards(self) -> View:
+    def backwards(self) -> FrenetScene:
         """The same tick as one sees it who backs up along the route: forward is behind, left is right."""
-        return View(backwards(self.surroundings))
+        return FrenetScene(backwards(self.surroundings))
 
     @cached_property
     def on_foot(self) -> Mask:

@@ -11,7 +11,7 @@ from stucksolver.guard import Approvals, Verdict
 from stucksolver.reason import Trace
 from stucksolver.scene import Reading, Scene, Surroundings
 from stucksolver.scene.model import Model
-from stucksolver.solver.machine.execution import Outcome
+from stucksolver.solver.machine.execution import ExecutionOutcome
 from stucksolver.solver.questions import Question
 
 
@@ -92,7 +92,7 @@ class Tick:
     surroundings: Surroundings
     withdrawn: bool
     """Taken back by words before this tick."""
-    result: Directive | Outcome
+    result: Directive | ExecutionOutcome
     verdict: Verdict
 
 

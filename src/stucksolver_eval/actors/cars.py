@@ -18,10 +18,10 @@ from typing import Any
 import carla
 
 from stucksolver_eval.actors.body import Pedals, Steering
-from stucksolver_eval.actors.cast import Cast, Member, State
-from stucksolver_eval.actors.claims import Claims
 from stucksolver_eval.actors.leaders import Leader, boxes_touch, find_leaders
 from stucksolver_eval.actors.path import Chooser, LanePath, StopLines, stop_lines
+from stucksolver_eval.actors.pool import ActorPool, ActorState, ScenarioActor
+from stucksolver_eval.actors.reservations import JunctionReservations
 
 HORIZON_M = 56.0
 LEADERS_EVERY = 3
@@ -46,7 +46,7 @@ _LOW_M = 0.4
 class Car:
     """One of them. Whoever owns it may write the wishes at any time."""
 
-    member: Member
+    member: ScenarioActor
     path: LanePath
     steering: Steering
     wish_mps: float
@@ -64,7 +64,7 @@ class Car:
     """How many set off before it; unlike its id the same in every world."""
     hit_hero: bool = False
     s: float = 0.0
-    state: State = field(default_factory=lambda: State(0, 0, 0, 0, 0, 0, 0))
+    state: ActorState = field(default_factory=lambda: ActorState(0, 0, 0, 0, 0, 0, 0))
     leader: Leader | None = None
     pedals: Pedals = field(default_factory=Pedals)
     sent: tuple[float, float, float] = (-1.0, -1.0, -2.0)
@@ -88,13 +88,13 @@ class Car:
 class Cars:
     """All cars of a run. `step` moves them; call it once a tick after everyone has said their wishes."""
 
-    def __init__(self, cast: Cast, dt_s: float) -> None:
+    def __init__(self, cast: ActorPool, dt_s: float) -> None:
         self._cast, self._dt_s = cast, dt_s
         self._cars: dict[int, Car] = {}
         self._begun = 0
         self._steering: dict[str, Steering] = {}
         self._ticks = 0
-        self.claims = Claims()
+        self.claims = JunctionReservations()
 
     @cached_property
     def stops(self) -> StopLines:
@@ -104,7 +104,7 @@ class Cars:
 
     def drive(
         self,
-        member: Member,
+        member: ScenarioActor,
         start: Sequence[Any] | Any,
         wish_mps: float,
         *,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver.scene.boxes import separation
-from stucksolver_eval.actors.cast import Member, State
+from stucksolver_eval.actors.pool import ActorState, ScenarioActor
 
 if TYPE_CHECKING:
     from stucksolver_eval.actors.cars import Car
@@ -34,28 +34,28 @@ class Leader(NamedTuple):
         return Leader(self.gap_m + (self.speed_mps - own_mps) * dt_s, self.speed_mps)
 
 
-def find_leaders(cars: Sequence[Car], bodies: Sequence[tuple[Member, State]]) -> None:
+def find_leaders(cars: Sequence[Car], bodies: Sequence[tuple[ScenarioActor, ActorState]]) -> None:
     """Set each car's `leader`. A body counts as circles along its length, as wide as it is."""
     circles, owner = _circles(bodies)
     for car in cars:
         car.leader = _leader(car, bodies, circles, owner)
 
 
-def boxes_touch(one: Member, at: State, other: Member, there: State, margin_m: float) -> bool:
+def boxes_touch(one: ScenarioActor, at: ActorState, other: ScenarioActor, there: ActorState, margin_m: float) -> bool:
     """Whether two oriented boxes come nearer than a margin."""
     first, second = ((*_middle(a, s), s.yaw_rad) for a, s in ((one, at), (other, there)))
     halves = ((a.half_length_m, a.half_width_m) for a in (one, other))
     return bool(separation(first, next(halves), second, next(halves)) <= margin_m)
 
 
-def _middle(member: Member, state: State) -> tuple[float, float]:
+def _middle(member: ScenarioActor, state: ActorState) -> tuple[float, float]:
     """Where the middle of a body's box is in the world."""
     ahead, right = member.middle_m
     cos, sin = math.cos(state.yaw_rad), math.sin(state.yaw_rad)
     return state.x + ahead * cos - right * sin, state.y + ahead * sin + right * cos
 
 
-def _circles(bodies: Sequence[tuple[Member, State]]) -> tuple[Array, NDArray[np.int64]]:
+def _circles(bodies: Sequence[tuple[ScenarioActor, ActorState]]) -> tuple[Array, NDArray[np.int64]]:
     """Rows of x, y, z, radius, and the index of the body each belongs to."""
     rows: list[tuple[float, float, float, float]] = []
     owner: list[int] = []
@@ -74,7 +74,7 @@ def _circles(bodies: Sequence[tuple[Member, State]]) -> tuple[Array, NDArray[np.
 
 
 def _leader(
-    car: Car, bodies: Sequence[tuple[Member, State]], circles: Array, owner: NDArray[np.int64]
+    car: Car, bodies: Sequence[tuple[ScenarioActor, ActorState]], circles: Array, owner: NDArray[np.int64]
 ) -> Leader | None:
     path, first = car.path, car.path.at
     last = min(first + LOOK_POINTS, len(path.x))

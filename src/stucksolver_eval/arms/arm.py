@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from stucksolver.decision import Directive
 from stucksolver.stacks.driver import Driver
-from stucksolver_eval.results.outcome import Intervention, Noted, Query, Reliability
+from stucksolver_eval.results.outcome import InterventionRecord, Noted, QueryRecord, Reliability
 
 if TYPE_CHECKING:
     import carla
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 class ArmLog:
     """What an arm did; times since the start of the route."""
 
-    interventions: list[Intervention] = field(default_factory=list)
-    queries: list[Query] = field(default_factory=list)
+    interventions: list[InterventionRecord] = field(default_factory=list)
+    queries: list[QueryRecord] = field(default_factory=list)
     guidance: list[Noted] = field(default_factory=list)
     asked_s: float | None = None
     reliability: list[Reliability] = field(default_factory=list)

@@ -12,7 +12,7 @@ from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.carla_stack.camera import FrontCamera
 from stucksolver_eval.arms.arm import ArmLog, Now
 from stucksolver_eval.arms.timed import TimedReasoner
-from stucksolver_eval.results.outcome import Intervention, Query, QueryOutcome, came_to
+from stucksolver_eval.results.outcome import InterventionRecord, QueryOutcome, QueryRecord, came_to
 
 Listener = Callable[[Event], None]
 ASKING = "request_assistance"
@@ -36,7 +36,7 @@ class SolverArm:
         self._recorder = recorder
         self._start_s: float | None = None
         self._now = Now(0.0, 0.0, 0.0)
-        self._running: Intervention | None = None
+        self._running: InterventionRecord | None = None
         self._heard: list[Listener] = []
         self.log = ArmLog()
         self.directive: Directive | None = None
@@ -74,7 +74,7 @@ class SolverArm:
     def _hear(self, event: Event) -> None:
         now = self._now
         if event.kind is EventKind.TRIGGERED:
-            self.log.queries.append(Query(asked_s=now.time_s))
+            self.log.queries.append(QueryRecord(asked_s=now.time_s))
         elif event.kind is EventKind.DECIDED:
             self._answered(event)
         elif event.kind is EventKind.FAILED:
@@ -107,7 +107,7 @@ class SolverArm:
         plan = None if decided is None or decided.decision is None else decided.decision.plan
         behaviors = () if plan is None else plan.behaviors
         guided = decided is not None and decided.trigger == "guidance"
-        self._running = Intervention(
+        self._running = InterventionRecord(
             start_s=self._now.time_s,
             end_s=self._now.time_s,
             place_m=self._now.place_m,

@@ -16,7 +16,7 @@ from stucksolver.stacks.driver import DrivePoint
 from stucksolver_eval.arms.arm import ArmLog, Now
 from stucksolver_eval.criteria.base import STANDING_MPS
 from stucksolver_eval.drivers import RouteDriver
-from stucksolver_eval.results.outcome import Intervention
+from stucksolver_eval.results.outcome import InterventionRecord
 from stucksolver_eval.routes.line import RouteLine
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class TimersArm:
         self._stuck_s: float | None = None
         self._place_m = 0.0
         self._next = 0
-        self._running: Intervention | None = None
+        self._running: InterventionRecord | None = None
         self.log = ArmLog()
         self.directive: Directive | None = None
 
@@ -85,7 +85,7 @@ class TimersArm:
         path = action.path()
         if path:
             self._driver.follow(path, reverse=action.reverse)
-        self._running = Intervention(
+        self._running = InterventionRecord(
             start_s=now.time_s,
             end_s=now.time_s,
             place_m=now.place_m,
@@ -97,14 +97,14 @@ class TimersArm:
         if not path:
             self._end(self._running, now.time_s, True, "waited")
 
-    def _go_on(self, running: Intervention, now: Now) -> None:
+    def _go_on(self, running: InterventionRecord, now: Now) -> None:
         arrived = self._driver.path_left_m < 1.0
         late = now.time_s - running.start_s > ACTION_LIMIT_S
         if arrived or late:
             self._driver.release()
             self._end(running, now.time_s, arrived, "driven" if arrived else f"not done within {ACTION_LIMIT_S:.0f} s")
 
-    def _end(self, running: Intervention, time_s: float, finished: bool, text: str) -> None:
+    def _end(self, running: InterventionRecord, time_s: float, finished: bool, text: str) -> None:
         update = {"end_s": time_s, "finished": finished, "text": text}
         self.log.interventions.append(running.model_copy(update=update))
         self._running = None

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from stucksolver.decision.behaviors import REGISTRY, Behavior, CannotPlan, Release
 from stucksolver.decision.manoeuvre import Manoeuvre
 from stucksolver.guard import NOBODY, OK, Approvals, Guard, GuardPolicy, Proven, Verdict, no_path
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 
 class Unguarded(Guard):
@@ -19,7 +19,7 @@ class Unguarded(Guard):
     def accept(
         self,
         behaviors: Sequence[Behavior],
-        view: View,
+        view: FrenetScene,
         guided: bool,
         approvals: Approvals = NOBODY,
         stops: bool = False,
@@ -30,14 +30,14 @@ class Unguarded(Guard):
         except CannotPlan as error:
             return no_path(error), None
 
-    def allows_standing(self, behavior: Behavior, view: View, approvals: Approvals = NOBODY) -> Verdict:
+    def allows_standing(self, behavior: Behavior, view: FrenetScene, approvals: Approvals = NOBODY) -> Verdict:
         return OK
 
-    def clear_to_hand_back(self, view: View) -> bool:
+    def clear_to_hand_back(self, view: FrenetScene) -> bool:
         return True
 
-    def recheck(self, proven: Proven, view: View, giving_way: bool = False) -> Verdict:
+    def recheck(self, proven: Proven, view: FrenetScene, giving_way: bool = False) -> Verdict:
         return OK
 
-    def recheck_way_back(self, path: Manoeuvre, view: View, giving_way: bool = False) -> Verdict:
+    def recheck_way_back(self, path: Manoeuvre, view: FrenetScene, giving_way: bool = False) -> Verdict:
         return OK

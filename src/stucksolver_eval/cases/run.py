@@ -13,7 +13,7 @@ from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.cases.case import Case
 from stucksolver_eval.files import write_text
 from stucksolver_eval.guidance import Line, When
-from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.results.runlog import RunLog
 from stucksolver_eval.results.store import Store
 from stucksolver_eval.routes import Route
@@ -37,7 +37,7 @@ RUNS, LADDER_FILE = "runs", "ladder.toml"
 
 
 @dataclass(frozen=True)
-class Moment:
+class Positions:
     """Where everyone is, in m along the ego's heading at the start, seen from there. `time_s`: since the start."""
 
     time_s: float
@@ -56,7 +56,7 @@ class CaseResult:
     progress_m: float
     """Along the route, from the moment of the decision to the end."""
     collisions: int
-    moments: tuple[Moment, ...] = ()
+    moments: tuple[Positions, ...] = ()
     """One for each frame of the replay."""
 
     @property
@@ -160,13 +160,13 @@ def _telling(events: tuple[Event, ...], from_s: float) -> Event | None:
     return next(iter(accepted or made), None)
 
 
-def _progress_m(outcome: Outcome, since_s: float) -> float:
+def _progress_m(outcome: RouteOutcome, since_s: float) -> float:
     """From the last second before a time to the end."""
     begun_m = max((place_m for time_s, place_m in outcome.track if time_s <= since_s), default=0.0)
     return max(outcome.track[-1][1] - begun_m, 0.0) if outcome.track else 0.0
 
 
-def _moments(log: RunLog) -> tuple[Moment, ...]:
+def _moments(log: RunLog) -> tuple[Positions, ...]:
     others = [k for k, actor in enumerate(log.actors) if actor.role == "scenario"]
     _, x_m, y_m, yaw_deg = log.frames[0].poses[0]
     cos, sin = math.cos(math.radians(yaw_deg)), math.sin(math.radians(yaw_deg))
@@ -175,5 +175,5 @@ def _moments(log: RunLog) -> tuple[Moment, ...]:
     for frame in log.frames:
         # Who is out of sight for a while is where it was seen last.
         ahead_m |= {k: (x - x_m) * cos + (y - y_m) * sin for k, x, y, _ in frame.poses}
-        found.append(Moment(frame.time_s, ahead_m[0], tuple(ahead_m.get(k, 0.0) for k in others)))
+        found.append(Positions(frame.time_s, ahead_m[0], tuple(ahead_m.get(k, 0.0) for k in others)))
     return tuple(found)

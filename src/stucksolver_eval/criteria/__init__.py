@@ -1,4 +1,4 @@
-"""What the benchmark judges a drive by, tick by tick, over the `carla` client API; see `criteria.jury.Jury`.
+"""What the benchmark judges a drive by, tick by tick, over the `carla` client API; see `criteria.monitor.Jury`.
 
 `criteria.base` needs no client, so that scores can be computed where there is none.
 """

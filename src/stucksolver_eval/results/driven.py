@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stucksolver.solver import Event
 from stucksolver_eval.results.metric_info import MetricInfo
-from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.results.record import RouteRecord
 from stucksolver_eval.results.runlog import RunLog
 
@@ -16,7 +16,7 @@ class Driven:
     """What is left of a route."""
 
     record: RouteRecord
-    outcome: Outcome
+    outcome: RouteOutcome
     metric_info: MetricInfo
     replay: RunLog | None
     events: tuple[Event, ...] = ()

@@ -25,7 +25,7 @@ class Noted(Model):
     text: str
 
 
-class Spell(Model):
+class ImmobilizationEpisode(Model):
     """A time of immobilization: below 5 km/h for 1 s or more, until 15 m of new progress."""
 
     onset_s: float
@@ -35,7 +35,7 @@ class Spell(Model):
     ended_s: float
 
 
-class Intervention(Model):
+class InterventionRecord(Model):
     """A plan that was carried out."""
 
     start_s: float
@@ -61,7 +61,7 @@ class QueryOutcome(str, Enum):
     """There was no answer."""
 
 
-class Query(Model):
+class QueryRecord(Model):
     """A question to the reasoner."""
 
     asked_s: float
@@ -96,7 +96,7 @@ class Reliability(Model):
     """Of the last one that had no usable answer."""
 
 
-class Outcome(Model):
+class RouteOutcome(Model):
     """One route with one arm and one seed."""
 
     version: Literal[1] = 1
@@ -122,9 +122,9 @@ class Outcome(Model):
     """Speed beside the traffic (%) on the stretch that the ego did not get to the end of."""
     infractions: tuple[Noted, ...] = ()
     near_misses: tuple[Noted, ...] = ()
-    spells: tuple[Spell, ...] = ()
-    interventions: tuple[Intervention, ...] = ()
-    queries: tuple[Query, ...] = ()
+    spells: tuple[ImmobilizationEpisode, ...] = ()
+    interventions: tuple[InterventionRecord, ...] = ()
+    queries: tuple[QueryRecord, ...] = ()
     reliability: tuple[Reliability, ...] = ()
     guidance: tuple[Noted, ...] = ()
     track: tuple[tuple[float, float], ...] = Field(default=())

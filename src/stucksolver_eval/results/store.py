@@ -22,7 +22,7 @@ from stucksolver.solver import Event
 from stucksolver_eval.files import cannot_write, write_bytes, write_text
 from stucksolver_eval.results.driven import Driven
 from stucksolver_eval.results.manifest import Manifest
-from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.results.record import CheckpointFile, RouteRecord, checkpoint_text, save_name
 from stucksolver_eval.results.runlog import RunLog
 from stucksolver_eval.routes import Route, read_routes, write_routes
@@ -106,7 +106,7 @@ class Store:
         write_text(self._path("records", route, seed), checkpoint_text(driven.record))
         self.write_outcome(route, driven.outcome)
 
-    def write_outcome(self, route: Route, outcome: Outcome) -> None:
+    def write_outcome(self, route: Route, outcome: RouteOutcome) -> None:
         write_text(self._path("outcomes", route, outcome.seed), outcome.model_dump_json() + "\n")
 
     def take(self, other: Store, route: Route, seed: int) -> None:
@@ -121,9 +121,9 @@ class Store:
             except OSError as error:
                 raise cannot_write(ours, error) from error
 
-    def outcome(self, route: Route, seed: int) -> Outcome | None:
+    def outcome(self, route: Route, seed: int) -> RouteOutcome | None:
         path = self._path("outcomes", route, seed)
-        return Outcome.model_validate_json(_read(path)) if path.exists() else None
+        return RouteOutcome.model_validate_json(_read(path)) if path.exists() else None
 
     def record(self, route: Route, seed: int) -> RouteRecord | None:
         path = self._path("records", route, seed)

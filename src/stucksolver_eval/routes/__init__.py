@@ -1,15 +1,15 @@
 """Routes in the CARLA leaderboard's XML form, and the dense line that a route becomes on a map."""
 
 from stucksolver_eval.routes.read import RouteFileError, read_routes
-from stucksolver_eval.routes.route import Parameter, Pose, Position, Route, ScenarioSpec, WeatherKey
+from stucksolver_eval.routes.route import Parameter, Position, Route, RoutePose, ScenarioSpec, WeatherKey
 from stucksolver_eval.routes.write import write_routes
 
 __all__ = [
     "Parameter",
-    "Pose",
     "Position",
     "Route",
     "RouteFileError",
+    "RoutePose",
     "ScenarioSpec",
     "WeatherKey",
     "read_routes",

@@ -26,7 +26,7 @@ LOST_M = 15.0
 Array = NDArray[np.float64]
 
 
-class Command(str, Enum):
+class RouteCommand(str, Enum):
     """What the route asks for at a point (the `RoadOption` of CARLA's agents)."""
 
     LANE_FOLLOW = "lane_follow"
@@ -43,7 +43,7 @@ class RouteLine:
 
     waypoints: tuple[carla.Waypoint, ...]
     s_m: Array
-    commands: tuple[Command, ...]
+    commands: tuple[RouteCommand, ...]
 
     @staticmethod
     def trace(carla_map: carla.Map, positions: Sequence[Position]) -> RouteLine:
@@ -62,7 +62,7 @@ class RouteLine:
         places = [p.waypoint.transform.location for p in points]
         steps = [math.dist((a.x, a.y, a.z), (b.x, b.y, b.z)) for a, b in itertools.pairwise(places)]
         s_m = np.concatenate([[0.0], np.cumsum(steps)])
-        return RouteLine(tuple(p.waypoint for p in points), s_m, tuple(Command(p.command) for p in points))
+        return RouteLine(tuple(p.waypoint for p in points), s_m, tuple(RouteCommand(p.command) for p in points))
 
     def joined(self, index: int, other: RouteLine) -> RouteLine:
         """This line up to a point, then `other` from its point nearest to that one, no further than to our end."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
-from stucksolver_eval.routes.route import Pose, Position, Route, ScenarioSpec, WeatherKey
+from stucksolver_eval.routes.route import Position, Route, RoutePose, ScenarioSpec, WeatherKey
 
 _NOT_PARAMETERS = ("trigger_point",)
 
@@ -116,7 +116,7 @@ class _Reader:
         return ScenarioSpec(
             name=name,
             type=self._text(element, "type"),
-            trigger=Pose(self._position(points[0]), yaw_deg),
+            trigger=RoutePose(self._position(points[0]), yaw_deg),
             parameters={c.tag: dict(c.attributes) for c in element.children if c.tag not in _NOT_PARAMETERS},
         )
 

@@ -17,7 +17,7 @@ class Position:
 
 
 @dataclass(frozen=True)
-class Pose:
+class RoutePose:
     """`yaw_deg` grows clockwise, as CARLA's does."""
 
     position: Position
@@ -30,7 +30,7 @@ class ScenarioSpec:
 
     name: str
     type: str
-    trigger: Pose
+    trigger: RoutePose
     parameters: Mapping[str, Parameter]
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from stucksolver_eval.files import write_bytes
-from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.runner.pool import News
 from stucksolver_eval.runner.work import Task, run_task
 
@@ -41,7 +41,7 @@ def run_on_cluster(tasks: Iterable[Task], address: str) -> Iterator[News]:
             yield News(task, outcome=outcome)
 
 
-def run_elsewhere(task: Task) -> tuple[Outcome, dict[str, bytes]]:
+def run_elsewhere(task: Task) -> tuple[RouteOutcome, dict[str, bytes]]:
     """On the worker: drive, and give back all files by their paths in the folder."""
     with tempfile.TemporaryDirectory(prefix="stucksolver-") as name:
         folder = Path(name)

@@ -14,7 +14,7 @@ from stucksolver_eval.arms.arm import Arm, Now
 from stucksolver_eval.arms.solver_arm import SolverArm
 from stucksolver_eval.background import Background
 from stucksolver_eval.criteria import Moment
-from stucksolver_eval.criteria.jury import Jury
+from stucksolver_eval.criteria.monitor import CriteriaMonitor
 from stucksolver_eval.criteria.route_timeout import TIMED_OUT
 from stucksolver_eval.drivers import make_driver
 from stucksolver_eval.drivers.guest import GuestDriver
@@ -22,13 +22,13 @@ from stucksolver_eval.guidance.speaker import Speaker
 from stucksolver_eval.near_miss import NearMissWatch
 from stucksolver_eval.results.driven import Driven
 from stucksolver_eval.results.metric_info import MetricInfo
-from stucksolver_eval.results.outcome import Noted, Outcome
+from stucksolver_eval.results.outcome import Noted, RouteOutcome
 from stucksolver_eval.results.record import make_record
 from stucksolver_eval.routes.line import RouteLine
 from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.runner.process import PROGRESS_EVERY_S
 from stucksolver_eval.runner.replay import ReplayKeeper
-from stucksolver_eval.runner.watch import SpellWatch, TrafficSpeeds
+from stucksolver_eval.runner.watch import ImmobilizationWatch, TrafficSpeeds
 from stucksolver_eval.runner.weather import Weather
 from stucksolver_eval.scenarios.play import Play
 from stucksolver_eval.server import CLIENT_TIMEOUT_S, Server, connect, set_synchronous
@@ -99,10 +99,10 @@ class _Drive:
         driver = make_driver(job.arm.driver, setting.client, self._hero, setting.map, route, options)
         self._driver, self._driven_route = driver, driver.route
         self._arm: Arm = make_arm(job.arm, self._hero, driver, setting.map, self._line, job.seed, job.records)
-        self._jury = Jury(self._world, setting.map, self._hero, self._line, play)
+        self._jury = CriteriaMonitor(self._world, setting.map, self._hero, self._line, play)
         self._speaker = Speaker(job.lines, Random(f"{job.seed}:{job.route.id}:guidance"))
         self._weather = Weather(self._world, job.route.weathers)
-        self._spells, self._near = SpellWatch(), NearMissWatch(self._world, self._hero)
+        self._spells, self._near = ImmobilizationWatch(), NearMissWatch(self._world, self._hero)
         self._speeds = TrafficSpeeds(self._world)
         self._metric = MetricInfo()
         self._track: list[tuple[float, float]] = []
@@ -198,7 +198,7 @@ class _Drive:
             infractions=jury.infractions,
         )
         inside = [bool(w.is_junction) for w in jury.line.waypoints]
-        outcome = Outcome(
+        outcome = RouteOutcome(
             route_id=job.route.id,
             scenario=job.scenario,
             town=job.route.town,

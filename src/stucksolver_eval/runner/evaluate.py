@@ -17,9 +17,9 @@ from stucksolver_eval.guidance import Script, read_script
 from stucksolver_eval.results.manifest import Manifest, file_digest, suite_digest
 from stucksolver_eval.results.store import Store, StoreError
 from stucksolver_eval.routes import Route
-from stucksolver_eval.runner.board import Board
 from stucksolver_eval.runner.job import Replays, RouteJob
 from stucksolver_eval.runner.pool import News, run_tasks
+from stucksolver_eval.runner.progress import ProgressDisplay
 from stucksolver_eval.runner.suite import load_routes, route_ids
 from stucksolver_eval.runner.work import Task
 from stucksolver_eval.scenarios.registry import scenario_type
@@ -76,7 +76,7 @@ def evaluate(spec: EvaluationSpec) -> Store:
         if not store.is_done(route, seed)
     ]
     total = len(routes) * len(spec.seeds)
-    _watch(store, _run(spec, tasks), Board(total, total - len(tasks), sys.stderr))
+    _watch(store, _run(spec, tasks), ProgressDisplay(total, total - len(tasks), sys.stderr))
     return store
 
 
@@ -105,7 +105,7 @@ def _run(spec: EvaluationSpec, tasks: list[Task]) -> Iterator[News]:
     return run_tasks(tasks, 1 if spec.host is not None else spec.jobs)
 
 
-def _watch(store: Store, news: Iterator[News], board: Board) -> None:
+def _watch(store: Store, news: Iterator[News], board: ProgressDisplay) -> None:
     try:
         for told in news:
             job = told.task.job

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from stucksolver_eval.files import OutputError
-from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.runner.process import NotWanted
 from stucksolver_eval.runner.work import Task, run_task
 
@@ -19,11 +19,11 @@ class News:
 
     task: Task
     time_s: float = 0.0
-    outcome: Outcome | None = None
+    outcome: RouteOutcome | None = None
     error: OutputError | None = None
 
 
-Runner = Callable[[Task, Callable[[float], None], Callable[[], bool]], Outcome]
+Runner = Callable[[Task, Callable[[float], None], Callable[[], bool]], RouteOutcome]
 """Takes where to tell of progress, and what says whether the task is wanted still; raises `NotWanted` if not."""
 
 

@@ -10,7 +10,7 @@ from stucksolver_eval.arms.arm import Now
 from stucksolver_eval.arms.solver_arm import SolverArm
 from stucksolver_eval.replay.logger import RunLogger
 from stucksolver_eval.replay.mapview import map_view
-from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.results.record import RouteRecord, status_text
 from stucksolver_eval.results.runlog import ActorRole, RunLog, RunResult
 from stucksolver_eval.runner.job import RouteJob
@@ -37,7 +37,7 @@ class ReplayKeeper:
         self._logger.frame(now.time_s, now.speed_mps)
         self._logger.directive(now.time_s, directive or CONTINUE)
 
-    def log(self, record: RouteRecord, outcome: Outcome) -> RunLog | None:
+    def log(self, record: RouteRecord, outcome: RouteOutcome) -> RunLog | None:
         """The whole run."""
         if self._job.replays == "failed" and record.success and not outcome.interventions:
             return None
@@ -68,7 +68,7 @@ class ReplayKeeper:
         )
 
 
-def _result(record: RouteRecord, outcome: Outcome) -> RunResult:
+def _result(record: RouteRecord, outcome: RouteOutcome) -> RunResult:
     counts: Counter[str] = Counter(i.kind for i in outcome.infractions if i.kind != "min_speed_infractions")
     if outcome.near_misses:
         counts["near_miss"] = len(outcome.near_misses)

@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING
 from stucksolver.detect import Detector
 from stucksolver.scene import Status
 from stucksolver.solver import ProgressWatch
-from stucksolver_eval.results.outcome import Spell
+from stucksolver_eval.results.outcome import ImmobilizationEpisode
 
 if TYPE_CHECKING:
     import carla
 
 
-class SpellWatch:
+class ImmobilizationWatch:
     """Immobilizations, by the detector with its usual settings, whatever the arm's own are."""
 
     def __init__(self) -> None:
         self._detector = Detector()
         self._watch = ProgressWatch()
         self._onset: tuple[float, float] | None = None
-        self.spells: list[Spell] = []
+        self.spells: list[ImmobilizationEpisode] = []
 
     def update(self, time_s: float, speed_mps: float, place_m: float) -> None:
         status = Status(time_s=time_s, speed_mps=speed_mps, progress_m=place_m)
@@ -41,7 +41,9 @@ class SpellWatch:
     def _close(self, time_s: float, recovered_after_s: float | None) -> None:
         assert self._onset is not None
         onset_s, place_m = self._onset
-        spell = Spell(onset_s=onset_s, place_m=place_m, recovered_after_s=recovered_after_s, ended_s=time_s)
+        spell = ImmobilizationEpisode(
+            onset_s=onset_s, place_m=place_m, recovered_after_s=recovered_after_s, ended_s=time_s
+        )
         self.spells.append(spell)
         self._onset = None
 

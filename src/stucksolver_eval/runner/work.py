@@ -11,7 +11,7 @@ from pathlib import Path
 
 from stucksolver.record import RecordError
 from stucksolver_eval.files import OutputError
-from stucksolver_eval.results.outcome import Outcome, State
+from stucksolver_eval.results.outcome import RouteOutcome, State
 from stucksolver_eval.results.store import Store
 from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.runner.process import NotWanted, RunError, attempt, watched
@@ -32,7 +32,7 @@ class Task:
 
 def run_task(
     task: Task, progress: Callable[[float], None] = lambda _: None, wanted: Callable[[], bool] = lambda: True
-) -> Outcome:
+) -> RouteOutcome:
     """Drive a route in a process of its own; whatever happens there, there is an outcome, and it is on the disk.
 
     Raises `OutputError` where not even that can be written, and `NotWanted`.
@@ -59,7 +59,7 @@ def run_task(
     return outcome
 
 
-def drive_task(task: Task, progress: Callable[[float], None] = lambda _: None) -> Outcome:
+def drive_task(task: Task, progress: Callable[[float], None] = lambda _: None) -> RouteOutcome:
     """The same, but a route that could not be driven raises `RunError` with the reason."""
     outcome = run_task(task, progress)
     if outcome.state != "driven":
@@ -67,8 +67,8 @@ def drive_task(task: Task, progress: Callable[[float], None] = lambda _: None) -
     return outcome
 
 
-def _not_driven(job: RouteJob, state: State, reason: str) -> Outcome:
-    return Outcome(
+def _not_driven(job: RouteJob, state: State, reason: str) -> RouteOutcome:
+    return RouteOutcome(
         route_id=job.route.id,
         scenario=job.scenario,
         town=job.route.town,
@@ -95,7 +95,7 @@ def _work(task: Task, theirs: Connection) -> None:
         store.write_outcome(job.route, outcome)
 
 
-def _driven(store: Store, job: RouteJob, theirs: Connection) -> Outcome | None:
+def _driven(store: Store, job: RouteJob, theirs: Connection) -> RouteOutcome | None:
     """Drive and write; gives the outcome of a route that could not be driven."""
     from stucksolver.stacks.driver import RouteError
     from stucksolver_eval.drivers import AgentError

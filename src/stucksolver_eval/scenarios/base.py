@@ -10,7 +10,7 @@ from typing import ClassVar, Literal
 
 import carla
 
-from stucksolver_eval.actors import Cars, Cast, State
+from stucksolver_eval.actors import ActorPool, ActorState, Cars
 from stucksolver_eval.background import Background
 from stucksolver_eval.routes.route import ScenarioSpec
 from stucksolver_eval.setting import Setting
@@ -91,7 +91,7 @@ class Scenario(ABC):
     # What scripts read and use.
 
     @property
-    def cast(self) -> Cast:
+    def cast(self) -> ActorPool:
         return self.setting.cast
 
     @property
@@ -103,7 +103,7 @@ class Scenario(ABC):
         return self.setting.random
 
     @property
-    def hero(self) -> State:
+    def hero(self) -> ActorState:
         return self.setting.cast.hero
 
     @cached_property

@@ -21,7 +21,7 @@ The 44 types of CARLA's leaderboard, by their public names, with their public pa
 alone. This page is written from the classes by `python -m stucksolver_eval.scenarios.document`.
 
 * A type is one small file in `stucksolver_eval/scenarios/types`: what the situation is, when it is triggered, and a
-  script that reads from top to bottom, one `yield` a tick. What types share is in `stucksolver_eval/scenarios/moves`.
+  script that reads from top to bottom, one `yield` a tick. What types share is in `stucksolver_eval/scenarios/actions`.
 * A scenario begins when the hero's place on its route is less than 2 m before the trigger point. What comes later waits
   below the ground until then.
 * "Limit" is the time after which the scenario counts as failed; while such a type runs, the test for being blocked is

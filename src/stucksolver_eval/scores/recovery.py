@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stucksolver_eval.results.outcome import Intervention, Outcome, QueryOutcome, Spell
+from stucksolver_eval.results.outcome import ImmobilizationEpisode, InterventionRecord, QueryOutcome, RouteOutcome
 
 MET_S = 10.0
 WITHIN_S = 60.0
@@ -93,12 +93,14 @@ class RecoveryFigures:
 Key = tuple[str, int]
 
 
-def key_of(outcome: Outcome) -> Key:
+def key_of(outcome: RouteOutcome) -> Key:
     """What pairs runs: route and seed."""
     return outcome.route_id, outcome.seed
 
 
-def recovery_figures(outcomes: Iterable[Outcome], alone: Mapping[Key, Outcome] | None = None) -> RecoveryFigures:
+def recovery_figures(
+    outcomes: Iterable[RouteOutcome], alone: Mapping[Key, RouteOutcome] | None = None
+) -> RecoveryFigures:
     """Figures over the routes that were driven; `alone`: outcomes of the driver alone, by `key_of`."""
     figures = RecoveryFigures()
     if alone is not None:
@@ -109,7 +111,7 @@ def recovery_figures(outcomes: Iterable[Outcome], alone: Mapping[Key, Outcome] |
     return figures
 
 
-def _add(f: RecoveryFigures, o: Outcome, pair: Outcome | None) -> None:
+def _add(f: RecoveryFigures, o: RouteOutcome, pair: RouteOutcome | None) -> None:
     f.routes += 1
     f.driven_km += max((place for _, place in o.track), default=0.0) / 1000.0
     spells = [s for s in o.spells if is_met(s, o)]
@@ -138,7 +140,7 @@ def _add(f: RecoveryFigures, o: Outcome, pair: Outcome | None) -> None:
         f.right += did_right(o)
 
 
-def _add_spell(f: RecoveryFigures, spell: Spell, o: Outcome) -> None:
+def _add_spell(f: RecoveryFigures, spell: ImmobilizationEpisode, o: RouteOutcome) -> None:
     if spell.recovered_after_s is not None:
         f.left += 1
         f.times_s.append(spell.recovered_after_s)
@@ -146,7 +148,7 @@ def _add_spell(f: RecoveryFigures, spell: Spell, o: Outcome) -> None:
         f.missed += 1
 
 
-def _add_queries(f: RecoveryFigures, o: Outcome) -> None:
+def _add_queries(f: RecoveryFigures, o: RouteOutcome) -> None:
     f.queries += len(o.queries)
     f.dropped += sum(q.outcome is None for q in o.queries)
     f.failed += sum(q.outcome is QueryOutcome.FAILED for q in o.queries)
@@ -161,16 +163,16 @@ def _add_queries(f: RecoveryFigures, o: Outcome) -> None:
     f.lost_s += sum(q.answered_s - q.asked_s for q in o.queries if q.answered_s is not None)
 
 
-def _during(spell: Spell, o: Outcome) -> list[Intervention]:
+def _during(spell: ImmobilizationEpisode, o: RouteOutcome) -> list[InterventionRecord]:
     return [i for i in o.interventions if spell.onset_s <= i.start_s <= spell.ended_s]
 
 
-def is_met(spell: Spell, o: Outcome) -> bool:
+def is_met(spell: ImmobilizationEpisode, o: RouteOutcome) -> bool:
     """Is a slow spell an immobilization?"""
     return spell.ended_s - spell.onset_s >= MET_S or any(i.moves for i in _during(spell, o))
 
 
-def recovers(intervention: Intervention, o: Outcome) -> bool:
+def recovers(intervention: InterventionRecord, o: RouteOutcome) -> bool:
     """15 m of new progress within 60 s of the start, and no infraction between?"""
     start_s = intervention.start_s
     reached = [t for t, place in o.track if t >= start_s and place >= intervention.place_m + PROGRESS_M]
@@ -179,7 +181,7 @@ def recovers(intervention: Intervention, o: Outcome) -> bool:
     return not any(i.kind not in NOT_HARM and start_s <= i.time_s <= reached[0] for i in o.infractions)
 
 
-def is_false(intervention: Intervention, o: Outcome, pair: Outcome | None) -> bool:
+def is_false(intervention: InterventionRecord, o: RouteOutcome, pair: RouteOutcome | None) -> bool:
     """Was waiting right when this plan was begun?"""
     if o.expected == "wait":
         return True
@@ -191,7 +193,7 @@ def is_false(intervention: Intervention, o: Outcome, pair: Outcome | None) -> bo
     return False
 
 
-def did_right(o: Outcome) -> bool:
+def did_right(o: RouteOutcome) -> bool:
     """Was the stated thing done? To wait: no plan that moves; to ask: help was asked for; else: the way was made."""
     moved = any(i.moves for i in o.interventions)
     if o.expected == "wait":
@@ -201,7 +203,7 @@ def did_right(o: Outcome) -> bool:
     return bool(o.track) and o.track[-1][1] >= o.length_m - END_M
 
 
-def harm_within(o: Outcome, spans: Iterable[tuple[float, float]]) -> int:
+def harm_within(o: RouteOutcome, spans: Iterable[tuple[float, float]]) -> int:
     """Infractions and near misses in spans of time."""
     times = [i.time_s for i in (*o.infractions, *o.near_misses) if i.kind not in NOT_HARM]
     return sum(any(a <= t <= b for a, b in spans) for t in times) if (spans := list(spans)) else 0

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from stucksolver_eval.results.manifest import Manifest
 from stucksolver_eval.results.metric_info import read_metric_info
-from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.results.record import RouteRecord
 from stucksolver_eval.results.store import Store
 from stucksolver_eval.routes import Route
@@ -26,7 +26,7 @@ class RouteRow:
 
     route: Route
     seed: int
-    outcome: Outcome | None
+    outcome: RouteOutcome | None
     record: RouteRecord | None
     smooth: float | None
     smooth_corrected: float | None

@@ -40,7 +40,7 @@ class Hundredths:
 
 
 @dataclass(frozen=True)
-class Interval:
+class IntervalDraw:
     """`<name from="..." to="..."/>`, each end within its own range."""
 
     first: tuple[int, int]
@@ -63,7 +63,7 @@ class OneOf:
 _BESIDE_THE_RIDE_M = 100
 """Of a free lane: the hazard's distance, what is left to pass it, and the end."""
 _SHORTEST_RIDE_M = 40
-Draw = Value | Hundredths | Interval | OneOf
+Draw = Value | Hundredths | IntervalDraw | OneOf
 
 ON_THE_RIGHT = OneOf(("right",))
 BLOCKERS = OneOf(
@@ -73,4 +73,4 @@ BLOCKERS = OneOf(
 
 def flow_values(speed: tuple[int, int], first: tuple[int, int], last: tuple[int, int]) -> dict[str, Draw]:
     """Of a flow of cars: its speed, and the range that its gaps are drawn from."""
-    return {"flow_speed": Value(*speed), "source_dist_interval": Interval(first, last)}
+    return {"flow_speed": Value(*speed), "source_dist_interval": IntervalDraw(first, last)}

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from stucksolver_eval.routes import Pose, Position, Route, ScenarioSpec
+from stucksolver_eval.routes import Position, Route, RoutePose, ScenarioSpec
 from stucksolver_eval.server import CLIENT_TIMEOUT_S, ServerError, connect, open_server
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def street_route(
 ) -> Route:
     """A route along `carla.Waypoint`s a metre apart, with one scenario of type `kind` that begins with it."""
     marks = [*waypoints[:-1:MARKS_EVERY_M], waypoints[-1]]
-    trigger = Pose(_position(waypoints[0]), math.remainder(waypoints[0].transform.rotation.yaw, 360.0))
+    trigger = RoutePose(_position(waypoints[0]), math.remainder(waypoints[0].transform.rotation.yaw, 360.0))
     values = {name: {"value": f"{value:g}"} for name, value in parameters.items()}
     spec = ScenarioSpec(f"{kind}_1", kind, trigger, values)
     return Route(route_id, town, tuple(_position(one) for one in marks), scenarios=(spec,))

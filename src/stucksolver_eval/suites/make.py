@@ -21,7 +21,7 @@ from pathlib import Path
 import carla
 
 from carlette.maps import DEMO_TOWN
-from stucksolver_eval.routes import Pose, Position, Route, ScenarioSpec, write_routes
+from stucksolver_eval.routes import Position, Route, RoutePose, ScenarioSpec, write_routes
 from stucksolver_eval.scenarios.registry import SCENARIOS, load_all
 from stucksolver_eval.sites.movements import movements
 from stucksolver_eval.sites.placed import Placed
@@ -116,7 +116,7 @@ def _route(kind: str, placed: Placed, site: Site, number: int, route_id: int) ->
     parameters.update({name: _xyz(where) for name, where in site.positions.items()})
     parameters.update(site.fixed)
     yaw_deg = math.remainder(site.trigger.transform.rotation.yaw, 360.0)
-    trigger = Pose(_position(site.trigger), round(yaw_deg, _DECIMALS) + 0.0)
+    trigger = RoutePose(_position(site.trigger), round(yaw_deg, _DECIMALS) + 0.0)
     spec = ScenarioSpec(f"{kind}_{number % ROUTES_EACH + 1}", kind, trigger, parameters)
     marks = tuple(_position(one) for one in site.marks)
     return Route(str(route_id), site.town.name, marks, weather(number), (spec,))

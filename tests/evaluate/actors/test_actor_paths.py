@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 carla = pytest.importorskip("carla")
 
 from carlette.maps import DEMO_TOWN  # noqa: E402
-from stucksolver_eval.actors import LanePath, Member, State  # noqa: E402
+from stucksolver_eval.actors import ActorState, LanePath, ScenarioActor  # noqa: E402
 from stucksolver_eval.actors.body import Pedals  # noqa: E402
 from stucksolver_eval.actors.leaders import boxes_touch  # noqa: E402
 
@@ -79,9 +79,9 @@ def test_pedals_are_never_pressed_together_nor_beyond_their_ends(acceleration, s
 
 @given(st.floats(-8.0, 8.0), st.floats(-8.0, 8.0), st.floats(-math.pi, math.pi))
 def test_touching_is_mutual_and_far_bodies_do_not(x, y, yaw):
-    car = Member(1, "vehicle.x", None, 2.4, 0.9, 0.7)
-    other = Member(2, "vehicle.y", None, 2.0, 1.0, 0.7)
-    here, there = State(0, 0, 0, 0, 0, 0, 0), State(x, y, 0, yaw, 0, 0, 0)
+    car = ScenarioActor(1, "vehicle.x", None, 2.4, 0.9, 0.7)
+    other = ScenarioActor(2, "vehicle.y", None, 2.0, 1.0, 0.7)
+    here, there = ActorState(0, 0, 0, 0, 0, 0, 0), ActorState(x, y, 0, yaw, 0, 0, 0)
     touches = boxes_touch(car, here, other, there, 0.0)
     assert touches == boxes_touch(other, there, car, here, 0.0)
     distance = math.hypot(x, y)

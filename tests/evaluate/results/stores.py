@@ -11,16 +11,16 @@ from stucksolver_eval.criteria import Infraction
 from stucksolver_eval.files import write_text
 from stucksolver_eval.results.manifest import Manifest, suite_digest
 from stucksolver_eval.results.metric_info import NAMES, MetricInfo
-from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.results.record import RouteRecord, make_record
 from stucksolver_eval.results.store import Store
-from stucksolver_eval.routes import Pose, Position, Route, ScenarioSpec
+from stucksolver_eval.routes import Position, Route, RoutePose, ScenarioSpec
 
 ORIGIN = Position(0.0, 0.0, 0.0)
 
 
 def route(number: int, scenario: str = "Accident") -> Route:
-    spec = ScenarioSpec(f"{scenario}_{number}", scenario, Pose(ORIGIN, 0.0), {})
+    spec = ScenarioSpec(f"{scenario}_{number}", scenario, RoutePose(ORIGIN, 0.0), {})
     return Route(str(number), "town", (ORIGIN, Position(100.0, 0.0, 0.0)), (), (spec,))
 
 
@@ -55,9 +55,9 @@ def record(of: Route, completion: float = 100.0, failure: str | None = None, *in
     )
 
 
-def outcome(of: Route, seed: int = 1, **changes: Any) -> Outcome:
+def outcome(of: Route, seed: int = 1, **changes: Any) -> RouteOutcome:
     usual = {"route_id": of.id, "scenario": of.scenarios[0].type, "town": of.town, "seed": seed, "arm": "driver alone"}
-    return Outcome(**(usual | changes))
+    return RouteOutcome(**(usual | changes))
 
 
 def metric_info(ticks: int = 40) -> MetricInfo:

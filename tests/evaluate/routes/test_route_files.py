@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stucksolver_eval.routes import (
-    Pose,
     Position,
     Route,
     RouteFileError,
+    RoutePose,
     ScenarioSpec,
     WeatherKey,
     read_routes,
@@ -45,7 +45,7 @@ SCENARIOS = st.builds(
     ScenarioSpec,
     name=NAMES,
     type=NAMES,
-    trigger=st.builds(Pose, POSITIONS, NUMBERS),
+    trigger=st.builds(RoutePose, POSITIONS, NUMBERS),
     parameters=st.dictionaries(NAMES, st.dictionaries(NAMES, NAMES, max_size=3), max_size=3),
 )
 WEATHERS = st.builds(WeatherKey, st.floats(0, 100), st.dictionaries(NAMES, NUMBERS, max_size=3))
@@ -82,7 +82,7 @@ def test_the_leaderboards_form_loads_as_it_is(tmp_path: Path) -> None:
     assert (route.id, route.town, route.waypoints[0]) == ("1711", "Town12", Position(1.5, -2.0, 0.3))
     assert [key.route_percentage for key in route.weathers] == [0.0, 100.0]
     (scenario,) = route.scenarios
-    assert scenario.trigger == Pose(Position(10.0, -2.0, 0.0), 90.5)
+    assert scenario.trigger == RoutePose(Position(10.0, -2.0, 0.0), 90.5)
     assert scenario.parameters == {"distance": {"value": "42"}, "frequency": {"from": "30", "to": "60"}}
 
 

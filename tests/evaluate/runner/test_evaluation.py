@@ -20,7 +20,7 @@ import route_crashers  # noqa: E402
 from carlette.maps import DEMO_TOWN  # noqa: E402
 from stucksolver.cli import main  # noqa: E402
 from stucksolver_eval.results.store import Store  # noqa: E402
-from stucksolver_eval.routes import Pose, Position, Route, ScenarioSpec, write_routes  # noqa: E402
+from stucksolver_eval.routes import Position, Route, RoutePose, ScenarioSpec, write_routes  # noqa: E402
 from stucksolver_eval.runner import work  # noqa: E402
 
 pytestmark = pytest.mark.integration
@@ -117,7 +117,7 @@ def test_one_crashed_route_is_told_and_the_rest_go_on(tmp_path: Path, monkeypatc
 
 
 def test_a_trigger_off_the_route_is_named(tmp_path: Path) -> None:
-    far = ScenarioSpec("Far_1", "Accident", Pose(Position(5000.0, 0.0, 0.0), 0.0), {"distance": {"value": "40"}})
+    far = ScenarioSpec("Far_1", "Accident", RoutePose(Position(5000.0, 0.0, 0.0), 0.0), {"distance": {"value": "40"}})
     assert evaluate(suite(tmp_path, 1, far), tmp_path / "out") == 1
     store = Store(tmp_path / "out")
     outcome = store.outcome(store.routes()[0], 1)
@@ -136,7 +136,7 @@ def test_a_map_that_is_missing_is_named_with_where_it_was_searched(tmp_path: Pat
 def test_what_cannot_be_run_is_refused_before_anything_is_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    odd = suite(tmp_path, 1, ScenarioSpec("X_1", "Meteor", Pose(Position(0.0, 0.0, 0.0), 0.0), {}))
+    odd = suite(tmp_path, 1, ScenarioSpec("X_1", "Meteor", RoutePose(Position(0.0, 0.0, 0.0), 0.0), {}))
     cases = [
         ((odd,), "Meteor"),
         ((tmp_path / "none.xml",), "none.xml"),

@@ -15,16 +15,16 @@ pytest.importorskip("carla")
 
 from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.files import OutputError
-from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.results.record import make_record
-from stucksolver_eval.routes import Pose, Position, Route, ScenarioSpec, WeatherKey
-from stucksolver_eval.runner.board import Board
+from stucksolver_eval.routes import Position, Route, RoutePose, ScenarioSpec, WeatherKey
 from stucksolver_eval.runner.evaluate import EvaluationSpec
 from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.runner.pool import run_tasks
 from stucksolver_eval.runner.process import NotWanted
+from stucksolver_eval.runner.progress import ProgressDisplay
 from stucksolver_eval.runner.sweep import SweepError, parse_sweep, sweep_specs
-from stucksolver_eval.runner.watch import SpellWatch
+from stucksolver_eval.runner.watch import ImmobilizationWatch
 from stucksolver_eval.runner.weather import between
 from stucksolver_eval.runner.work import Task, run_task
 
@@ -32,18 +32,18 @@ HERE = Position(0.0, 0.0, 0.0)
 
 
 def task(number: int) -> Task:
-    spec = ScenarioSpec("a", "Accident", Pose(HERE, 0.0), {})
+    spec = ScenarioSpec("a", "Accident", RoutePose(HERE, 0.0), {})
     return Task(RouteJob(Route(str(number), "t", (HERE, HERE), (), (spec,)), 1, ArmSpec()), Path("x"))
 
 
-def outcome_of(one: Task, **changes: Any) -> Outcome:
-    return Outcome(route_id=one.job.route.id, scenario="Accident", town="t", seed=1, arm="", **changes)
+def outcome_of(one: Task, **changes: Any) -> RouteOutcome:
+    return RouteOutcome(route_id=one.job.route.id, scenario="Accident", town="t", seed=1, arm="", **changes)
 
 
 def test_every_task_is_told_of_once_and_so_many_run_at_a_time() -> None:
     together = threading.Barrier(3, timeout=20)
 
-    def runner(one: Task, progress: Callable[[float], None], wanted: Callable[[], bool]) -> Outcome:
+    def runner(one: Task, progress: Callable[[float], None], wanted: Callable[[], bool]) -> RouteOutcome:
         progress(1.0)
         together.wait()
         return outcome_of(one)
@@ -54,7 +54,7 @@ def test_every_task_is_told_of_once_and_so_many_run_at_a_time() -> None:
 
 
 def test_a_full_disk_stops_everything() -> None:
-    def runner(one: Task, progress: Callable[[float], None], wanted: Callable[[], bool]) -> Outcome:
+    def runner(one: Task, progress: Callable[[float], None], wanted: Callable[[], bool]) -> RouteOutcome:
         raise OutputError("no room")
 
     with pytest.raises(OutputError, match="no room"):
@@ -64,7 +64,7 @@ def test_a_full_disk_stops_everything() -> None:
 def test_who_stops_listening_goes_on_when_all_have_ended() -> None:
     ended: list[str] = []
 
-    def runner(one: Task, progress: Callable[[float], None], wanted: Callable[[], bool]) -> Outcome:
+    def runner(one: Task, progress: Callable[[float], None], wanted: Callable[[], bool]) -> RouteOutcome:
         progress(1.0)
         while wanted():
             time.sleep(0.01)
@@ -87,7 +87,7 @@ def test_what_is_not_wanted_is_not_begun(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_the_board_has_a_line_for_each_route_and_no_escapes_off_a_terminal() -> None:
     out = io.StringIO()
-    board = Board(total=3, before=1, out=out, now=lambda: 0.0)
+    board = ProgressDisplay(total=3, before=1, out=out, now=lambda: 0.0)
     board.goes_on(task(1), 10.0)
     record = make_record(
         route_id="1",
@@ -117,7 +117,7 @@ class Terminal(io.StringIO):
 def test_on_a_terminal_it_shows_the_time_left_and_the_scores_so_far() -> None:
     times = iter((0.0, 60.0, 60.0, 60.0))
     out = Terminal()
-    board = Board(total=11, before=0, out=out, now=lambda: next(times))
+    board = ProgressDisplay(total=11, before=0, out=out, now=lambda: next(times))
     board.is_over(task(1), outcome_of(task(1)), None)
     shown = out.getvalue()
     assert "1/11  time left: 10 min" in shown
@@ -145,7 +145,7 @@ def test_weather_changes_evenly_between_its_keys() -> None:
 
 
 def test_a_slow_spell_lasts_from_its_onset_to_fifteen_metres_of_progress() -> None:
-    watch = SpellWatch()
+    watch = ImmobilizationWatch()
     place, time_s = 0.0, 0.0
     for speed, seconds in ((10.0, 5.0), (0.0, 20.0), (5.0, 10.0), (0.0, 8.0)):
         for _ in range(round(seconds / 0.05)):

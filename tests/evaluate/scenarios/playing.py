@@ -13,7 +13,7 @@ import carla
 import numpy as np
 
 import stucksolver_eval.suites as suites
-from stucksolver_eval.actors import Car, Member
+from stucksolver_eval.actors import Car, ScenarioActor
 from stucksolver_eval.background import Background
 from stucksolver_eval.routes import Route, ScenarioSpec, read_routes
 from stucksolver_eval.routes.line import RouteLine
@@ -95,7 +95,7 @@ class Playing:
         self._index = self.route.index_at(s_m)
         self.tick()
 
-    def others(self, prefix: str = "vehicle.") -> list[Member]:
+    def others(self, prefix: str = "vehicle.") -> list[ScenarioActor]:
         """Members of the scenario above ground, in the order of their coming."""
         return [
             one
@@ -105,7 +105,7 @@ class Playing:
             and one.actor.attributes.get("role_name") == "scenario"
         ]
 
-    def along(self, member: Member) -> tuple[float, float]:
+    def along(self, member: ScenarioActor) -> tuple[float, float]:
         """(arc length on the route, metres right of it) of an actor."""
         state = self.cast.state(member)
         gaps = (self.route.xyz[:, 0] - state.x) ** 2 + (self.route.xyz[:, 1] - state.y) ** 2
@@ -114,7 +114,7 @@ class Playing:
         dx, dy = state.x - self.route.xyz[index, 0], state.y - self.route.xyz[index, 1]
         return float(self.route.s_m[index] + dx * fx + dy * fy), float(-dx * fy + dy * fx)
 
-    def facing_deg(self, member: Member) -> float:
+    def facing_deg(self, member: ScenarioActor) -> float:
         """Heading of an actor against the route beside it, in [0, 180]."""
         state = self.cast.state(member)
         waypoint = self.map.get_waypoint(carla.Location(*self.route.xyz[self.route.index_at(self.along(member)[0])]))
@@ -122,7 +122,7 @@ class Playing:
             math.degrees(math.remainder(state.yaw_rad - math.radians(waypoint.transform.rotation.yaw), math.tau))
         )
 
-    def apart_m(self, member: Member) -> float:
+    def apart_m(self, member: ScenarioActor) -> float:
         """Distance between the hero's middle and an actor's."""
         hero, state = self.cast.hero, self.cast.state(member)
         return float(hero.distance_m(state.x, state.y))

@@ -11,7 +11,7 @@ carla = pytest.importorskip("carla")
 
 from playing import Playing, shipped  # noqa: E402
 
-from stucksolver_eval.routes import Pose, Position, ScenarioSpec  # noqa: E402
+from stucksolver_eval.routes import Position, RoutePose, ScenarioSpec  # noqa: E402
 from stucksolver_eval.scenarios import SCENARIOS, Scenario, ScenarioError, Unsupported, load_all  # noqa: E402
 from stucksolver_eval.scenarios.document import PAGE, page  # noqa: E402
 from stucksolver_eval.scenarios.parameters import Choice, Number, Place, Range, parameters_of  # noqa: E402
@@ -119,7 +119,7 @@ class Stub:
     place = Place("start_actor_flow", None)
 
     def __init__(self, **parameters):
-        trigger = Pose(Position(0, 0, 0), 0)
+        trigger = RoutePose(Position(0, 0, 0), 0)
         self.spec = ScenarioSpec("Stub_1", "Stub", trigger, parameters)
 
 
@@ -172,7 +172,7 @@ def moved(name, **changes):
 def test_a_trigger_point_off_the_route_is_refused(theatre):
     spec = shipped()["Accident_1"].scenarios[0]
     place = spec.trigger.position
-    away = Pose(replace(place, x_m=place.x_m + 30.0, y_m=place.y_m + 30.0), spec.trigger.yaw_deg)
+    away = RoutePose(replace(place, x_m=place.x_m + 30.0, y_m=place.y_m + 30.0), spec.trigger.yaw_deg)
     with pytest.raises(ScenarioError, match=r"Accident_1: the trigger point \(.*\) lies \d+ m off the route"):
         begin(theatre, moved("Accident_1", trigger=away))
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from stucksolver_eval.results.outcome import Intervention, Noted, Outcome, Spell
+from stucksolver_eval.results.outcome import ImmobilizationEpisode, InterventionRecord, Noted, RouteOutcome
 
 
-def outcome(**changes: Any) -> Outcome:
+def outcome(**changes: Any) -> RouteOutcome:
     """A 200 m route that was driven at 1 m/s."""
     usual = {
         "route_id": "1",
@@ -18,16 +18,16 @@ def outcome(**changes: Any) -> Outcome:
         "length_m": 200.0,
         "track": tuple((float(t), float(t)) for t in range(201)),
     }
-    return Outcome(**(usual | changes))
+    return RouteOutcome(**(usual | changes))
 
 
-def spell(onset_s: float, ended_s: float, recovered: bool = True, place_m: float = 50.0) -> Spell:
+def spell(onset_s: float, ended_s: float, recovered: bool = True, place_m: float = 50.0) -> ImmobilizationEpisode:
     after_s = ended_s - onset_s if recovered else None
-    return Spell(onset_s=onset_s, place_m=place_m, recovered_after_s=after_s, ended_s=ended_s)
+    return ImmobilizationEpisode(onset_s=onset_s, place_m=place_m, recovered_after_s=after_s, ended_s=ended_s)
 
 
-def plan(start_s: float, end_s: float, place_m: float | None = None, moves: bool = True) -> Intervention:
-    return Intervention(
+def plan(start_s: float, end_s: float, place_m: float | None = None, moves: bool = True) -> InterventionRecord:
+    return InterventionRecord(
         start_s=start_s,
         end_s=end_s,
         place_m=start_s if place_m is None else place_m,

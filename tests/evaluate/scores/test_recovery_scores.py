@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 from outcomes import noted, outcome, plan, spell
 
-from stucksolver_eval.results.outcome import Outcome, Query
+from stucksolver_eval.results.outcome import QueryRecord, RouteOutcome
 from stucksolver_eval.scores.recovery import RecoveryFigures, key_of, recovery_figures
 
 
-def figures(alone: Outcome | None = None, **changes: Any) -> RecoveryFigures:
+def figures(alone: RouteOutcome | None = None, **changes: Any) -> RecoveryFigures:
     return recovery_figures([outcome(**changes)], None if alone is None else {key_of(alone): alone})
 
 
@@ -89,12 +89,12 @@ def test_min_speed_entries_and_being_blocked_are_no_harm() -> None:
 
 def test_questions_are_counted_with_their_cost() -> None:
     queries = (
-        Query(asked_s=10, answered_s=12.8, took_s=2.5, tokens=900, usd=0.004, outcome="nothing to do"),
-        Query(asked_s=20),
+        QueryRecord(asked_s=10, answered_s=12.8, took_s=2.5, tokens=900, usd=0.004, outcome="nothing to do"),
+        QueryRecord(asked_s=20),
     )
     queries += (
-        Query(asked_s=30, answered_s=30, outcome="refused", verdict="refused: collision"),
-        Query(asked_s=40, outcome="failed", verdict="failed: late"),
+        QueryRecord(asked_s=30, answered_s=30, outcome="refused", verdict="refused: collision"),
+        QueryRecord(asked_s=40, outcome="failed", verdict="failed: late"),
     )
     found = figures(queries=queries)
     assert (found.queries, found.tokens, found.latencies_s) == (4, 900, [2.5])

@@ -15,7 +15,7 @@ carla = pytest.importorskip("carla")
 from stucksolver_eval.guidance import read_script  # noqa: E402 (needs carla)
 from stucksolver_eval.routes.line import RouteLine  # noqa: E402 (needs carla)
 from stucksolver_eval.scenarios import SCENARIOS  # noqa: E402
-from stucksolver_eval.sites.values import Interval, OneOf, Ride  # noqa: E402
+from stucksolver_eval.sites.values import IntervalDraw, OneOf, Ride  # noqa: E402
 from stucksolver_eval.suites import SuiteError, make, shipped_guidance, suite, suite_names  # noqa: E402
 from stucksolver_eval.suites.weathers import FIELDS, PRESETS  # noqa: E402
 
@@ -133,7 +133,7 @@ def test_parameters_are_complete_and_within_the_published_ranges():
         (scenario,) = route.scenarios
         for name, one in PLACED[scenario.type].values.items():
             given = scenario.parameters[name]
-            if isinstance(one, Interval):
+            if isinstance(one, IntervalDraw):
                 assert one.first[0] <= float(given["from"]) <= one.first[1]
                 assert one.last[0] <= float(given["to"]) <= one.last[1]
             elif isinstance(one, OneOf):

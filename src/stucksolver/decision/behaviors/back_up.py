@@ -7,7 +7,7 @@ from pydantic import Field
 from stucksolver.decision.behaviors.base import CREEP_MPS, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, straight
 from stucksolver.scene.attempts import PlanFailure
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 STANDS_MPS = 0.3
 
@@ -32,7 +32,7 @@ class BackUp(Behavior):
     distance_m: float = Field(ge=1.0, le=8.0)
     speed_mps: float = Field(default=1.0, ge=0.5, le=CREEP_MPS)
 
-    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
         if abs(start.speed_mps) > STANDS_MPS:
             raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stand before it backs up")
         return straight(start.s_m, start.d_m, self.distance_m, self.speed_mps).stopping()

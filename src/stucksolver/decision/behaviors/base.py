@@ -11,7 +11,7 @@ from stucksolver.decision.manoeuvre import Manoeuvre
 from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.model import Model
 from stucksolver.scene.road import LaneDirection, ZoneKind
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 
 class Check(str, Enum):
@@ -81,7 +81,7 @@ class Behavior(Model, ABC):
     abort_after_commit: ClassVar[Abort] = Abort.FINISH
     stands_still: ClassVar[bool] = False
     reverse: ClassVar[bool] = False
-    """Backs up: `view` and `start` are then those of `View.backwards`."""
+    """Backs up: `view` and `start` are then those of `FrenetScene.backwards`."""
     prepares: ClassVar[bool] = False
     """Is it done for the sake of what follows, so that the vehicle need not have got on after it?"""
     release: ClassVar[Release] = Release.AUTONOMOUS
@@ -91,15 +91,15 @@ class Behavior(Model, ABC):
 
     name: str
 
-    def precondition(self, view: View) -> str | None:
+    def precondition(self, view: FrenetScene) -> str | None:
         """Why it cannot be done here now, or None."""
         return None
 
     @abstractmethod
-    def manoeuvre(self, view: View, start: Start) -> Manoeuvre | None:
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre | None:
         """Its path from `start`; None for a behaviour that stands still. Raises `CannotPlan`."""
 
-    def done(self, view: View) -> bool:
+    def done(self, view: FrenetScene) -> bool:
         """Is its purpose reached before its path or its time is at an end?"""
         return False
 
@@ -113,14 +113,14 @@ class Standing(Behavior):
 
     stands_still: ClassVar[bool] = True
 
-    def precondition(self, view: View) -> str | None:
+    def precondition(self, view: FrenetScene) -> str | None:
         return no_place_to_stand(view)
 
-    def manoeuvre(self, view: View, start: Start) -> Manoeuvre | None:
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre | None:
         return None
 
 
-def no_place_to_stand(view: View) -> str | None:
+def no_place_to_stand(view: FrenetScene) -> str | None:
     """Why the ego must not stay where it is: a stop is not safe there."""
     lane = view.ego_lane
     if lane is not None and lane.strip.direction is LaneDirection.OPPOSITE:

@@ -5,12 +5,12 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from stucksolver.decision.behaviors.base import MOVING_CHECKS, Abort, Behavior, CannotPlan, Check, Start
+from stucksolver.decision.lateral_shift import lateral_shift
 from stucksolver.decision.manoeuvre import Manoeuvre, along_lane, landing_m
-from stucksolver.decision.swing import swing_out
 from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection, LaneKind
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 
 class ChangeLane(Behavior):
@@ -28,7 +28,7 @@ class ChangeLane(Behavior):
     distance_m: float = Field(ge=15.0, le=150.0)
     speed_mps: float = Field(gt=0.5, le=11.0)
 
-    def target(self, view: View, start: Start) -> Lane:
+    def target(self, view: FrenetScene, start: Start) -> Lane:
         lane = view.frame.beside(start.s_m, start.d_m, +1 if self.side == "left" else -1)
         if lane is None or lane.strip.kind is not LaneKind.DRIVING:
             raise CannotPlan(PlanFailure.NO_LANE, f"there is no driving lane on the {self.side}")
@@ -36,9 +36,9 @@ class ChangeLane(Behavior):
             raise CannotPlan(PlanFailure.NOT_OUR_LANE, f"the lane on the {self.side} belongs to oncoming traffic")
         return lane
 
-    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
         lane = self.target(view, start)
-        swing = swing_out(view, start, lane.at(start.s_m + 15.0)[1], self.speed_mps)
-        rest = max(start.s_m + self.distance_m - swing.end_s, landing_m(self.speed_mps) + 2.0)
-        path = swing.then(along_lane(lane, swing.end_s, swing.end_d, rest, self.speed_mps))
+        sideways = lateral_shift(view, start, lane.at(start.s_m + 15.0)[1], self.speed_mps)
+        rest = max(start.s_m + self.distance_m - sideways.end_s, landing_m(self.speed_mps) + 2.0)
+        path = sideways.then(along_lane(lane, sideways.end_s, sideways.end_d, rest, self.speed_mps))
         return Manoeuvre(path.s, path.d, path.speed, (lane,), (), returns=abs(path.end_d) < 1.0)

@@ -7,7 +7,7 @@ from pydantic import Field
 from stucksolver.decision.behaviors.base import CREEP_MPS, MOVING_CHECKS, Behavior, Check, Start
 from stucksolver.decision.behaviors.keep_lane import own_lane
 from stucksolver.decision.manoeuvre import Manoeuvre, along_lane
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 
 class Creep(Behavior):
@@ -20,6 +20,6 @@ class Creep(Behavior):
     distance_m: float = Field(ge=1.0, le=15.0)
     speed_mps: float = Field(default=1.5, ge=0.5, le=CREEP_MPS)
 
-    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
         lane = own_lane(view, start)
         return along_lane(lane, start.s_m, start.d_m, self.distance_m, self.speed_mps).stopping()

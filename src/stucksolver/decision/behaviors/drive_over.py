@@ -9,7 +9,7 @@ from stucksolver.decision.behaviors.base import CREEP_MPS, MOVING_CHECKS, Behavi
 from stucksolver.decision.behaviors.keep_lane import own_lane
 from stucksolver.decision.manoeuvre import Manoeuvre, along_lane
 from stucksolver.scene.attempts import PlanFailure
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 BEYOND_M = 2.0
 
@@ -26,7 +26,7 @@ class DriveOver(Behavior):
     object_id: str
     speed_mps: float = Field(default=2.0, ge=0.5, le=CREEP_MPS)
 
-    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
         i = view.index_of(self.object_id)
         if i is None:
             raise CannotPlan(PlanFailure.NOT_SEEN, f"object {self.object_id} is not seen")

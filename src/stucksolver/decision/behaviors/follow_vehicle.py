@@ -8,7 +8,7 @@ from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, CannotP
 from stucksolver.decision.behaviors.keep_lane import own_lane
 from stucksolver.decision.manoeuvre import Manoeuvre, along_lane
 from stucksolver.scene.attempts import PlanFailure
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 RANGE_M = 50.0
 LEADS_MPS = 0.5
@@ -27,18 +27,18 @@ class FollowVehicle(Behavior):
     distance_m: float = Field(ge=5.0, le=150.0)
     speed_mps: float = Field(gt=0.5, le=11.0)
 
-    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
         i = view.index_of(self.leader_id)
         if i is None or not self._leads(view, i):
             why = f"{self.leader_id} does not lead: it must move ahead in the own lane"
             raise CannotPlan(PlanFailure.NOT_LEADING, why)
         return along_lane(own_lane(view, start), start.s_m, start.d_m, self.distance_m, self.speed_mps)
 
-    def done(self, view: View) -> bool:
+    def done(self, view: FrenetScene) -> bool:
         i = view.index_of(self.leader_id)
         return i is None or not (0.0 < view.gap[i] < 2 * RANGE_M and view.in_corridor(view.ego.width_m / 2)[i])
 
     @staticmethod
-    def _leads(view: View, i: int) -> bool:
+    def _leads(view: FrenetScene, i: int) -> bool:
         in_lane = bool(view.in_corridor(view.ego.width_m / 2)[i])
         return in_lane and 0.0 < view.gap[i] < RANGE_M and view.vs[i] > LEADS_MPS

@@ -3,7 +3,7 @@
 from typing import ClassVar, Literal
 
 from stucksolver.decision.behaviors.base import Standing
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 
 class HazardLights(Standing):
@@ -14,7 +14,7 @@ class HazardLights(Standing):
     name: Literal["hazard_lights"] = "hazard_lights"
     on: bool = True
 
-    def precondition(self, view: View) -> str | None:
+    def precondition(self, view: FrenetScene) -> str | None:
         return None
 
     def time_allowance_s(self, expected_s: float) -> float:

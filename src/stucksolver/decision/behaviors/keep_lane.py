@@ -9,7 +9,7 @@ from stucksolver.decision.manoeuvre import Manoeuvre, along_lane
 from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 
 class KeepLane(Behavior):
@@ -22,12 +22,12 @@ class KeepLane(Behavior):
     distance_m: float = Field(ge=0.5, le=150.0)
     speed_mps: float = Field(gt=0.5, le=11.0)
 
-    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
         lane = own_lane(view, start)
         return along_lane(lane, start.s_m, start.d_m, self.distance_m, self.speed_mps)
 
 
-def own_lane(view: View, start: Start) -> Lane | None:
+def own_lane(view: FrenetScene, start: Start) -> Lane | None:
     """The lane at a place. Raises `CannotPlan` where that is an oncoming one."""
     lane = view.frame.lane_at(start.s_m, start.d_m)
     if lane is not None and lane.strip.direction is LaneDirection.OPPOSITE:

@@ -7,11 +7,11 @@ from pydantic import Field
 
 from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.behaviors.keep_lane import own_lane
+from stucksolver.decision.lateral_shift import lateral_shift
 from stucksolver.decision.manoeuvre import Manoeuvre, straight
-from stucksolver.decision.swing import swing_out
 from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.frenet import Array
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 EDGE_M = 0.05
 SHARES = (1.0, 0.85, 0.7, 0.5)
@@ -35,7 +35,7 @@ class Nudge(Behavior):
     distance_m: float = Field(ge=3.0, le=40.0)
     speed_mps: float = Field(default=1.5, ge=0.5, le=5.5)
 
-    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
         lane = own_lane(view, start)
         if lane is None:
             raise CannotPlan(PlanFailure.NO_LANE, "the vehicle is in no lane")
@@ -46,14 +46,14 @@ class Nudge(Behavior):
             raise CannotPlan(PlanFailure.NO_ROOM_ASIDE, f"the lane leaves no room on the {self.side}")
         for share in SHARES:
             aside = share * (target - start.d_m)
-            out = swing_out(view, start, start.d_m + aside, self.speed_mps)
+            out = lateral_shift(view, start, start.d_m + aside, self.speed_mps)
             if float((turn * out.d + body_reach(out, view)).max()) <= (left if turn > 0 else -right) + 2 * EDGE_M:
                 rest = max(start.s_m + self.distance_m - out.end_s, 0.5)
                 return out.then(straight(out.end_s, out.end_d, rest, self.speed_mps)).stopping()
         raise CannotPlan(PlanFailure.NO_ROOM_ASIDE, f"the lane leaves no room to turn to the {self.side}")
 
 
-def body_reach(path: Manoeuvre, view: View) -> Array:
+def body_reach(path: Manoeuvre, view: FrenetScene) -> Array:
     """Half extent of the ego's body across the road at each station."""
     heading = path.body(float(path.heading()[0]), view.ego.limits.wheelbase_m)
     reach: Array = view.ego.width_m / 2 * np.cos(heading) + view.ego.length_m / 2 * np.abs(np.sin(heading))

@@ -11,7 +11,7 @@ from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift, s
 from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 EDGE_M = 0.2
 ROADSIDE = (LaneKind.DRIVING, LaneKind.PARKING, LaneKind.SHOULDER)
@@ -32,7 +32,7 @@ class PullOver(Behavior):
     distance_m: float = Field(default=20.0, ge=10.0, le=60.0)
     speed_mps: float = Field(default=3.0, ge=0.5, le=5.5)
 
-    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
         lanes = _to_the_right(view, start)
         if not lanes:
             raise CannotPlan(PlanFailure.NO_LANE, "the vehicle is in no lane of its own direction")
@@ -49,7 +49,7 @@ class PullOver(Behavior):
         return replace(path, enters=tuple(lanes[1:]), returns=False)
 
 
-def _to_the_right(view: View, start: Start) -> list[Lane]:
+def _to_the_right(view: FrenetScene, start: Start) -> list[Lane]:
     """The lane at a place and the strips right of it that may be stood on, up to the first kerb."""
     here = view.frame.lane_at(start.s_m, start.d_m)
     if here is None or here.strip.direction is LaneDirection.OPPOSITE:

@@ -6,10 +6,10 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from stucksolver.decision.behaviors.base import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
+from stucksolver.decision.lateral_shift import lateral_shift
 from stucksolver.decision.manoeuvre import Manoeuvre, along_lane, landing_m
-from stucksolver.decision.swing import swing_out
 from stucksolver.scene.attempts import PlanFailure
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 
 class RejoinRoute(Behavior):
@@ -26,12 +26,12 @@ class RejoinRoute(Behavior):
     name: Literal["rejoin_route"] = "rejoin_route"
     speed_mps: float = Field(default=4.0, gt=0.5, le=11.0)
 
-    def manoeuvre(self, view: View, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
         home = view.frame.lane_at(start.s_m, 0.0)
         if home is None:
             raise CannotPlan(PlanFailure.NO_LANE, "the route has no lane here")
         here = view.frame.lane_at(start.s_m, start.d_m)
-        out = swing_out(view, start, 0.0, self.speed_mps) if abs(start.d_m) > 0.1 else None
+        out = lateral_shift(view, start, 0.0, self.speed_mps) if abs(start.d_m) > 0.1 else None
         s, d = (start.s_m, start.d_m) if out is None else (out.end_s, out.end_d)
         on = along_lane(home, s, d, landing_m(self.speed_mps) + 2.0, self.speed_mps)
         path = on if out is None else out.then(on)

@@ -5,7 +5,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from stucksolver.decision.behaviors.base import Standing
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 CLEAR_M = 25.0
 
@@ -21,7 +21,7 @@ class RequestAssistance(Standing):
     reason: str = Field(max_length=200)
     duration_s: float = Field(default=30.0, ge=5.0, le=300.0)
 
-    def done(self, view: View) -> bool:
+    def done(self, view: FrenetScene) -> bool:
         return view.ego.speed_mps < 0.2 and view.free_ahead_m() > CLEAR_M
 
     def time_allowance_s(self, expected_s: float) -> float:

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from stucksolver.decision.behaviors.base import Standing
 from stucksolver.scene.surroundings import ControlKind, LightState
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 CLEAR_M = 15.0
 ONCOMING_M = 80.0
@@ -24,7 +24,7 @@ class Wait(Standing):
     duration_s: float = Field(ge=0.5, le=60.0)
     until: Literal["time", "clear", "light", "oncoming"] = "time"
 
-    def done(self, view: View) -> bool:
+    def done(self, view: FrenetScene) -> bool:
         if self.until == "clear":
             return view.free_ahead_m() > CLEAR_M
         if self.until == "light":

@@ -66,7 +66,7 @@ class Finish(str, Enum):
 
 
 @dataclass(frozen=True)
-class Reply:
+class ChatReply:
     """What came back: text, calls, or both. `usage` is None where the server does not count.
 
     `saw`: False where the server takes no pictures, so that none was sent.
@@ -87,7 +87,9 @@ class ChatModel(Protocol):
     def name(self) -> str:
         """As in results: vendor and model."""
 
-    def chat(self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float) -> Reply:
+    def chat(
+        self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
+    ) -> ChatReply:
         """One exchange that ends within `limit_s` seconds. `must_call` names the tool that has to be called.
 
         Raises `TryAgain` for what may pass by itself, `GiveUp` for what needs a person or another model.

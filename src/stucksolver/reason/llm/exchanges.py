@@ -13,10 +13,10 @@ from typing import Any
 
 from stucksolver.reason.llm.chat import (
     ChatModel,
+    ChatReply,
     Finish,
     GiveUp,
     Message,
-    Reply,
     Tool,
     ToolCall,
     Trouble,
@@ -47,7 +47,9 @@ class RecordingChat:
         except OSError as error:
             raise ExchangesError(f"exchanges cannot be kept in {folder}: {error.strerror}") from error
 
-    def chat(self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float) -> Reply:
+    def chat(
+        self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
+    ) -> ChatReply:
         try:
             reply = self.inner.chat(messages, tools, must_call, limit_s)
         except TryAgain as error:
@@ -93,7 +95,9 @@ class RecordedChat:
         self.model = str(first["model"]) if first else "nothing"
         self.name = f"recorded:{folder.name} of {self.model}"
 
-    def chat(self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float) -> Reply:
+    def chat(
+        self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
+    ) -> ChatReply:
         key = request_key(request_form(messages, tools, must_call))
         lines = self._answers.get(key)
         if not lines:
@@ -158,8 +162,8 @@ def _entry(line: str, where: str) -> dict[str, Any]:
     return entry
 
 
-def _reply(data: dict[str, Any]) -> Reply:
+def _reply(data: dict[str, Any]) -> ChatReply:
     usage = Usage(**data["usage"]) if data["usage"] else None
     calls = tuple(ToolCall(**call) for call in data["calls"])
     finish = Finish(data.get("finish", Finish.UNTOLD.value))
-    return Reply(data["text"], calls, usage, data["model"], finish, data.get("saw", True))
+    return ChatReply(data["text"], calls, usage, data["model"], finish, data.get("saw", True))

@@ -9,7 +9,7 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit, urlunsplit
 
 from stucksolver.reason.llm.capabilities import ModelOptions, capabilities_of, has_deployment, is_azure
-from stucksolver.reason.llm.chat import Finish, GiveUp, Message, Reply, Tool, Trouble, TryAgain, Usage
+from stucksolver.reason.llm.chat import ChatReply, Finish, GiveUp, Message, Tool, Trouble, TryAgain, Usage
 from stucksolver.reason.llm.failures import KEY_VARIABLE, REFUSALS, parameter_of, said_by, too_long, translated
 from stucksolver.reason.llm.loop import Cancelled, Loop, OutOfTime
 from stucksolver.reason.llm.wire import reply_of, request_of
@@ -37,7 +37,9 @@ class OpenAiChat:
         self._client: Any = None
         self._shut: tuple[float, str] | None = None
 
-    def chat(self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float) -> Reply:
+    def chat(
+        self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
+    ) -> ChatReply:
         """As in `ChatModel`. What a server does not take is left out from then on, within the same limit."""
         if self._shut is not None and time.monotonic() < self._shut[0]:
             raise GiveUp(self._shut[1], lasting=True)
@@ -99,7 +101,7 @@ class OpenAiChat:
 
     async def _exchange(
         self, client: Any, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None
-    ) -> Reply:
+    ) -> ChatReply:
         """One exchange, and further ones while something can be left out that the server does not take."""
         import openai
 
@@ -118,7 +120,7 @@ class OpenAiChat:
                 raise TryAgain(f"{self.where} answered what is no chat completion", Trouble.BROKEN) from error
             spent = reply.usage if spent is None or reply.usage is None else spent + reply.usage
             if is_called(reply) or not self.takes.step_down(f"answered without a call: {reply.text[:60]!r}"):
-                return Reply(reply.text, reply.calls, spent, reply.model, reply.finish, reply.saw)
+                return ChatReply(reply.text, reply.calls, spent, reply.model, reply.finish, reply.saw)
 
     def _learns(self, error: Any, request: dict[str, Any]) -> bool:
         said = said_by(error)
@@ -140,7 +142,7 @@ class OpenAiChat:
         return found
 
 
-def is_called(reply: Reply) -> bool:
+def is_called(reply: ChatReply) -> bool:
     """Did the model answer in the form that was asked for? One that was cut off while thinking has not answered yet."""
     return bool(reply.calls) or "{" in reply.text or (reply.finish is Finish.CUT_OFF and not reply.text.strip())
 

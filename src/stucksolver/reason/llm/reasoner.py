@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 
 from stucksolver.decision import Decision
 from stucksolver.reason.llm.answer import FORMAT, AnswerError, parse_answer, parse_plan
-from stucksolver.reason.llm.budget import CHARACTERS_FOR_A_TOKEN, PRICES, Purse, estimate
 from stucksolver.reason.llm.capabilities import MOST_TOKENS
-from stucksolver.reason.llm.chat import ChatModel, Finish, GiveUp, Message, Reply, Tool, Trouble, TryAgain, Usage
+from stucksolver.reason.llm.chat import ChatModel, ChatReply, Finish, GiveUp, Message, Tool, Trouble, TryAgain, Usage
 from stucksolver.reason.llm.json_in import name_in
+from stucksolver.reason.llm.limits import CHARACTERS_FOR_A_TOKEN, PRICES, UsageLimits, estimate
 from stucksolver.reason.llm.preflight import preflight_model
 from stucksolver.reason.llm.prompt import PROMPT_VERSION, messages
 from stucksolver.reason.llm.schema import CHECK_PLAN, DECIDE, check_tool, decide_tool
@@ -63,10 +63,12 @@ class _Talk:
 class LanguageModelReasoner:
     """Any `ChatModel` as a reasoner. `decide` runs in the solver's worker thread; `cancel` comes from another."""
 
-    def __init__(self, model: ChatModel, *, settings: ModelSettings | None = None, purse: Purse | None = None) -> None:
+    def __init__(
+        self, model: ChatModel, *, settings: ModelSettings | None = None, purse: UsageLimits | None = None
+    ) -> None:
         self.model = model
         self.name = f"{model.name} (prompt {PROMPT_VERSION})"
-        self.purse = purse or Purse(PRICES.get(getattr(model, "model", "")))
+        self.purse = purse or UsageLimits(PRICES.get(getattr(model, "model", "")))
         self._settings = settings or ModelSettings()
         self._cancelled = threading.Event()
         self._last: tuple[float, float | None] | None = None
@@ -124,7 +126,7 @@ class LanguageModelReasoner:
             except AnswerError as error:
                 self._repair(talk, reply, error)
 
-    def _ask(self, talk: _Talk) -> Reply:
+    def _ask(self, talk: _Talk) -> ChatReply:
         """One exchange, again after a pause while the failure may pass and the deadline allows."""
         pause, broken = FIRST_PAUSE_S, False
         tools = self._tools(talk)
@@ -179,7 +181,7 @@ class LanguageModelReasoner:
             tools.append(check_tool(talk.scene))
         return tools
 
-    def _answer_check(self, talk: _Talk, reply: Reply, answer: str) -> None:
+    def _answer_check(self, talk: _Talk, reply: ChatReply, answer: str) -> None:
         assert talk.check is not None
         talk.checks_left -= 1
         try:
@@ -188,7 +190,7 @@ class LanguageModelReasoner:
             said = f"not a plan: {error}"
         talk.turns += _told(reply, said)
 
-    def _repair(self, talk: _Talk, reply: Reply, error: AnswerError) -> None:
+    def _repair(self, talk: _Talk, reply: ChatReply, error: AnswerError) -> None:
         """Quote the error to the model once; then it is a failure."""
         if talk.repairs_left == 0:
             raise ReasonerError(f"{self.model.name} answered what cannot be used: {error}") from error
@@ -207,7 +209,7 @@ class LanguageModelReasoner:
             self.purse.new_episode()
 
 
-def _chosen(reply: Reply) -> tuple[str, bool]:
+def _chosen(reply: ChatReply) -> tuple[str, bool]:
     """The answer's text, and whether it asks the guard. The wrong tool is read like any answer: it will not fit."""
     for call in reply.calls:
         if call.name in (DECIDE, CHECK_PLAN):
@@ -216,7 +218,7 @@ def _chosen(reply: Reply) -> tuple[str, bool]:
     return text, not reply.calls and name_in(text) == CHECK_PLAN
 
 
-def _cut_off(reply: Reply) -> str:
+def _cut_off(reply: ChatReply) -> str:
     """Why an answer has no end; one that has not even begun was all thinking."""
     count = f"{reply.usage.output_tokens} tokens" if reply.usage else "the limit of tokens"
     if not reply.calls and not reply.text.strip():
@@ -224,7 +226,7 @@ def _cut_off(reply: Reply) -> str:
     return f"it was cut off at {count}; say less in each text and list"
 
 
-def _told(reply: Reply, text: str) -> list[Message]:
+def _told(reply: ChatReply, text: str) -> list[Message]:
     """The reply and our answer to it, as the protocol wants them: each call is answered, or the text is."""
     said = Message("assistant", reply.text, calls=reply.calls)
     if reply.calls:

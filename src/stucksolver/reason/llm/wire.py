@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from stucksolver.reason.llm.capabilities import Capabilities, Dialect
-from stucksolver.reason.llm.chat import Finish, GiveUp, Message, Reply, Tool, ToolCall, Trouble, TryAgain, Usage
+from stucksolver.reason.llm.chat import ChatReply, Finish, GiveUp, Message, Tool, ToolCall, Trouble, TryAgain, Usage
 from stucksolver.reason.llm.prompt import FORM, prose_appendix
 
 LARGEST_IMAGE_BYTES = 5_000_000
@@ -84,7 +84,7 @@ def _turn(message: Message, pictures: bool) -> dict[str, Any]:
     return turn
 
 
-def reply_of(answer: Any, asked: str, saw: bool) -> Reply:
+def reply_of(answer: Any, asked: str, saw: bool) -> ChatReply:
     """Reads an SDK object; whatever a server left out is taken as absent. Raises `TryAgain` and `GiveUp`."""
     choices = getattr(answer, "choices", None)
     if not choices:
@@ -102,7 +102,7 @@ def reply_of(answer: Any, asked: str, saw: bool) -> Reply:
         if getattr(c, "function", None) is not None
     )
     usage = _usage(getattr(answer, "usage", None))
-    return Reply(
+    return ChatReply(
         _text(message.content), calls, usage, str(answer.model or asked), FINISHES.get(str(finish), Finish.UNTOLD), saw
     )
 

@@ -9,7 +9,7 @@ from stucksolver.decision.behaviors import Release
 from stucksolver.guard import NOBODY, RULES, Approvals, Guard, Reject, RejectCode, Verdict
 from stucksolver.ladder.moves import Person
 from stucksolver.scene import Scene
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine.execution import Execution
 from stucksolver.solver.machine.history import History, passes
 
@@ -49,7 +49,7 @@ class Admission:
 
 def admit(
     plan: RecoveryPlan,
-    view: View,
+    view: FrenetScene,
     now_s: float,
     *,
     guard: Guard,
@@ -73,12 +73,12 @@ def admit(
     return Admission(plan, verdict, execution, need, passes(verdict, moving(view)))
 
 
-def second_opinion(plan: RecoveryPlan, view: View, now_s: float, *, guard: Guard, guided: bool) -> str:
+def second_opinion(plan: RecoveryPlan, view: FrenetScene, now_s: float, *, guard: Guard, guided: bool) -> str:
     """What the guard would say of a plan, for a reasoner that asks before it commits to it."""
     return str(Execution(plan, guard, guided, NOBODY).start(view, now_s))
 
 
-def moving(view: View) -> frozenset[str]:
+def moving(view: FrenetScene) -> frozenset[str]:
     """Ids of what moves now."""
     return frozenset(o.id for o, moves in zip(view.objects, view.moving, strict=True) if moves)
 
@@ -105,7 +105,7 @@ def against_releases(plan: RecoveryPlan, guard: Guard, has: Approvals) -> Verdic
 
 
 def missing_yes(
-    plan: RecoveryPlan, verdict: Verdict, guard: Guard, view: View, now_s: float, guided: bool, has: Approvals
+    plan: RecoveryPlan, verdict: Verdict, guard: Guard, view: FrenetScene, now_s: float, guided: bool, has: Approvals
 ) -> Need | None:
     """The least yes with which the guard accepts a refused plan as things stand; None where no yes would help."""
     if not any(r.code in ASKABLE for r in verdict.rejects):

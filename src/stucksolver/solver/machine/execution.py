@@ -21,7 +21,7 @@ from stucksolver.decision.behaviors import (
 from stucksolver.decision.manoeuvre import Manoeuvre, landing_m
 from stucksolver.guard import NOBODY, OK, Approvals, Guard, Proven, Reject, RejectCode, Verdict
 from stucksolver.scene.frenet import Array
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 ARRIVED_M = 1.5
 """A behaviour counts as driven this far before its end, a whole path as far as `landing_m` says."""
@@ -34,7 +34,7 @@ ALONE = frozenset({Check.CREEP_SPEED, Check.WITHIN_LANE, Check.ROADSIDE, Check.S
 
 
 @dataclass(frozen=True)
-class Outcome:
+class ExecutionOutcome:
     """How a plan ended."""
 
     finished: bool
@@ -59,7 +59,7 @@ def stand(brake_mps2: float | None) -> Execute:
 
 
 class Execution:
-    """One plan on its way. Call `start`, then `tick` until it returns an `Outcome`.
+    """One plan on its way. Call `start`, then `tick` until it returns an `ExecutionOutcome`.
 
     Whatever it holds is never changed in place, so a shallow copy (`ticked`, `withdrawn`) goes its own way from there.
     """
@@ -77,12 +77,12 @@ class Execution:
         self._until_s = 0.0
         self._index = 0
         self._withdrawn = False
-        self._ending: Outcome | None = None
+        self._ending: ExecutionOutcome | None = None
         self._way_back: Manoeuvre | None = None
         self._gives_way = False
         self.last_verdict = Verdict()
 
-    def start(self, view: View, now_s: float) -> Verdict:
+    def start(self, view: FrenetScene, now_s: float) -> Verdict:
         """Have the guard prove the next stretch; begins it when it is accepted."""
         segment = self._segments[0]
         proven: Proven | None = None
@@ -112,12 +112,12 @@ class Execution:
         other.withdraw()
         return other
 
-    def ticked(self, view: View, now_s: float) -> tuple[Execution, Step | Outcome]:
+    def ticked(self, view: FrenetScene, now_s: float) -> tuple[Execution, Step | ExecutionOutcome]:
         """How it stands after one more tick, and what to do at that tick, or how it ended. This one stays as it is."""
         other = copy.copy(self)
         return other, other.tick(view, now_s)
 
-    def tick(self, view: View, now_s: float) -> Step | Outcome:
+    def tick(self, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
         """What to do at this tick, or how it ended."""
         if self._ending is not None:
             return self._end(view)
@@ -127,22 +127,22 @@ class Execution:
             return self._stand(view, now_s)
         return self._move(self._proven, view, now_s)
 
-    def _committed(self, view: View) -> bool:
+    def _committed(self, view: FrenetScene) -> bool:
         return self._proven is not None and self._proven.committed(_facing(view, self._proven).ego_s)
 
-    def _stand(self, view: View, now_s: float) -> Step | Outcome:
+    def _stand(self, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
         assert self._directive is not None
         if self._shown and (now_s >= self._until_s - 1e-6 or self._behavior.done(view)):
             return self._next(view, now_s)
         self._shown = True
         return self._directive
 
-    def _move(self, proven: Proven, view: View, now_s: float) -> Step | Outcome:
+    def _move(self, proven: Proven, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
         self.last_verdict = verdict = self._guard.recheck(proven, view, self._gives_way)
         if verdict.abort is Abort.GIVE_WAY:
             if now_s > self._until_s:
                 # The stack knows how to get through a junction, too; it is not left standing there by a plan.
-                return Outcome(False, f"it gave way for longer than its time allowance: {verdict}", verdict)
+                return ExecutionOutcome(False, f"it gave way for longer than its time allowance: {verdict}", verdict)
             self._gives_way = True
             return stand(verdict.brake_mps2)
         if self._gives_way:
@@ -164,9 +164,9 @@ class Execution:
         assert self._directive is not None
         return self._directive
 
-    def _next(self, view: View, now_s: float) -> Step | Outcome:
+    def _next(self, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
         if not self._segments:
-            return Outcome(True, "the plan is done")
+            return ExecutionOutcome(True, "the plan is done")
         verdict = self.start(view, now_s)
         if not verdict.accepted:
             self.last_verdict = verdict
@@ -175,12 +175,14 @@ class Execution:
         self._shown = True
         return self._directive
 
-    def _abort(self, way: Abort, verdict: Verdict, view: View, why: str | None = None) -> Step | Outcome:
+    def _abort(
+        self, way: Abort, verdict: Verdict, view: FrenetScene, why: str | None = None
+    ) -> Step | ExecutionOutcome:
         """Ends the plan by a stop where one may stand, else by the way back, else by handing over at once.
 
         The stack then drives on by itself; it never stands where nobody should.
         """
-        self._ending = Outcome(False, why or str(verdict), verdict)
+        self._ending = ExecutionOutcome(False, why or str(verdict), verdict)
         if way is Abort.RETURN_TO_LANE or not self._guard.may_stand(view):
             self._way_back = self._guard.way_back(view)
             if self._way_back is None:
@@ -193,7 +195,7 @@ class Execution:
             self._directive = Execute(behavior=behavior, path=path_points(self._way_back, view, no_stop=True))
         return self._end(view)
 
-    def _end(self, view: View) -> Step | Outcome:
+    def _end(self, view: FrenetScene) -> Step | ExecutionOutcome:
         """Until the abort has brought the ego to rest, or back into its lane."""
         assert self._ending is not None and self._directive is not None
         if self._way_back is None:
@@ -205,7 +207,7 @@ class Execution:
                 return self._go_back(self._way_back, view)
         return self._ending if done else self._directive
 
-    def _go_back(self, path: Manoeuvre, view: View) -> Step | Outcome:
+    def _go_back(self, path: Manoeuvre, view: FrenetScene) -> Step | ExecutionOutcome:
         """Further on the way back, or a stop for who would be touched on it. Who stands is handed over."""
         assert self._ending is not None and self._directive is not None
         verdict = self._guard.recheck_way_back(path, view, self._gives_way)
@@ -216,7 +218,7 @@ class Execution:
             return self._ending
         return stand(verdict.brake_mps2)
 
-    def _direct(self, view: View) -> Step:
+    def _direct(self, view: FrenetScene) -> Step:
         """What the stack is to do for the present behaviour."""
         behavior, proven = self._behavior, self._proven
         if isinstance(behavior, ReplanRoute):
@@ -231,11 +233,11 @@ class Execution:
         return Execute(behavior=behavior, path=path, reverse=proven.reverse, ignore=proven.path.over)  # type: ignore[arg-type]
 
 
-def _facing(view: View, proven: Proven) -> View:
+def _facing(view: FrenetScene, proven: Proven) -> FrenetScene:
     return view.backwards if proven.reverse else view
 
 
-def _arrived(proven: Proven, seen: View) -> bool:
+def _arrived(proven: Proven, seen: FrenetScene) -> bool:
     left, way = proven.path.end_s - seen.ego_s, proven.path.end_s - float(proven.path.s[0])
     if proven.path.stops:
         return left < min(ARRIVED_M, way / 2) and abs(seen.ego.speed_mps) < STOPPED_MPS
@@ -256,7 +258,7 @@ def _segments(behaviors: tuple[Behavior, ...]) -> tuple[tuple[Behavior, ...], ..
     return tuple(map(tuple, segments))
 
 
-def path_points(path: Manoeuvre, view: View, no_stop: Array | bool = False) -> tuple[PathPoint, ...]:
+def path_points(path: Manoeuvre, view: FrenetScene, no_stop: Array | bool = False) -> tuple[PathPoint, ...]:
     """A path in the local frame; `no_stop` where finishing, and no stop, is the safe way out."""
     x, y, _ = view.frame.to_local(path.s, path.d)
     rows = np.stack([x, y, path.speed], axis=1).round(3).tolist()

@@ -17,7 +17,7 @@ from stucksolver.decision.behaviors import (
     RequestAssistance,
 )
 from stucksolver.guard import Guard
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 CLEAR_M = 1.0
 """Left between the body and a zone that it has left."""
@@ -26,14 +26,14 @@ CREEPS_M, BACKS_M, FURTHEST_M = 15.0, 8.0, 60.0
 SPEED_MPS = 3.0
 
 
-def minimal_risk(guard: Guard, view: View, reason: str) -> RecoveryPlan:
+def minimal_risk(guard: Guard, view: FrenetScene, reason: str) -> RecoveryPlan:
     """The way to the minimal risk condition from here: hazard lights, to the best place in reach, stop, call."""
     lights, call = HazardLights(), RequestAssistance(reason=reason[:200])
     way = way_to_stand(guard, view)
     return RecoveryPlan(behaviors=(lights, call) if way is None else (lights, way, call))  # type: ignore[arg-type]
 
 
-def way_to_stand(guard: Guard, view: View) -> Behavior | None:
+def way_to_stand(guard: Guard, view: FrenetScene) -> Behavior | None:
     """The first way that the guard accepts: to the roadside; else, where nobody may stand, to where one may.
 
     None where the ego may as well stay, and where there is no such way.
@@ -41,7 +41,7 @@ def way_to_stand(guard: Guard, view: View) -> Behavior | None:
     return next((one for one in _ways(guard, view) if guard.accept([one], view, False)[0].accepted), None)
 
 
-def stops_where_one_may_stand(guard: Guard, view: View) -> bool:
+def stops_where_one_may_stand(guard: Guard, view: FrenetScene) -> bool:
     """Would a stop that begins now end at a place to stand? No junction, crosswalk, level crossing or oncoming lane."""
     if not guard.may_stand(view):
         return False
@@ -50,7 +50,7 @@ def stops_where_one_may_stand(guard: Guard, view: View) -> bool:
     return view.zone_at(view.ego_s + way) is None
 
 
-def _ways(guard: Guard, view: View) -> Iterator[Behavior]:
+def _ways(guard: Guard, view: FrenetScene) -> Iterator[Behavior]:
     yield from (PullOver(distance_m=distance) for distance in (20.0, 12.0))
     if guard.may_stand(view):
         return

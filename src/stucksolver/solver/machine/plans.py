@@ -12,7 +12,7 @@ from stucksolver.reason import Answer
 from stucksolver.scene import AttemptEnd
 from stucksolver.solver.events import EventKind, Judgement, Tick
 from stucksolver.solver.machine.admission import Admission, admit
-from stucksolver.solver.machine.execution import STAND, Execution, Outcome, Step
+from stucksolver.solver.machine.execution import STAND, Execution, ExecutionOutcome, Step
 from stucksolver.solver.machine.guidance import end_words
 from stucksolver.solver.machine.history import passes, signature
 from stucksolver.solver.machine.minimal_risk import minimal_risk, stops_where_one_may_stand
@@ -176,7 +176,7 @@ def perform(turn: Turn) -> Directive:
     running = turn.state.activity
     assert isinstance(running, Executing)
     execution, result = _ticked(turn, running)
-    if not isinstance(result, Outcome):
+    if not isinstance(result, ExecutionOutcome):
         turn.set(activity=replace(running, execution=execution))
         return result
     turn.set(activity=Monitoring())
@@ -189,11 +189,11 @@ def perform(turn: Turn) -> Directive:
     return _given_up(turn, running, result, execution.last_verdict)
 
 
-def _ticked(turn: Turn, running: Executing) -> tuple[Execution, Step | Outcome]:
+def _ticked(turn: Turn, running: Executing) -> tuple[Execution, Step | ExecutionOutcome]:
     """The plan after this tick, and what to do, or how it ended."""
     seen, view, now = turn.seen, turn.view, turn.now_s
     if seen is None or view is None or turn.sight.blind_s > BLIND_LIMIT_S:
-        return running.execution, Outcome(False, f"nothing has been seen for {BLIND_LIMIT_S:g} s")
+        return running.execution, ExecutionOutcome(False, f"nothing has been seen for {BLIND_LIMIT_S:g} s")
     execution, result = running.execution.ticked(view, now)
     turn.told.append(Tick(turn.stack_s, now, seen, running.withdrawn, result, execution.last_verdict))
     return execution, result
@@ -211,7 +211,7 @@ def _finished(turn: Turn, running: Executing) -> Directive:
     return Replan(route_start=plan.route_start) if plan.replan_route else CONTINUE
 
 
-def _given_up(turn: Turn, running: Executing, result: Outcome, last: Verdict) -> Directive:
+def _given_up(turn: Turn, running: Executing, result: ExecutionOutcome, last: Verdict) -> Directive:
     plan, now = running.execution.plan, turn.now_s
     text = f"aborted: {result.text}"
     history = turn.state.history

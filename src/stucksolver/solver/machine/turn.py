@@ -11,7 +11,7 @@ from stucksolver.guard import Verdict
 from stucksolver.ladder.moves import Person
 from stucksolver.reason import Answer
 from stucksolver.scene import Guidance, Status, Surroundings
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.events import Event, EventKind, Told
 from stucksolver.solver.machine.inputs import Inputs, Setup, Sight
 from stucksolver.solver.machine.state import AwaitingApproval, Intervention, Monitoring, Querying, State
@@ -78,10 +78,10 @@ class Turn:
         return self.sight.surroundings
 
     @cached_property
-    def view(self) -> View | None:
+    def view(self) -> FrenetScene | None:
         """The same beside the road."""
         seen = self.seen
-        return None if seen is None else View(seen)
+        return None if seen is None else FrenetScene(seen)
 
     # ---- telling
 

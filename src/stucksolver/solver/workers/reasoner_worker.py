@@ -11,7 +11,7 @@ from stucksolver.decision import RecoveryPlan, releases
 from stucksolver.guard import Guard
 from stucksolver.reason import Answer, Cancellable, ReasonerError
 from stucksolver.reason.reasoner import PlanCheck
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine.admission import second_opinion
 from stucksolver.solver.query import NoAnswer, Query
 from stucksolver.solver.workers.clock import WAIT_LIMIT_S, Clock, Pending
@@ -95,7 +95,7 @@ class ReasonerWorker:
 
         def check(plan: RecoveryPlan) -> str:
             guided = releases(query.reading, plan)
-            return second_opinion(plan, View(seen), query.asked_s, guard=self._guard, guided=guided)
+            return second_opinion(plan, FrenetScene(seen), query.asked_s, guard=self._guard, guided=guided)
 
         return check
 

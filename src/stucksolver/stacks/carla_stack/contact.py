@@ -9,7 +9,7 @@ import numpy as np
 
 from stucksolver.scene.boxes import separation
 from stucksolver.stacks.carla_stack.interface import EgoVehicle
-from stucksolver.stacks.driver.perception import Surroundings
+from stucksolver.stacks.driver.perception import NearbyBodies
 
 if TYPE_CHECKING:
     pass
@@ -53,7 +53,7 @@ class Pushing:
         self._rolling: dict[int, float] = {}
         """Speed at the last look of all that moves because it was pushed."""
 
-    def look(self, ego: Footprint, seen: Surroundings) -> frozenset[int]:
+    def look(self, ego: Footprint, seen: NearbyBodies) -> frozenset[int]:
         """Ids of what moves because the ego pushes it, or pushed it a moment ago and it rolls on."""
         if not len(seen):
             self.now, self._rolling = frozenset(), {}
@@ -69,7 +69,7 @@ class Pushing:
         return frozenset(self._rolling)
 
 
-def _gaps(ego: Footprint, seen: Surroundings) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def _gaps(ego: Footprint, seen: NearbyBodies) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     """From the ego's box to each body, in metres; infinite to those on another level."""
     half = (ego.half_length, ego.half_width)
     gap = separation((ego.x, ego.y, ego.yaw), half, (seen.x, seen.y, seen.yaw), (seen.half_length, seen.half_width))

@@ -24,14 +24,14 @@ from stucksolver.scene import (
 )
 from stucksolver.scene.build import build_scene
 from stucksolver.scene.frenet import road_frame
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 from stucksolver.stacks.carla_stack.contact import footprint
 from stucksolver.stacks.carla_stack.controls import RouteControls
 from stucksolver.stacks.carla_stack.frames import to_local, to_world, yaw_to_local
 from stucksolver.stacks.carla_stack.interface import EgoVehicle, GivesWorld
 from stucksolver.stacks.carla_stack.other_ways import other_ways
 from stucksolver.stacks.carla_stack.route_road import SPACING_M, RouteRoad
-from stucksolver.stacks.carla_stack.sight import Sight
+from stucksolver.stacks.carla_stack.sight import SightLines
 from stucksolver.stacks.carla_stack.tracker import RANGE_M, Tracker
 from stucksolver.stacks.driver import HasRoute
 
@@ -145,7 +145,7 @@ class CarlaSenses:
 
     def scene(self) -> Scene:
         """What a reasoner is told."""
-        view = View(self.surroundings())
+        view = FrenetScene(self.surroundings())
         return build_scene(
             view,
             self.status(),
@@ -195,7 +195,7 @@ class CarlaSenses:
             limit = float(self._vehicle.get_speed_limit()) / 3.6
             self._geometry = self._road.slice(self._arc, limit if limit > 0 else None)
             self._geometry_arc = self._arc
-            self._lines = Sight(road_frame(self._geometry), self._range_m)
+            self._lines = SightLines(road_frame(self._geometry), self._range_m)
             self._sight_s = -math.inf
         return self._geometry
 
@@ -205,7 +205,7 @@ class CarlaSenses:
             self._seen = self._lines.of_lanes(ego, self._arc, objects)
         return self._seen
 
-    def _waypoints(self, view: View) -> tuple[CandidateWaypoint, ...]:
+    def _waypoints(self, view: FrenetScene) -> tuple[CandidateWaypoint, ...]:
         """Places ahead, in each lane of our direction, from which the route could be planned anew."""
         found = []
         height = self._vehicle.get_location().z
@@ -224,7 +224,7 @@ class CarlaSenses:
                     found.append(_candidate(name, lane.strip.id, x, y, ahead, view))
         return (*found, *self._waypoints_elsewhere(view))
 
-    def _waypoints_elsewhere(self, view: View) -> list[CandidateWaypoint]:
+    def _waypoints_elsewhere(self, view: FrenetScene) -> list[CandidateWaypoint]:
         """Places on the other ways through the junction here; how long the route from there is, is known of these."""
         end = self._follows.route[-1].waypoint.transform.location
         found = []
@@ -245,7 +245,7 @@ class CarlaSenses:
         return route[index].command if 0 <= index < len(route) else None
 
 
-def _candidate(name: str, lane_id: str, x: float, y: float, ahead: float, view: View) -> CandidateWaypoint:
+def _candidate(name: str, lane_id: str, x: float, y: float, ahead: float, view: FrenetScene) -> CandidateWaypoint:
     c, n = math.cos(view.ego.yaw_rad), math.sin(view.ego.yaw_rad)
     dx, dy = x - view.ego.x_m, y - view.ego.y_m
     return CandidateWaypoint(

@@ -19,7 +19,7 @@ BEHIND_M = np.concatenate([np.arange(0.0, 16.0), np.arange(16.0, 1000.0, STEP_M)
 """Where one looks behind: near by, every metre counts for backing up."""
 
 
-class Sight:
+class SightLines:
     """Lines of sight on one road geometry."""
 
     def __init__(self, frame: RoadFrame, range_m: float) -> None:

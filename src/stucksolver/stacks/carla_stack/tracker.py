@@ -14,8 +14,8 @@ import numpy as np
 from stucksolver.scene import ObjectKind, TrackedObject
 from stucksolver.stacks.carla_stack.contact import Footprint, Pushing
 from stucksolver.stacks.carla_stack.kinds import attributes_of, kind_of
+from stucksolver.stacks.driver.perception import NearbyBodies as Seen
 from stucksolver.stacks.driver.perception import Perception
-from stucksolver.stacks.driver.perception import Surroundings as Seen
 
 if TYPE_CHECKING:
     import carla

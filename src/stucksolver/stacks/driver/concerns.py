@@ -22,7 +22,7 @@ from stucksolver.stacks.driver.hazards import WALKER_MARGIN_M, Hazard, nearest_h
 from stucksolver.stacks.driver.local_planner import LocalPlanner
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path, Pose, flipped
-from stucksolver.stacks.driver.perception import Surroundings
+from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 DEFAULT_LIMIT_KMH = 30.0
@@ -114,7 +114,7 @@ class Concerns:
         return _SPEED_GAIN * (target - speed) - deceleration * speed / target
 
     def hazards(
-        self, path: Path, motion: Motion, around: Surroundings, side_margin_m: float | None = None
+        self, path: Path, motion: Motion, around: NearbyBodies, side_margin_m: float | None = None
     ) -> list[Hazard]:
         """Bodies in the way, nearest first, with a margin beside the ego other than the options' if given."""
         following, speed = self._planner.following, max(motion.speed, 0.0)

@@ -11,7 +11,7 @@ import carla
 from stucksolver.stacks.driver.behavior import STANDING_MPS, profile_named
 from stucksolver.stacks.driver.concerns import USUAL, Concerns, Motion
 from stucksolver.stacks.driver.controllers import MAX_STEER, PedalController, SteerController
-from stucksolver.stacks.driver.give_way import BRISK, FREE, LOOKING_MPS, GiveWay, Moving, Verdict
+from stucksolver.stacks.driver.give_way import BRISK, FREE, LOOKING_MPS, GiveWay, GiveWayDecision, Moving
 from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.driver.interface import DrivePoint, RoutePoint
 from stucksolver.stacks.driver.lane_graph import lane_graph
@@ -20,7 +20,7 @@ from stucksolver.stacks.driver.local_planner import LocalPlanner
 from stucksolver.stacks.driver.meeting_ways import meetings
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path, Pose
-from stucksolver.stacks.driver.perception import BODILESS, Perception, Surroundings
+from stucksolver.stacks.driver.perception import BODILESS, NearbyBodies, Perception
 from stucksolver.stacks.driver.pull_out import BESIDE_M, SIDE_MARGIN_M, accepted_gap_s, clear_way_out, somebody_comes
 from stucksolver.stacks.driver.route_line import rejoining_length
 from stucksolver.stacks.driver.routing import trace_route
@@ -170,7 +170,7 @@ class BehaviorDriver:
         planner = self._planner
         return planner.route_line is not None and not planner.following and abs(planner.beside_m) > BESIDE_M
 
-    def _pulls_out(self, motion: Motion, around: Surroundings) -> bool:
+    def _pulls_out(self, motion: Motion, around: NearbyBodies) -> bool:
         """May the ego go back to its lane now? Where it stands, the way there is looked for as well."""
         planner, line = self._planner, self._planner.route_line
         if line is None or planner.arrived:
@@ -198,7 +198,7 @@ class BehaviorDriver:
         axle = Pose(pose.x + reach * math.cos(pose.yaw), pose.y + reach * math.sin(pose.yaw), pose.yaw)
         return self._steering.step_backwards(path, path.project(axle, where.s), speed, FOLLOW_MAX_STEER)
 
-    def _acceleration(self, path: Path, way: Motion, around: Surroundings) -> float:
+    def _acceleration(self, path: Path, way: Motion, around: NearbyBodies) -> float:
         """The lowest acceleration (m/s²) that anything allows."""
         speed, concerns = way.speed, self._concerns
         lines = self._for_lines(speed)
@@ -221,7 +221,7 @@ class BehaviorDriver:
         ]
         return min(allowed + [concerns.hazard(hazard, speed) for hazard in hazards])
 
-    def _others_first(self, speed: float, around: Surroundings, held: bool) -> Verdict:
+    def _others_first(self, speed: float, around: NearbyBodies, held: bool) -> GiveWayDecision:
         """Who comes at the next junction of the route; on a given path, whoever gave it has looked.
 
         `held`: a light or a stop sign keeps the ego anyway.

@@ -18,9 +18,9 @@ from stucksolver.scene.boxes import separation
 from stucksolver.stacks.driver.behavior import Profile, toward_speed
 from stucksolver.stacks.driver.concerns import Pace
 from stucksolver.stacks.driver.lane_graph import LaneKey
-from stucksolver.stacks.driver.meeting_ways import Meeting, OtherWay
+from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.path import Array, Path
-from stucksolver.stacks.driver.perception import Surroundings
+from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 BRISK = Pace(1.3, 1.2)
@@ -73,7 +73,7 @@ class Leader(NamedTuple):
     speed: float
 
 
-class Verdict(NamedTuple):
+class GiveWayDecision(NamedTuple):
     """What `GiveWay` makes of a tick."""
 
     wait_m: float | None
@@ -86,7 +86,7 @@ class Verdict(NamedTuple):
     """Behind whom to join the flow."""
 
 
-FREE = Verdict(None, frozenset())
+FREE = GiveWayDecision(None, frozenset())
 
 
 class Moving(NamedTuple):
@@ -116,7 +116,7 @@ class GiveWay:
         """Something else holds the ego: it has not set off."""
         self._going = None
 
-    def look(self, line: Path, s: float, motion: Moving, around: Surroundings, dt_s: float) -> Verdict:
+    def look(self, line: Path, s: float, motion: Moving, around: NearbyBodies, dt_s: float) -> GiveWayDecision:
         """Must the ego, with its centre at arc length `s` of the route's `line`, wait? `dt_s` after the last look."""
         speed = motion.speed
         half = self._model.half_length
@@ -143,18 +143,18 @@ class GiveWay:
         decided = room < _AT_THE_LINE_M or not _can_stop(speed, room, self._profile.deceleration)
         self._going = None if found.met or not (going or decided) else meeting
         if found.met:
-            return Verdict(room, frozenset())
+            return GiveWayDecision(room, frozenset())
         look_m = room if front <= meeting.wait_s and _asks_to_look(meeting, line) else None
-        return Verdict(None, found.passing, look_m, found.leader)
+        return GiveWayDecision(None, found.passing, look_m, found.leader)
 
-    def _gone(self, meeting: Meeting, found: _Met, front: float, speed: float) -> Verdict:
+    def _gone(self, meeting: Meeting, found: _Met, front: float, speed: float) -> GiveWayDecision:
         """Past the place to wait, one still brakes for whoever comes in spite of all, but not in another's way."""
         rooms = [way.route_meets_s - front for way in found.met if self._may_stop_before(way, meeting, front)]
         room = min(rooms, default=-1.0)
         stops = _can_stop(speed, room, _FULL_MPS2)
-        return Verdict(room, frozenset()) if stops else Verdict(None, found.passing, None, found.leader)
+        return GiveWayDecision(room, frozenset()) if stops else GiveWayDecision(None, found.passing, None, found.leader)
 
-    def _may_stop_before(self, way: OtherWay, meeting: Meeting, front: float) -> bool:
+    def _may_stop_before(self, way: MeetingWay, meeting: Meeting, front: float) -> bool:
         if way.route_meets_s <= front:
             return False
         rear = way.route_meets_s - 2.0 * self._model.half_length - 1.0
@@ -176,15 +176,15 @@ class Habits:
     """Which ways those from each lane have been seen to take at one junction."""
 
     def __init__(self) -> None:
-        self._took: dict[LaneKey, dict[int, OtherWay]] = {}
+        self._took: dict[LaneKey, dict[int, MeetingWay]] = {}
 
-    def see(self, seen: Sequence[tuple[OtherWay, _Other]]) -> None:
+    def see(self, seen: Sequence[tuple[MeetingWay, _Other]]) -> None:
         """Note who is where the ways meet."""
         for way, other in seen:
             if way.meets_s < other.s < way.parts_s:
                 self._took.setdefault(way.approach, {})[other.actor_id] = way
 
-    def expect(self, way: OtherWay, other: _Other) -> bool:
+    def expect(self, way: MeetingWay, other: _Other) -> bool:
         """May it take this way, as far as one can tell?"""
         took = self._took.get(way.approach, {}).values()
         near = way.inside_s - other.s - other.half_length < _SHOWN_M
@@ -194,13 +194,13 @@ class Habits:
 class _Met(NamedTuple):
     """Whom the ego would meet."""
 
-    met: tuple[OtherWay, ...]
+    met: tuple[MeetingWay, ...]
     """The ways on which it would."""
     passing: frozenset[int]
     leader: Leader | None
 
 
-def _moving(around: Surroundings) -> Surroundings:
+def _moving(around: NearbyBodies) -> NearbyBodies:
     return around.part((np.hypot(around.vx, around.vy) > _LEAST_MPS) & ~around.is_walker)
 
 
@@ -222,7 +222,7 @@ class _Other(NamedTuple):
     half_width: float
 
 
-def on_way(way: OtherWay, others: Surroundings) -> list[_Other]:
+def on_way(way: MeetingWay, others: NearbyBodies) -> list[_Other]:
     """Those of the others who are on a way, driving along it."""
     if len(others) == 0:
         return []
@@ -247,12 +247,12 @@ def on_way(way: OtherWay, others: Surroundings) -> list[_Other]:
     ]
 
 
-def _pace_of_flow(coming: Sequence[tuple[OtherWay, _Other]]) -> float:
+def _pace_of_flow(coming: Sequence[tuple[MeetingWay, _Other]]) -> float:
     """The speed at which those who go first drive where the route joins them (m/s); no limit where nobody does."""
     return max((one.speed for way, one in coming if way.joins and way.goes_first), default=math.inf)
 
 
-def _comes(way: OtherWay, other: _Other) -> bool:
+def _comes(way: MeetingWay, other: _Other) -> bool:
     """Has it the right of way, or is it not going to stop for want of it?"""
     front = other.s + other.half_length
     to_line = way.inside_s - front
@@ -277,9 +277,9 @@ class _Drive:
         self._x, self._y, self._yaw = line.at(s)
         self._model = model
 
-    def judge(self, coming: Sequence[tuple[OtherWay, _Other]], margin: Margin) -> _Met:
+    def judge(self, coming: Sequence[tuple[MeetingWay, _Other]], margin: Margin) -> _Met:
         """Whom of those who come would it meet, or come too near to?"""
-        met, passing, leaders = list[tuple[OtherWay, int]](), set[int](), list[Leader]()
+        met, passing, leaders = list[tuple[MeetingWay, int]](), set[int](), list[Leader]()
         for way, other in coming:
             surely, likely = self._comes_behind(way, other)
             if not surely and self._meets(way, other, margin):
@@ -291,22 +291,22 @@ class _Drive:
         clear = passing.difference(actor_id for _, actor_id in met)
         return _Met(tuple(way for way, _ in met), frozenset(clear), min(leaders, default=None))
 
-    def _arrives_s(self, way: OtherWay) -> float:
+    def _arrives_s(self, way: MeetingWay) -> float:
         """When its front comes to where the ways meet."""
         return float(np.interp(way.route_meets_s - self._model.half_length, self._s, self._t))
 
-    def _comes_behind(self, way: OtherWay, other: _Other) -> tuple[bool, bool]:
+    def _comes_behind(self, way: MeetingWay, other: _Other) -> tuple[bool, bool]:
         """Will the other have passed, or be ahead on the common way, when the ego comes there: surely, likely?"""
         left = (way.meets_s + 1.0 if way.joins else way.parts_s) - (other.s - other.half_length)
         arrives_s = self._arrives_s(way)
         return other.speed * _EARLY * arrives_s > left, other.speed * arrives_s > left
 
-    def _leader(self, way: OtherWay, other: _Other) -> Leader:
+    def _leader(self, way: MeetingWay, other: _Other) -> Leader:
         """The other, as if it were as far along the route as it is along its way."""
         front = float(self._s[0]) + self._model.half_length
         return Leader(other.s - other.half_length - way.meets_s - (front - way.route_meets_s), other.speed)
 
-    def _meets(self, way: OtherWay, other: _Other, margin: Margin) -> bool:
+    def _meets(self, way: MeetingWay, other: _Other, margin: Margin) -> bool:
         """Would it come nearer to the other than the margin while their ways meet?"""
         half = self._model.half_length
         t_in = self._arrives_s(way)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from stucksolver.scene.boxes import axis_gaps
 from stucksolver.stacks.driver.path import Array, Path, Pose, Projection
-from stucksolver.stacks.driver.perception import Surroundings
+from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 STEP_M = 0.5
@@ -72,7 +72,7 @@ def sweep(
 
 
 def nearest_hazards(
-    swept: Sweep, around: Surroundings, model: VehicleModel, margin: float, walker_margin: float
+    swept: Sweep, around: NearbyBodies, model: VehicleModel, margin: float, walker_margin: float
 ) -> list[Hazard]:
     """Every body the sweep meets, nearest first, with `margin` metres beside the ego for it."""
     if len(around) == 0:
@@ -89,7 +89,7 @@ def nearest_hazards(
     return sorted(found, key=lambda hazard: hazard.gap)
 
 
-def _overlaps(swept: Sweep, bodies: Surroundings, model: VehicleModel, margins: Array) -> tuple[Array, Flags, Flags]:
+def _overlaps(swept: Sweep, bodies: NearbyBodies, model: VehicleModel, margins: Array) -> tuple[Array, Flags, Flags]:
     """For each pose (rows) and body (columns): free length ahead, overlap, and overlap with the margin."""
     ego = (swept.x[:, None], swept.y[:, None], swept.yaw[:, None])
     half = (bodies.half_length, bodies.half_width)
@@ -97,13 +97,13 @@ def _overlaps(swept: Sweep, bodies: Surroundings, model: VehicleModel, margins: 
     return gaps.along_a, gaps.separation <= 0.0, gaps.with_a_wider(margins).separation <= 0.0
 
 
-def _at_height(swept: Sweep, bodies: Surroundings) -> Flags:
+def _at_height(swept: Sweep, bodies: NearbyBodies) -> Flags:
     """Is the body neither on a road below nor a bridge above?"""
     road = swept.z[:, None]
     return np.asarray((bodies.top > road - _CLEAR_BELOW_M) & (bodies.bottom < road + _CLEAR_ABOVE_M))
 
 
-def _hazard(swept: Sweep, bodies: Surroundings, j: int, free_ahead: Array, hit: Flags) -> Hazard:
+def _hazard(swept: Sweep, bodies: NearbyBodies, j: int, free_ahead: Array, hit: Flags) -> Hazard:
     k = int(np.argmax(hit[:, j]))
     gap = 0.0
     if k > 0:
@@ -115,7 +115,7 @@ def _hazard(swept: Sweep, bodies: Surroundings, j: int, free_ahead: Array, hit: 
     return Hazard(bodies.actor_id[j], gap, max(speed, 0.0), bool(bodies.is_walker[j]))
 
 
-def _with_predicted_walkers(around: Surroundings) -> Surroundings:
+def _with_predicted_walkers(around: NearbyBodies) -> NearbyBodies:
     """Add moving walkers at the places they will reach soon: one about to step in counts as being there."""
     moving = around.is_walker & (np.hypot(around.vx, around.vy) > _WALKER_MIN_SPEED_MPS)
     if not moving.any():
@@ -123,7 +123,7 @@ def _with_predicted_walkers(around: Surroundings) -> Surroundings:
     index = np.concatenate([np.arange(len(around)), np.tile(np.flatnonzero(moving), _WALKER_STEPS)])
     times = np.linspace(_WALKER_HORIZON_S / _WALKER_STEPS, _WALKER_HORIZON_S, _WALKER_STEPS)
     ahead = np.concatenate([np.zeros(len(around)), np.repeat(times, int(moving.sum()))])
-    return Surroundings(
+    return NearbyBodies(
         actor_id=tuple(around.actor_id[i] for i in index),
         is_walker=around.is_walker[index],
         x=around.x[index] + around.vx[index] * ahead,

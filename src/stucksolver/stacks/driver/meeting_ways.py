@@ -35,7 +35,7 @@ _FROM_THE_RIGHT_RAD = math.radians(30.0)
 
 
 @dataclass(frozen=True, eq=False)
-class OtherWay:
+class MeetingWay:
     """A way through a junction that crosses or joins the route; samples about a metre apart, upstream first."""
 
     x: Array
@@ -70,7 +70,7 @@ class Meeting:
     """One junction of the route: where to wait before it (arc length, m), and the ways that it meets there."""
 
     wait_s: float
-    ways: tuple[OtherWay, ...]
+    ways: tuple[MeetingWay, ...]
 
     @property
     def first_s(self) -> float:
@@ -135,7 +135,7 @@ class _Junction:
         self._yaw = line.yaw[self._stretch]
         self._turn, self._bend = _turn(self._yaw), float(np.abs(np.diff(self._yaw)).sum())
 
-    def ways(self, stop_sign: bool) -> Iterator[OtherWay]:
+    def ways(self, stop_sign: bool) -> Iterator[MeetingWay]:
         """Those that cross or join the route, each with as much of the road before and behind as matters."""
         for key in self._graph.lanes_of_junction(self._junction_id):
             if key not in self._own and not self._graph.before(key) & self._before:
@@ -143,7 +143,7 @@ class _Junction:
                 if way is not None:
                     yield way
 
-    def _way(self, key: LaneKey, stop_sign: bool) -> OtherWay | None:
+    def _way(self, key: LaneKey, stop_sign: bool) -> MeetingWay | None:
         first, last = self._indices(key)
         inside = np.array(self._graph.xy[first : last + 1])
         own_x, own_y = self._line.x[self._stretch], self._line.y[self._stretch]
@@ -169,7 +169,7 @@ class _Junction:
         through = yaw[begins : begins + len(inside)]
         kept = (s > s[begins] - UPSTREAM_M) & (s < s[parts] + DOWNSTREAM_M)
         joins = bool(near[:, -1].any()) and bool(self._graph.after(key) & self._own)
-        return OtherWay(
+        return MeetingWay(
             x=xy[kept, 0],
             y=xy[kept, 1],
             yaw=yaw[kept],

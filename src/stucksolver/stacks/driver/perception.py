@@ -35,7 +35,7 @@ class Body(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Surroundings:
+class NearbyBodies:
     """Oriented boxes of the actors within range; CARLA's world frame, metres, radians, m/s; equal lengths."""
 
     actor_id: tuple[int, ...]
@@ -53,11 +53,11 @@ class Surroundings:
     def __len__(self) -> int:
         return len(self.actor_id)
 
-    def part(self, which: np.ndarray[Any, np.dtype[np.bool_]]) -> Surroundings:
+    def part(self, which: np.ndarray[Any, np.dtype[np.bool_]]) -> NearbyBodies:
         """Some of them."""
         ids = tuple(i for i, wanted in zip(self.actor_id, which.tolist(), strict=True) if wanted)
         columns = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name != "actor_id"}
-        return Surroundings(actor_id=ids, **columns)
+        return NearbyBodies(actor_id=ids, **columns)
 
 
 class Perception:
@@ -73,7 +73,7 @@ class Perception:
         self._ids: frozenset[int] = frozenset()
         self._bodies: dict[int, Body | None] = {}
 
-    def read(self, ego_x: float, ego_y: float) -> Surroundings:
+    def read(self, ego_x: float, ego_y: float) -> NearbyBodies:
         """The bodies within range (a square) of a point of CARLA's world."""
         snapshot = self._world.get_snapshot()
         self._refresh(frozenset(actor.id for actor in snapshot))
@@ -142,10 +142,10 @@ def _row(body: Body, actor: carla.ActorSnapshot) -> tuple[float, float, float, f
     )
 
 
-def _surroundings(rows: Sequence[tuple[Body, tuple[float, ...]]]) -> Surroundings:
+def _surroundings(rows: Sequence[tuple[Body, tuple[float, ...]]]) -> NearbyBodies:
     columns = np.array([row for _, row in rows], dtype=np.float64).reshape(len(rows), 7).T
     x, y, yaw, bottom, top, vx, vy = columns
-    return Surroundings(
+    return NearbyBodies(
         actor_id=tuple(body.actor_id for body, _ in rows),
         is_walker=np.array([body.is_walker for body, _ in rows], dtype=np.bool_),
         x=x,

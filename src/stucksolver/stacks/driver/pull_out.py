@@ -8,7 +8,7 @@ import numpy as np
 
 from stucksolver.stacks.driver.hazards import nearest_hazards, sweep
 from stucksolver.stacks.driver.path import Path, Pose
-from stucksolver.stacks.driver.perception import Surroundings
+from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 BESIDE_M = 1.5
@@ -30,7 +30,7 @@ _ROOM_M, _LANE_M = 1.0, 1.75
 
 
 def clear_way_out(
-    ways: Callable[[float], Path], gentle_m: float, pose: Pose, around: Surroundings, model: VehicleModel
+    ways: Callable[[float], Path], gentle_m: float, pose: Pose, around: NearbyBodies, model: VehicleModel
 ) -> Path | None:
     """Of the ways back to the route that `ways` gives for a length, the longest that meets nothing that stands."""
     standing = around.part(np.hypot(around.vx, around.vy) < _STANDS_MPS)
@@ -48,7 +48,7 @@ def accepted_gap_s(waited_s: float) -> float:
 
 
 def somebody_comes(
-    line: Path, route_s: float, own_mps: float, around: Surroundings, model: VehicleModel, gap_s: float = GAP_S
+    line: Path, route_s: float, own_mps: float, around: NearbyBodies, model: VehicleModel, gap_s: float = GAP_S
 ) -> bool:
     """Is anybody abreast of the ego in the route's lane, or about to be within `gap_s`?"""
     for x, y, yaw, length, vx, vy in zip(

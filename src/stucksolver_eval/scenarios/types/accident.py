@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.actors.cast import lamps
-from stucksolver_eval.scenarios.moves.obstacle import Obstacle
+from stucksolver_eval.actors.pool import lamps
+from stucksolver_eval.scenarios.actions.obstacle import Obstacle
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.along import Along
 from stucksolver_eval.sites.fits import left_lane

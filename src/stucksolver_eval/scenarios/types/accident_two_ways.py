@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.moves.obstacle import TwoWays
+from stucksolver_eval.scenarios.actions.obstacle import TwoWays
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.types.accident import AccidentScene
 from stucksolver_eval.sites.along import Along
 from stucksolver_eval.sites.fits import two_ways
 from stucksolver_eval.sites.placed import Placed
-from stucksolver_eval.sites.values import Interval, Value
+from stucksolver_eval.sites.values import IntervalDraw, Value
 
 
 @scenario
@@ -17,7 +17,10 @@ class AccidentTwoWays(TwoWays, AccidentScene):
 
     type = "AccidentTwoWays"
     placed = Placed(
-        "bench220", 1010, Along(two_ways, 150), {"distance": Value(40, 45), "frequency": Interval((30, 63), (108, 190))}
+        "bench220",
+        1010,
+        Along(two_ways, 150),
+        {"distance": Value(40, 45), "frequency": IntervalDraw((30, 63), (108, 190))},
     )
     driver_alone = "stuck behind the police car"
     starts = "the scene stands from the start; the oncoming flow begins 5 s after the hero came within 50 m"

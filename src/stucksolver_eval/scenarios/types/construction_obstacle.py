@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.moves.obstacle import ConstructionSite
+from stucksolver_eval.scenarios.actions.obstacle import ConstructionSite
 from stucksolver_eval.scenarios.parameters import Number
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.along import Along

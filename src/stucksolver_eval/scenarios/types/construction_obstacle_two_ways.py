@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.moves.obstacle import ConstructionSite, TwoWays
+from stucksolver_eval.scenarios.actions.obstacle import ConstructionSite, TwoWays
 from stucksolver_eval.scenarios.parameters import Number
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.along import Along
 from stucksolver_eval.sites.fits import two_ways
 from stucksolver_eval.sites.placed import Placed
-from stucksolver_eval.sites.values import Interval, Value
+from stucksolver_eval.sites.values import IntervalDraw, Value
 
 
 @scenario
@@ -17,7 +17,10 @@ class ConstructionObstacleTwoWays(ConstructionSite, TwoWays):
 
     type = "ConstructionObstacleTwoWays"
     placed = Placed(
-        "bench220", 1040, Along(two_ways, 150), {"distance": Value(40, 45), "frequency": Interval((40, 75), (111, 200))}
+        "bench220",
+        1040,
+        Along(two_ways, 150),
+        {"distance": Value(40, 45), "frequency": IntervalDraw((40, 75), (111, 200))},
     )
     driver_alone = "stuck before the cones"
     starts = "the site rises at the trigger; the oncoming flow begins 5 s after the hero came within 30 m"

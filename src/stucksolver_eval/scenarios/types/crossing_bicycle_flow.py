@@ -7,10 +7,10 @@ from typing import Any
 
 import carla
 
-from stucksolver_eval.scenarios.moves.actor_flow import ActorFlow
-from stucksolver_eval.scenarios.moves.crossing import BICYCLES
-from stucksolver_eval.scenarios.moves.junction import JunctionScenario
-from stucksolver_eval.scenarios.moves.places import run_of_lane
+from stucksolver_eval.scenarios.actions.actor_flow import ActorFlow
+from stucksolver_eval.scenarios.actions.crossing import BICYCLES
+from stucksolver_eval.scenarios.actions.junction import JunctionScenario
+from stucksolver_eval.scenarios.actions.places import run_of_lane
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import carla
 
+from stucksolver_eval.scenarios.actions.crossing import ADULTS, WALKER_LIFT_M, walk_for
+from stucksolver_eval.scenarios.actions.places import beside, edge_m, lane_of
 from stucksolver_eval.scenarios.base import Scenario
-from stucksolver_eval.scenarios.moves.crossing import ADULTS, WALKER_LIFT_M, walk_for
-from stucksolver_eval.scenarios.moves.places import beside, edge_m, lane_of
 from stucksolver_eval.scenarios.parameters import Choice, Number, Text
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.setting import Setting

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stucksolver_eval.actors.cast import lamps
+from stucksolver_eval.actors.pool import lamps
 from stucksolver_eval.scenarios.base import Scenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.along import Along

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.moves.obstacle import SlowBicycles
+from stucksolver_eval.scenarios.actions.obstacle import SlowBicycles
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.along import Along
 from stucksolver_eval.sites.fits import left_lane

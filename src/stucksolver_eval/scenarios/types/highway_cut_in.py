@@ -8,8 +8,8 @@ from typing import Any
 import carla
 
 from stucksolver_eval.actors import Car
+from stucksolver_eval.scenarios.actions.places import run_of_lane, side_driving_lane
 from stucksolver_eval.scenarios.base import Scenario, ScenarioError
-from stucksolver_eval.scenarios.moves.places import run_of_lane, side_driving_lane
 from stucksolver_eval.scenarios.parameters import Place
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.setting import Setting

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from stucksolver_eval.background.lanes import route_junctions
-from stucksolver_eval.scenarios.moves.actor_flow import ActorFlow
+from stucksolver_eval.scenarios.actions.actor_flow import ActorFlow
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.ramps import exits

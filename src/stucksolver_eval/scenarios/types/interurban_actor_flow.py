@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from stucksolver_eval.scenarios.moves.actor_flow import ActorFlow
-from stucksolver_eval.scenarios.moves.junction import JunctionScenario
+from stucksolver_eval.scenarios.actions.actor_flow import ActorFlow
+from stucksolver_eval.scenarios.actions.junction import JunctionScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stucksolver_eval.scenarios.moves.flow import Flow, run_flows
-from stucksolver_eval.scenarios.moves.junction import JunctionScenario, straight_way
+from stucksolver_eval.scenarios.actions.flow import Flow, run_flows
+from stucksolver_eval.scenarios.actions.junction import JunctionScenario, straight_way
 from stucksolver_eval.scenarios.parameters import Choice, Number, Range
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.setting import Setting

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from stucksolver_eval.background.lanes import oncoming_lanes
-from stucksolver_eval.scenarios.moves.obstacle import TwoWays
-from stucksolver_eval.scenarios.moves.places import beside
+from stucksolver_eval.scenarios.actions.obstacle import TwoWays
+from stucksolver_eval.scenarios.actions.places import beside
 from stucksolver_eval.scenarios.parameters import Number
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.along import Along

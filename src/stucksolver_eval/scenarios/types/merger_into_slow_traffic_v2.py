@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.moves.actor_flow import ActorFlow
+from stucksolver_eval.scenarios.actions.actor_flow import ActorFlow
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.ramps import merges

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.moves.turning import LeftTurn
+from stucksolver_eval.scenarios.actions.turning import LeftTurn
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.through import LEFT_TURNS, OPPOSITE, UNLIT, Through

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.moves.opposite_vehicle import OppositeVehicle
+from stucksolver_eval.scenarios.actions.opposite_vehicle import OppositeVehicle
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.through import ALL_WAYS, UNLIT, Through, direction_of

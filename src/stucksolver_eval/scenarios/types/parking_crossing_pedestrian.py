@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import carla
 
+from stucksolver_eval.scenarios.actions.crossing import ADULTS, WALKER_LIFT_M, walk_for
+from stucksolver_eval.scenarios.actions.places import beside, lane_of, side_driving_lane
 from stucksolver_eval.scenarios.base import Scenario
-from stucksolver_eval.scenarios.moves.crossing import ADULTS, WALKER_LIFT_M, walk_for
-from stucksolver_eval.scenarios.moves.places import beside, lane_of, side_driving_lane
 from stucksolver_eval.scenarios.parameters import Choice, Number
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.setting import Setting

@@ -7,10 +7,10 @@ from typing import Any
 
 import carla
 
-from stucksolver_eval.actors import Member
-from stucksolver_eval.scenarios.moves.crossing import ADULTS, WALKER_LIFT_M, together, walk_for
-from stucksolver_eval.scenarios.moves.junction import JunctionScenario
-from stucksolver_eval.scenarios.moves.places import beside, edge_m, lane_of
+from stucksolver_eval.actors import ScenarioActor
+from stucksolver_eval.scenarios.actions.crossing import ADULTS, WALKER_LIFT_M, together, walk_for
+from stucksolver_eval.scenarios.actions.junction import JunctionScenario
+from stucksolver_eval.scenarios.actions.places import beside, edge_m, lane_of
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed
@@ -49,7 +49,7 @@ class PedestrianCrossing(JunctionScenario):
     def stage(self) -> None:
         lane = self._crossing
         self._offset_m = edge_m(lane) + 1.2
-        self._walkers: list[Member] = []
+        self._walkers: list[ScenarioActor] = []
         for along_m in SPREAD_M:
             place = beside(lane, self._offset_m, along_m, turn_deg=-90.0)
             self._yaw_deg = place.rotation.yaw
@@ -61,7 +61,7 @@ class PedestrianCrossing(JunctionScenario):
         yield from together(*(self._cross(walker) for walker in self._walkers))
         self.cast.remove(self._walkers)
 
-    def _cross(self, walker: Member) -> Iterator[None]:
+    def _cross(self, walker: ScenarioActor) -> Iterator[None]:
         yield from self.wait(self.random.uniform(*DELAY_S))
         speed = self.random.uniform(*WALK_MPS)
         yield from walk_for(self, walker, self._yaw_deg, speed, ACROSS * self._offset_m)

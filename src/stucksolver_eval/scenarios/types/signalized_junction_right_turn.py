@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.moves.turning import RightTurn
+from stucksolver_eval.scenarios.actions.turning import RightTurn
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.through import FROM_LEFT, LIT, RIGHT_TURNS, Through

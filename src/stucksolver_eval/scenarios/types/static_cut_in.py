@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import carla
 
+from stucksolver_eval.scenarios.actions.places import side_driving_lane
 from stucksolver_eval.scenarios.base import Scenario
-from stucksolver_eval.scenarios.moves.places import side_driving_lane
 from stucksolver_eval.scenarios.parameters import Choice, Number
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.setting import Setting

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.moves.traffic_signs import LitTurn
+from stucksolver_eval.scenarios.actions.traffic_signs import LitTurn
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.through import LIT, TURNS, Through

@@ -6,16 +6,16 @@ from collections.abc import Iterator
 
 import carla
 
-from stucksolver_eval.actors.cast import LIFT_M
-from stucksolver_eval.scenarios.moves.obstacle import PAST_M, TwoWays
-from stucksolver_eval.scenarios.moves.places import beside, lane_of
+from stucksolver_eval.actors.pool import LIFT_M
+from stucksolver_eval.scenarios.actions.obstacle import PAST_M, TwoWays
+from stucksolver_eval.scenarios.actions.places import beside, lane_of
 from stucksolver_eval.scenarios.parameters import Number
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.along import Along
 from stucksolver_eval.sites.fits import two_ways_with_parking
 from stucksolver_eval.sites.placed import Placed
-from stucksolver_eval.sites.values import Interval, Value
+from stucksolver_eval.sites.values import IntervalDraw, Value
 
 OPENS_S, OPENS_M = 3.0, 10.0
 EDGE_M = 0.05
@@ -30,7 +30,7 @@ class VehicleOpensDoorTwoWays(TwoWays):
         "bench220",
         1400,
         Along(two_ways_with_parking, 150),
-        {"distance": Value(37, 59), "frequency": Interval((25, 40), (85, 100))},
+        {"distance": Value(37, 59), "frequency": IntervalDraw((25, 40), (85, 100))},
     )
     driver_alone = "collision: touches the open door"
     starts = "the door opens when the hero is 3 s or 10 m away; the oncoming flow begins 5 s later"

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import carla
 
-from stucksolver_eval.scenarios.moves.crossing import BICYCLES
-from stucksolver_eval.scenarios.moves.junction import JunctionScenario
-from stucksolver_eval.scenarios.moves.places import beside, edge_m
+from stucksolver_eval.scenarios.actions.crossing import BICYCLES
+from stucksolver_eval.scenarios.actions.junction import JunctionScenario
+from stucksolver_eval.scenarios.actions.places import beside, edge_m
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.through import TURNS, Through

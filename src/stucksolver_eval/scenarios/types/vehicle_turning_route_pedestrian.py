@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stucksolver_eval.scenarios.moves.crossing import ADULTS, WALKER_LIFT_M, walk_for
-from stucksolver_eval.scenarios.moves.junction import JunctionScenario
-from stucksolver_eval.scenarios.moves.places import beside, edge_m
+from stucksolver_eval.scenarios.actions.crossing import ADULTS, WALKER_LIFT_M, walk_for
+from stucksolver_eval.scenarios.actions.junction import JunctionScenario
+from stucksolver_eval.scenarios.actions.places import beside, edge_m
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.through import TURNS, Through

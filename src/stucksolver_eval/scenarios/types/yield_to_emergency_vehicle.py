@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from stucksolver_eval.actors import Car
-from stucksolver_eval.actors.cast import lamps
+from stucksolver_eval.actors.pool import lamps
 from stucksolver_eval.background.lanes import slots
+from stucksolver_eval.scenarios.actions.places import upstream
 from stucksolver_eval.scenarios.base import Scenario
-from stucksolver_eval.scenarios.moves.places import upstream
 from stucksolver_eval.scenarios.parameters import Number
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.setting import Setting

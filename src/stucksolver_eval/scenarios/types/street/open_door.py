@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import carla
 
-from stucksolver_eval.scenarios.moves.places import beside
-from stucksolver_eval.scenarios.moves.street import Street
+from stucksolver_eval.scenarios.actions.places import beside
+from stucksolver_eval.scenarios.actions.street import Street
 from stucksolver_eval.scenarios.registry import scenario
 
 CAR, RIGHT_M = "vehicle.dodge.charger_2020", 1.1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.moves.street import Street
+from stucksolver_eval.scenarios.actions.street import Street
 from stucksolver_eval.scenarios.registry import scenario
 
 CAR = "vehicle.tesla.model3"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stucksolver_eval.scenarios.moves.crossing import WALKER_LIFT_M, together, walk_for
-from stucksolver_eval.scenarios.moves.places import beside
-from stucksolver_eval.scenarios.moves.street import into_gear
-from stucksolver_eval.scenarios.moves.stuck import StuckAtLight
+from stucksolver_eval.scenarios.actions.crossing import WALKER_LIFT_M, together, walk_for
+from stucksolver_eval.scenarios.actions.places import beside
+from stucksolver_eval.scenarios.actions.street import into_gear
+from stucksolver_eval.scenarios.actions.stuck import StuckAtLight
 from stucksolver_eval.scenarios.registry import scenario
 
 WALKERS = ("walker.pedestrian.0001", "walker.pedestrian.0017", "walker.pedestrian.0022")

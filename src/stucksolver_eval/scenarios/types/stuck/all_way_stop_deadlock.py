@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.moves.deadlock import Deadlock
+from stucksolver_eval.scenarios.actions.deadlock import Deadlock
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.special import all_way_stops

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import carla
 
-from stucksolver_eval.scenarios.moves.places import beside
-from stucksolver_eval.scenarios.moves.stuck import Stuck
+from stucksolver_eval.scenarios.actions.places import beside
+from stucksolver_eval.scenarios.actions.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.along import Along
 from stucksolver_eval.sites.fits import one_lane

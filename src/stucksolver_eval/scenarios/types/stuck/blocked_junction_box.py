@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from stucksolver_eval.scenarios.moves.junction import straight_way
-from stucksolver_eval.scenarios.moves.stuck import StuckAtLight
+from stucksolver_eval.scenarios.actions.junction import straight_way
+from stucksolver_eval.scenarios.actions.stuck import StuckAtLight
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.moves.stuck import PASSABLE_M, Stuck
+from stucksolver_eval.scenarios.actions.stuck import PASSABLE_M, Stuck
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.fits import two_ways
 from stucksolver_eval.sites.placed import Placed

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import carla
 
-from stucksolver_eval.scenarios.moves.places import beside, way_turn_deg
-from stucksolver_eval.scenarios.moves.stuck import Stuck
+from stucksolver_eval.scenarios.actions.places import beside, way_turn_deg
+from stucksolver_eval.scenarios.actions.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.special import closed_streets

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import carla
 
-from stucksolver_eval.scenarios.moves.deadlock import Deadlock
+from stucksolver_eval.scenarios.actions.deadlock import Deadlock
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import ClassVar
 
-from stucksolver_eval.scenarios.moves.places import side_driving_lane
-from stucksolver_eval.scenarios.moves.stuck import Stuck
+from stucksolver_eval.scenarios.actions.places import side_driving_lane
+from stucksolver_eval.scenarios.actions.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.along import Along

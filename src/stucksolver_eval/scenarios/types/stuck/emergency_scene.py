@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stucksolver_eval.actors.cast import lamps
+from stucksolver_eval.actors.pool import lamps
 from stucksolver_eval.background.lanes import oncoming_lanes
-from stucksolver_eval.scenarios.moves.stuck import Stuck
+from stucksolver_eval.scenarios.actions.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.along import Along
 from stucksolver_eval.sites.fits import one_lane

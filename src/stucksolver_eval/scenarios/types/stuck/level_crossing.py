@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stucksolver_eval.scenarios.moves.places import beside, edge_m
-from stucksolver_eval.scenarios.moves.stuck import Stuck
+from stucksolver_eval.scenarios.actions.places import beside, edge_m
+from stucksolver_eval.scenarios.actions.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.special import level_crossings

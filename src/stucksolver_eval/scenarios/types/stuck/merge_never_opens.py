@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stucksolver_eval.scenarios.moves.actor_flow import ActorFlow
-from stucksolver_eval.scenarios.moves.deadlock import hero_creeps
-from stucksolver_eval.scenarios.moves.flow import Flow, run_flows
+from stucksolver_eval.scenarios.actions.actor_flow import ActorFlow
+from stucksolver_eval.scenarios.actions.deadlock import hero_creeps
+from stucksolver_eval.scenarios.actions.flow import Flow, run_flows
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.ramps import merges

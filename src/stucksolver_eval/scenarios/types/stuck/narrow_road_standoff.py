@@ -7,8 +7,8 @@ from typing import Any
 
 import carla
 
-from stucksolver_eval.scenarios.moves.places import run_of_lane
-from stucksolver_eval.scenarios.moves.stuck import Stuck
+from stucksolver_eval.scenarios.actions.places import run_of_lane
+from stucksolver_eval.scenarios.actions.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.along import Along

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stucksolver_eval.actors import Member
-from stucksolver_eval.scenarios.moves.crossing import ADULTS, WALKER_LIFT_M, together, walk_for
-from stucksolver_eval.scenarios.moves.junction import JunctionScenario
-from stucksolver_eval.scenarios.moves.places import beside, edge_m
+from stucksolver_eval.actors import ScenarioActor
+from stucksolver_eval.scenarios.actions.crossing import ADULTS, WALKER_LIFT_M, together, walk_for
+from stucksolver_eval.scenarios.actions.junction import JunctionScenario
+from stucksolver_eval.scenarios.actions.places import beside, edge_m
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.special import crosswalks
@@ -43,7 +43,7 @@ class PedestriansCrossing(JunctionScenario):
         yield from together(*(self._cross(k, walker) for k, walker in enumerate(self._walkers)))
         yield from self.until_passed(self.exit_s + 10.0)
 
-    def _cross(self, k: int, walker: Member) -> Iterator[None]:
+    def _cross(self, k: int, walker: ScenarioActor) -> Iterator[None]:
         yield from self.wait(k * EVERY_S)
         yield from walk_for(self, walker, self._yaw_deg, WALK_MPS, self._way_m + 2.0)
         self.cast.remove([walker])

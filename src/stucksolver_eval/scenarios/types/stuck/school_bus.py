@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stucksolver_eval.actors.cast import lamps
-from stucksolver_eval.scenarios.moves.crossing import walk_for
-from stucksolver_eval.scenarios.moves.places import edge_m
-from stucksolver_eval.scenarios.moves.stuck import Stuck
+from stucksolver_eval.actors.pool import lamps
+from stucksolver_eval.scenarios.actions.crossing import walk_for
+from stucksolver_eval.scenarios.actions.places import edge_m
+from stucksolver_eval.scenarios.actions.stuck import Stuck
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.along import Along
 from stucksolver_eval.sites.fits import two_ways

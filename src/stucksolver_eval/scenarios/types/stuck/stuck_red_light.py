@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stucksolver_eval.scenarios.moves.stuck import StuckAtLight
+from stucksolver_eval.scenarios.actions.stuck import StuckAtLight
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.through import ALL_WAYS, LIT, Through

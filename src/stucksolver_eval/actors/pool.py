@@ -23,7 +23,7 @@ class CastError(RuntimeError):
 
 
 @dataclass(eq=False)
-class Member:
+class ScenarioActor:
     """One actor of ours; sizes are half sizes of its box in metres."""
 
     id: int
@@ -42,7 +42,7 @@ class Member:
         return self.type_id.startswith("walker.")
 
 
-class State(NamedTuple):
+class ActorState(NamedTuple):
     """Where an actor is in CARLA's world frame (metres, radians, m/s); `speed_mps` along its heading."""
 
     x: float
@@ -61,18 +61,18 @@ class State(NamedTuple):
         return (x - self.x) * math.cos(self.yaw_rad) + (y - self.y) * math.sin(self.yaw_rad)
 
 
-class Cast:
+class ActorPool:
     """The actors of one run, the hero's state, and the commands of this tick."""
 
     def __init__(self, client: carla.Client, world: carla.World, hero: carla.Vehicle) -> None:
         self._client, self._world = client, world
         self._library = world.get_blueprint_library()
         self._snapshot = world.get_snapshot()
-        self._states: dict[int, State] = {}
+        self._states: dict[int, ActorState] = {}
         self._commands: list[Any] = []
         self._boxes: dict[str, Any] = {}
         self._depot_places = 0
-        self.members: dict[int, Member] = {}
+        self.members: dict[int, ScenarioActor] = {}
         self.hero_member = _member(hero, hero.bounding_box)
 
     def look(self) -> None:
@@ -91,10 +91,10 @@ class Cast:
         return float(self._snapshot.timestamp.elapsed_seconds)
 
     @property
-    def hero(self) -> State:
+    def hero(self) -> ActorState:
         return self.state(self.hero_member)
 
-    def state(self, member: Member) -> State:
+    def state(self, member: ScenarioActor) -> ActorState:
         """Of this tick's snapshot. For an actor that is not in it yet, where it was put."""
         known = self._states.get(member.id)
         if known is None:
@@ -132,7 +132,7 @@ class Cast:
         role: str = "scenario",
         lift_m: float = LIFT_M,
         **attributes: str,
-    ) -> Member | None:
+    ) -> ScenarioActor | None:
         """Put an actor down at a `carla.Transform`; None where something is there already."""
         definition = self._library.find(blueprint)
         definition.set_attribute("role_name", role)
@@ -142,7 +142,7 @@ class Cast:
         actor = self._world.try_spawn_actor(definition, place)
         return None if actor is None else self._enter(actor, place)
 
-    def must_spawn(self, blueprint: str, transform: carla.Transform, **options: Any) -> Member:
+    def must_spawn(self, blueprint: str, transform: carla.Transform, **options: Any) -> ScenarioActor:
         """The same, but raises `CastError` where it does not fit."""
         member = self.spawn(blueprint, transform, **options)
         if member is None:
@@ -152,7 +152,7 @@ class Cast:
             )
         return member
 
-    def keep_below(self, blueprint: str, **options: Any) -> Member:
+    def keep_below(self, blueprint: str, **options: Any) -> ScenarioActor:
         """Spawn an actor that waits below the ground until `bring` calls it. Raises `CastError`."""
         self._depot_places += 1
         place = carla.Location(DEPOT_M, DEPOT_SPACING_M * self._depot_places, -DEPOT_DEPTH_M)
@@ -161,7 +161,7 @@ class Cast:
         member.is_staged = True
         return member
 
-    def bring(self, member: Member, transform: carla.Transform, lift_m: float = LIFT_M) -> None:
+    def bring(self, member: ScenarioActor, transform: carla.Transform, lift_m: float = LIFT_M) -> None:
         """Raise an actor that waits below the ground to its place."""
         place = carla.Transform(_lifted(transform.location, lift_m), transform.rotation)
         self.send(carla.command.ApplyTransform(member.id, place))
@@ -170,21 +170,21 @@ class Cast:
         member.is_staged = False
         self._states[member.id] = _pose_state(place)
 
-    def place(self, member: Member, transform: carla.Transform) -> None:
+    def place(self, member: ScenarioActor, transform: carla.Transform) -> None:
         """Move an actor to a place at once."""
         self.send(carla.command.ApplyTransform(member.id, transform))
         self._states[member.id] = _pose_state(transform)
 
-    def hold(self, member: Member) -> None:
+    def hold(self, member: ScenarioActor) -> None:
         """Hand brake on: a vehicle that stays."""
         self.send(carla.command.ApplyVehicleControl(member.id, carla.VehicleControl(hand_brake=True, brake=1.0)))
 
-    def walk(self, member: Member, x: float, y: float, speed_mps: float) -> None:
+    def walk(self, member: ScenarioActor, x: float, y: float, speed_mps: float) -> None:
         """Let a walker go in a direction of the world until it is told otherwise; 0 stops it."""
         control = carla.WalkerControl(carla.Vector3D(x, y, 0.0), speed_mps, False)
         self.send(carla.command.ApplyWalkerControl(member.id, control))
 
-    def lights(self, member: Member, state: Any) -> None:
+    def lights(self, member: ScenarioActor, state: Any) -> None:
         """Set a vehicle's lamps to a `carla.VehicleLightState`."""
         self.send(carla.command.SetVehicleLightState(member.id, state))
 
@@ -192,7 +192,7 @@ class Cast:
         """Add a command to this tick's batch."""
         self._commands.append(command)
 
-    def remove(self, members: Sequence[Member]) -> None:
+    def remove(self, members: Sequence[ScenarioActor]) -> None:
         """Take actors off the world with this tick's batch."""
         for member in members:
             if self.members.pop(member.id, None) is not None:
@@ -208,7 +208,7 @@ class Cast:
     def _ids(self) -> frozenset[str]:
         return frozenset(str(definition.id) for definition in self._library)
 
-    def _enter(self, actor: carla.Actor, place: Any) -> Member:
+    def _enter(self, actor: carla.Actor, place: Any) -> ScenarioActor:
         box = self._boxes.get(actor.type_id)
         if box is None:
             box = self._boxes[actor.type_id] = actor.bounding_box
@@ -229,21 +229,21 @@ def lamps(*names: str) -> carla.VehicleLightState:
 HAZARD_LAMPS = ("LeftBlinker", "RightBlinker")
 
 
-def _member(actor: carla.Actor, box: Any) -> Member:
+def _member(actor: carla.Actor, box: Any) -> ScenarioActor:
     half, middle = box.extent, box.location
-    return Member(actor.id, actor.type_id, actor, half.x, half.y, half.z, (middle.x, middle.y))
+    return ScenarioActor(actor.id, actor.type_id, actor, half.x, half.y, half.z, (middle.x, middle.y))
 
 
-def _state(shot: Any) -> State:
+def _state(shot: Any) -> ActorState:
     transform, velocity = shot.get_transform(), shot.get_velocity()
     place, yaw = transform.location, math.radians(transform.rotation.yaw)
     vx, vy = velocity.x, velocity.y
-    return State(place.x, place.y, place.z, yaw, vx, vy, vx * math.cos(yaw) + vy * math.sin(yaw))
+    return ActorState(place.x, place.y, place.z, yaw, vx, vy, vx * math.cos(yaw) + vy * math.sin(yaw))
 
 
-def _pose_state(transform: carla.Transform) -> State:
+def _pose_state(transform: carla.Transform) -> ActorState:
     place = transform.location
-    return State(place.x, place.y, place.z, math.radians(transform.rotation.yaw), 0.0, 0.0, 0.0)
+    return ActorState(place.x, place.y, place.z, math.radians(transform.rotation.yaw), 0.0, 0.0, 0.0)
 
 
 def _lifted(location: carla.Location, lift_m: float) -> carla.Location:

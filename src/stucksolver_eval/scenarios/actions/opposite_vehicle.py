@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver_eval.scenarios.moves.junction import JunctionScenario, straight_way
+from stucksolver_eval.scenarios.actions.junction import JunctionScenario, straight_way
 from stucksolver_eval.scenarios.parameters import Choice
 from stucksolver_eval.setting import Setting
 

@@ -8,8 +8,8 @@ import carla
 
 from stucksolver_eval.actors import Car
 from stucksolver_eval.background.lanes import oncoming_lanes
+from stucksolver_eval.scenarios.actions.places import run_of_lane, upstream
 from stucksolver_eval.scenarios.base import Scenario
-from stucksolver_eval.scenarios.moves.places import run_of_lane, upstream
 from stucksolver_eval.scenarios.parameters import Number
 
 FIRST_M, SPACING_M = 60.0, 40.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, ClassVar
 
-from stucksolver_eval.scenarios.moves.junction import JunctionScenario
+from stucksolver_eval.scenarios.actions.junction import JunctionScenario
 from stucksolver_eval.setting import Setting
 
 BEYOND_M = 10.0

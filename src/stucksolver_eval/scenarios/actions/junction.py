@@ -9,8 +9,8 @@ from typing import Any
 import carla
 
 from stucksolver_eval.background.lanes import RouteJunction, entries, route_junctions
+from stucksolver_eval.scenarios.actions.places import run_of_lane, turn_deg, upstream, way_turn_deg
 from stucksolver_eval.scenarios.base import Scenario
-from stucksolver_eval.scenarios.moves.places import run_of_lane, turn_deg, upstream, way_turn_deg
 from stucksolver_eval.setting import Setting
 
 FROZEN = {"green": carla.TrafficLightState.Green, "red": carla.TrafficLightState.Red}

@@ -6,8 +6,8 @@ from abc import abstractmethod
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from stucksolver_eval.scenarios.moves.flow import Flow
-from stucksolver_eval.scenarios.moves.junction import JunctionScenario, straight_way, way_to
+from stucksolver_eval.scenarios.actions.flow import Flow
+from stucksolver_eval.scenarios.actions.junction import JunctionScenario, straight_way, way_to
 from stucksolver_eval.scenarios.parameters import Number, Range
 from stucksolver_eval.setting import Setting
 

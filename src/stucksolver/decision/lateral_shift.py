@@ -8,7 +8,7 @@ from stucksolver.decision.behaviors.base import CannotPlan, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
 from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.boxes import separation
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 NEARER_M = 0.05
 LATER_M = 5.0
@@ -20,7 +20,7 @@ VULNERABLE_CORNER_CLEARANCES_M = (1.4, 1.3, 1.2, 1.1, 1.05)
 second ones beside people and cyclists."""
 
 
-def swing_out(view: View, start: Start, d_to: float, speed_mps: float) -> Manoeuvre:
+def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float) -> Manoeuvre:
     """A sideways move to `d_to`, as long (gentle) as the space ahead lets it be.
 
     Raises `CannotPlan` where even the tightest turn of the vehicle would touch what stands ahead.
@@ -44,7 +44,7 @@ def swing_out(view: View, start: Start, d_to: float, speed_mps: float) -> Manoeu
     )
 
 
-def touches_standing(view: View, path: Manoeuvre, clearance_m: float, vulnerable_m: float) -> bool:
+def touches_standing(view: FrenetScene, path: Manoeuvre, clearance_m: float, vulnerable_m: float) -> bool:
     """Would the ego's body on a path come nearer than `clearance_m`, or than it is, to anything that stands?
 
     `vulnerable_m` is the clearance to people and cyclists.

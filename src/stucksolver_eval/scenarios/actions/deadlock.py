@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver_eval.actors import Car
+from stucksolver_eval.scenarios.actions.junction import JunctionScenario, straight_way
 from stucksolver_eval.scenarios.base import Scenario
-from stucksolver_eval.scenarios.moves.junction import JunctionScenario, straight_way
 from stucksolver_eval.setting import Setting
 
 if TYPE_CHECKING:

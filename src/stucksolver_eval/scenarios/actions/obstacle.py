@@ -8,12 +8,12 @@ from typing import Any, ClassVar
 
 import carla
 
-from stucksolver_eval.actors import Car, Member
-from stucksolver_eval.actors.cast import HAZARD_LAMPS, lamps
+from stucksolver_eval.actors import Car, ScenarioActor
+from stucksolver_eval.actors.pool import HAZARD_LAMPS, lamps
 from stucksolver_eval.background.lanes import oncoming_lanes
+from stucksolver_eval.scenarios.actions.flow import Flow
+from stucksolver_eval.scenarios.actions.places import beside, run_of_lane, side_driving_lane, upstream
 from stucksolver_eval.scenarios.base import Scenario
-from stucksolver_eval.scenarios.moves.flow import Flow
-from stucksolver_eval.scenarios.moves.places import beside, run_of_lane, side_driving_lane, upstream
 from stucksolver_eval.scenarios.parameters import Choice, Number, Range
 from stucksolver_eval.setting import Setting
 
@@ -71,7 +71,7 @@ class Obstacle(Scenario):
         """+1 where right is the side of the obstacle."""
         return 1.0 if self.direction == "right" else -1.0
 
-    def park(self, blueprint: str, distance_m: float, offset: float, **options: Any) -> Member:
+    def park(self, blueprint: str, distance_m: float, offset: float, **options: Any) -> ScenarioActor:
         """A vehicle with the hand brake on, off the lane's middle by a share of half its width."""
         waypoint = self.ahead(distance_m)
         shift_m = self.sign * offset * waypoint.lane_width / 2.0
@@ -79,7 +79,7 @@ class Obstacle(Scenario):
         self.cast.hold(member)
         return member
 
-    def prop(self, blueprint: str, distance_m: float, right_m: float, turn_deg: float = 0.0) -> Member:
+    def prop(self, blueprint: str, distance_m: float, right_m: float, turn_deg: float = 0.0) -> ScenarioActor:
         """A prop so far to the obstacle's side of the lane's middle."""
         place = beside(self.ahead(distance_m), self.sign * right_m, turn_deg=turn_deg)
         return self.cast.must_spawn(blueprint, place, lift_m=0.0, role="scenario")
@@ -92,7 +92,7 @@ class Obstacle(Scenario):
         ordinary = set(self.cast.car_kinds)
         return [one for one in self.cast.kinds(base_type="car", generation="2") if one in ordinary]
 
-    def hazard_lamps(self, member: Member) -> None:
+    def hazard_lamps(self, member: ScenarioActor) -> None:
         self.cast.lights(member, lamps(*HAZARD_LAMPS))
 
 
@@ -166,7 +166,7 @@ class ConstructionSite(Obstacle):
     def put(self) -> tuple[float, float]:
         """Everything waits below the ground; see `raise_site`."""
         self.prop("static.prop.warningconstruction", 0.0, self.ahead(0.0).lane_width / 2.0 + 0.8, turn_deg=180.0)
-        self._parts: list[tuple[Member, Any]] = []
+        self._parts: list[tuple[ScenarioActor, Any]] = []
         half_m = self.ahead(self.distance_m).lane_width / 2.0
         self._keep("static.prop.trafficwarning", 0.0, 0.0, 0.0)
         self._keep("static.prop.dirtdebris02", 5.0, 0.2, 0.0)

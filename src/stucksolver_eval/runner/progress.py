@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TextIO
 
-from stucksolver_eval.results.outcome import Outcome
+from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.results.record import RouteRecord, status_text
 from stucksolver_eval.runner.work import Task
 from stucksolver_eval.scores.ability import ABILITIES
@@ -34,7 +34,7 @@ class _Tally:
 
 
 @dataclass
-class Board:
+class ProgressDisplay:
     """`total` routes, of which `before` were done in an earlier run."""
 
     total: int
@@ -57,7 +57,7 @@ class Board:
         self._running[_label(task)] = time_s
         self._draw()
 
-    def is_over(self, task: Task, outcome: Outcome, record: RouteRecord | None) -> None:
+    def is_over(self, task: Task, outcome: RouteOutcome, record: RouteRecord | None) -> None:
         """Count a route and say how it ended."""
         self._running.pop(_label(task), None)
         self._done += 1
@@ -73,7 +73,7 @@ class Board:
         if self._lines:
             print(file=self.out, flush=True)
 
-    def _line(self, task: Task, outcome: Outcome, record: RouteRecord | None) -> str:
+    def _line(self, task: Task, outcome: RouteOutcome, record: RouteRecord | None) -> str:
         label = f"[{self.before + self._done}/{self.total}] {_label(task)}"
         if record is None:
             return f"{label}: {outcome.state}: {(outcome.reason.splitlines() or ['?'])[-1]}"

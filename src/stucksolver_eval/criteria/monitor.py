@@ -34,7 +34,7 @@ class Stage(Protocol):
     def extra_criteria(self) -> frozenset[str]: ...
 
 
-class Jury:
+class CriteriaMonitor:
     """Watches one ego on one route. Call `update` once a tick, `finish` once at the end, then `close`."""
 
     def __init__(

@@ -9,8 +9,8 @@ import carla
 
 from stucksolver.stacks.driver import RouteError, trace_route
 from stucksolver_eval.background.lanes import beside
+from stucksolver_eval.scenarios.actions.flow import Flow, run_flows
 from stucksolver_eval.scenarios.base import Scenario, ScenarioError
-from stucksolver_eval.scenarios.moves.flow import Flow, run_flows
 from stucksolver_eval.scenarios.parameters import Number, Place, Range
 from stucksolver_eval.setting import Setting
 

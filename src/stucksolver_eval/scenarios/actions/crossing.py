@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from stucksolver_eval.actors import Member
+from stucksolver_eval.actors import ScenarioActor
 from stucksolver_eval.scenarios.base import Scenario
 
 ADULTS = tuple(f"walker.pedestrian.{number:04d}" for number in (1, 2, 3, 4, 5, 6, 7, 8))
@@ -14,7 +14,9 @@ WALKER_LIFT_M = 0.9
 BICYCLES = ("vehicle.bh.crossbike", "vehicle.diamondback.century", "vehicle.gazelle.omafiets")
 
 
-def walk_for(scenario: Scenario, walker: Member, yaw_deg: float, speed_mps: float, distance_m: float) -> Iterator[None]:
+def walk_for(
+    scenario: Scenario, walker: ScenarioActor, yaw_deg: float, speed_mps: float, distance_m: float
+) -> Iterator[None]:
     """Let a walker go so far in a direction of the world, then stand."""
     x, y = math.cos(math.radians(yaw_deg)), math.sin(math.radians(yaw_deg))
     start = scenario.cast.state(walker)

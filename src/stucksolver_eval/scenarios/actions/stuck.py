@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, ClassVar
 
-from stucksolver_eval.actors import Member
-from stucksolver_eval.actors.cast import HAZARD_LAMPS, lamps
+from stucksolver_eval.actors import ScenarioActor
+from stucksolver_eval.actors.pool import HAZARD_LAMPS, lamps
+from stucksolver_eval.scenarios.actions.crossing import WALKER_LIFT_M
+from stucksolver_eval.scenarios.actions.junction import JunctionScenario
+from stucksolver_eval.scenarios.actions.obstacle import oncoming_flow
+from stucksolver_eval.scenarios.actions.places import beside
 from stucksolver_eval.scenarios.base import Scenario
-from stucksolver_eval.scenarios.moves.crossing import WALKER_LIFT_M
-from stucksolver_eval.scenarios.moves.junction import JunctionScenario
-from stucksolver_eval.scenarios.moves.obstacle import oncoming_flow
-from stucksolver_eval.scenarios.moves.places import beside
 from stucksolver_eval.scenarios.parameters import Number
 from stucksolver_eval.setting import Setting
 
@@ -64,7 +64,7 @@ class Stuck(Scenario):
 
     def put(
         self, blueprint: str, ahead_m: float = 0.0, right_m: float = 0.0, turn_deg: float = 0.0, **options: Any
-    ) -> Member:
+    ) -> ScenarioActor:
         """An actor so far beyond `distance` and right of the lane's middle; vehicles stand with their hand brake on."""
         place = beside(self.ahead(self.distance_m + ahead_m), right_m, turn_deg=turn_deg)
         lift_m = WALKER_LIFT_M if blueprint.startswith("walker.") else 0.0 if "static." in blueprint else 0.3
@@ -73,7 +73,7 @@ class Stuck(Scenario):
             self.cast.hold(member)
         return member
 
-    def put_disabled(self, blueprint: str, ahead_m: float = 0.0, right_m: float = 0.0) -> Member:
+    def put_disabled(self, blueprint: str, ahead_m: float = 0.0, right_m: float = 0.0) -> ScenarioActor:
         """A vehicle that stands with its hazard lights on."""
         member = self.put(blueprint, ahead_m, right_m)
         self.cast.lights(member, lamps(*HAZARD_LAMPS))

@@ -18,7 +18,7 @@ _SAME_ENTRY_M = 2.0
 Way = NDArray[np.float64]
 
 
-class Claims:
+class JunctionReservations:
     """Ways through junctions that are in use. The hero's counts before all others while it is in the junction."""
 
     def __init__(self) -> None:

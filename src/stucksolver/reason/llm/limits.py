@@ -70,7 +70,7 @@ EPISODE = Budget(queries=8, tokens=40_000)
 TRIP = Budget(queries=100, tokens=500_000)
 
 
-class Purse:
+class UsageLimits:
     """Keeps an episode's and a trip's budget. An episode begins anew when its first question comes after a pause.
 
     Raises `ValueError` where a bound in money is set for a model whose price is not known.

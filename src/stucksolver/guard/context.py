@@ -13,11 +13,11 @@ from stucksolver.decision.rollout import Rollout, rollout, sluggish
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.scene.frenet import Array, Lane, Mask
 from stucksolver.scene.road import LaneDirection, LaneKind, ZoneKind
-from stucksolver.scene.view import View
+from stucksolver.scene.view import FrenetScene
 
 
 @dataclass(frozen=True)
-class Case:
+class CheckContext:
     """Two speed hypotheses are carried: the ego as quick as comfort allows, and a sluggish one.
 
     `running`: the plan is under way, so that it is also a question what can still be done. `stopped_at_s`: arc lengths
@@ -25,7 +25,7 @@ class Case:
     how far the ego is beside the path that was proven, and turned from it; left positive.
     """
 
-    view: View
+    view: FrenetScene
     path: Manoeuvre
     policy: GuardPolicy
     guided: bool = False
