@@ -35,7 +35,7 @@ def run_alone(folder: Path, program: str) -> subprocess.CompletedProcess[str]:
     others = sysconfig.get_path("purelib")
     # Without `site` the links to this checkout are not followed.
     start = f"import sys; sys.path[:0] = [{str(folder)!r}]; sys.path.append({others!r}); "
-    command = [sys.executable, "-S", "-c", start + program]
+    command = [sys.executable, "-E", "-S", "-c", start + program]
     return subprocess.run(command, capture_output=True, text=True, timeout=120, cwd=folder, check=False)
 
 
@@ -64,7 +64,7 @@ else:
     sys.exit("stucksolver is there")
 serve = f"import sys; sys.path[:] = {sys.path!r}; from carlette.cli import main; sys.exit(main(sys.argv[1:]))"
 server = subprocess.Popen(
-    [sys.executable, "-S", "-c", serve, "--port", "0", "--exit-on-stdin-eof", "--client-version", VERSION],
+    [sys.executable, "-E", "-S", "-c", serve, "--port", "0", "--exit-on-stdin-eof", "--client-version", VERSION],
     stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
 )
 port = int(server.stdout.readline().split("listening on ")[1].split()[0].rpartition(":")[2])
