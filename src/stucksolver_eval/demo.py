@@ -55,7 +55,7 @@ class DemoSpec:
     map_name: str = "demo_town"
     maps: str | None = None
     seed: int = 1
-    driver: str = "behavior"
+    driver: str = "behavior:normal"
     road: Literal["one_lane", "multi_lane", "any"] = "any"
     oncoming: int = 3
     clock: str = "lockstep"

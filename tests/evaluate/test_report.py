@@ -21,6 +21,7 @@ from hypothesis import strategies as st
 from stucksolver_eval.report import ReportError, write_report
 from stucksolver_eval.report.pack import pack, series
 from stucksolver_eval.report.page import SCRIPTS, embedded_json
+from stucksolver_eval.results.record import COMPLETED, PERFECT
 from stucksolver_eval.results.runlog import (
     ActorInfo,
     DecisionMoment,
@@ -79,7 +80,7 @@ def run_log(scenario="parked car", arm="StuckSolver", words="go round it", frame
             ),
             "events": (LogEvent(time_s=4.0, kind="guidance", text=words),),
             "result": RunResult(
-                status="completed",
+                status="Completed",
                 route_completion_pct=100,
                 infractions={words: 1},
                 stopped_s=6.5,
@@ -303,3 +304,7 @@ def test_four_long_busy_runs_stay_small(tmp_path):
     run = run_log(frames=[busy_frame(n) for n in range(1200)], actors=60)
     write_report([run] * 4, tmp_path / "report.html", "Runs", [])
     assert (tmp_path / "report.html").stat().st_size < 6_000_000
+
+
+def test_the_page_knows_the_words_that_a_drive_that_succeeded_ends_with():
+    assert f'["{COMPLETED}", "{PERFECT}"].includes(status)' in (ASSETS / "palette.js").read_text(encoding="utf-8")

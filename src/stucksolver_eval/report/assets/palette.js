@@ -43,6 +43,11 @@ function outcomeTone(outcome) {
 }
 
 function statusTone(status) {
-  if (status === "completed") return "good";
-  return ["blocked", "timeout", "collision", "failed", "error"].includes(status) ? "bad" : "warn";
+  if (["Completed", "Perfect"].includes(status)) return "good";
+  return status.startsWith("Failed") ? "bad" : "warn";
+}
+
+// "Failed - Agent got blocked": the colour says the first word.
+function statusWords(status) {
+  return words(status.replace("Failed - ", ""));
 }

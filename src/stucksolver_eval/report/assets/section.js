@@ -52,7 +52,7 @@ class Section {
   arm(run, index) {
     return h("figure", { class: "arm" },
       h("figcaption", null, h("b", null, run.arm),
-        h("span", { class: `tag ${statusTone(run.result.status)}` }, words(run.result.status)),
+        h("span", { class: `tag ${statusTone(run.result.status)}` }, statusWords(run.result.status)),
         h("span", { class: "key" }, summary(run))),
       this.stages[index].element, this.plots[index].element);
   }

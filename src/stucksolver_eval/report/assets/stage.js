@@ -69,7 +69,7 @@ class Stage {
     this.stuck.hidden = !during(run.stuck, time);
     this.recovering.hidden = !stateAt(run.paths, frame);
     this.ended.hidden = time <= run.end;
-    this.ended.textContent = `${words(run.result.status)} at ${seconds(run.end)}`;
+    this.ended.textContent = `${statusWords(run.result.status)} at ${seconds(run.end)}`;
     this.say(this.caption, latest(run.events, time, CAPTION_S, (event) => event.kind !== "guidance"));
     this.say(this.bubble, latest(run.events, time, BUBBLE_S, (event) => event.kind === "guidance"));
     if (pose && !this.bubble.hidden) {

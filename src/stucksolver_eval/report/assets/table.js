@@ -2,7 +2,7 @@
 
 const COLUMNS = [
   ["Arm", (run) => h("b", null, run.arm)],
-  ["Status", (run) => h("span", { class: `tag ${statusTone(run.result.status)}` }, words(run.result.status))],
+  ["Status", (run) => h("span", { class: `tag ${statusTone(run.result.status)}` }, statusWords(run.result.status))],
   ["Route", (run) => `${figure(run.result.route_completion_pct, 0)} %`, "num"],
   ["Infractions", (run) => infractions(run.result.infractions), "wrap"],
   ["Stopped", (run) => `${figure(run.result.stopped_s)} s`, "num"],
