@@ -17,7 +17,8 @@ from stucksolver.scene import (
     ZoneKind,
 )
 
-FINE_M, SPACING_M = 0.5, 2.0
+FINE_M = 0.5
+SPACING_M = 2.0
 SAME, OPPOSITE = LaneDirection.SAME, LaneDirection.OPPOSITE
 
 

@@ -14,8 +14,13 @@ import numpy as np
 from benchmarks.guard_oracle.bodies import Body
 from stucksolver.decision import Directive, Execute
 
-LENGTH_M, WIDTH_M, WHEELBASE_M, RADIUS_M = 4.9, 1.85, 2.9, 6.0
-ACCELERATES_MPS2, BRAKES_MPS2, BRAKES_HARD_MPS2 = 1.5, 3.0, 6.0
+LENGTH_M = 4.9
+WIDTH_M = 1.85
+WHEELBASE_M = 2.9
+RADIUS_M = 6.0
+ACCELERATES_MPS2 = 1.5
+BRAKES_MPS2 = 3.0
+BRAKES_HARD_MPS2 = 6.0
 LOCK_RAD = math.atan(WHEELBASE_M / RADIUS_M)
 STEERS_RADPS = 0.6
 """Of the front wheels: about a turn and a half of a steering wheel in a second."""

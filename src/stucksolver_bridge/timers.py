@@ -11,9 +11,14 @@ from typing import Any, Callable
 
 from stucksolver_bridge.agent_driver import AgentDriver
 
-REVERSE_S, LEFT_S, RIGHT_S = 15.0, 30.0, 60.0
-REVERSE_M, REVERSE_MPS = 5.0, 1.5
-OVER_M, BESIDE_M, OVERTAKE_MPS = 12.0, 25.0, 5.0
+REVERSE_S = 15.0
+LEFT_S = 30.0
+RIGHT_S = 60.0
+REVERSE_M = 5.0
+REVERSE_MPS = 1.5
+OVER_M = 12.0
+BESIDE_M = 25.0
+OVERTAKE_MPS = 5.0
 ACTION_LIMIT_S = 15.0
 GOING_M = 15.0
 """So much new ground ends the standstill: all timers begin anew."""

@@ -13,7 +13,8 @@ from stucksolver_bridge import conversation, wire
 from stucksolver_bridge.conversation import OLD_TICKS, Conversation, Overdue, limit_of
 from stucksolver_bridge.wire import Wire, WireError
 
-TICK_S, LIMIT_S = 0.05, 120.0
+TICK_S = 0.05
+LIMIT_S = 120.0
 
 
 class Clock:

@@ -21,7 +21,8 @@ from stucksolver.scene.view import FrenetScene
 
 ALIKE = 0.02
 """Gaps (m) and times (s) are the same within this."""
-TURNED_RAD, MOVED_M = 2.0, (300.0, -40.0)
+TURNED_RAD = 2.0
+MOVED_M = (300.0, -40.0)
 FAR = (
     thing("far off", -400.0, 250.0, kind=ObjectKind.VAN),
     thing("far behind", -300.0, 90.0, kind=ObjectKind.PEDESTRIAN, speed=1.0),

@@ -20,7 +20,9 @@ GUARD = Guard()
 POLICY = GUARD.policy
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
 PAST_LEAD = BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)
-LENGTH_M, WIDTH_M, CAR_M = 4.9, 1.85, 4.6
+LENGTH_M = 4.9
+WIDTH_M = 1.85
+CAR_M = 4.6
 RIGHT = strip("right", -LANE_M, LaneDirection.SAME, LineKind.BROKEN, 401)
 BOTH = MULTI.model_copy(update={"key": "both", "lanes": (*MULTI.lanes, RIGHT)})
 NUMBERS = range(40)

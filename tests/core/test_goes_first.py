@@ -13,7 +13,8 @@ from worlds import LANE_M, World, bent_road, strip, thing
 from stucksolver.reason.rules.observe import goes_first
 from stucksolver.scene import CandidateWaypoint, LaneDirection, LineKind
 
-COUNT, EGO_S = 160, 60.0
+COUNT = 160
+EGO_S = 60.0
 RADII = st.one_of(st.floats(30.0, 400.0), st.floats(-400.0, -30.0))
 LANES = {
     "left": (LANE_M, LaneDirection.SAME),

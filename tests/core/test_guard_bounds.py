@@ -235,7 +235,8 @@ def test_half_a_confidence_will_do_where_a_person_has_confirmed_it(who):
     assert not passable(bag(kind_confidence=0.5), Approvals(**{who: frozenset({"solid_line"})}))
 
 
-BAG_HALF_M, WALKER_HALF_M = 0.15, 0.25
+BAG_HALF_M = 0.15
+WALKER_HALF_M = 0.25
 
 
 @pytest.mark.parametrize("kind", [K.PEDESTRIAN, K.ANIMAL, K.UNKNOWN])

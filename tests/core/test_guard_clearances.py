@@ -14,7 +14,9 @@ from stucksolver.scene import ControlKind, LightState, ObjectKind, TrafficContro
 C, K = RejectCode, ObjectKind
 ROAD = straight_road()
 GUARD = Guard()
-HALF_WIDTH_M, HALF_LENGTH_M, BUMPER_X = 1.85 / 2, 4.9 / 2, 50.0 + 4.9 / 2
+HALF_WIDTH_M = 1.85 / 2
+HALF_LENGTH_M = 4.9 / 2
+BUMPER_X = 50.0 + 4.9 / 2
 ON, SLOW = KeepLane(distance_m=40.0, speed_mps=5.0), KeepLane(distance_m=40.0, speed_mps=2.0)
 BESIDE = {K.BARRIER: 0.95, K.CAR: 0.95, K.BICYCLE: 0.3, K.PEDESTRIAN: 0.25}
 """Half widths."""

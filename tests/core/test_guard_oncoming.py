@@ -19,7 +19,8 @@ GUARD = Guard()
 ROAD = straight_road()
 BORROW = BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)
 LEAD = thing("lead", 65.0)
-HALF_CAR_M, HALF_EGO_M = 4.6 / 2, 4.9 / 2
+HALF_CAR_M = 4.6 / 2
+HALF_EGO_M = 4.9 / 2
 A_LITTLE = 0.01
 
 

@@ -35,7 +35,8 @@ from stucksolver.scene import LineKind, ObjectKind, Zone, ZoneKind
 K = ObjectKind
 GUARD = Guard()
 DT = 0.1
-LENGTH_M, WIDTH_M = 4.9, 1.85
+LENGTH_M = 4.9
+WIDTH_M = 1.85
 A_MPS2, B_MPS2 = 1.5, 3.0
 """Comfort of the ego's limits."""
 OTHERS_BRAKE_MPS2 = 3.5

@@ -16,7 +16,8 @@ from stucksolver.scene import LaneDirection, LineKind, ObjectKind, Zone, ZoneKin
 
 C = RejectCode
 POLICY = GuardPolicy()
-HALF_LENGTH_M, HALF_WIDTH_M = 4.9 / 2, 1.85 / 2
+HALF_LENGTH_M = 4.9 / 2
+HALF_WIDTH_M = 1.85 / 2
 A_LITTLE = 0.02
 SURE_S = POLICY.prediction.sure_running_s
 """Who goes straight on may be so much earlier or later."""

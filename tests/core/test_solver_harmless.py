@@ -89,7 +89,8 @@ def test_nonsense_touches_nobody(behaviors, road):
     assert len(seen.directives) == 600
 
 
-CLOCKS, PHASES_M = ("lockstep", "latency:0.7", "latency:3"), (0.0, 13.0, 27.0, 41.0)
+CLOCKS = ("lockstep", "latency:0.7", "latency:3")
+PHASES_M = (0.0, 13.0, 27.0, 41.0)
 QUICK = {("latency:0.7", 27.0)}
 """The other pairs drive as long, among the integration tests."""
 

@@ -15,9 +15,11 @@ from stucksolver.stacks.driver.vehicle_model import VehicleModel
 CAR = VehicleModel(half_length=2.45, half_width=0.95, wheelbase=2.9, wheel_lock=1.2)
 S = np.arange(0.0, 200.0)
 LINE = make_path(S, np.zeros(200), np.full(200, 8.0))
-WAIT_S, MEET_S = 90.0, 100.0
+WAIT_S = 90.0
+MEET_S = 100.0
 AT_THE_LINE = WAIT_S - CAR.half_length - 1.0
-TOP_MPS, DT_S = 13.0, 0.05
+TOP_MPS = 13.0
+DT_S = 0.05
 
 
 class Light:

@@ -14,7 +14,8 @@ from stucksolver.stacks.driver.vehicle_model import VehicleModel
 CAR = VehicleModel(half_length=2.45, half_width=1.0, wheelbase=2.9, wheel_lock=1.2)
 S = np.arange(0.0, 200.0)
 LANE = make_path(S, np.zeros(200), np.full(200, 14.0))
-BESIDE_M, AT_M = 3.0, 60.0
+BESIDE_M = 3.0
+AT_M = 60.0
 
 
 def cars(*places):

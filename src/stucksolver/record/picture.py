@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 MOMENTS = 5
 AT_ABOUT_S = 0.5
 """A moment asked for may lie this much before the first that was recorded, or after the last."""
-BACK_M, AHEAD_M = 25.0, 55.0
+BACK_M = 25.0
+AHEAD_M = 55.0
 ASIDE_M, BESIDE_M = 12.0, 1.5
 """What is shown of the lanes on either side at most, and of what lies beside them."""
 DPI = 130

@@ -26,7 +26,9 @@ from stucksolver_eval.actors.reservations import JunctionReservations
 HORIZON_M = 56.0
 LEADERS_EVERY = 3
 """Ticks between two looks for who is ahead; in between the gap shrinks by the closing speed."""
-MOST_MPS2, SOFT_MPS2, HARD_MPS2 = 2.2, 2.5, 8.0
+MOST_MPS2 = 2.2
+SOFT_MPS2 = 2.5
+HARD_MPS2 = 8.0
 HEADWAY_S = 1.2
 STAND_GAP_M = 4.0
 STOP_LINE_GAP_M = 1.5

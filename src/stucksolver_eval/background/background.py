@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 EVERY = 5
 """Ticks between two looks at who comes and goes."""
-_CLAIM_M, _CLAIM_MPS = 8.0, 1.0
+_CLAIM_M = 8.0
+_CLAIM_MPS = 1.0
 
 
 class Background:

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
     from stucksolver_eval.setting import Setting
 
-JUNCTION_NEAR_M, JUNCTION_NEAR_S = 30.0, 1.5
+JUNCTION_NEAR_M = 30.0
+JUNCTION_NEAR_S = 1.5
 ROLE = "background"
 _BEHIND, _AHEAD = 130, 160
 """Waypoints of the route within which cars are placed along it."""

@@ -12,7 +12,8 @@ from stucksolver_eval.streets.find import choose_street
 if TYPE_CHECKING:
     import carla
 
-APPROACH_M, BEYOND_M = 30, 70
+APPROACH_M = 30
+BEYOND_M = 70
 
 
 class CaseError(ValueError):

@@ -11,8 +11,11 @@ from PIL import Image, ImageDraw, ImageFont
 from stucksolver.decision import Decision
 from stucksolver_eval.cases.run import CaseResult
 
-IMAGE_W, IMAGE_H = 800, 450
-TEXT_W, MARGIN, HEAD_H = 860, 18, 34
+IMAGE_W = 800
+IMAGE_H = 450
+TEXT_W = 860
+MARGIN = 18
+HEAD_H = 34
 INK, GREY, PAPER = (28, 30, 34), (108, 112, 120), (255, 255, 255)
 SHADES = ((232, 240, 252), (252, 243, 226), (230, 245, 234))
 COLUMNS = 104

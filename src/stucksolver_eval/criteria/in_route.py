@@ -5,7 +5,8 @@ from __future__ import annotations
 from stucksolver_eval.criteria.base import Criterion, Moment, place_text
 from stucksolver_eval.criteria.route_walk import RouteWalk
 
-FAR_M, SAFE_M = 30.0, 15.0
+FAR_M = 30.0
+SAFE_M = 15.0
 FAR_SHARE_PCT = 30.0
 WINDOW = 5
 FAILURE = "Agent deviated from the route"

@@ -12,7 +12,8 @@ from stucksolver_eval.criteria.base import Criterion, Moment, place_text
 NEAR_M = 15.0
 STEP_M = 0.5
 LINE_PER_WIDTH = 0.6
-TAIL_NEAR, TAIL_BEHIND_M = 0.8, 1.0
+TAIL_NEAR = 0.8
+TAIL_BEHIND_M = 1.0
 Point = tuple[float, float]
 
 

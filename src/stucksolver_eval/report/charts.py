@@ -5,7 +5,9 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 
-ROW_PX, LABEL_PX, BAR_PX = 20, 310, 420
+ROW_PX = 20
+LABEL_PX = 310
+BAR_PX = 420
 
 
 def bars(values: Sequence[tuple[str, float | None]], unit: str) -> str:

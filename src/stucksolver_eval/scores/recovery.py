@@ -26,7 +26,8 @@ SAME_PLACE_M = 10.0
 PROGRESS_M = 15.0
 END_M = 25.0
 """A route is over 10 m before its end, and its track has a place a second: at 50 km/h there are 14 m between them."""
-PASSENGER, WORDS_S = "passenger", 30.0
+PASSENGER = "passenger"
+WORDS_S = 30.0
 NOT_HARM = frozenset({"min_speed_infractions", "vehicle_blocked", "route_timeout", "scenario_timeouts"})
 
 

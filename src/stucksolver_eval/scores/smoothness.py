@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 BLOCK = 20
 WINDOW, ORDER = 7, 2
 LON_MPS2 = (-4.05, 2.40)
-LAT_MPS2, JERK_MPS3, LON_JERK_MPS3 = 4.89, 8.37, 4.13
+LAT_MPS2 = 4.89
+JERK_MPS3 = 8.37
+LON_JERK_MPS3 = 4.13
 YAW_ACCELERATION, YAW_RATE = 1.93, 0.95
 Array = NDArray[np.float64]
 

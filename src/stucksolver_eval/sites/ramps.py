@@ -14,14 +14,21 @@ from stucksolver_eval.sites.site import Site
 from stucksolver_eval.sites.through import flow, site_at
 from stucksolver_eval.sites.walk import Path, Town, approach, same_way
 
-_MERGE_TRIGGER_M, _MERGE_END_M = 45, 150
+_MERGE_TRIGGER_M = 45
+_MERGE_END_M = 150
 _MERGE_FLOW_M = (60, 120)
-_EXIT_START_M, _EXIT_TRIGGER_M, _EXIT_CHANGE_M, _EXIT_END_M = 170, 140, 60, 65
+_EXIT_START_M = 170
+_EXIT_TRIGGER_M = 140
+_EXIT_CHANGE_M = 60
+_EXIT_END_M = 65
 _EXIT_FLOW_M = (165, 70)
-_CUT_IN_TRIGGER_M, _CUT_IN_FROM_M, _CUT_IN_END_M = 110, 75, 90
+_CUT_IN_TRIGGER_M = 110
+_CUT_IN_FROM_M = 75
+_CUT_IN_END_M = 90
 _CHANGES_AFTER_M = (0, 45, 120, 230)
 """Where each lane begins, and the end."""
-_CHANGES_TRIGGER_M, _CHANGES_STEP_M = 15, 40
+_CHANGES_TRIGGER_M = 15
+_CHANGES_STEP_M = 40
 _FEW_LANES, _MANY_LANES = 1, 3
 
 

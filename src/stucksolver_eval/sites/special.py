@@ -18,15 +18,24 @@ from stucksolver_eval.sites.walk import Path, Town, approach, follow, turn_deg
 if TYPE_CHECKING:
     import carla
 
-_RUN_UP_M, _TRIGGER_M, _NEAR_M = 75, 38, 3
+_RUN_UP_M = 75
+_TRIGGER_M = 38
+_NEAR_M = 3
 _SEEN_AFTER_M = 180
 """So long is a lane on which one has to pass through the oncoming one: from 30 m after the trigger some 150 m of that
 must be seen, where it may be driven at 50 km/h."""
-_RAILS, _FROM_RAILS_M = "201", 30.0
-_RAILS_AFTER_SIGN_M, _BEFORE_RAILS_M, _BEYOND_RAILS_M = 6, 60, 110
-_CLOSED_TRIGGER_M, _CLOSED_BEFORE_M, _BEYOND_CLOSED_M, _LONGEST_BLOCK_M = 70, 10, 60, 420
+_RAILS = "201"
+_FROM_RAILS_M = 30.0
+_RAILS_AFTER_SIGN_M = 6
+_BEFORE_RAILS_M = 60
+_BEYOND_RAILS_M = 110
+_CLOSED_TRIGGER_M = 70
+_CLOSED_BEFORE_M = 10
+_BEYOND_CLOSED_M = 60
+_LONGEST_BLOCK_M = 420
 _SAME_HEADING_DEG = 10.0
-_RING_MARK_M, _LAPS = 20, 10
+_RING_MARK_M = 20
+_LAPS = 10
 
 
 def to_pass(fits: Fits) -> Finder:

@@ -13,9 +13,13 @@ from stucksolver_eval.sites.movements import Control, Movement, Side, Turn, arm,
 from stucksolver_eval.sites.site import Site
 from stucksolver_eval.sites.walk import Path, Town, approach, beside, follow
 
-_TRIGGER_BEFORE_M, _START_BEFORE_M, _END_AFTER_M = 38, 75, 95
-_FLOW_BEFORE_M, _FLOW_AFTER_M = 75, 55
-_BICYCLES_BEFORE_M, _BICYCLES_AFTER_M = 40, 40
+_TRIGGER_BEFORE_M = 38
+_START_BEFORE_M = 75
+_END_AFTER_M = 95
+_FLOW_BEFORE_M = 75
+_FLOW_AFTER_M = 55
+_BICYCLES_BEFORE_M = 40
+_BICYCLES_AFTER_M = 40
 _NEAR_M = 3
 """Marks lie this close to the junction, so that the route through it cannot be mistaken."""
 

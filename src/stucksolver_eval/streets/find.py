@@ -17,7 +17,8 @@ from stucksolver_eval.streets.stretches import Line, StreetKind, Stretch, bend_d
 CLEAR_BEFORE_M, CLEAR_PAST_M = 20, 60
 """Around the obstacle the road has no junction and keeps its lanes."""
 MIN_LENGTH_M = 110
-_STRAIGHT_DEG, _FLAT_DEG = 15.0, 3.0
+_STRAIGHT_DEG = 15.0
+_FLAT_DEG = 3.0
 _LONG_SIGHT_M = 150.0
 _SIGHT_TO_PASS_M = 250.0
 _RUN_UP_M = 40

@@ -13,7 +13,8 @@ from carlette.camera.models.props import prop_mesh
 from carlette.camera.models.vehicles import vehicle_mesh
 from carlette.geometry import Box
 
-OUT_M, SHORT_SHARE = 0.07, 0.2
+OUT_M = 0.07
+SHORT_SHARE = 0.2
 ALL_LIT, PAINT = 0x7FF, (90, 90, 90)
 BEYOND = ("crossinggate", "table", "garbage", "dirtdebris", "maptable", "toy", "helmet")
 """Props of which a lamp, a leg or a stone stands out."""

@@ -16,7 +16,9 @@ from raw_client import SYNCHRONOUS, Raw, exactly, open_stream
 from carlette.rpc.handlers import ALL
 
 SERVED_WITHIN_S = 10.0
-RECORD_BYTES, RECORDS_AT, MOTION = 119, 84, struct.Struct("<15f")
+RECORD_BYTES = 119
+RECORDS_AT = 84
+MOTION = struct.Struct("<15f")
 NUMBERS = (0, 1, -1, 7, 255, 2**31, 2**32, 2**63 - 1, -(2**63), 0.5, -0.0, 1e-300, 1e30, -1e308)
 NOT_NUMBERS = (float("nan"), float("inf"), float("-inf"))
 OTHERS = (None, True, False, "", "seven", "vehicle.tesla.model3", "x" * 5000, b"", b"\xff\xfe", [], [[]], {}, {"a": 1})

@@ -15,7 +15,9 @@ from serving import running_server
 carla = pytest.importorskip("carla")
 pytestmark = pytest.mark.integration
 
-BUILD_S, CLIENT_TIMEOUT_S, LONG_S = 7.0, 5.0, 120.0
+BUILD_S = 7.0
+CLIENT_TIMEOUT_S = 5.0
+LONG_S = 120.0
 SLOW_BUILDER = f"""
 import time
 from carlette import cli

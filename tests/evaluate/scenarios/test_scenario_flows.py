@@ -28,7 +28,9 @@ FLOWS = (
     "SignalizedJunctionRightTurn",
     "SignalizedJunctionLeftTurnEnterFlow",
 )
-SPEED_MPS, FROM_M, TO_M = 9.0, 20.0, 30.0
+SPEED_MPS = 9.0
+FROM_M = 20.0
+TO_M = 30.0
 
 
 def value(number):

@@ -12,7 +12,8 @@ from stucksolver.scene import ControlKind, LightState, Scene
 
 AT_THE_LINE_M = 5.5
 LOOKED_S = 3.0
-CROSS_M, CREEP_MPS = 20.0, 2.2
+CROSS_M = 20.0
+CREEP_MPS = 2.2
 LIGHT_AHEAD_M = 20.0
 
 

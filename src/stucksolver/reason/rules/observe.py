@@ -33,7 +33,9 @@ JOINS_M, JOINS_RAD, JOINS_AHEAD_M, CRAWLS_MPS = 1.0, 0.08, 8.0, 3.0
 """A vehicle so far aside, so much turned towards our way, no further ahead and no quicker crawls into our lane."""
 LET_IN_S = 20.0
 """Who is not let in for so long has to show that it wants to go."""
-SAME_WAY_COS, SAME_LANE_M, QUEUE_GAP_M = 0.9, 1.5, 8.0
+SAME_WAY_COS = 0.9
+SAME_LANE_M = 1.5
+QUEUE_GAP_M = 8.0
 YIELD_AHEAD_M, YIELD_S, YIELD_BESIDE_M = 42.0, 5.0, 2.0
 """Who comes so near to so much of the route ahead within so many seconds goes first; less than a lane's width away."""
 

@@ -39,7 +39,10 @@ RECOVERY_SPEED_MPS = 5.5
 GUIDED_SPEED_MPS = 11.0
 LEAST_SPEED_MPS = 2.0
 SLOW_MPS = 2.2
-OVER_HEIGHT_M, OVER_SEEN_S, OVER_CONFIDENCE, LIVING_M = 0.15, 1.0, 0.8, 2.5
+OVER_HEIGHT_M = 0.15
+OVER_SEEN_S = 1.0
+OVER_CONFIDENCE = 0.8
+LIVING_M = 2.5
 BEFORE_OVER_M, BEYOND_OVER_M = 6.0, 2.0
 """So far before what it drives over the ego is in its lane, and so far behind it its rear is free again."""
 

@@ -18,9 +18,14 @@ MORE_M, ENOUGH_M = 4.0, 12.0
 REAR_MARGIN_M, LOOK_REAR_MARGIN_M = 2.5, 8.0
 """Left free behind when backing up to get room, and to look. The guard sees to those who come."""
 BESIDE_M = 0.55
-LOOK_M, LOOK_ROOM_M, BACK_M = 6.0, 9.0, 8.0
-FAR_M, MOST_MOVES = 18.0, 4
-ASIDE_M, CLEAR_OF_M, SWING_OUT_M = 0.8, 0.2, 10.0
+LOOK_M = 6.0
+LOOK_ROOM_M = 9.0
+BACK_M = 8.0
+FAR_M = 18.0
+MOST_MOVES = 4
+ASIDE_M = 0.8
+CLEAR_OF_M = 0.2
+SWING_OUT_M = 10.0
 
 
 def over_it(scene: Scene, lead: SceneObject) -> Way | None:

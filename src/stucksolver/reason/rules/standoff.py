@@ -17,11 +17,15 @@ FIRST_TURN_S = 8.0
 """For so long it is left to those who cross to go first."""
 SHORT_OF_M, LEAST_M, MOST_M, STEP_M = 0.4, 2.0, 5.0, 0.5
 """Left free before them; the shortest and longest way up to there, in whole steps of a path."""
-CREEP_MPS, LIGHT_AHEAD_M = 1.5, 20.0
+CREEP_MPS = 1.5
+LIGHT_AHEAD_M = 20.0
 NOSE_M, LEAST_NOSE_M, NOSE_CLEAR_M = 3.0, 0.6, 0.32
 """How far to nose in at most and at least, and what is left free beside those who crawl by."""
 FACES_COS = -0.7
-BACK_M, LEAST_BACK_M, REAR_MARGIN_M, GIVES_WAY_S = 8.0, 3.0, 5.5, 10.0
+BACK_M = 8.0
+LEAST_BACK_M = 3.0
+REAR_MARGIN_M = 5.5
+GIVES_WAY_S = 10.0
 
 
 def towards_who_crosses(scene: Scene, lead: SceneObject) -> Way | None:

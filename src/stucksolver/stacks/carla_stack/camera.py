@@ -11,7 +11,9 @@ from stucksolver.scene import CameraImage, Scene
 if TYPE_CHECKING:
     import carla
 
-WIDTH, HEIGHT, FOV_DEG = 800, 450, 90.0
+WIDTH = 800
+HEIGHT = 450
+FOV_DEG = 90.0
 PERIOD_S = 0.5
 """A picture costs a simulator more than a tick; a vehicle that stands sees little new."""
 QUALITY = 80

@@ -17,7 +17,8 @@ _STATES = {
     carla.TrafficLightState.Green: LightState.GREEN,
     carla.TrafficLightState.Off: LightState.OFF,
 }
-AHEAD_M, PASSED_M = 120.0, 3.0
+AHEAD_M = 120.0
+PASSED_M = 3.0
 
 
 class RouteControls:

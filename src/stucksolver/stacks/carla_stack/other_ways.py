@@ -24,7 +24,8 @@ KEPT_M = 0.3
 STANDS_MPS = 0.3
 SAME_ROAD_M, ROAD_FROM_M, ROAD_TO_M = 8.0, 10.0, 60.0
 """A route that comes so near to the road ahead, so far beyond the junction, leads back to where the ego cannot go."""
-BEHIND_M, BEYOND_M = 6.0, 25.0
+BEHIND_M = 6.0
+BEYOND_M = 25.0
 BETWEEN_M, OVER_EDGE_M = 2.5, 0.15
 """Half the width of what lies between lanes that part and is paved as they are; so little may stick out at the edge."""
 SAMPLES = 25

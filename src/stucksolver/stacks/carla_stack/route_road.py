@@ -19,8 +19,10 @@ from stucksolver.stacks.driver import RoutePoint
 if TYPE_CHECKING:
     import carla
 
-SPACING_M, FINE_M = 2.0, 0.25
-BEHIND_M, AHEAD_M = 60.0, 320.0
+SPACING_M = 2.0
+FINE_M = 0.25
+BEHIND_M = 60.0
+AHEAD_M = 320.0
 RUN_UP_M = 120.0
 """How far the road is known before the route: a route planned anew may begin this far ahead of the ego."""
 ON_ROUTE_M = 2.2
@@ -29,7 +31,8 @@ BODY_M = 1.0
 """From the route to the ego's side: so near to it a crosswalk is on its way."""
 ANDREWS_CROSS = "201"
 """OpenDRIVE's signal type of the cross at a level crossing (StVO sign 201), as CARLA's landmarks carry it."""
-CROSS_BESIDE_M, CROSS_TRACKS_M = 10.0, 12.0
+CROSS_BESIDE_M = 10.0
+CROSS_TRACKS_M = 12.0
 BEYOND_M = 80.0
 """How far the road is known past the destination, so that a plan may end there."""
 

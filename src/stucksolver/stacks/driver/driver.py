@@ -31,7 +31,8 @@ FOLLOW_MAX_STEER = 1.0
 """A swing-out from close behind an obstacle may need the whole lock."""
 DRIVEN_OVER = ("static.prop.dirtdebris",)
 """Loose dirt, which CARLA's agents do not even see, and every car drives over."""
-_WRONG_WAY_MPS, _HALTED_MPS = -0.1, 0.1
+_WRONG_WAY_MPS = -0.1
+_HALTED_MPS = 0.1
 _DEFAULT_TICK_S = 0.05
 
 

@@ -25,10 +25,12 @@ from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 BRISK = Pace(1.3, 1.2)
 """How one drives into a gap."""
-STEP_S, HORIZON_S = 0.1, 9.0
+STEP_S = 0.1
+HORIZON_S = 9.0
 JOINED_S = 4.0
 """So long after the ego has joined a flow nobody behind has to brake for it."""
-_LOOKS_M, _LOOKS_S = 20.0, 4.0
+_LOOKS_M = 20.0
+_LOOKS_S = 4.0
 _LEAST_MPS = 0.5
 _ON_WAY_M = 1.5
 _ALONG_COS = math.cos(math.radians(45.0))
@@ -38,7 +40,8 @@ _A_TURN_MPS = 9.0
 _STOPPING_MPS2 = 4.0
 """Who would have to brake harder than this does not stop."""
 _SLOWING_MPS2 = 3.0
-_HARD_MPS2, _FULL_MPS2 = 5.0, 7.0
+_HARD_MPS2 = 5.0
+_FULL_MPS2 = 7.0
 _AT_THE_LINE_M = 3.0
 _EARLY = 0.8
 """The ego may need only this share of the time foretold."""

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 MEETS_M = 2.2
 """Centre lines nearer than this cannot be driven at once: two cars' half widths and a hand's breadth."""
-UPSTREAM_M, DOWNSTREAM_M = 90.0, 40.0
+UPSTREAM_M = 90.0
+DOWNSTREAM_M = 40.0
 FASTEST_LATERAL_MPS2 = 6.0
 """Who would need more sideways acceleration than this does not take a bend."""
 _BEND_OVER = 4

@@ -26,7 +26,8 @@ TIGHTER = (1.0, 0.85, 0.75, 0.65)
 _STANDS_MPS = 0.3
 _REACH_M = 1.8
 _SEEN_M = 80.0
-_ROOM_M, _LANE_M = 1.0, 1.75
+_ROOM_M = 1.0
+_LANE_M = 1.75
 
 
 def clear_way_out(

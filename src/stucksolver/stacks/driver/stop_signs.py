@@ -20,7 +20,8 @@ this much larger along the world's axes (`RunningStopTest` of CARLA's scenario_r
 _SAME_LEVEL_M = 4.0
 _INSIDE_M = 0.4
 """The vehicle halts so much nearer than need be."""
-_HALTED_MPS, _HALT_S = 0.1, 1.0
+_HALTED_MPS = 0.1
+_HALT_S = 1.0
 _PASSED_M = 1.0
 
 

@@ -17,10 +17,12 @@ from stucksolver_eval.setting import Setting
 if TYPE_CHECKING:
     import carla
 
-BEFORE_M, NOSE_GAP_M = 2.0, 1.5
+BEFORE_M = 2.0
+NOSE_GAP_M = 1.5
 HALF_CAR_M, STEP_M = 2.0, 2.0
 """Of the shortest cars, and between a line's points."""
-STANDS_S, CREPT_M = 4.0, 0.5
+STANDS_S = 4.0
+CREPT_M = 0.5
 STANDING_MPS = 0.1
 
 

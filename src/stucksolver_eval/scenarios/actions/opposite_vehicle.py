@@ -16,8 +16,10 @@ if TYPE_CHECKING:
     import carla
 
 SPEED_MPS = 60.0 / 3.6
-UPSTREAM_M, SINK_M = 60.0, 10.0
-SYNC_S, NEAR_M = 2.2, 12.0
+UPSTREAM_M = 60.0
+SINK_M = 10.0
+SYNC_S = 2.2
+NEAR_M = 12.0
 LEAD_M = SPEED_MPS * SYNC_S
 TOGETHER_M = 2.0
 Array = NDArray[np.float64]

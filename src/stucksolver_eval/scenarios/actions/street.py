@@ -12,7 +12,8 @@ from stucksolver_eval.scenarios.actions.places import run_of_lane, upstream
 from stucksolver_eval.scenarios.base import Scenario
 from stucksolver_eval.scenarios.parameters import Number
 
-FIRST_M, SPACING_M = 60.0, 40.0
+FIRST_M = 60.0
+SPACING_M = 40.0
 
 
 def into_gear(vehicle: carla.Vehicle) -> None:

@@ -13,7 +13,8 @@ from stucksolver_eval.sites.values import ON_THE_RIGHT, Value
 POLICE = "vehicle.dodge.charger_police_2020"
 SIGN = "static.prop.warningaccident"
 OFFSET = 0.6
-POLICE_GAP_M, CARS_GAP_M = 10.0, 6.0
+POLICE_GAP_M = 10.0
+CARS_GAP_M = 6.0
 
 
 class AccidentScene(Obstacle):

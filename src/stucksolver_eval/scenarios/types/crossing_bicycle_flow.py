@@ -18,7 +18,8 @@ from stucksolver_eval.sites.through import TURNS, Through, bicycles
 from stucksolver_eval.sites.values import flow_values
 
 RED_S = 5.0
-LOOK_M, BEYOND_M = 200.0, 40.0
+LOOK_M = 200.0
+BEYOND_M = 40.0
 
 
 @scenario

@@ -18,7 +18,9 @@ from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.values import BLOCKERS, ON_THE_RIGHT, Value
 
 WALK_MPS = 2.0
-SYNC_S, SYNC_PER_DEG_S, NEAR_M = 2.1, 0.1 / 5.0, 6.0
+SYNC_S = 2.1
+SYNC_PER_DEG_S = 0.1 / 5.0
+NEAR_M = 6.0
 BEHIND_M = 0.8
 KERB_M = 0.2
 

@@ -16,9 +16,12 @@ from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.ramps import cut_ins
 
-SLOWEST_MPS, FASTEST_MPS = 4.0, 30.0
+SLOWEST_MPS = 4.0
+FASTEST_MPS = 30.0
 SHARE = 0.8
-FOLLOW_S, CHANGE_S, AFTER_S = 0.3, 2.0, 3.0
+FOLLOW_S = 0.3
+CHANGE_S = 2.0
+AFTER_S = 3.0
 LIMIT_S = 60.0
 LOOK_M = 300.0
 

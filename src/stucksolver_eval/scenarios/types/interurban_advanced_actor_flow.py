@@ -13,7 +13,8 @@ from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.through import LEFT_TURNS, SIGNED, Through, crossing_flow
 from stucksolver_eval.sites.values import flow_values
 
-SOURCE_S, SINK_M = 6.0, 60.0
+SOURCE_S = 6.0
+SINK_M = 60.0
 
 
 @scenario

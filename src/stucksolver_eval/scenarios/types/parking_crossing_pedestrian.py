@@ -17,8 +17,10 @@ from stucksolver_eval.sites.fits import parking
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.values import ON_THE_RIGHT, Value
 
-WALK_MPS, WALK_M = 2.0, 8.0
-SYNC_S, NEAR_M = 2.15, 6.0
+WALK_MPS = 2.0
+WALK_M = 8.0
+SYNC_S = 2.15
+NEAR_M = 6.0
 BEHIND_M = 0.8
 
 

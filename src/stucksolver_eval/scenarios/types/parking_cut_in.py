@@ -16,10 +16,13 @@ from stucksolver_eval.sites.fits import parking
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.values import ON_THE_RIGHT
 
-BLOCKER_M, CUTTER_M = 28.0, 35.0
+BLOCKER_M = 28.0
+CUTTER_M = 35.0
 CUT_MPS = 20.0 / 3.6
-SYNC_S, NEAR_M = 2.35, 10.0
-OVER_M, ENDS_M = 9.0, 30.0
+SYNC_S = 2.35
+NEAR_M = 10.0
+OVER_M = 9.0
+ENDS_M = 30.0
 
 
 @scenario

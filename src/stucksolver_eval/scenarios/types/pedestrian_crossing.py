@@ -16,7 +16,8 @@ from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.through import ALL_WAYS, Through
 
-SYNC_S, NEAR_M = 3.5, 12.0
+SYNC_S = 3.5
+NEAR_M = 12.0
 DELAY_S = (0.0, 1.5)
 WALK_MPS = (1.3, 2.0)
 BEFORE_JUNCTION_M = 1.5

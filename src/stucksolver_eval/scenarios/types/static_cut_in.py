@@ -18,8 +18,11 @@ from stucksolver_eval.sites.values import ON_THE_RIGHT, Value
 
 APART_M = 11.0
 CARS, CUTTER = 6, 2
-SYNC_S, NEAR_M = 2.7, 15.0
-CUT_S, AWAY_MPS, AWAY_M = 3.0, 60.0 / 3.6, 70.0
+SYNC_S = 2.7
+NEAR_M = 15.0
+CUT_S = 3.0
+AWAY_MPS = 60.0 / 3.6
+AWAY_M = 70.0
 CUT_MPS = 5.0
 LIMIT_S = 30.0
 

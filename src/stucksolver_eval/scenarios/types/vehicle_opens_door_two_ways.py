@@ -17,7 +17,8 @@ from stucksolver_eval.sites.fits import two_ways_with_parking
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.values import IntervalDraw, Value
 
-OPENS_S, OPENS_M = 3.0, 10.0
+OPENS_S = 3.0
+OPENS_M = 10.0
 EDGE_M = 0.05
 
 

@@ -15,7 +15,8 @@ from stucksolver_eval.sites.through import TURNS, Through
 
 BEYOND_M = 11.0
 RIDE_MPS = 1.8
-SYNC_S, NEAR_M = 1.8, 6.0
+SYNC_S = 1.8
+NEAR_M = 6.0
 
 
 @scenario

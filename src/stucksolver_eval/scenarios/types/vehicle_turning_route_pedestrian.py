@@ -13,7 +13,8 @@ from stucksolver_eval.sites.through import TURNS, Through
 
 BEYOND_M = 3.0
 WALK_MPS = 1.8
-SYNC_S, NEAR_M = 2.2, 6.0
+SYNC_S = 2.2
+NEAR_M = 6.0
 
 
 @scenario

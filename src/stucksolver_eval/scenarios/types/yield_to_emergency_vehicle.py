@@ -18,8 +18,11 @@ from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.values import Value
 
 FASTER_MPS = 25.0
-NEAR_M, NEAR_S, PASSED_M = 50.0, 10.0, 50.0
-TAIL_GAP_M, CLOSING_PER_S = 6.0, 0.7
+NEAR_M = 50.0
+NEAR_S = 10.0
+PASSED_M = 50.0
+TAIL_GAP_M = 6.0
+CLOSING_PER_S = 0.7
 
 
 @scenario

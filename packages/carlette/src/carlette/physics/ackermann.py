@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-MAX_ACCELERATION_MPS2, MAX_DECELERATION_MPS2 = 3.0, 8.0
+MAX_ACCELERATION_MPS2 = 3.0
+MAX_DECELERATION_MPS2 = 8.0
 STANDING_MPS = 0.1
 GAINS = (0.15, 0.0, 0.25, 0.01, 0.0, 0.01)
 """Speed kp, ki, kd, acceleration kp, ki, kd."""

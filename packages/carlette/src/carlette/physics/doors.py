@@ -17,7 +17,8 @@ REACH_M = 0.9
 """How far an open door stands out from the side."""
 DEPTH_M = 0.4
 """Length of an open door along the vehicle: it opens to some 65 degrees."""
-SILL_M, TOP_M = 0.35, 1.25
+SILL_M = 0.35
+TOP_M = 1.25
 ALL = 6
 
 

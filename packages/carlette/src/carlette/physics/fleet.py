@@ -48,7 +48,8 @@ LENGTHWISE_GRIP = 2.0
 ROLLING_MPS2 = 0.12
 COAST_MPS2 = 3.9
 """Engine drag without throttle at its largest, for a vehicle that launches with `LAUNCH_MOST_MPS2`."""
-COAST_RISE_MPS, COAST_FALL_MPS = 2.5, 18.0
+COAST_RISE_MPS = 2.5
+COAST_FALL_MPS = 18.0
 NEUTRAL_COAST = 0.1
 ENGAGE_S = 0.8
 """A vehicle is spawned in neutral; so long after the first throttle its gearbox is in first gear. That it does is

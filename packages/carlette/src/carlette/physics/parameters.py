@@ -11,7 +11,9 @@ Curve = tuple[tuple[float, float], ...]
 
 EFFICIENCY = 0.68
 """Of the engine's power at the wheels; with it the Lincoln MKZ accelerates as measured in CARLA 0.9.15."""
-LAUNCH_BASE_MPS2, LAUNCH_PER_KW_KG, LAUNCH_MOST_MPS2 = 3.0, 47.0, 7.5
+LAUNCH_BASE_MPS2 = 3.0
+LAUNCH_PER_KW_KG = 47.0
+LAUNCH_MOST_MPS2 = 7.5
 HEAVY_KG = 3500.0
 WHEEL_RADIUS_M = 0.35
 MAX_RPM = 6000.0

@@ -23,7 +23,8 @@ from carlette.sensors.workers import build_static_scene, drawer
 from carlette.world.world import World
 
 LARGEST_PX = 4096
-NARROWEST_DEG, WIDEST_DEG = 1.0, 170.0
+NARROWEST_DEG = 1.0
+WIDEST_DEG = 170.0
 _HEADER = struct.Struct("<IIf")
 
 

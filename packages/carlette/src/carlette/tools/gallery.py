@@ -43,7 +43,10 @@ from carlette.world.settings import CLEAR_NOON
 from carlette.world.spawn import spawn
 from carlette.world.world import World
 
-WIDTH, HEIGHT, FOV_DEG, QUALITY = 800, 450, 90.0, 82
+WIDTH = 800
+HEIGHT = 450
+FOV_DEG = 90.0
+QUALITY = 82
 SPOT = 20
 """The spawn point from which most pictures are taken."""
 BRAKE, RIGHT, LEFT, REVERSE, LOW, FLASH = 8, 16, 32, 64, 2, 512

@@ -14,7 +14,9 @@ from carlette.opendrive.signals import Turn
 from carlette.physics.bodies import Bodies
 from carlette.physics.table import Table, flags, indices, numbers
 
-GREEN_S, YELLOW_S, RED_S = 10.0, 3.0, 2.0
+GREEN_S = 10.0
+YELLOW_S = 3.0
+RED_S = 2.0
 RED_ALONE_S = 10.0
 """Red of a light that no controller names: it waits for nobody else's green."""
 

@@ -8,7 +8,8 @@ from stucksolver_eval.scenarios.actions.places import beside
 from stucksolver_eval.scenarios.actions.street import Street
 from stucksolver_eval.scenarios.registry import scenario
 
-CAR, RIGHT_M = "vehicle.dodge.charger_2020", 1.1
+CAR = "vehicle.dodge.charger_2020"
+RIGHT_M = 1.1
 
 
 @scenario

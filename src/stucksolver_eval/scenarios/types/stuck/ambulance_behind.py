@@ -13,7 +13,9 @@ from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.special import to_pass
 
 AMBULANCE, CAR = "vehicle.ford.ambulance", "vehicle.lincoln.mkz_2020"
-BEHIND_M, STANDING_MPS, SPEED_MPS = 45.0, 0.5, 12.0
+BEHIND_M = 45.0
+STANDING_MPS = 0.5
+SPEED_MPS = 12.0
 
 
 @scenario

@@ -16,7 +16,9 @@ from stucksolver_eval.sites.values import Value
 
 COW, DOG = "animal.cow", "animal.dog"
 PLACES = ((COW, 0.0, -0.6), (COW, 2.6, 1.0), (DOG, -1.6, 1.2))
-LASTS_S, WALK_MPS, AWAY_S = 25.0, 1.0, 9.0
+LASTS_S = 25.0
+WALK_MPS = 1.0
+AWAY_S = 9.0
 BACK_M = 1.0
 
 

@@ -12,7 +12,8 @@ from stucksolver_eval.setting import Setting
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.through import LIT, STRAIGHT, Through
 
-CARS, SPACING_M = 3, 7.5
+CARS = 3
+SPACING_M = 7.5
 
 
 @scenario

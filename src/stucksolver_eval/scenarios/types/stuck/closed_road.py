@@ -14,7 +14,9 @@ from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.special import closed_streets
 
 BARRIER, SIGN = "static.prop.streetbarrier", "static.prop.warningconstruction"
-BARRIER_M, MOST_EACH_SIDE, SIGN_BEFORE_M = 1.2, 20, 2.0
+BARRIER_M = 1.2
+MOST_EACH_SIDE = 20
+SIGN_BEFORE_M = 2.0
 FOR_VEHICLES = carla.LaneType.Driving | carla.LaneType.Parking | carla.LaneType.Biking | carla.LaneType.Stop
 
 

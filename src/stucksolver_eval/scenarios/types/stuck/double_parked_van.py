@@ -13,7 +13,9 @@ from stucksolver_eval.sites.special import to_pass
 from stucksolver_eval.sites.values import Value
 
 VAN, PERSON = "vehicle.mercedes.sprinter", "walker.pedestrian.0002"
-WALK_MPS, WALK_M, ASIDE_M = 1.2, 3.0, 0.6
+WALK_MPS = 1.2
+WALK_M = 3.0
+ASIDE_M = 0.6
 
 
 @scenario

@@ -11,7 +11,8 @@ from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.special import level_crossings
 
 GATE, POST = "static.prop.crossinggate", "static.prop.crossinggatepost"
-BEFORE_RAILS_M, LASTS_S = 5.0, 35.0
+BEFORE_RAILS_M = 5.0
+LASTS_S = 35.0
 
 
 @scenario

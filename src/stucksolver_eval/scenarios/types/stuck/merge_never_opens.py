@@ -12,7 +12,9 @@ from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.ramps import merges
 
 CAR = "vehicle.mini.cooper_s_2021"
-SPEED_MPS, GAPS_M, MOST = 1.5, (6.5, 7.5), 40
+SPEED_MPS = 1.5
+GAPS_M = (6.5, 7.5)
+MOST = 40
 
 
 @scenario

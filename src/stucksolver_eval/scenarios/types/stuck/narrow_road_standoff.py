@@ -16,7 +16,8 @@ from stucksolver_eval.sites.fits import narrow
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.values import Value
 
-SPEED_MPS, FROM_M = 4.0, 30.0
+SPEED_MPS = 4.0
+FROM_M = 30.0
 BACKED_M = 6.0
 
 

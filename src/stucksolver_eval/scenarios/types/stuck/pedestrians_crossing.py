@@ -12,7 +12,10 @@ from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.special import crosswalks
 
-WALKERS, EVERY_S, WALK_MPS, NEAR_M = 6, 5.0, 1.3, 25.0
+WALKERS = 6
+EVERY_S = 5.0
+WALK_MPS = 1.3
+NEAR_M = 25.0
 BEFORE_M = 2.0
 
 

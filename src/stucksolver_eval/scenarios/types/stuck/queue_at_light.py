@@ -10,7 +10,9 @@ from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.through import LIT, STRAIGHT, Through
 
-CARS, SPACING_M, BEFORE_LINE_M = 3, 8.0, 4.0
+CARS = 3
+SPACING_M = 8.0
+BEFORE_LINE_M = 4.0
 
 
 @scenario

@@ -14,7 +14,8 @@ from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.values import Value
 
 TRUCK, CAR = "vehicle.carlamotors.carlacola", "vehicle.lincoln.mkz_2020"
-LASTS_S, CLEARS_MPS = 60.0, 6.0
+LASTS_S = 60.0
+CLEARS_MPS = 6.0
 
 
 @scenario

@@ -15,7 +15,9 @@ from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.values import Value
 
 BUS, CHILDREN = "vehicle.carlette.schoolbus", ("walker.pedestrian.0009", "walker.pedestrian.0010")
-BOARDS_S, CROSS_MPS, DRIVES_MPS = 10.0, 1.1, 7.0
+BOARDS_S = 10.0
+CROSS_MPS = 1.1
+DRIVES_MPS = 7.0
 
 
 @scenario

@@ -14,7 +14,8 @@ from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.values import Value
 
 CHILD, TOY = "walker.pedestrian.0009", "static.prop.toy"
-HESITATES_S, WALK_MPS = 15.0, 1.0
+HESITATES_S = 15.0
+WALK_MPS = 1.0
 
 
 @scenario

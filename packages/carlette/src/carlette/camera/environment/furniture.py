@@ -18,7 +18,8 @@ from carlette.geometry import Floats, rotate
 from carlette.opendrive.roads import RoadNetwork
 from carlette.opendrive.signals import LIGHT_TYPE, Signal
 
-BAR_M, BAR_GAP_M = 0.5, 0.5
+BAR_M = 0.5
+BAR_GAP_M = 0.5
 STOP_LINE_M = 0.4
 BEYOND_BOX_M = 1.7
 """From the middle of a trigger box on to the stop line."""

@@ -27,7 +27,8 @@ PAINTS = {"yellow": YELLOW, "blue": (60, 100, 200), "red": (200, 50, 40), "green
 PAINT_UP_M = 0.02
 KERB_TOP_M = 0.14
 LEAST_PAINT_M = 0.15
-DASH_M, GAP_M = 3.0, 4.5
+DASH_M = 3.0
+GAP_M = 4.5
 SKIRT_M = 1.2
 
 _FLOORS: dict[str, tuple[Color, int]] = {

@@ -21,7 +21,8 @@ EYE_BACK_M, EYE_UP_M = 3.7, 1.6
 WIDEST_TAN, STEEPEST_TAN = math.tan(math.radians(38.0)), math.tan(math.radians(24.0))
 """Within a picture of 800x450 pixels and 90 degrees, off its edge."""
 LANE_M = 3.5
-NEAREST_M, FARTHEST_M = 7.0, 60
+NEAREST_M = 7.0
+FARTHEST_M = 60
 OFF_LANE_M = 0.9
 LATERALS_M = (1.2, 2.5, 4.0, 6.0, 9.0)
 """Beside the governed lanes: first on the right, then on the left, then straight ahead of them."""

@@ -17,7 +17,8 @@ BLUE: Color = (24, 84, 176)
 AMBER: Color = (252, 196, 22)
 STEEL: Color = (142, 146, 150)
 BACK: Color = (120, 122, 126)
-POST_TOP_M, FACE_M = 2.6, 2.25
+POST_TOP_M = 2.6
+FACE_M = 2.25
 RIGHT: Point = (0.0, 1.0, 0.0)
 """To the right of who looks at the face: he looks along -x, and CARLA's y points right of +x."""
 READERS_RIGHT: Point = (0.0, -1.0, 0.0)

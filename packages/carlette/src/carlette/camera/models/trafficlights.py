@@ -10,7 +10,8 @@ from carlette.camera.rendering import tags
 
 CASE: Color = (34, 36, 38)
 POST: Color = (96, 100, 104)
-ARM_Z_M, POST_HEAD_Z_M = 5.35, 2.75
+ARM_Z_M = 5.35
+POST_HEAD_Z_M = 2.75
 LONGEST_ARM_M = 10.0
 REPEATER_HEAD: Point = (0.0, 0.14, 3.0)
 LAMPS: tuple[tuple[Color, Color], ...] = (

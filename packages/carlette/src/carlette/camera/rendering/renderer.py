@@ -20,7 +20,9 @@ from carlette.camera.rendering.view import View, metres
 from carlette.camera.rendering.weather_marks import rain_streaks
 from carlette.geometry import Floats
 
-REACH_M, DETAIL_M, PART_M = 420.0, 110.0, 300.0
+REACH_M = 420.0
+DETAIL_M = 110.0
+PART_M = 300.0
 SUPERSAMPLED_PIXELS = 700_000
 """Pictures up to this size are drawn twice as large each way and averaged; larger ones show single samples."""
 OPAQUE_AIR = 5.0

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from carlette.camera.arrays import Singles
 from carlette.geometry import Floats, Pose, Rotation
 
-NEAR_M, FAR_M = 0.1, 1000.0
+NEAR_M = 0.1
+FAR_M = 1000.0
 
 
 @dataclass(frozen=True)

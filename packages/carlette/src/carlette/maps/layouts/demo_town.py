@@ -34,7 +34,8 @@ _WEST, _EAST = 100, 200
 _REACH_M = 18.0
 """From the middle of a junction to where its arms begin."""
 _CORNER_M = 40.0
-_NORTH_M, _SOUTH_M = 190.0, -150.0
+_NORTH_M = 190.0
+_SOUTH_M = -150.0
 _STREET = [Segment(220.0), arc(500.0, math.radians(10)), Segment(220.0)]
 _DECIMALS = 9
 """Written precision (nanometres): the last bits of a sine differ between machines."""

@@ -13,7 +13,8 @@ from carlette.world.settings import EpisodeSettings
 
 methods = Methods()
 
-SHORTEST_STEP_S, LONGEST_STEP_S = 1e-4, 10.0
+SHORTEST_STEP_S = 1e-4
+LONGEST_STEP_S = 10.0
 
 
 @methods.value("version")
