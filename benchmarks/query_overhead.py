@@ -58,9 +58,7 @@ def _drive(reasoner: Reasoner, seconds: float, speed_mps: float) -> tuple[list[f
     surroundings = parked_car()
     costs: list[float] = []
     late: list[float] = []
-    with StuckSolver(
-        lambda: _scene(surroundings), models={"model": reasoner}, ladder=_ladder(), clock="wall"
-    ) as solver:
+    with StuckSolver(_scene, models={"model": reasoner}, ladder=_ladder(), clock="wall") as solver:
         begin = time.monotonic()
         for tick in range(int(seconds / TICK_S)):
             due = begin + tick * TICK_S

@@ -90,7 +90,7 @@ class _Nothing:
         return None
 
 
-def _never() -> NoReturn:
+def _never(seen: object = None) -> NoReturn:
     raise RuntimeError("free driving asked for a look around")
 
 

@@ -85,8 +85,8 @@ class PointStack:
         frame = round(self.time_s / DT_S)
         return Surroundings(frame=frame, time_s=self.time_s, ego=ego, objects=(parked,), sight=sight, road=ROAD)
 
-    def scene(self) -> Scene:
-        return build_scene(FrenetScene(self.surroundings()), self.status(), describe(OFFERS))
+    def scene(self, seen: Surroundings) -> Scene:
+        return build_scene(FrenetScene(seen), self.status(), describe(OFFERS))
 
     def perform(self, directive: Directive) -> None:
         if isinstance(directive, Execute):

@@ -81,7 +81,7 @@ def test_sound_surroundings_are_sound():
 def test_what_the_stack_raises_does_not_get_through_step(part):
     world = World(straight_road(), [thing("lead", 60.0)])
 
-    def broken():
+    def broken(*seen):
         raise RuntimeError("a sensor's own fault")
 
     setattr(world, part, broken)

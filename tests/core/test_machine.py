@@ -236,9 +236,22 @@ def approved_into(*comes):
     return make
 
 
+def other_words_at_a_gap():
+    """While the plan waits for a gap in the traffic, the passenger asks for it in other words."""
+    world, options, agree = STAGED["a yes, and a car comes"]()
+
+    def speak(world, solver):
+        agree(world, solver)
+        if isinstance(solver.state.activity, AwaitingGap) and world.frame % 5 == 0:
+            solver.guide(WORDS[0])
+
+    return world, options | {"reader": ScriptedReader(READINGS)}, speak
+
+
 STAGED = {
     "held, then helped": held_then_helped,
     "a yes, and a car comes": approved_into(lambda w: thing("car", w.x + 90.0, LANE_M, speed=-8.0)),
+    "other words at a gap": other_words_at_a_gap,
     "a yes, and the other lane is shut": approved_into(lambda w: thing("shut", w.x + 22.0, LANE_M)),
 }
 

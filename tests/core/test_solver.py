@@ -114,9 +114,9 @@ def test_driving_freely_costs_no_look_around():
     world = World(TWO_WAY, speed=8.0)
 
     def counted(name, make):
-        def call():
+        def call(*seen):
             calls[name] += 1
-            return make()
+            return make(*seen)
 
         return call
 
@@ -135,7 +135,7 @@ def test_a_red_light_costs_one_look_every_few_seconds():
     world = World(TWO_WAY, controls=(red_light(8.0),), cruise_mps=0.0)
     calls = []
     original = world.scene
-    world.scene = lambda: calls.append(world.time_s) or original()
+    world.scene = lambda seen: calls.append(world.time_s) or original(seen)
     drive(world, 31.0)
     assert 9 <= len(calls) <= 11
     assert min(b - a for a, b in itertools.pairwise(calls)) >= 3.0 - 1e-6
@@ -185,7 +185,7 @@ def test_a_plan_with_a_new_route_asks_for_it_at_its_end():
     world = parked(road=MULTI)
     original = world.scene
     place = CandidateWaypoint(id="left+60", lane_id="left", x_m=60.0, y_m=LANE_M, distance_m=60.0)
-    world.scene = lambda: original().model_copy(update={"waypoints": (place,)})
+    world.scene = lambda seen: original(seen).model_copy(update={"waypoints": (place,)})
 
     class Onwards:
         name = "onwards"

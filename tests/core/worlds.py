@@ -178,8 +178,9 @@ class World:
     def status(self) -> Status:
         return Status(time_s=self.time_s, speed_mps=abs(self.speed), progress_m=self.x)
 
-    def scene(self) -> Scene:
-        return build_scene(self.view(), self.status(), describe(self.offers))
+    def scene(self, seen: Surroundings | None = None) -> Scene:
+        view = self.view() if seen is None else FrenetScene(seen)
+        return build_scene(view, self.status(), describe(self.offers))
 
     def clearance(self) -> float:
         """Gap between the ego's body and the nearest object now, metres; negative in contact."""

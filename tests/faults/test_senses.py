@@ -58,7 +58,7 @@ def test_without_any_surroundings_no_plan_is_started():
 
 def test_without_a_scene_nobody_is_asked():
     told, world = [], stuck()
-    with StuckSolver(lambda: None, clock="lockstep", on_event=told.append) as solver:
+    with StuckSolver(lambda seen: None, clock="lockstep", on_event=told.append) as solver:
         for _ in range(200):
             assert solver.step(world.status(), world.surroundings) is CONTINUE
             world.drive(CONTINUE)
@@ -142,7 +142,7 @@ def test_a_frozen_image_is_found_out_once_the_vehicle_has_moved():
 def test_a_black_camera_does_not_keep_the_rules_from_helping():
     world = stuck()
     scene = world.scene
-    world.scene = lambda: scene().model_copy(update={"image": jpeg(100)})
+    world.scene = lambda seen=None: scene(seen).model_copy(update={"image": jpeg(100)})
     seen = drive(world, 25.0)
     assert EventKind.RECOVERED in seen.kinds()
     assert "the camera image shows nothing" in seen.texts(EventKind.FAULT)

@@ -102,7 +102,7 @@ def test_a_ladder_without_any_reasoner_that_is_there_is_refused():
     no_rules = DEFAULT.replace('kind = "rules"', 'kind = "model"', 1)
     text = no_rules[: no_rules.index('[[rung]]\nkind = "passenger"')]
     with pytest.raises(ValueError, match="give a reasoner named model"):
-        StuckSolver(lambda: None, ladder=parse_ladder(text, "x.toml"))
+        StuckSolver(lambda seen: None, ladder=parse_ladder(text, "x.toml"))
 
 
 def test_a_file_that_is_not_there_names_the_profiles(tmp_path):
@@ -114,18 +114,18 @@ def test_a_user_can_swap_the_ladder_by_file_profile_or_value(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(DEFAULT.replace('solid_line = "passenger"', 'solid_line = "operator"'))
     for given_, expected in ((path, "operator"), ("evaluation", "autonomous"), (profile("default"), "passenger")):
-        assert StuckSolver(lambda: None, ladder=given_).guard.policy.solid_line == expected
+        assert StuckSolver(lambda seen: None, ladder=given_).guard.policy.solid_line == expected
     with pytest.raises(LadderError, match="less than ladder 'default' does for: solid_line"):
-        StuckSolver(lambda: None, guard=Guard(), ladder=path)
+        StuckSolver(lambda seen: None, guard=Guard(), ladder=path)
     stricter = Guard(GuardPolicy(solid_line="forbid"))
-    assert StuckSolver(lambda: None, guard=stricter, ladder=path).guard is stricter
+    assert StuckSolver(lambda seen: None, guard=stricter, ladder=path).guard is stricter
 
 
 def test_a_guard_of_ones_own_does_not_override_what_the_default_ladder_asks_for_either():
     with pytest.raises(LadderError, match="less than ladder 'default' does for: solid_line"):
-        StuckSolver(lambda: None, guard=Guard(GuardPolicy(solid_line="autonomous")))
+        StuckSolver(lambda seen: None, guard=Guard(GuardPolicy(solid_line="autonomous")))
     stricter = Guard(GuardPolicy(solid_line="forbid"))
-    assert StuckSolver(lambda: None, guard=stricter).guard is stricter
+    assert StuckSolver(lambda seen: None, guard=stricter).guard is stricter
 
 
 def test_the_command_prints_a_profile_that_reads_back_and_checks_a_file(tmp_path, capsys):

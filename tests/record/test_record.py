@@ -253,7 +253,7 @@ def test_the_image_lies_beside_it_and_is_proven_by_its_digest(tmp_path):
     world = World(TWO_WAY, [thing("lead", 75.0)], x=66.0)
     scene, picture = world.scene, os.urandom(4000)
     image = CameraImage(width=320, height=180, jpeg=base64.b64encode(picture))
-    world.scene = lambda: scene().model_copy(update={"image": image})
+    world.scene = lambda seen=None: scene(seen).model_copy(update={"image": image})
     _, (file,) = recorded(tmp_path, world, 20.0)
     (stored,) = (tmp_path / "images").iterdir()
     assert stored.read_bytes() == picture

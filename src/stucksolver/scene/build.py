@@ -9,6 +9,7 @@ from stucksolver.scene.objects import VULNERABLE, ObjectKind, TrackedObject
 from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 from stucksolver.scene.scene import (
     AvailableBehavior,
+    CameraImage,
     CandidateWaypoint,
     LaneRelation,
     Scene,
@@ -31,6 +32,7 @@ def build_scene(
     *,
     waypoints: tuple[CandidateWaypoint, ...] = (),
     route_command: str | None = None,
+    image: CameraImage | None = None,
 ) -> Scene:
     """Everything a reasoner may know about now, in the ego frame."""
     lanes = _nearby_lanes(view)
@@ -47,6 +49,7 @@ def build_scene(
         behaviors=behaviors,
         route_command=route_command,
         speed_limit_mps=limit,
+        image=image,
     )
 
 

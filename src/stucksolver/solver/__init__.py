@@ -3,7 +3,7 @@
 from stucksolver.solver.events import Event, EventKind, Judgement, Tick
 from stucksolver.solver.progress import ProgressWatch
 from stucksolver.solver.questions import Question, QuestionError, QuestionKind
-from stucksolver.solver.solver import StuckSolver
+from stucksolver.solver.solver import MakeScene, StuckSolver
 from stucksolver.solver.witness import StepTaken, Witness
 from stucksolver.solver.workers.clock import Clock, make_clock
 
@@ -12,6 +12,7 @@ __all__ = [
     "Event",
     "EventKind",
     "Judgement",
+    "MakeScene",
     "ProgressWatch",
     "Question",
     "QuestionError",

@@ -49,12 +49,17 @@ class Once(Generic[T]):
         return self.made
 
 
+MakeScene = Callable[[Surroundings], "Scene | None"]
+"""Tells a reasoner of surroundings: what the stack adds to them is its route, its lanes and what it can do."""
+
+
 class StuckSolver:
     """Three lines around a stack's own loop: make one, call `step` on every tick, perform what it returns.
 
-    `scene` is called only when something may be wrong; `surroundings` (an argument of `step`) only then and while a
-    plan runs; both may give None where they have nothing. Everything is called from the thread that calls `step`,
-    except the reasoners. `guide`, `approve` and `deny` may be called from any thread.
+    `surroundings` (an argument of `step`) is called only when something may be wrong, and while a plan runs. `scene`
+    is then given what was seen, as the guard sees it, and makes of it what a reasoner is told; both may give None
+    where they have nothing. Everything is called from the thread that calls `step`, except the reasoners. `guide`,
+    `approve` and `deny` may be called from any thread.
 
     `ladder`: a profile's name, a file or a `Ladder`. `reasoner` takes the place of the rules; `models` are those that
     the ladder's other rungs name. `reader` reads a passenger's words: the shipped network, where its packages are
@@ -67,7 +72,7 @@ class StuckSolver:
 
     def __init__(
         self,
-        scene: Callable[[], Scene | None],
+        scene: MakeScene,
         *,
         ladder: Ladder | Path | str | None = None,
         reasoner: Reasoner | None = None,
@@ -125,7 +130,10 @@ class StuckSolver:
         if idle and not self._state.engaged and not self._reader.busy:
             return CONTINUE
         self._blind = False
-        look, scene = Once(lambda: self._look(surroundings, status.time_s)), Once(lambda: self._snapshot(status))
+        look, scene = (
+            Once(lambda: self._look(surroundings, status.time_s)),
+            Once(lambda: self._snapshot(status, look())),
+        )
         inputs = self._inputs(status, trigger, look, scene)
         before = self._state
         self._state, directive, told = transition(before, inputs, self._setup)
@@ -194,7 +202,7 @@ class StuckSolver:
         if self._said is not None:
             said, self._said = self._said, None
             question = to_be_answered(self._state)
-            situation = situation_of(self._stack_scene(), question.text if question else None)
+            situation = situation_of(scene().scene, question.text if question else None)
             self._reader.take(said, now - self._timeline.offset_s, now, situation)
         heard = self._reader.poll(now)
         answer = self._reasoner.poll(now)
@@ -218,9 +226,12 @@ class StuckSolver:
         seen = self._senses.look(read, now_s)
         return Sight(seen, self._senses.fault, self._senses.blind_s(now_s))
 
-    def _snapshot(self, status: Status) -> Snapshot:
+    def _snapshot(self, status: Status, sight: Sight) -> Snapshot:
+        """The scene, made of the very surroundings that the guard sees at this tick."""
+        if sight.surroundings is None:
+            return Snapshot(None, sight.fault or "nothing has been seen yet")
         try:
-            scene = self._stack_scene()
+            scene = self._stack_scene(sight.surroundings)
         except Exception as error:  # noqa: BLE001 - a stack's own fault, of whatever type, must not end the control loop
             return Snapshot(None, f"the stack's scene raised {type(error).__name__}: {error}")
         if scene is None:

@@ -12,7 +12,6 @@ from stucksolver.reason.faulty import FAULTY, make_faulty
 from stucksolver.reason.make import make_reasoner, preflight, sees
 from stucksolver.reason.registry import ReasonerNameError
 from stucksolver.record import Recorder
-from stucksolver.scene import Scene
 from stucksolver.solver import StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.carla_stack.camera import FrontCamera
@@ -82,21 +81,17 @@ def make_arm(
         return DriverAlone(driver)
     if spec.recovery == TIMERS:
         return TimersArm(ego, driver, line)
-    stack = CarlaStack(ego, driver, carla_map)
     exchanges = None if records is None else records / EXCHANGES
     rules = TimedReasoner(_reasoner(spec.recovery, seed, exchanges))
     model = TimedReasoner(_reasoner(spec.reasoner, seed, exchanges)) if spec.reasoner else None
     recorder = None if records is None else Recorder(records)
     # Only a model looks at pictures, and they cost more than everything else in a tick.
     camera = FrontCamera(ego) if spec.camera or sees(spec.recovery) or sees(spec.reasoner) else None
-
-    def scene() -> Scene:
-        told = stack.scene()
-        return told if camera is None else camera.seen_by(told)
+    stack = CarlaStack(ego, driver, carla_map, camera=camera)
 
     def make(listener: Listener) -> StuckSolver:
         return StuckSolver(
-            scene,
+            stack.scene,
             ladder=find_ladder(spec.ladder or "evaluation"),
             reasoner=rules,
             guard=None if spec.guarded else Unguarded(),

@@ -10,7 +10,7 @@ from typing import Any
 import carla
 
 from stucksolver.decision import CONTINUE, Directive
-from stucksolver.scene import Scene
+from stucksolver.scene import Scene, Surroundings
 from stucksolver.solver import StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver_bridge import AgentDriver
@@ -103,5 +103,5 @@ class AttachedAgent:
         else:
             self._stack.take_route()
 
-    def _scene(self) -> Scene | None:
-        return None if self._stack is None else self._stack.scene()
+    def _scene(self, seen: Surroundings) -> Scene | None:
+        return None if self._stack is None else self._stack.scene(seen)

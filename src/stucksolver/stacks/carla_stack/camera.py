@@ -6,7 +6,7 @@ import base64
 import io
 from typing import TYPE_CHECKING, Any
 
-from stucksolver.scene import CameraImage, Scene
+from stucksolver.scene import CameraImage
 
 if TYPE_CHECKING:
     import carla
@@ -55,10 +55,6 @@ class FrontCamera:
         if self._made is None or self._made[0] != raw.frame:
             self._made = (raw.frame, _encoded(raw))
         return self._made[1]
-
-    def seen_by(self, scene: Scene) -> Scene:
-        """The scene with the latest picture in it."""
-        return scene.model_copy(update={"image": self.image()})
 
     def close(self) -> None:
         """End the sensor. The simulator may be gone already."""

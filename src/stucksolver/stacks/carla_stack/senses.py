@@ -25,6 +25,7 @@ from stucksolver.scene import (
 from stucksolver.scene.build import build_scene
 from stucksolver.scene.frenet import road_frame
 from stucksolver.scene.view import FrenetScene
+from stucksolver.stacks.carla_stack.camera import FrontCamera
 from stucksolver.stacks.carla_stack.contact import footprint
 from stucksolver.stacks.carla_stack.controls import RouteControls
 from stucksolver.stacks.carla_stack.frames import to_local, to_world, yaw_to_local
@@ -47,19 +48,25 @@ STARTS_WITHIN_M = 30.0
 class CarlaSenses:
     """Ground truth from the client (`perception: privileged`) about one ego; nothing is applied, ticked or set.
 
-    `driver` must have its route when this is made.
+    `driver` must have its route when this is made. With a `camera` its latest picture is in the scene.
     """
 
     perception = "privileged"
 
     def __init__(
-        self, vehicle: EgoVehicle, driver: HasRoute, carla_map: carla.Map | None = None, range_m: float = RANGE_M
+        self,
+        vehicle: EgoVehicle,
+        driver: HasRoute,
+        carla_map: carla.Map | None = None,
+        range_m: float = RANGE_M,
+        camera: FrontCamera | None = None,
     ) -> None:
         self._vehicle = vehicle
         self._follows = driver
         self._world: GivesWorld = vehicle.get_world()
         self._map = self._world.get_map() if carla_map is None else carla_map
         self._range_m = range_m
+        self._camera = camera
         self._tracker = Tracker(self._world, vehicle.id, range_m)
         self._tracked_s = -math.inf
         self._sight_s = -math.inf
@@ -143,15 +150,16 @@ class CarlaSenses:
             road=road,
         )
 
-    def scene(self) -> Scene:
-        """What a reasoner is told."""
-        view = FrenetScene(self.surroundings())
+    def scene(self, seen: Surroundings | None = None) -> Scene:
+        """What a reasoner is told of surroundings; of those of this tick where none are given."""
+        view = FrenetScene(self.surroundings() if seen is None else seen)
         return build_scene(
             view,
             self.status(),
             self._behaviors,
             waypoints=self._waypoints(view),
             route_command=self._route_command(),
+            image=None if self._camera is None else self._camera.image(),
         )
 
     # ---- parts

@@ -91,7 +91,8 @@ class _Forms:
     def surroundings(self) -> Surroundings:
         return Surroundings.model_validate(self._ask("surroundings"))
 
-    def scene(self) -> Scene | None:
+    def scene(self, seen: Surroundings) -> Scene | None:
+        """The stack makes its own of what it sees; nothing else can be added to a form."""
         given = self._ask("scene")
         return None if given is None else Scene.model_validate(given)
 
@@ -127,9 +128,8 @@ class _Carla:
         self._world.look()
         return self._stack.surroundings()
 
-    def scene(self) -> Scene | None:
-        self._world.look()
-        return self._stack.scene()
+    def scene(self, seen: Surroundings) -> Scene | None:
+        return self._stack.scene(seen)
 
     def forget(self) -> None:
         """The driver's side does not do what it was told last: tell it all of it."""

@@ -13,9 +13,8 @@ from stucksolver.ladder import find_ladder
 from stucksolver.reason import Reasoner
 from stucksolver.reason.make import make_reasoner
 from stucksolver.record import Recorder
-from stucksolver.scene import Scene
 from stucksolver.scene.model import Model
-from stucksolver.solver import Event, StuckSolver
+from stucksolver.solver import Event, MakeScene, StuckSolver
 
 
 class Settings(Model):
@@ -37,9 +36,7 @@ class Settings(Model):
         """Where a record is asked for; to be closed, or broken off, when the stack has gone."""
         return None if self.record is None else Recorder(self.record)
 
-    def solver(
-        self, scene: Callable[[], Scene | None], on_event: Callable[[Event], None], recorder: Recorder | None
-    ) -> StuckSolver:
+    def solver(self, scene: MakeScene, on_event: Callable[[Event], None], recorder: Recorder | None) -> StuckSolver:
         """Raises what `find_ladder` and `make_reasoner` raise."""
         models: dict[str, Reasoner] = {} if self.reasoner is None else {"model": make_reasoner(self.reasoner)}
         return StuckSolver(
