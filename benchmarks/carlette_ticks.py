@@ -26,9 +26,6 @@ PROGRAM = ("-m", "carlette")
 ROUNDS = 3
 STANDING_STILL = """
 from carlette import cli, simulator
-
-if TYPE_CHECKING:
-    import carla
 def tick(self):
     self.world.frame += 1
     self.world.elapsed_s += 0.05
