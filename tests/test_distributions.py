@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import sysconfig
 import zipfile
+from importlib.metadata import PackageNotFoundError, packages_distributions, requires, version
 from pathlib import Path
 
 import pytest
@@ -30,12 +32,50 @@ def unpacked(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return found
 
 
+ONLY = """
+# Nothing is found but what the wheel brings, and what it says that it needs.
+import sys
+class Only:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {hidden!r}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+sys.meta_path.insert(0, Only())
+sys.path[:0] = [{folder!r}]
+sys.path.append({others!r})
+"""
+
+
+def needed_by(folder: Path) -> set[str]:
+    """The distributions that a wheel names in its metadata, without extras, and those that they need in turn."""
+    (metadata,) = folder.glob("*.dist-info/METADATA")
+    lines = [line for line in metadata.read_text(encoding="utf-8").splitlines() if line.startswith("Requires-Dist: ")]
+    todo, found = [line.removeprefix("Requires-Dist: ") for line in lines], set[str]()
+    while todo:
+        told = todo.pop()
+        name = canonical(re.split(r"[ ;<>=!~\[(]", told, maxsplit=1)[0])
+        if "extra ==" in told or name in found:
+            continue
+        found.add(name)
+        try:
+            todo += requires(name) or []
+        except PackageNotFoundError:
+            continue  # for another Python or system
+    return found
+
+
+def canonical(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
 def run_alone(folder: Path, program: str) -> subprocess.CompletedProcess[str]:
-    """With one wheel and what others wrote, but not with what lies in this checkout."""
-    others = sysconfig.get_path("purelib")
+    """With one wheel and what it needs, but not with what lies in this checkout or is there by chance."""
+    allowed = needed_by(folder)
+    brought = packages_distributions()
+    hidden = {module for module, names in brought.items() if not {canonical(one) for one in names} & allowed}
+    own = {path.name for path in folder.iterdir()}
     # Without `site` the links to this checkout are not followed.
-    start = f"import sys; sys.path[:0] = [{str(folder)!r}]; sys.path.append({others!r}); "
-    command = [sys.executable, "-E", "-S", "-c", start + program]
+    start = ONLY.format(hidden=hidden - own, folder=str(folder), others=sysconfig.get_path("purelib"))
+    command = [sys.executable, "-E", "-S", "-c", f"START = {start!r}\n" + start + program]
     return subprocess.run(command, capture_output=True, text=True, timeout=120, cwd=folder, check=False)
 
 
@@ -62,7 +102,7 @@ except ImportError:
     pass
 else:
     sys.exit("stucksolver is there")
-serve = f"import sys; sys.path[:] = {sys.path!r}; from carlette.cli import main; sys.exit(main(sys.argv[1:]))"
+serve = START + "from carlette.cli import main; sys.exit(main(sys.argv[1:]))"
 server = subprocess.Popen(
     [sys.executable, "-E", "-S", "-c", serve, "--port", "0", "--exit-on-stdin-eof", "--client-version", VERSION],
     stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
@@ -74,8 +114,6 @@ print(client.get_world().get_map().name)
 server.stdin.close()
 server.wait(10)
 """
-    from importlib.metadata import version
-
     done = run_alone(unpacked["carlette"], f"VERSION = {version('carla')!r}\n" + program)
     assert (done.returncode, done.stdout.strip()) == (0, "Carla/Maps/demo_town"), done.stderr
 
@@ -90,7 +128,6 @@ def test_the_simulator_says_in_one_line_what_is_missing(unpacked):
 def test_the_core_alone_needs_no_simulator(unpacked):
     program = "\n".join(
         [
-            "sys.modules.update(dict.fromkeys(('carla', 'msgpack', 'numba', 'networkx', 'PIL', 'onnxruntime')))",
             "import stucksolver",
             "from stucksolver.reason import RuleReasoner",
             "print(RuleReasoner().name, 'carlette' in sys.modules)",

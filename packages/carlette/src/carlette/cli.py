@@ -25,7 +25,7 @@ DEFAULT_MAP = "demo_town"
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 EXIT_USAGE = 2
 LAST_PORT = 65534
-NEEDED = ("carla", "msgpack", "numba")
+NEEDED = ("carla", "msgpack", "numba", "shapely")
 """Modules that no map can be served without. Cameras need the extra `camera`, and say so."""
 
 
