@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import sys
 import types
@@ -35,14 +36,14 @@ def made(request, monkeypatch):
 
 
 def test_there_is_one_for_each_and_none_is_longer_than_60_lines():
-    assert sorted(TEMPLATES) == ["behaviour", "criterion", "reasoner", "scenario", "stack"]
+    assert sorted(TEMPLATES) == ["behaviour", "criterion", "reasoner", "scenario", "sensor", "stack"]
     assert all(len(code.splitlines()) <= 60 for code in TEMPLATES.values())
 
 
 @pytest.mark.parametrize("name", TEMPLATES)
 def test_files_and_folders_that_the_page_names_are_there(name):
     root = PAGE.parent
-    for path in re.findall(r"`((?:src|docs|examples|tests)/[\w/.]+)`", PAGE.read_text(encoding="utf-8")):
+    for path in re.findall(r"`((?:src|docs|examples|tests|packages)/[\w/.]+)`", PAGE.read_text(encoding="utf-8")):
         assert (root / path).exists(), path
 
 
@@ -111,6 +112,26 @@ def test_the_criterion_notes_each_hard_stop_once(made):
         judge.update(made.Moment(k, 0.05 * k, place, SimpleNamespace(x=speed, y=0.0, z=0.0)))
     assert [i.time_s for i in judge.infractions] == pytest.approx([0.1, 0.3])
     assert judge.infractions[0].kind == "harsh_braking"
+
+
+@pytest.mark.parametrize("made", ["sensor"], indirect=True)
+def test_the_sensor_gives_the_last_fix_again_for_three_seconds_now_and_then(made):
+    from carlette.geometry import Pose, Vector
+    from carlette.sensors.base import Settings
+    from carlette.worlds import open_world
+
+    world = open_world("demo_town")
+    sensor, told = made.GnssWithOutages(Settings("sensor.other.gnss", {})), []
+    for k in range(1200):
+        world.tick()
+        place = Pose(Vector(0.1 * k, 0.0, 0.0))
+        moment = SimpleNamespace(scene=SimpleNamespace(world=world), pose=place, delta_s=world.step_s)
+        told += sensor.measure(moment)
+    runs = [len(list(same)) for _, same in itertools.groupby(told)]
+    outages = [run for run in runs if run > 1]
+    assert runs[0] == 1 and 5 < len(outages) < 20
+    # 3 s are 60 ticks, give or take one by the clock's sums, and the fix before them; the last may be cut off.
+    assert all((run - 1) % 60 in (59, 0, 1) for run in outages[:-1]), outages
 
 
 EVERYWHERE = """
