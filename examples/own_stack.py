@@ -85,8 +85,9 @@ class PointStack:
         frame = round(self.time_s / DT_S)
         return Surroundings(frame=frame, time_s=self.time_s, ego=ego, objects=(parked,), sight=sight, road=ROAD)
 
-    def scene(self, seen: Surroundings) -> Scene:
-        return build_scene(FrenetScene(seen), self.status(), describe(OFFERS))
+    def scene(self, seen: Surroundings | None = None) -> Scene:
+        """Of what the solver has seen; over a bridge, which asks for it without, of what there is now."""
+        return build_scene(FrenetScene(seen or self.surroundings()), self.status(), describe(OFFERS))
 
     def perform(self, directive: Directive) -> None:
         if isinstance(directive, Execute):
