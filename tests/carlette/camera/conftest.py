@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 pytest.importorskip("carla")
-pytest.importorskip("raylib")
 
 from straight import straight_road
 

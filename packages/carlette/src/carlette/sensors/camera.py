@@ -12,11 +12,9 @@ from typing import ClassVar
 from weakref import WeakKeyDictionary
 
 from carlette.camera.arrays import Bytes
-from carlette.camera.rendering.raster import the_raster
 from carlette.camera.rendering.renderer import Renderer, Shot
 from carlette.camera.rendering.shots import Seen, encode_depth, notice, the_renderer
 from carlette.camera.rendering.view import View
-from carlette.errors import RequestError, UsageError
 from carlette.sensors.base import Body, LateSensor, Moment, Settings
 from carlette.sensors.scene import Scene
 from carlette.sensors.workers import build_static_scene, drawer
@@ -36,10 +34,6 @@ class Camera(LateSensor):
         self.width = settings.whole("image_size_x", 1, LARGEST_PX)
         self.height = settings.whole("image_size_y", 1, LARGEST_PX)
         self.fov_deg = settings.number("fov", NARROWEST_DEG, WIDEST_DEG)
-        try:
-            the_raster()
-        except UsageError as error:
-            raise RequestError(f"Spawn of '{settings.type_id}' refused: {error}") from None
 
     def load(self, world: World) -> Future[None]:
         return build_static_scene(world.roads)

@@ -13,8 +13,6 @@ from queue import SimpleQueue
 from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
-import numpy as np
-
 from carlette.camera.rendering.shots import static_scene_of
 from carlette.memory import hand_back
 from carlette.opendrive.roads import RoadNetwork
@@ -64,7 +62,7 @@ def _do(future: Future[Any], job: Callable[[], Any]) -> None:
 
 @lru_cache(maxsize=1)
 def drawer() -> Worker:
-    """Draws pictures one after the other: there is one rasteriser."""
+    """Draws pictures one after the other: all cameras share one renderer."""
     return Worker("carlette-camera")
 
 
@@ -95,9 +93,9 @@ def _finish(build: Callable[[], object]) -> None:
 
 
 def _make_static_scene(roads: RoadNetwork) -> None:
-    from carlette.camera.rendering.averaging import halved  # numba takes half a second to load
+    from carlette.camera.rendering.warm_up import warm_up  # numba takes half a second to load
 
-    halved(np.zeros((2, 2), np.uint32))
+    warm_up()
     static_scene_of(roads)
 
 

@@ -6,6 +6,7 @@ import math
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from threading import Lock
 
 import numpy as np
 
@@ -14,9 +15,9 @@ from carlette.camera.environment.static_scene import DETAIL, LAYERS, NIGHT, PAIN
 from carlette.camera.models.mesh import Mesh, corner_colors
 from carlette.camera.rendering import tags
 from carlette.camera.rendering.light import Light
-from carlette.camera.rendering.raster import RASTER_LOCK, Raster, the_raster
+from carlette.camera.rendering.raster import Raster
 from carlette.camera.rendering.sky import dome, fill_sky
-from carlette.camera.rendering.view import View, metres
+from carlette.camera.rendering.view import View
 from carlette.camera.rendering.weather_marks import rain_streaks
 from carlette.geometry import Floats
 
@@ -60,9 +61,11 @@ class Shot:
 
 
 class Renderer:
-    """Makes pictures, one at a time in the whole process; keeps lit colours from frame to frame."""
+    """Makes pictures, one at a time; keeps its buffers, and lit colours from frame to frame."""
 
     def __init__(self) -> None:
+        self._lock = Lock()
+        self._raster = Raster()
         self._colors: OrderedDict[tuple[int, int, Light], tuple[Mesh, Bytes]] = OrderedDict()
 
     def rgb(self, shot: Shot, view: View) -> Bytes:
@@ -70,22 +73,20 @@ class Renderer:
         from carlette.camera.rendering.averaging import halved  # numba takes half a second to load
 
         scale = 2 if view.width * view.height <= SUPERSAMPLED_PIXELS else 1
-        with RASTER_LOCK:
-            raster = the_raster()
-            buffer = raster.begin(view.width * scale, view.height * scale, view.projection())
+        with self._lock:
+            buffer = self._raster.begin(view, scale)
             fill_sky(buffer, view, shot.light)
-            self._draw_colors(raster, shot, view)
+            self._draw_colors(self._raster, shot, view)
             picture = halved(buffer) if scale == 2 else buffer.copy()
         picture |= np.uint32(0xFF000000)
         return _bytes(picture)
 
     def depth(self, shot: Shot, view: View) -> Singles:
         """Distances ahead of the camera's plane in metres, (height, width); 1000 where there is only sky."""
-        with RASTER_LOCK:
-            raster = the_raster()
-            raster.begin_with_depth(view.width, view.height, view.projection())
-            self._draw_flat(raster, shot, view, _tag_color)
-            return metres(raster.depth())
+        with self._lock:
+            self._raster.begin(view)
+            self._draw_flat(self._raster, shot, view, _tag_color)
+            return self._raster.depth()
 
     def tags(self, shot: Shot, view: View) -> Bytes:
         """Tags in red: (height, width, 4) uint8, bytes B G R A."""
@@ -96,11 +97,10 @@ class Renderer:
         return self._flat_picture(shot, view, _instance_color)
 
     def _flat_picture(self, shot: Shot, view: View, code: _Code) -> Bytes:
-        with RASTER_LOCK:
-            raster = the_raster()
-            buffer = raster.begin(view.width, view.height, view.projection())
+        with self._lock:
+            buffer = self._raster.begin(view)
             buffer[:] = np.uint32(0xFF000000 | tags.SKY << 16)
-            self._draw_flat(raster, shot, view, code)
+            self._draw_flat(self._raster, shot, view, code)
             picture = buffer.copy()
         return _bytes(picture)
 

@@ -1,4 +1,4 @@
-"""Where a camera is and what it sees: projection, frustum, and back from depth values to metres.
+"""Where a camera is and what it sees: projection and frustum.
 
 Camera frame: x ahead, y right, z up. Pixel (u, v): u to the right, v down, the first pixel's middle at (0.5, 0.5).
 The image plane is CARLA's: focal length width / (2 tan(fov / 2)) in both directions, no distortion.
@@ -47,15 +47,6 @@ class View:
         into: Singles = matrix.astype(np.float32)
         return into
 
-    def projection(self) -> Singles:
-        """4x4, from the camera's frame to clip space; the first row of pixels is at clip y = -w."""
-        across, up = self.tangents
-        matrix = np.zeros((4, 4), np.float32)
-        matrix[0, 1], matrix[1, 2], matrix[3, 0] = 1.0 / across, -1.0 / up, 1.0
-        matrix[2, 0] = (FAR_M + NEAR_M) / (FAR_M - NEAR_M)
-        matrix[2, 3] = -2.0 * FAR_M * NEAR_M / (FAR_M - NEAR_M)
-        return matrix
-
     def pixels(self, points: Floats) -> Floats:
         """World points (n, 3) to u, v and distance ahead (m), (n, 3); meaningful where the distance is positive."""
         seen = (points - np.array(self.pose.location)) @ self.axes().T
@@ -95,10 +86,3 @@ def matrix_of(pose: Pose) -> Floats:
     matrix[:3, :3] = axes_of(pose.rotation).T
     matrix[:3, 3] = pose.location
     return matrix
-
-
-def metres(depth: Singles) -> Singles:
-    """Depth-buffer values (-1 to 1) as distances ahead of the camera's plane."""
-    ahead = (2.0 * FAR_M * NEAR_M) / ((FAR_M + NEAR_M) - depth.astype(np.float64) * (FAR_M - NEAR_M))
-    single: Singles = ahead.astype(np.float32)
-    return single
