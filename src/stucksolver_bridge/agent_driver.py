@@ -141,6 +141,7 @@ class AgentDriver:
         return 0.0 if self._line is None else max(self._line.length_m - self._s, 0.0)
 
     def done(self) -> bool:
+        """Whether the agent's route is over; not while it drives a plan."""
         return False if self._told else bool(self.agent.done())
 
     @property

@@ -30,6 +30,7 @@ class Line:
 
     @property
     def length_m(self) -> float:
+        """Length (m)."""
         return self.s[-1]
 
     def at(self, s: float) -> tuple[float, float, float]:

@@ -78,6 +78,7 @@ class SolverProcess:
 
     @property
     def alive(self) -> bool:
+        """Whether it still answers."""
         return self.fault is None
 
     @property

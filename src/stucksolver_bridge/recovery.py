@@ -91,6 +91,7 @@ class Recovery:
         self._said.append(text)
 
     def close(self) -> None:
+        """Ends the solver's process."""
         self.solver.close()
 
     # ---- what the solver says

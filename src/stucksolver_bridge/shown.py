@@ -42,6 +42,7 @@ class ShownWorld:
         self._obstacles = obstacles
 
     def get_actors(self, *ids: Any) -> Any:
+        """CARLA's list; without ids, one whose vehicles include the obstacles that the agent is to see."""
         actors = self._shown.get_actors(*ids)
         return actors if ids else ShownActors(actors, self._vehicle, self._obstacles)
 
@@ -58,6 +59,7 @@ class ShownActors:
         self._obstacles = obstacles
 
     def filter(self, pattern: str) -> Any:
+        """CARLA's filter; vehicles come with the obstacles, the nearest first."""
         found = self._actors.filter(pattern)
         if pattern != VEHICLES:
             return found
@@ -65,6 +67,7 @@ class ShownActors:
         return sorted([*found, *self._obstacles()], key=lambda thing: float(here.distance(thing.get_location())))
 
     def find(self, actor_id: int) -> Any:
+        """An actor by its id; None if there is none."""
         return self._actors.find(actor_id)
 
     def __iter__(self) -> Iterator[Any]:

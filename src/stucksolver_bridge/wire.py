@@ -79,6 +79,7 @@ class Wire:
                 return self._whole()
 
     def close(self) -> None:
+        """Closes the connection."""
         self._socket.close()
 
     def _ready(self, within_s: float, reads: bool = True) -> bool:

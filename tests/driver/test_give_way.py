@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stucksolver.stacks.driver.behavior import PROFILES
-from stucksolver.stacks.driver.give_way import PATIENCE_S, GiveWay, Habits, Leader, Moving, on_way
+from stucksolver.stacks.driver.give_way import PATIENCE_S, GiveWay, Habits, LeadVehicle, Moving, on_way
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.path import make_path
 from stucksolver.stacks.driver.perception import NearbyBodies
@@ -130,7 +130,7 @@ def test_past_the_line_it_still_brakes_before_a_way_that_it_would_join_into_some
 def test_it_joins_a_flow_behind_the_one_that_is_ahead_by_then_and_not_before_a_faster_one():
     joining = way(joins=True)
     verdict = look(comers((5.0, 10.0)), one=joining)
-    assert verdict.wait_m is None and isinstance(verdict.leader, Leader) and verdict.leader.speed == 10.0
+    assert verdict.wait_m is None and isinstance(verdict.leader, LeadVehicle) and verdict.leader.speed == 10.0
     assert look(comers((45.0, 14.0)), one=joining).wait_m is not None
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from carlette.maps import SHIPPED, generate
 from carlette.maps.generate import WRITERS
-from carlette.maps.lines import Pose, connect, end_of, lead, two_arcs
+from carlette.maps.lines import Pose2D, connect, end_of, lead, two_arcs
 
 coordinate = st.floats(-500, 500)
 heading = st.floats(-math.pi, math.pi)
@@ -53,23 +53,23 @@ def test_the_map_is_found_without_the_generator_installed():
 
 @given(coordinate, coordinate, heading, leg_m, st.floats(0.1, 2.5), st.booleans(), leg_m)
 def test_connecting_lines_arrive_where_and_how_they_should(x, y, yaw_rad, first_m, turn_rad, left, second_m):
-    start = Pose(x, y, yaw_rad)
+    start = Pose2D(x, y, yaw_rad)
     corner = start.moved(first_m)
-    end = Pose(corner.x, corner.y, yaw_rad + (turn_rad if left else -turn_rad)).moved(second_m)
+    end = Pose2D(corner.x, corner.y, yaw_rad + (turn_rad if left else -turn_rad)).moved(second_m)
     reached = end_of(start, connect(start, end))
     assert math.hypot(reached.x - end.x, reached.y - end.y) < 1e-5
     assert abs(math.remainder(reached.yaw_rad - end.yaw_rad, 2 * math.pi)) < 1e-9
 
 
-@pytest.mark.parametrize("end", [Pose(-10, 0, 0), Pose(10, 3, 0), Pose(-10, 10, math.pi / 2)])
+@pytest.mark.parametrize("end", [Pose2D(-10, 0, 0), Pose2D(10, 3, 0), Pose2D(-10, 10, math.pi / 2)])
 def test_impossible_connections_are_refused(end):
     with pytest.raises(ValueError, match="leads from"):
-        connect(Pose(0, 0, 0), end)
+        connect(Pose2D(0, 0, 0), end)
 
 
 @given(whole_m, whole_m, whole_deg, whole_m, whole_m, whole_deg)
 def test_smooth_lines_arrive_where_and_how_they_should(x, y, yaw_deg, to_x, to_y, to_yaw_deg):
-    start, end = Pose(x, y, math.radians(yaw_deg)), Pose(to_x, to_y, math.radians(to_yaw_deg))
+    start, end = Pose2D(x, y, math.radians(yaw_deg)), Pose2D(to_x, to_y, math.radians(to_yaw_deg))
     try:
         segments = two_arcs(start, end)
     except ValueError:
@@ -82,7 +82,7 @@ def test_smooth_lines_arrive_where_and_how_they_should(x, y, yaw_deg, to_x, to_y
 
 @given(st.floats(10, 100), st.floats(-8, 8))
 def test_a_lane_shift_is_smooth(ahead_m, left_m):
-    segments = lead(Pose(0, 0, 0), Pose(ahead_m, left_m, 0))
-    reached = end_of(Pose(0, 0, 0), segments)
+    segments = lead(Pose2D(0, 0, 0), Pose2D(ahead_m, left_m, 0))
+    reached = end_of(Pose2D(0, 0, 0), segments)
     # A shift of some thousandths of a millimetre is driven straight, the more the longer the way.
     assert (reached.x, reached.y, reached.yaw_rad) == pytest.approx((ahead_m, left_m, 0), abs=2e-7 * ahead_m)

@@ -27,6 +27,8 @@ def add_compare_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
+    """Prints the scores of results that exist, ours or others'; returns the exit code. Raises `UsageError` for a plot
+    without matplotlib."""
     from stucksolver.plotting import can_plot
 
     if options.plots is not None and not can_plot():

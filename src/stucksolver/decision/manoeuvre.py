@@ -39,10 +39,12 @@ class Manoeuvre:
 
     @property
     def end_s(self) -> float:
+        """Where it ends along the route (m)."""
         return float(self.s[-1])
 
     @property
     def end_d(self) -> float:
+        """Where it ends beside the route's lane (m, left positive)."""
         return float(self.d[-1])
 
     def heading(self) -> Array:

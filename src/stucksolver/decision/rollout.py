@@ -20,6 +20,7 @@ class Rollout:
 
     @property
     def duration_s(self) -> float:
+        """How long the drive takes (s)."""
         return float(self.t[-1])
 
 

@@ -37,6 +37,7 @@ class CheckContext:
 
     @cached_property
     def quick(self) -> Rollout:
+        """The path at the vehicle's comfortable acceleration and braking."""
         limits = self.view.ego.limits
         return rollout(
             self.path, self.view.ego.speed_mps, limits.comfort_acceleration_mps2, limits.comfort_braking_mps2
@@ -44,6 +45,7 @@ class CheckContext:
 
     @cached_property
     def slow(self) -> Rollout:
+        """The path driven by a vehicle that is slow to start, as the policy has it."""
         policy, ego = self.policy.prediction, self.view.ego
         return sluggish(self.path, ego.speed_mps, ego.limits, policy.sluggish_speed, policy.sluggish_acceleration)
 
@@ -111,4 +113,5 @@ class CheckContext:
 
     @cached_property
     def start_lane(self) -> Lane | None:
+        """The lane in which the path begins, if it begins in one."""
         return self.view.frame.lane_at(float(self.path.s[0]), float(self.path.d[0]))

@@ -74,10 +74,12 @@ class Proven:
 
     @property
     def reverse(self) -> bool:
+        """Whether it backs up."""
         return self.behaviors[0].reverse
 
     @cached_property
     def checks(self) -> tuple[Check, ...]:
+        """The checks that its behaviours name, in the guard's order."""
         return tuple(check for check in CHECKS if any(check in b.checks for b in self.behaviors))
 
     @cached_property

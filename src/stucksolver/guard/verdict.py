@@ -28,6 +28,7 @@ class Verdict(Model):
 
     @property
     def accepted(self) -> bool:
+        """Whether no check rejects."""
         return not self.rejects
 
     @property

@@ -24,6 +24,7 @@ class FallbackReasoner:
         self._cancelled = threading.Event()
 
     def decide(self, request: Request) -> Answer:
+        """The first answer that a reasoner gives. Raises `ReasonerError` if none does, or after `cancel`."""
         self._cancelled.clear()
         self.failures = ()
         ends_at = None if request.deadline_s is None else time.monotonic() + request.deadline_s
@@ -49,10 +50,12 @@ class FallbackReasoner:
         return replace(request, deadline_s=max(ends_at - time.monotonic(), 0.0) / max(len(slow), 1))
 
     def preflight(self) -> tuple[str, ...]:
+        """Notes of those reasoners that can be tried before a drive. Raises what they raise."""
         checked = [one for one in self.reasoners if isinstance(one, Preflighted)]
         return tuple(note for one in checked for note in one.preflight())
 
     def cancel(self) -> None:
+        """Gives up the query under way; callable from any thread."""
         self._cancelled.set()
         asked: object = self._asked
         if isinstance(asked, Cancellable):

@@ -49,6 +49,7 @@ class Faulty:
         self._cancelled = 0
 
     def decide(self, request: Request) -> Answer:
+        """A wrong, late or missing answer, as this kind of fault has it."""
         scene = request.scene
         self.calls += 1
         self.scenes.append(scene)
@@ -64,6 +65,7 @@ class Faulty:
         return Answer(decision, self.name, Trace(answers=(decision.model_dump_json(),), model=self.name))
 
     def cancel(self) -> None:
+        """Ends the wait of the query under way."""
         self._cancelled = self.calls
 
 

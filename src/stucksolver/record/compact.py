@@ -55,6 +55,7 @@ class Unpacker:
         self._roads: dict[str, RoadGeometry] = {}
 
     def add_road(self, data: Data) -> None:
+        """Takes in a road, to which later scenes refer by its key."""
         road = RoadGeometry.model_validate(data)
         self._roads[road.key] = road
 

@@ -44,9 +44,11 @@ class Recorder:
     # ---- called by the solver
 
     def begin(self, facts: Facts) -> None:
+        """Notes the facts of the drive, which head every record."""
         self._facts = facts
 
     def step(self, step: StepTaken) -> None:
+        """Writes a step down, unless nothing came of it."""
         if not step.told and step.directive is self._directive and step.after == step.before:
             # Nothing came of it, and what follows does not depend on it.
             return
@@ -60,6 +62,7 @@ class Recorder:
             self._finish(closed[-1].text)
 
     def fault(self, event: Event) -> None:
+        """Writes a fault into the record that is open, if one is."""
         if self._scroll is not None:
             self._put(event)
 

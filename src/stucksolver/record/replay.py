@@ -54,6 +54,7 @@ class Report:
 
     @property
     def matches(self) -> bool:
+        """Whether every step came out as recorded."""
         return not self.findings
 
 

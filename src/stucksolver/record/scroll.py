@@ -89,6 +89,7 @@ class Scroll:
         self.leave()
 
     def leave(self) -> None:
+        """Closes the file and leaves it as it is."""
         if self._chain is not None:
             self._chain.close()
 

@@ -34,6 +34,7 @@ class Lane:
     right: Array
 
     def covers(self, start_m: float, end_m: float) -> bool:
+        """Whether the lane reaches from `start_m` to `end_m` along the route."""
         return self.start_m <= start_m and end_m <= self.end_m
 
     def at(self, s: float) -> tuple[float, float, float]:
@@ -47,6 +48,7 @@ class Lane:
 
     @cached_property
     def spacing(self) -> float:
+        """Distance between its points (m)."""
         return float(self.s[1] - self.s[0]) if len(self.s) > 1 else 1.0
 
     def lines(self, start_m: float, end_m: float) -> frozenset[LineKind]:

@@ -12,6 +12,8 @@ from stucksolver.scene.model import Model
 
 
 class LaneKind(str, Enum):
+    """What a lane is for."""
+
     DRIVING = "driving"
     BIKING = "biking"
     PARKING = "parking"
@@ -36,6 +38,8 @@ class LineKind(str, Enum):
 
 
 class ZoneKind(str, Enum):
+    """What is special about a stretch of road."""
+
     JUNCTION = "junction"
     CROSSWALK = "crosswalk"
     LEVEL_CROSSING = "level_crossing"

@@ -31,6 +31,8 @@ class LaneRelation(str, Enum):
 
 
 class SceneEgo(Model):
+    """The vehicle itself, as a reasoner is told of it."""
+
     speed_mps: float
     lane_id: str | None
     lateral_offset_m: float
@@ -64,6 +66,8 @@ class SceneObject(TrackedObject):
 
 
 class SceneLane(Model):
+    """A lane beside the vehicle, or its own."""
+
     id: str
     relation: LaneRelation
     direction: LaneDirection

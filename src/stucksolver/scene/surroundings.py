@@ -10,6 +10,8 @@ from stucksolver.scene.road import RoadGeometry
 
 
 class LightState(str, Enum):
+    """What a traffic light shows."""
+
     RED = "red"
     YELLOW = "yellow"
     GREEN = "green"
@@ -18,6 +20,8 @@ class LightState(str, Enum):
 
 
 class ControlKind(str, Enum):
+    """What makes a vehicle stop at a line."""
+
     TRAFFIC_LIGHT = "traffic_light"
     STOP_SIGN = "stop_sign"
 

@@ -90,6 +90,7 @@ class FrenetScene:
 
     @property
     def ego_front_s(self) -> float:
+        """The vehicle's front bumper along the route (m)."""
         return self.ego_s + self.ego.length_m / 2
 
     @cached_property
@@ -99,6 +100,7 @@ class FrenetScene:
 
     @cached_property
     def ego_lane(self) -> Lane | None:
+        """The lane in which the vehicle's centre is, if it is in one."""
         return self.frame.lane_at(self.ego_s, self.ego_d)
 
     @cached_property

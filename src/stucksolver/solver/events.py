@@ -16,6 +16,8 @@ from stucksolver.solver.questions import Question
 
 
 class EventKind(str, Enum):
+    """What an event tells of."""
+
     TRIGGERED = "triggered"
     DECIDED = "decided"
     STARTED = "started"

@@ -12,6 +12,8 @@ from stucksolver.scene.model import Model
 
 
 class QuestionKind(str, Enum):
+    """What a person is asked for."""
+
     APPROVAL = "approval"
     """May this plan be driven? Answered by `approve` or `deny`."""
     ADVICE = "advice"

@@ -1,0 +1,1 @@
+"""Driving stacks that the solver is fitted to."""

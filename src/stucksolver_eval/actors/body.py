@@ -16,7 +16,7 @@ _SLIP_SHARE = 0.72
 _WHEELBASE_PER_LENGTH = 0.6
 
 
-class Pedals:
+class BodyPedals:
     """Tracks a wanted acceleration by a PI law on the speed it leads to, strong enough for a bicycle's engine, too."""
 
     _FULL_THROTTLE_MPS2, _FULL_BRAKE_MPS2 = 5.5, 9.0

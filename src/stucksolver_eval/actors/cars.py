@@ -17,7 +17,7 @@ from typing import Any
 
 import carla
 
-from stucksolver_eval.actors.body import Pedals, Steering
+from stucksolver_eval.actors.body import BodyPedals, Steering
 from stucksolver_eval.actors.leaders import Leader, boxes_touch, find_leaders
 from stucksolver_eval.actors.path import Chooser, LanePath, StopLines, stop_lines
 from stucksolver_eval.actors.pool import ActorPool, ActorState, ScenarioActor
@@ -68,7 +68,7 @@ class Car:
     s: float = 0.0
     state: ActorState = field(default_factory=lambda: ActorState(0, 0, 0, 0, 0, 0, 0))
     leader: Leader | None = None
-    pedals: Pedals = field(default_factory=Pedals)
+    pedals: BodyPedals = field(default_factory=BodyPedals)
     sent: tuple[float, float, float] = (-1.0, -1.0, -2.0)
 
     @property
@@ -78,6 +78,7 @@ class Car:
 
     @property
     def speed_mps(self) -> float:
+        """Speed on the ground (m/s)."""
         return self.state.speed_mps
 
     @property

@@ -25,7 +25,7 @@ class Crossing(NamedTuple):
     leave_s: float
 
 
-class StopLine(NamedTuple):
+class StopOnPath(NamedTuple):
     """Where a traffic light (`carla.TrafficLight`) stops a lane."""
 
     light: carla.TrafficLight
@@ -40,7 +40,7 @@ class StopAt(NamedTuple):
     s: float
 
 
-StopLines = dict[tuple[int, int], StopLine]
+StopLines = dict[tuple[int, int], StopOnPath]
 """By road and lane."""
 
 
@@ -50,7 +50,7 @@ def stop_lines(lights: Sequence[carla.TrafficLight]) -> StopLines:
     for light in lights:
         for waypoint in light.get_stop_waypoints():
             place = waypoint.transform.location
-            found[waypoint.road_id, waypoint.lane_id] = StopLine(light, place.x, place.y)
+            found[waypoint.road_id, waypoint.lane_id] = StopOnPath(light, place.x, place.y)
     return found
 
 

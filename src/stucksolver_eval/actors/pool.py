@@ -39,6 +39,7 @@ class ScenarioActor:
 
     @property
     def is_walker(self) -> bool:
+        """Whether it walks: a person or an animal."""
         return self.type_id.startswith("walker.")
 
 
@@ -54,6 +55,7 @@ class ActorState(NamedTuple):
     speed_mps: float
 
     def distance_m(self, x: float, y: float) -> float:
+        """Distance to a place (m)."""
         return math.hypot(self.x - x, self.y - y)
 
     def ahead_m(self, x: float, y: float) -> float:
@@ -88,10 +90,12 @@ class ActorPool:
 
     @property
     def time_s(self) -> float:
+        """The simulator's time (s)."""
         return float(self._snapshot.timestamp.elapsed_seconds)
 
     @property
     def hero(self) -> ActorState:
+        """The vehicle under test, in this tick."""
         return self.state(self.hero_member)
 
     def state(self, member: ScenarioActor) -> ActorState:

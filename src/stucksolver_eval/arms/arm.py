@@ -58,6 +58,7 @@ class DriverAlone:
         self.directive: Directive | None = None
 
     def step(self, now: Now) -> carla.VehicleControl:
+        """Lets the driver drive; there is nothing to tell."""
         control: carla.VehicleControl = self._driver.run_step()
         return control
 

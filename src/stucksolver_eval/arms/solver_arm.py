@@ -48,6 +48,7 @@ class SolverArm:
         self._heard.append(listener)
 
     def step(self, now: Now) -> Any:
+        """One tick of the solver, and its directive carried out."""
         self._now = now
         self.directive = self._solver.step(self._stack.status(), self._stack.surroundings)
         if isinstance(self.directive, SafeStop) and self.log.asked_s is None:
@@ -55,6 +56,7 @@ class SolverArm:
         return self._stack.perform(self.directive)
 
     def say(self, text: str) -> None:
+        """Hands a person's words to the solver."""
         self._solver.guide(text)
 
     def close(self, time_s: float) -> None:

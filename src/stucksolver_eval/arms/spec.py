@@ -30,6 +30,7 @@ class ArmSpec:
 
     @property
     def name(self) -> str:
+        """What tables call it."""
         if self.recovery == "none":
             return "driver alone"
         helped = f"{self.recovery} + {self.reasoner}" if self.reasoner else self.recovery

@@ -24,9 +24,11 @@ class TimedReasoner:
 
     @property
     def name(self) -> str:
+        """That of the reasoner inside."""
         return self._inner.name
 
     def decide(self, request: Request) -> Answer:
+        """Asks the reasoner inside and notes how long it took."""
         began = time.perf_counter()
         self._withdrawn = False
         self._trace = None
@@ -64,6 +66,7 @@ class TimedReasoner:
         return Reliability(reasoner=self.name, asked=self._asked, unanswered=self._unanswered, why=self._why)
 
     def cancel(self) -> None:
+        """Cancels the reasoner inside, where it can be."""
         self._withdrawn = True
         if isinstance(self._inner, Cancellable):
             self._inner.cancel()

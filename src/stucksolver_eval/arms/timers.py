@@ -68,6 +68,7 @@ class TimersArm:
         """Timers do not listen."""
 
     def step(self, now: Now) -> Any:
+        """One tick of the timers, and what they order carried out."""
         self._watch(now)
         if self._running is not None:
             self._go_on(self._running, now)
@@ -76,6 +77,7 @@ class TimersArm:
         return self._driver.run_step()
 
     def close(self, time_s: float) -> None:
+        """Nothing is held."""
         if self._running is not None:
             self._end(self._running, time_s, False, "the route ended")
 

@@ -31,13 +31,17 @@ class Unguarded(Guard):
             return no_path(error), None
 
     def allows_standing(self, behavior: Behavior, view: FrenetScene, approvals: Approvals = NOBODY) -> Verdict:
+        """Always: that is what this arm is for."""
         return OK
 
     def clear_to_hand_back(self, view: FrenetScene) -> bool:
+        """Always."""
         return True
 
     def recheck(self, proven: Proven, view: FrenetScene, giving_way: bool = False) -> Verdict:
+        """Accepts."""
         return OK
 
     def recheck_way_back(self, path: Manoeuvre, view: FrenetScene, giving_way: bool = False) -> Verdict:
+        """Accepts."""
         return OK

@@ -73,6 +73,7 @@ class Background:
         self.road.close_lane(waypoint)
 
     def readd_road_lane(self, waypoint: carla.Waypoint) -> None:
+        """Opens a lane again that was taken out of the road's traffic."""
         self.road.open_lane(waypoint)
 
     def set_max_speed(self, speed_mps: float | None) -> None:
@@ -122,6 +123,7 @@ class Background:
         self.road.front_stopped = True
 
     def start_front(self) -> None:
+        """Lets the cars ahead drive again."""
         self.road.front_stopped = False
 
     def stop_back(self) -> None:
@@ -129,6 +131,7 @@ class Background:
         self.road.back_stopped = True
 
     def start_back(self) -> None:
+        """Lets the cars behind drive again."""
         self.road.back_stopped = False
 
     def remove_behind(self) -> None:

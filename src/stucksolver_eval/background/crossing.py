@@ -48,6 +48,7 @@ class CrossingTraffic:
 
     @property
     def cars(self) -> list[Car]:
+        """All cars of this traffic."""
         return list(self._cars)
 
     def tick(self) -> None:

@@ -48,6 +48,7 @@ class RoadTraffic:
 
     @property
     def cars(self) -> list[Car]:
+        """All cars of this traffic."""
         return [one.car for one in self._cars]
 
     @property
@@ -115,6 +116,7 @@ class RoadTraffic:
         self._remove([one for one in self._cars if one.slot == slot])
 
     def open_lane(self, waypoint: carla.Waypoint) -> None:
+        """Opens a lane again that was closed."""
         self._closed_slots.discard(self._slot_of(waypoint))
 
     def remove_ahead(self) -> None:

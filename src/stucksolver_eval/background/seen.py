@@ -43,6 +43,7 @@ class Seen:
 
     @property
     def waypoint(self) -> Any:
+        """The route's waypoint that the vehicle has reached."""
         return self.setting.route.waypoints[self.index]
 
     @property

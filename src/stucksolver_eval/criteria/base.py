@@ -27,6 +27,7 @@ class Moment:
 
     @property
     def location(self) -> carla.Location:
+        """The vehicle's `carla.Location`."""
         return self.transform.location
 
     @property
@@ -65,6 +66,7 @@ class Criterion(ABC):
         """Give back what was taken from the world."""
 
     def note(self, time_s: float, text: str, percentage: float | None = None) -> None:
+        """Adds an infraction; `percentage` is how much of the way it concerns, where its penalty depends on that."""
         self.infractions.append(Infraction(self.kind, time_s, text, percentage))
 
 

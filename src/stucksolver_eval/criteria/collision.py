@@ -17,7 +17,7 @@ _LATE_EVENTS_S = 0.2
 _REMEMBERED = 8
 
 
-class Contact(NamedTuple):
+class ContactEpisode(NamedTuple):
     """One event of the collision sensor."""
 
     frame: int
@@ -40,7 +40,7 @@ class CollisionRule:
         if self._last_id is not None and time_s - self._last_s > SAME_OTHER_S:
             self._last_id = None
 
-    def counts(self, contact: Contact, time_s: float, place: Any, speed_mps: float) -> bool:
+    def counts(self, contact: ContactEpisode, time_s: float, place: Any, speed_mps: float) -> bool:
         """Does this contact count? Remembers it, if so."""
         if self._last_id is not None and contact.other_id == self._last_id:
             return False
@@ -72,7 +72,7 @@ class Collisions(Criterion):
     def __init__(self, world: carla.World, ego: carla.Vehicle) -> None:
         super().__init__()
         self._rule = CollisionRule()
-        self._contacts: deque[Contact] = deque()
+        self._contacts: deque[ContactEpisode] = deque()
         self._moments: deque[Moment] = deque(maxlen=_REMEMBERED)
         blueprint = world.get_blueprint_library().find("sensor.other.collision")
         self._sensor: Any | None = world.spawn_actor(blueprint, carla.Transform(), attach_to=ego)
@@ -81,7 +81,7 @@ class Collisions(Criterion):
     def _hit(self, event: Any) -> None:
         # Called from a thread of the client library.
         other = event.other_actor
-        self._contacts.append(Contact(int(event.frame), int(other.id), str(other.type_id)))
+        self._contacts.append(ContactEpisode(int(event.frame), int(other.id), str(other.type_id)))
 
     def update(self, moment: Moment) -> None:
         if self._sensor is None:
@@ -97,7 +97,7 @@ class Collisions(Criterion):
             if then is not None and self._rule.counts(contact, then.time_s, then.location, then.speed_mps):
                 self._count(contact, then)
 
-    def _count(self, contact: Contact, then: Moment) -> None:
+    def _count(self, contact: ContactEpisode, then: Moment) -> None:
         kind = kind_of(contact.other_type)
         if kind is not None:
             text = f"collision with {contact.other_type} (id {contact.other_id}) at {place_text(then.location)}"

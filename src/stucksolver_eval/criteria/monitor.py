@@ -12,7 +12,7 @@ from stucksolver_eval.criteria.completion import RouteCompletion
 from stucksolver_eval.criteria.in_route import InRoute
 from stucksolver_eval.criteria.lanes import OutsideLanes
 from stucksolver_eval.criteria.min_speed import MinSpeed
-from stucksolver_eval.criteria.red_light import RedLight
+from stucksolver_eval.criteria.red_light import RedLights
 from stucksolver_eval.criteria.route_timeout import RouteTimeout, TickRuntime
 from stucksolver_eval.criteria.route_walk import RouteWalk
 from stucksolver_eval.criteria.scenario_events import ScenarioEvents
@@ -27,11 +27,16 @@ class Stage(Protocol):
     """What scenarios tell the criteria (see `scenarios.play.Play`)."""
 
     @property
-    def events(self) -> Sequence[Any]: ...
+    def events(self) -> Sequence[Any]:
+        """What scenarios ended with, so far."""
+
     @property
-    def suspended(self) -> frozenset[str]: ...
+    def suspended(self) -> frozenset[str]:
+        """Criteria that a scenario forgives now, by their kind."""
+
     @property
-    def extra_criteria(self) -> frozenset[str]: ...
+    def extra_criteria(self) -> frozenset[str]:
+        """Criteria that a scenario asks for now, by their kind."""
 
 
 class CriteriaMonitor:
@@ -50,7 +55,7 @@ class CriteriaMonitor:
             self.completion,
             OutsideLanes(carla_map, walk, ego.get_location()),
             Collisions(world, ego),
-            RedLight(world, carla_map, ego),
+            RedLights(world, carla_map, ego),
             StopSigns(world, carla_map),
             self.min_speed,
             InRoute(walk),
@@ -81,10 +86,12 @@ class CriteriaMonitor:
         self._walk.change(self._line)
 
     def finish(self) -> None:
+        """Lets every criterion judge the whole route; once, at its end."""
         for criterion in self._criteria:
             criterion.finish()
 
     def close(self) -> None:
+        """Lets go of sensors."""
         for criterion in self._criteria:
             criterion.close()
 

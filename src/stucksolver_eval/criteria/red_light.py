@@ -17,7 +17,7 @@ TAIL_BEHIND_M = 1.0
 Point = tuple[float, float]
 
 
-class StopLine(NamedTuple):
+class LightStopLine(NamedTuple):
     """Where one lane of a light ends: its lane, heading (unit vector) and the line across it."""
 
     road_id: int
@@ -27,13 +27,13 @@ class StopLine(NamedTuple):
     right: Point
 
 
-class Light(NamedTuple):
+class WatchedLight(NamedTuple):
     actor: carla.TrafficLight
     center: Any
-    lines: tuple[StopLine, ...]
+    lines: tuple[LightStopLine, ...]
 
 
-class RedLight(Criterion):
+class RedLights(Criterion):
     """Flags a light whose stop line the rear of the ego crosses while it is red."""
 
     kind = "red_light"
@@ -52,7 +52,7 @@ class RedLight(Criterion):
             if light.actor.id != self._last_id and light.actor.state == carla.TrafficLightState.Red:
                 self._check(light, moment)
 
-    def _check(self, light: Light, moment: Moment) -> None:
+    def _check(self, light: WatchedLight, moment: Moment) -> None:
         close = _behind(moment, TAIL_NEAR * self._half_length)
         far = _behind(moment, self._half_length + TAIL_BEHIND_M)
         lane = self._map.get_waypoint(carla.Location(far[0], far[1], moment.location.z))
@@ -86,7 +86,7 @@ def _behind(moment: Moment, distance_m: float) -> Point:
     return place.x - distance_m * math.cos(yaw), place.y - distance_m * math.sin(yaw)
 
 
-def _light(carla_map: carla.Map, actor: carla.TrafficLight) -> Light:
+def _light(carla_map: carla.Map, actor: carla.TrafficLight) -> WatchedLight:
     volume, base = actor.trigger_volume, actor.get_transform()
     center = base.transform(carla.Location(volume.location))
     yaw = math.radians(base.rotation.yaw + volume.rotation.yaw)
@@ -98,7 +98,7 @@ def _light(carla_map: carla.Map, actor: carla.TrafficLight) -> Light:
         lane = carla_map.get_waypoint(at)
         if lane is not None and (not lanes or _key(lanes[-1]) != _key(lane)):
             lanes.append(lane)
-    return Light(actor, center, tuple(_stop_line(_before_junction(lane)) for lane in lanes))
+    return WatchedLight(actor, center, tuple(_stop_line(_before_junction(lane)) for lane in lanes))
 
 
 def _key(waypoint: carla.Waypoint) -> tuple[int, int]:
@@ -115,12 +115,12 @@ def _before_junction(waypoint: carla.Waypoint) -> carla.Waypoint:
     return waypoint
 
 
-def _stop_line(waypoint: carla.Waypoint) -> StopLine:
+def _stop_line(waypoint: carla.Waypoint) -> LightStopLine:
     place = waypoint.transform.location
     ahead = waypoint.transform.get_forward_vector()
     reach = LINE_PER_WIDTH * float(waypoint.lane_width)
     aside = (-ahead.y * reach, ahead.x * reach)
-    return StopLine(
+    return LightStopLine(
         road_id=int(waypoint.road_id),
         lane_id=int(waypoint.lane_id),
         heading=(ahead.x, ahead.y),

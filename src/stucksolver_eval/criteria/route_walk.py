@@ -27,6 +27,7 @@ class RouteWalk:
 
     @property
     def length_m(self) -> float:
+        """Length of the route (m)."""
         return self.s_m[-1]
 
     def passed(self, index: int, location: carla.Location) -> bool:
@@ -49,5 +50,6 @@ class RouteWalk:
         return float(((location.x - x) ** 2 + (location.y - y) ** 2) ** 0.5)
 
     def distance_3d_m(self, index: int, location: carla.Location) -> float:
+        """Distance of a place to the route's point `index` (m), height included."""
         x, y, z = self._places[index]
         return float(((location.x - x) ** 2 + (location.y - y) ** 2 + (location.z - z) ** 2) ** 0.5)

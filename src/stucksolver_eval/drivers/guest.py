@@ -22,10 +22,12 @@ class GuestDriver:
 
     @property
     def route(self) -> Sequence[RoutePoint]:
+        """The route that the agent was given."""
         return self._helper.route
 
     @property
     def path_left_m(self) -> float:
+        """What is left of a plan's path (m)."""
         return self._helper.path_left_m
 
     @property
@@ -34,6 +36,7 @@ class GuestDriver:
         return self._helper.acceleration_mps2
 
     def set_destination(self, destination: Any, start: Any | None = None) -> None:
+        """Traces a route and gives it to the agent."""
         self._helper.set_destination(destination, start)
         self._agent.set_route(self._helper.route)
 
@@ -43,23 +46,28 @@ class GuestDriver:
         self._agent.set_route(self._helper.route)
 
     def run_step(self) -> Any:
+        """The agent's control; while a plan is driven, that of our own controller."""
         if self._told:
             return self._helper.run_step()
         self._helper.keep_up()
         return checked(self._agent.run_step(), self._name)
 
     def done(self) -> bool:
+        """Whether the route is driven."""
         return self._helper.done()
 
     def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
+        """Drives a plan's path; the agent is not asked until `release`."""
         self._helper.follow(path, reverse, ignore)
         self._told = True
 
     def hold(self, brake_mps2: float | None = None) -> None:
+        """Stops and stands until `release`."""
         self._helper.hold(brake_mps2)
         self._told = True
 
     def release(self) -> None:
+        """Gives the vehicle back to the agent."""
         self._helper.release()
         self._told = False
 

@@ -89,6 +89,7 @@ class LeaderboardAgent:
                 self._sensors[str(spec["id"])] = self._put(spec)
 
     def run_step(self) -> Any:
+        """Waits for the sensors' data of this tick and asks the agent, as the leaderboard does."""
         snapshot = self._world.get_snapshot()
         _tell_time(snapshot)
         frame, now_s = int(snapshot.frame), float(snapshot.timestamp.elapsed_seconds)

@@ -46,6 +46,7 @@ class Line(Model):
     kind: Kind = "helpful"
 
     def wording(self, random: Random) -> str:
+        """One of its wordings."""
         return random.choice(self.say)
 
 
@@ -56,6 +57,7 @@ class Script(Model):
     routes: dict[str, tuple[Line, ...]]
 
     def lines(self, route_id: str) -> tuple[Line, ...]:
+        """What is said on a route; nothing on a route that is not in the script."""
         return self.routes.get(route_id, ())
 
 

@@ -39,7 +39,7 @@ class Drive(NamedTuple):
     game_s: float
 
 
-class Route(NamedTuple):
+class RealRoute(NamedTuple):
     """One route and all who drove it, by name."""
 
     town: str
@@ -47,7 +47,7 @@ class Route(NamedTuple):
     drives: dict[str, Drive]
 
 
-Routes = dict[str, Route]
+Routes = dict[str, RealRoute]
 """By route id."""
 
 
@@ -83,7 +83,7 @@ def load(file: Path) -> Routes:
     """What `keep` wrote; nothing where there is no such file."""
     kept = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
     return {
-        key: Route(one["town"], one["scenario"], {name: Drive(*facts) for name, facts in one["drives"].items()})
+        key: RealRoute(one["town"], one["scenario"], {name: Drive(*facts) for name, facts in one["drives"].items()})
         for key, one in kept.items()
     }
 
@@ -97,7 +97,7 @@ def keep(file: Path, sources: Iterable[tuple[str, Path]]) -> None:
         for number, record in records(folder):
             if record["town_name"] in TOWNS:
                 scenario = record["scenario_name"].rpartition("_")[0]
-                route = routes.setdefault(number, Route(record["town_name"], scenario, {}))
+                route = routes.setdefault(number, RealRoute(record["town_name"], scenario, {}))
                 route.drives[name] = drive_of(record)
     lines = [f"{json.dumps(key)}: {json.dumps(one._asdict())}" for key, one in sorted(routes.items())]
     file.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")

@@ -55,14 +55,17 @@ class Read:
 
     @property
     def meant(self) -> str:
+        """The intent that the sentence was written for."""
         return str(self.said["intent"])
 
     @property
     def understood(self) -> bool:
+        """Whether the likeliest reading is what was meant."""
         return self.reading.likely.value == self.meant
 
     @property
     def acted(self) -> bool:
+        """Whether the reading that is acted on is what was meant."""
         return self.reading.intent.value == self.meant
 
     @property
@@ -141,6 +144,7 @@ def misses(reads: list[Read]) -> list[str]:
 
 
 def main() -> None:
+    """Prints the page."""
     reader = NetworkReader()
     parts = [TITLE, "", f"Made by `python -m stucksolver_eval.pages.words` with the weights {reader.name}. {ABOUT}"]
     every: list[Read] = []

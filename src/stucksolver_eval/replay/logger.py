@@ -111,6 +111,7 @@ class RunLogger:
             self.event(time_s, "directive", f"safe stop: {directive.reason}")
 
     def event(self, time_s: float, kind: Kind, text: str) -> None:
+        """Notes an event at its time."""
         self.events.append(LogEvent(time_s=round(time_s, 2), kind=kind, text=text))
 
     def hear(self, event: Event) -> None:

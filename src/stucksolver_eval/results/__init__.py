@@ -1,0 +1,1 @@
+"""What a run leaves: manifest, outcome and record of each route, and where they lie."""

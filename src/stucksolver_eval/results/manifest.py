@@ -40,6 +40,7 @@ class Manifest(Model):
 
     @property
     def title(self) -> str:
+        """One line that tells runs apart."""
         return f"{self.suite} ({self.suite_digest[:8]}), {self.driver}, recovery {self.recovery}"
 
     def differs_from(self, other: Manifest) -> str:
@@ -71,4 +72,5 @@ def suite_digest(routes: tuple[Route, ...]) -> str:
 
 
 def file_digest(path: Path | None) -> str:
+    """SHA-256 of a file, in hex; empty without one."""
     return "" if path is None else hashlib.sha256(path.read_bytes()).hexdigest()

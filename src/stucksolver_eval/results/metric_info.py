@@ -25,6 +25,7 @@ class MetricInfo:
         self._rows: list[tuple[float, ...]] = []
 
     def add(self, ego: carla.Vehicle, transform: carla.Transform) -> None:
+        """Adds one tick of the vehicle."""
         a, w = ego.get_acceleration(), ego.get_angular_velocity()
         f, r = transform.get_forward_vector(), transform.get_right_vector()
         p, o = transform.location, transform.rotation
@@ -33,6 +34,7 @@ class MetricInfo:
         )
 
     def text(self) -> str:
+        """The file's text, in Bench2Drive's format."""
         rows = np.array(self._rows, dtype=np.float64).reshape(-1, 18).round(DIGITS).tolist()
         return json.dumps({str(k): _entry(row) for k, row in enumerate(rows)}, separators=(",", ":"))
 

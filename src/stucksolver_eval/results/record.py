@@ -17,6 +17,8 @@ TICK_S = 0.05
 
 
 class Scores(BaseModel):
+    """Scores of one route, in the leaderboard's words: 0 to 100, the penalty 0 to 1."""
+
     score_route: float
     score_penalty: float
     score_composed: float

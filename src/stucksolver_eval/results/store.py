@@ -72,6 +72,7 @@ class Store:
         write_text(path, manifest.model_dump_json(indent=1) + "\n")
 
     def manifest(self) -> Manifest:
+        """What was run. Raises `StoreError` if the folder holds no result."""
         path = self.folder / MANIFEST
         try:
             return Manifest.model_validate_json(path.read_text(encoding="utf-8"))
@@ -83,12 +84,15 @@ class Store:
             ) from error
 
     def routes(self) -> tuple[Route, ...]:
+        """The routes of the run."""
         return read_routes(self.folder / ROUTES)
 
     def seeds(self) -> tuple[int, ...]:
+        """The seeds of the run."""
         return self.manifest().seeds
 
     def is_done(self, route: Route, seed: int) -> bool:
+        """Whether a route needs not be driven again."""
         found = self.outcome(route, seed)
         return found is not None and found.state in DONE
 
@@ -107,6 +111,7 @@ class Store:
         self.write_outcome(route, driven.outcome)
 
     def write_outcome(self, route: Route, outcome: RouteOutcome) -> None:
+        """Writes what became of a route; a file is whole or not there."""
         write_text(self._path("outcomes", route, outcome.seed), outcome.model_dump_json() + "\n")
 
     def take(self, other: Store, route: Route, seed: int) -> None:
@@ -122,19 +127,23 @@ class Store:
                 raise cannot_write(ours, error) from error
 
     def outcome(self, route: Route, seed: int) -> RouteOutcome | None:
+        """What became of a route; None if it was not driven."""
         path = self._path("outcomes", route, seed)
         return RouteOutcome.model_validate_json(_read(path)) if path.exists() else None
 
     def record(self, route: Route, seed: int) -> RouteRecord | None:
+        """The leaderboard's record of a route; None if there is none."""
         path = self._path("records", route, seed)
         if not path.exists():
             return None
         return CheckpointFile.model_validate_json(_read(path)).checkpoint.records[0]
 
     def metric_info(self, route: Route, seed: int) -> Path:
+        """Where Bench2Drive's `metric_info.json` of a route lies."""
         return self._path("metrics", route, seed) / "metric_info.json"
 
     def replay(self, route: Route, seed: int) -> Path:
+        """Where the replay of a route lies."""
         return self._path("replays", route, seed)
 
     def run_log(self, route: Route, seed: int) -> RunLog:

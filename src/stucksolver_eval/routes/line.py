@@ -73,6 +73,7 @@ class RouteLine:
 
     @property
     def length_m(self) -> float:
+        """Length of the route (m)."""
         return float(self.s_m[-1])
 
     @property

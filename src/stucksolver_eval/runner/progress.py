@@ -54,6 +54,7 @@ class ProgressDisplay:
         self._groups = {name: _Tally() for name in ABILITIES}
 
     def goes_on(self, task: Task, time_s: float) -> None:
+        """Shows how far a route has come (s of its own time)."""
         self._running[_label(task)] = time_s
         self._draw()
 
@@ -70,6 +71,7 @@ class ProgressDisplay:
         self._draw()
 
     def close(self) -> None:
+        """Ends the last line."""
         if self._lines:
             print(file=self.out, flush=True)
 

@@ -34,6 +34,7 @@ class ReplayKeeper:
         return "scenario" if role == "scenario" else "prop"
 
     def tick(self, now: Now, directive: Directive | None) -> None:
+        """Notes a frame and what the driver was told."""
         self._logger.frame(now.time_s, now.speed_mps)
         self._logger.directive(now.time_s, directive or CONTINUE)
 

@@ -24,6 +24,7 @@ class ImmobilizationWatch:
         self.spells: list[ImmobilizationEpisode] = []
 
     def update(self, time_s: float, speed_mps: float, place_m: float) -> None:
+        """Takes in one tick: time (s), speed (m/s) and place along the route (m)."""
         status = Status(time_s=time_s, speed_mps=speed_mps, progress_m=place_m)
         trigger = self._detector.update(status)
         slow_s = self._detector.slow_since_s
@@ -35,6 +36,7 @@ class ImmobilizationWatch:
             self._close(time_s, recovered_after_s)
 
     def finish(self, time_s: float) -> None:
+        """Ends an episode that is not over when the route is."""
         if self._onset is not None:
             self._close(time_s, None)
 
@@ -57,6 +59,7 @@ class TrafficSpeeds:
         self._background: list[int] = []
 
     def read(self, snapshot: carla.WorldSnapshot) -> tuple[float, ...]:
+        """Speeds of the background's vehicles in a snapshot (m/s)."""
         ids = frozenset(actor.id for actor in snapshot)
         if ids != self._known:
             self._meet(ids)

@@ -20,6 +20,7 @@ class Weather:
         self._set_at: float | None = None
 
     def update(self, percentage: float) -> None:
+        """Sets the weather for this much of the route (%), where it has changed."""
         if not self._keys or (self._set_at is not None and len(self._keys) == 1):
             return
         if self._set_at is not None and abs(percentage - self._set_at) < STEP_PCT:

@@ -92,18 +92,22 @@ class Scenario(ABC):
 
     @property
     def cast(self) -> ActorPool:
+        """The actors of the route."""
         return self.setting.cast
 
     @property
     def cars(self) -> Cars:
+        """The cars that drive by themselves."""
         return self.setting.cars
 
     @property
     def random(self) -> Random:
+        """The route's source of chance."""
         return self.setting.random
 
     @property
     def hero(self) -> ActorState:
+        """The vehicle under test."""
         return self.setting.cast.hero
 
     @cached_property

@@ -1,0 +1,1 @@
+"""From the records of routes to scores, tables and comparisons."""

@@ -39,10 +39,12 @@ PUBLISHED = (
 
 
 def number(value: float | None, digits: int = 2) -> str:
+    """A figure in a table; a dash for none."""
     return "–" if value is None else f"{value:.{digits}f}"
 
 
 def run_name(summary: Summary) -> str:
+    """What tables call a run: driver, help, guidance and what is special about it."""
     m = summary.manifest
     helped = {"none": "driver alone", "timers": "driver + timers"}.get(m.recovery, f"driver + {m.recovery}")
     helped += f" + {m.reasoner}" if m.reasoner else ""
@@ -74,6 +76,7 @@ def corrected_row(summary: Summary) -> Row:
 
 
 def published_row(row: Published) -> Row:
+    """A published result as a row of the table."""
     ds, sr, efficiency, comfort = row.scores
     figures = tuple(number(value) for value in (ds, sr, efficiency, comfort))
     return (row.name, "", "", "", "", "", *figures)
@@ -83,6 +86,7 @@ ABILITY_HEAD = ("Run", *(name.replace("_", " ") for name in ABILITIES), "Mean")
 
 
 def ability_row(summary: Summary) -> Row:
+    """A run's multi-ability scores as a row of their table."""
     return (run_name(summary), *(number(summary.abilities[name], 1) for name in (*ABILITIES, "mean")))
 
 

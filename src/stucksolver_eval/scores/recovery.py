@@ -80,14 +80,17 @@ class RecoveryFigures:
 
     @property
     def median_s(self) -> float | None:
+        """Median time to recover (s); None if nothing was recovered from."""
         return float(np.median(self.times_s)) if self.times_s else None
 
     @property
     def p95_s(self) -> float | None:
+        """95th percentile of the time to recover (s)."""
         return float(np.percentile(self.times_s, 95)) if self.times_s else None
 
     @property
     def queries_per_km(self) -> float | None:
+        """Queries for each kilometre driven."""
         return self.queries / self.driven_km if self.driven_km > 0 else None
 
 

@@ -33,14 +33,17 @@ class RouteRow:
 
     @property
     def scenario(self) -> str:
+        """The type of its scenario."""
         return self.route.scenarios[0].type if self.route.scenarios else "None"
 
     @property
     def score(self) -> float:
+        """Driving score, 0 to 100; 0 without a record."""
         return 0.0 if self.record is None else self.record.scores.score_composed
 
     @property
     def success(self) -> bool:
+        """Whether the route counts as a success, by Bench2Drive's rule."""
         return self.record is not None and self.record.success
 
 
@@ -67,10 +70,12 @@ class Summary:
 
     @property
     def crashed(self) -> int:
+        """Routes on which the driver or the simulator crashed."""
         return self.statuses["crashed"]
 
     @property
     def invalid(self) -> int:
+        """Routes that could not be driven as asked."""
         return self.statuses["invalid"]
 
 

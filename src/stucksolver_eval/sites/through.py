@@ -103,6 +103,7 @@ def enter_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str
 
 
 def oncoming_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+    """Places of a flow from the opposite arm, straight through."""
     for other in straight(arm(mine, "opposite", ways)):
         yield flow(other), {}
 
@@ -145,6 +146,8 @@ def joined(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Pa
 
 
 def direction_of(*sides: Side) -> Extra:
+    """What adds the parameter `direction`: each of `sides` from which traffic meets ours."""
+
     def extra(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
         for side in sides:
             if mine.turn in _MEETS[side] and straight(arm(mine, side, ways)):

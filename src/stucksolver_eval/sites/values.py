@@ -16,6 +16,7 @@ class Value:
     high: int
 
     def draw(self, random: Random, free_m: int) -> Parameter:
+        """A value in the route file's form; `free_m` is the free road ahead."""
         return {"value": str(random.randint(self.low, self.high))}
 
 
@@ -24,6 +25,7 @@ class Ride(Value):
     """How far bicycles ride: no further than a free lane permits."""
 
     def draw(self, random: Random, free_m: int) -> Parameter:
+        """A whole number of metres, no longer than the road allows."""
         longest_m = max(_SHORTEST_RIDE_M, free_m - _BESIDE_THE_RIDE_M)
         return {"value": str(min(random.randint(self.low, self.high), longest_m))}
 
@@ -36,6 +38,7 @@ class Hundredths:
     high: float
 
     def draw(self, random: Random, free_m: int) -> Parameter:
+        """A number with two digits after the point."""
         return {"value": f"{random.uniform(self.low, self.high):.2f}"}
 
 
@@ -47,6 +50,7 @@ class IntervalDraw:
     last: tuple[int, int]
 
     def draw(self, random: Random, free_m: int) -> Parameter:
+        """The two ends of an interval."""
         return {"from": str(random.randint(*self.first)), "to": str(random.randint(*self.last))}
 
 
@@ -57,6 +61,7 @@ class OneOf:
     words: tuple[str, ...]
 
     def draw(self, random: Random, free_m: int) -> Parameter:
+        """One of the words."""
         return {"value": random.choice(self.words)}
 
 

@@ -15,7 +15,7 @@ carla = pytest.importorskip("carla")
 
 from carlette.maps import DEMO_TOWN  # noqa: E402
 from stucksolver_eval.actors import ActorState, LanePath, ScenarioActor  # noqa: E402
-from stucksolver_eval.actors.body import Pedals  # noqa: E402
+from stucksolver_eval.actors.body import BodyPedals  # noqa: E402
 from stucksolver_eval.actors.leaders import boxes_touch  # noqa: E402
 
 
@@ -71,7 +71,7 @@ def test_a_point_of_the_line_is_as_far_from_its_start_as_it_says(s):
 
 @given(st.floats(-6.0, 3.0), st.floats(0.0, 30.0))
 def test_pedals_are_never_pressed_together_nor_beyond_their_ends(acceleration, speed):
-    pedals = Pedals()
+    pedals = BodyPedals()
     for _ in range(5):
         throttle, brake = pedals.step(acceleration, speed, 0.05)
         assert 0.0 <= throttle <= 1.0 and 0.0 <= brake <= 1.0 and throttle * brake == 0.0

@@ -14,14 +14,14 @@ carla = pytest.importorskip("carla")
 from carlette.maps import DEMO_TOWN  # noqa: E402
 from stucksolver_eval.actors import LanePath  # noqa: E402
 from stucksolver_eval.actors.cars import Car, Cars  # noqa: E402
-from stucksolver_eval.actors.path import Crossing, StopLine  # noqa: E402
+from stucksolver_eval.actors.path import Crossing, StopOnPath  # noqa: E402
 
 GREEN, RED = carla.TrafficLightState.Green, carla.TrafficLightState.Red
 
 
 def car(number: int, lane: Any, light: Any) -> Car:
     """Stands 6 m before the end of a lane that a light governs."""
-    line = StopLine(light, lane.transform.location.x, lane.transform.location.y)
+    line = StopOnPath(light, lane.transform.location.x, lane.transform.location.y)
     path = LanePath([lane.previous(6.0)[0]], stops={(lane.road_id, lane.lane_id): line})
     path.grow(60.0)
     return Car(SimpleNamespace(id=number, half_length_m=2.3), path, steering=None, wish_mps=8.0)  # type: ignore[arg-type]

@@ -10,7 +10,7 @@ carla = pytest.importorskip("carla")
 
 from judged import moment  # noqa: E402
 
-from stucksolver_eval.criteria.collision import CollisionRule, Contact, kind_of  # noqa: E402
+from stucksolver_eval.criteria.collision import CollisionRule, ContactEpisode, kind_of  # noqa: E402
 from stucksolver_eval.criteria.red_light import crosses  # noqa: E402
 from stucksolver_eval.criteria.scenario_events import ScenarioEvents  # noqa: E402
 from stucksolver_eval.criteria.stop_sign import StopSign, affects  # noqa: E402
@@ -18,8 +18,8 @@ from stucksolver_eval.criteria.stop_sign import StopSign, affects  # noqa: E402
 HERE, NEAR, FAR = carla.Location(0, 0, 0), carla.Location(4, 0, 0), carla.Location(6, 0, 0)
 
 
-def contact(other_id: int) -> Contact:
-    return Contact(0, other_id, "vehicle.x")
+def contact(other_id: int) -> ContactEpisode:
+    return ContactEpisode(0, other_id, "vehicle.x")
 
 
 @pytest.mark.parametrize(

@@ -104,6 +104,7 @@ class Capabilities:
 
     @property
     def dialect(self) -> Dialect:
+        """The dialect to begin with."""
         return self.dialects[0]
 
     def step_down(self, why: str) -> bool:

@@ -50,6 +50,7 @@ class RecordingChat:
     def chat(
         self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
     ) -> ChatReply:
+        """Asks the model and writes down what it said, or how it failed."""
         try:
             reply = self.inner.chat(messages, tools, must_call, limit_s)
         except TryAgain as error:
@@ -63,6 +64,7 @@ class RecordingChat:
         return reply
 
     def cancel(self) -> None:
+        """Gives up the query under way."""
         self.inner.cancel()
 
     def _keep(
@@ -98,6 +100,7 @@ class RecordedChat:
     def chat(
         self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
     ) -> ChatReply:
+        """The recorded reply to the same question. Raises `GiveUp` for a question that was never asked."""
         key = request_key(request_form(messages, tools, must_call))
         lines = self._answers.get(key)
         if not lines:

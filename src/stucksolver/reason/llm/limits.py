@@ -60,6 +60,7 @@ class Spent:
     usd: float | None = 0.0
 
     def add(self, usage: Usage, price: Price | None) -> None:
+        """Counts one reply; without a price the sum in dollars is unknown from then on."""
         self.queries += 1
         self.tokens += usage.input_tokens + usage.output_tokens
         self.cached_tokens += usage.cached_tokens
@@ -83,6 +84,7 @@ class UsageLimits:
         self.spent = {"episode": Spent(), "trip": Spent()}
 
     def new_episode(self) -> None:
+        """Counts anew what is limited for each episode."""
         self.spent["episode"] = Spent()
 
     def check(self) -> None:

@@ -55,6 +55,7 @@ class OpenAiChat:
             raise
 
     def cancel(self) -> None:
+        """Gives up the request under way; callable from any thread."""
         self._loop.cancel()
 
     def described(self, limit_s: float) -> dict[str, Any]:

@@ -104,6 +104,7 @@ class LanguageModelReasoner:
         return Answer(decision, self.name, self._trace(talk, first))
 
     def cancel(self) -> None:
+        """Gives up the query under way; callable from any thread."""
         self._cancelled.set()
         self.model.cancel()
 

@@ -31,13 +31,14 @@ PASSED_M = 2.0
 
 
 @dataclass(frozen=True)
-class Target:
+class PassTarget:
     """What is to be passed: its foremost object, where it ends, and how fast it goes."""
 
     objects: tuple[SceneObject, ...]
 
     @property
     def far(self) -> SceneObject:
+        """The object that ends last along the route."""
         return max(self.objects, key=end_of)
 
     @property
@@ -47,6 +48,7 @@ class Target:
 
     @property
     def speed_mps(self) -> float:
+        """Speed of the quickest of them along the route (m/s), never below zero."""
         return max(0.0, max(o.speed_along_mps for o in self.objects))
 
 
@@ -55,7 +57,7 @@ def end_of(o: SceneObject) -> float:
     return (o.gap_m or 0.0) + o.length_m
 
 
-def group_of(scene: Scene, lead: SceneObject) -> Target:
+def group_of(scene: Scene, lead: SceneObject) -> PassTarget:
     """The lead and all in the path that follow it too closely to come back in between.
 
     Beyond what stands, who drives on will be away by then.
@@ -67,10 +69,10 @@ def group_of(scene: Scene, lead: SceneObject) -> Target:
         beyond = beyond and (o.speed_along_mps < FLOWING_MPS or lead.speed_along_mps > 0.5)
         if beyond and (o.gap_m or 0.0) - max(end_of(m) for m in members) < GROUP_GAP_M:
             members.append(o)
-    return Target(tuple(members))
+    return PassTarget(tuple(members))
 
 
-def way_to_pass_m(scene: Scene, target: Target, speed: float) -> tuple[float, float]:
+def way_to_pass_m(scene: Scene, target: PassTarget, speed: float) -> tuple[float, float]:
     """(way of the ego, time) until its rear is past the target with room to come back."""
     relative = target.end_m + scene.ego.length_m + _merge_room_m(scene)
     own, time, way = max(scene.ego.speed_mps, 0.5), 0.0, 0.0
@@ -85,7 +87,7 @@ def _merge_room_m(scene: Scene) -> float:
     return TIGHT_MERGE_ROOM_M if tight else MERGE_ROOM_M
 
 
-def in_lane_beside(scene: Scene, lane: SceneLane, target: Target, speed: float) -> tuple[SceneObject, ...]:
+def in_lane_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: float) -> tuple[SceneObject, ...]:
     """What stands or crawls in the way in a lane of our direction, nearest first.
 
     Who drives on there is a matter of the moment.
@@ -111,7 +113,7 @@ def stays(o: SceneObject) -> bool:
     return bool(o.hazard_lights) or o.kind not in MOTOR_VEHICLES | VULNERABLE
 
 
-def too_narrow(scene: Scene, lane: SceneLane, target: Target) -> str | None:
+def too_narrow(scene: Scene, lane: SceneLane, target: PassTarget) -> str | None:
     """Whether the lane beside leaves too little room to get past the target, in words."""
     own = next((x.width_m for x in scene.lanes if x.relation is LaneRelation.EGO), None)
     if own is None:
@@ -124,7 +126,7 @@ def too_narrow(scene: Scene, lane: SceneLane, target: Target) -> str | None:
     return f"beside {widest.kind.value} {widest.id} the road is {free:.1f} m wide, {needed:.1f} m are needed"
 
 
-def oncoming_blocked(scene: Scene, lane: SceneLane, target: Target, speed: float) -> str | None:
+def oncoming_blocked(scene: Scene, lane: SceneLane, target: PassTarget, speed: float) -> str | None:
     """Who comes, or stands, in the oncoming lane before we would be back."""
     way, time = way_to_pass_m(scene, target, speed)
     for o in scene.objects:

@@ -10,7 +10,7 @@ from stucksolver.decision.behaviors import AnyBehavior, BorrowOncomingLane, Chan
 from stucksolver.reason.rules.analyse import red_light_within
 from stucksolver.reason.rules.attempts import failed_for, was_tried
 from stucksolver.reason.rules.passing import (
-    Target,
+    PassTarget,
     end_of,
     in_lane_beside,
     oncoming_blocked,
@@ -57,7 +57,7 @@ def asked(scene: Scene) -> Reading | None:
     return None if scene.guidance is None else scene.guidance.reading
 
 
-def speed_for(scene: Scene, target: Target) -> float:
+def speed_for(scene: Scene, target: PassTarget) -> float:
     """Walking pace where more was refused for want of clearance; quicker past who moves, when asked to pass."""
     if failed_for(scene, RejectCode.CLEARANCE, RejectCode.DOOR):
         return SLOW_MPS
@@ -78,7 +78,7 @@ def may_be_driven_over(scene: Scene, o: SceneObject) -> bool:
     return sure and low and not living and scene.offers("drive_over") and not was_tried(scene, "drive_over")
 
 
-def way_past(scene: Scene, target: Target, speed: float) -> Way:
+def way_past(scene: Scene, target: PassTarget, speed: float) -> Way:
     """The first way past that is open."""
     light = red_light_within(scene, way_to_pass_m(scene, target, speed)[0])
     if light is not None:
@@ -128,7 +128,7 @@ def _why_not_beside(ahead: tuple[SceneObject, ...]) -> Why:
 
 
 def _by_lane_change(
-    scene: Scene, lane: SceneLane, target: Target, speed: float, over: tuple[SceneObject, ...] = ()
+    scene: Scene, lane: SceneLane, target: PassTarget, speed: float, over: tuple[SceneObject, ...] = ()
 ) -> Way:
     """Out, past the target, over what may be driven over there, and back."""
     way, _ = way_to_pass_m(scene, target, speed)
@@ -169,7 +169,7 @@ def _lane_beside_the_route(scene: Scene) -> SceneLane | None:
     )
 
 
-def _go_on_beside(scene: Scene, lane: SceneLane, target: Target, speed: float) -> Way:
+def _go_on_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: float) -> Way:
     """Half-way past already: on in the lane beside until there is room to come back."""
     ahead = in_lane_beside(scene, lane, target, speed)
     if ahead:
@@ -198,7 +198,7 @@ def _waypoint_in(scene: Scene, lane: SceneLane, distance_m: float) -> CandidateW
     return min(fitting, key=lambda w: w.distance_m, default=None)
 
 
-def _by_oncoming_lane(target: Target, speed: float) -> Way:
+def _by_oncoming_lane(target: PassTarget, speed: float) -> Way:
     behavior = BorrowOncomingLane(past_object_id=target.far.id, speed_mps=speed)
     who = ", ".join(f"{o.kind.value} {o.id}" for o in target.objects)
     return RecoveryPlan(behaviors=(behavior,)), (None, f"pass {who} through the oncoming lane")

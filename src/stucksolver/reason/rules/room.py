@@ -7,7 +7,7 @@ import math
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import BackUp, DriveOver, Nudge
 from stucksolver.reason.rules.attempts import failed_for
-from stucksolver.reason.rules.passing import Target
+from stucksolver.reason.rules.passing import PassTarget
 from stucksolver.reason.rules.past import SLOW_MPS, Way, lane_of, may_be_driven_over
 from stucksolver.scene import VULNERABLE, LaneRelation, PlanFailure, Scene, SceneObject
 
@@ -35,7 +35,7 @@ def over_it(scene: Scene, lead: SceneObject) -> Way | None:
     return RecoveryPlan(behaviors=(DriveOver(object_id=lead.id),)), (None, f"drive over {lead.kind.value} {lead.id}")
 
 
-def within_the_lane(scene: Scene, target: Target) -> Way | None:
+def within_the_lane(scene: Scene, target: PassTarget) -> Way | None:
     """Past what leaves enough of the own lane free, without leaving it."""
     lane = lane_of(scene, LaneRelation.EGO)
     distance = target.end_m + scene.ego.length_m + 1.0
@@ -79,7 +79,7 @@ def _back_m(scene: Scene, wanted_m: float) -> float | None:
     return next((way for way in ways if way >= 1.0 and may_back_up(scene, way, REAR_MARGIN_M)), None)
 
 
-def to_see_more(scene: Scene, target: Target, plan: RecoveryPlan) -> Way | None:
+def to_see_more(scene: Scene, target: PassTarget, plan: RecoveryPlan) -> Way | None:
     """The same plan after moves that show more of the road: back, aside to the middle of it, and further back.
 
     Behind a van at 5 m some 24 m of the oncoming lane are seen from the lane's centre; at 15 m, 0.75 m aside, 188 m.
@@ -108,7 +108,7 @@ def to_see_more(scene: Scene, target: Target, plan: RecoveryPlan) -> Way | None:
     return whole, (None, f"get back and aside to see past {lead.id}, then pass")
 
 
-def _hides_from_aside(scene: Scene, target: Target) -> bool:
+def _hides_from_aside(scene: Scene, target: PassTarget) -> bool:
     """Does any of it hide the oncoming lane even from the left border of the own one? Only distance shows more then."""
     lane = lane_of(scene, LaneRelation.EGO)
     if lane is None:

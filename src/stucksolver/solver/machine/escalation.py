@@ -65,10 +65,12 @@ class Escalation:
 
     @property
     def rung(self) -> str:
+        """Name of the rung that it is on."""
         return self.on.rungs[self.index][0]
 
     @property
     def move(self) -> Move:
+        """What is done on that rung."""
         return self.on.rungs[self.index][1]
 
     @property
@@ -78,6 +80,7 @@ class Escalation:
 
     @property
     def is_last(self) -> bool:
+        """Whether no rung is left above."""
         return self.index == len(self.on.rungs) - 1
 
     def ready(self, now_s: float) -> bool:
@@ -85,6 +88,7 @@ class Escalation:
         return now_s >= max(self.not_before_s, self.quiet_until_s)
 
     def paused(self, until_s: float) -> Escalation:
+        """The same, with nothing asked before `until_s`."""
         return replace(self, not_before_s=until_s)
 
     # ---- waiting

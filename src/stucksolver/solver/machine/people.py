@@ -90,6 +90,7 @@ def not_held(turn: Turn, move: Assist) -> Directive:
 
 
 def call_for_help(turn: Turn, why: str) -> None:
+    """Asks the operator for help, and says why."""
     turn.ask_person(QuestionKind.ASSISTANCE, "operator", f"The vehicle needs help: {why}")
 
 

@@ -110,6 +110,7 @@ class Driving:
 
     @property
     def directive(self) -> Continue:
+        """The stack goes on by itself."""
         return CONTINUE
 
 
@@ -121,6 +122,7 @@ class Holding:
 
     @property
     def directive(self) -> Continue:
+        """The stack goes on by itself."""
         return CONTINUE
 
 
@@ -136,6 +138,7 @@ class MinimalRisk:
 
     @property
     def directive(self) -> SafeStop:
+        """The stop that was ordered."""
         return self.stop
 
 

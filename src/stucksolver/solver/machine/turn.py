@@ -40,6 +40,7 @@ class Turn:
 
     @property
     def status(self) -> Status:
+        """The vehicle's status in this step."""
         return self.inputs.status
 
     @property
@@ -86,6 +87,7 @@ class Turn:
     # ---- telling
 
     def tell(self, kind: EventKind, text: str, *, question: Question | None = None, answer: bool | None = None) -> None:
+        """Adds an event to those of this step."""
         self._tell(kind, text, question=question, answer=answer)
 
     def tell_words(self, words: Guidance) -> None:
@@ -93,6 +95,7 @@ class Turn:
         self._tell(EventKind.GUIDANCE, words.text, reading=words.reading)
 
     def tell_decision(self, answer: Answer, verdict: Verdict | None, *, waiting: bool = False) -> None:
+        """Adds the event of a decision, with the guard's verdict on it."""
         trigger = self.state.trigger
         self._tell(
             EventKind.DECIDED,

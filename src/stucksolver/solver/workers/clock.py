@@ -43,6 +43,7 @@ class Lockstep:
     name = "lockstep"
 
     def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
+        """At once: waits for the answer while the world stands still."""
         _wait(answer, query.wait_s)
         return True
 
@@ -57,6 +58,7 @@ class Latency:
         self.name = f"latency:{latency_s:g}"
 
     def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
+        """When the latency is over in the world's time."""
         if now_s - query.asked_s < self.latency_s - 1e-6:
             return False
         _wait(answer, query.wait_s)
@@ -69,6 +71,7 @@ class Measured:
     name = "latency:measured"
 
     def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
+        """When as much time has gone by in the world as the answer took."""
         simulated = now_s - query.asked_s
         if not answer.done():
             _wait(answer, max(query.asked_wall_s + simulated - time.monotonic(), 0.0))
@@ -85,6 +88,7 @@ class Wall:
     name = "wall"
 
     def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
+        """When the answer is there."""
         return answer.done()
 
 

@@ -31,6 +31,7 @@ class WordsWorker:
 
     @property
     def busy(self) -> bool:
+        """Whether words are being read."""
         return self._said is not None
 
     def take(self, text: str, time_s: float, now_s: float, situation: str) -> None:

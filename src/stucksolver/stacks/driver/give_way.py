@@ -69,7 +69,7 @@ TO_GO_ON = Margin(0.5, 0.1, 0.0, 0.0)
 """For one that has set off: less, so that it does not hesitate."""
 
 
-class Leader(NamedTuple):
+class LeadVehicle(NamedTuple):
     """One on a way that joins the route, as if it were on the route: bumper gap (m, negative abreast), speed (m/s)."""
 
     gap_m: float
@@ -85,7 +85,7 @@ class GiveWayDecision(NamedTuple):
     """Ids of those who will be out of the way in time, though they may be in it now."""
     look_m: float | None = None
     """Distance from the front bumper to where to be slow enough to look (m)."""
-    leader: Leader | None = None
+    leader: LeadVehicle | None = None
     """Behind whom to join the flow."""
 
 
@@ -200,7 +200,7 @@ class _Met(NamedTuple):
     met: tuple[MeetingWay, ...]
     """The ways on which it would."""
     passing: frozenset[int]
-    leader: Leader | None
+    leader: LeadVehicle | None
 
 
 def _moving(around: NearbyBodies) -> NearbyBodies:
@@ -282,7 +282,7 @@ class _Drive:
 
     def judge(self, coming: Sequence[tuple[MeetingWay, _Other]], margin: Margin) -> _Met:
         """Whom of those who come would it meet, or come too near to?"""
-        met, passing, leaders = list[tuple[MeetingWay, int]](), set[int](), list[Leader]()
+        met, passing, leaders = list[tuple[MeetingWay, int]](), set[int](), list[LeadVehicle]()
         for way, other in coming:
             surely, likely = self._comes_behind(way, other)
             if not surely and self._meets(way, other, margin):
@@ -304,10 +304,10 @@ class _Drive:
         arrives_s = self._arrives_s(way)
         return other.speed * _EARLY * arrives_s > left, other.speed * arrives_s > left
 
-    def _leader(self, way: MeetingWay, other: _Other) -> Leader:
+    def _leader(self, way: MeetingWay, other: _Other) -> LeadVehicle:
         """The other, as if it were as far along the route as it is along its way."""
         front = float(self._s[0]) + self._model.half_length
-        return Leader(other.s - other.half_length - way.meets_s - (front - way.route_meets_s), other.speed)
+        return LeadVehicle(other.s - other.half_length - way.meets_s - (front - way.route_meets_s), other.speed)
 
     def _meets(self, way: MeetingWay, other: _Other, margin: Margin) -> bool:
         """Would it come nearer to the other than the margin while their ways meet?"""

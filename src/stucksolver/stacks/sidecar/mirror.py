@@ -19,7 +19,7 @@ Ask = Callable[[str], Any]
 Order = tuple[str, Any]
 
 
-class Moving:
+class MirrorActor:
     """The place and motion of an actor at one tick: x, y, z, pitch, yaw, roll, vx, vy, vz in CARLA's units."""
 
     def __init__(self, actor_id: int, row: Sequence[float]) -> None:
@@ -27,13 +27,16 @@ class Moving:
         self._row = row
 
     def get_transform(self) -> Any:
+        """`carla.Transform` of this tick."""
         x, y, z, pitch, yaw, roll = self._row[:6]
         return carla.Transform(carla.Location(x=x, y=y, z=z), carla.Rotation(pitch=pitch, yaw=yaw, roll=roll))
 
     def get_location(self) -> Any:
+        """`carla.Location` of this tick."""
         return carla.Location(*self._row[:3])
 
     def get_velocity(self) -> Any:
+        """`carla.Vector3D` of this tick (m/s)."""
         return carla.Vector3D(*self._row[6:9])
 
 
@@ -44,7 +47,7 @@ class MirrorWorld:
         self._ask = ask
         self.map = carla.Map(opening["map"], opening["xodr"])
         self._kinds: dict[int, Any] = {}
-        self._at: dict[int, Moving] = {}
+        self._at: dict[int, MirrorActor] = {}
         self._states: dict[str, str] = {}
         self._fresh = False
         self.time_s, self.frame = 0.0, 0
@@ -69,12 +72,15 @@ class MirrorWorld:
     # ---- as carla.World has them
 
     def get_map(self) -> Any:
+        """The `carla.Map`, made here from the other side's OpenDRIVE."""
         return self.map
 
     def get_snapshot(self) -> MirrorSnapshot:
+        """What moves in this tick."""
         return MirrorSnapshot(self)
 
     def get_actors(self, ids: Sequence[int] | None = None) -> Any:
+        """Actors by their ids, or a list to filter for what stands."""
         if ids is None:
             return SimpleNamespace(filter=self._standing)
         return [self._kinds[i] for i in ids if i in self._kinds]
@@ -84,15 +90,18 @@ class MirrorWorld:
         return kinds.get(pattern.strip("*"), [])
 
     def get_vehicles_light_states(self) -> dict[int, int]:
+        """Light states of all vehicles by their ids; asks the other side."""
         return {int(i): state for i, state in (self._ask("vehicle_lights") or {}).items()}
 
     # ---- asked for once a tick
 
-    def actors(self) -> dict[int, Moving]:
+    def actors(self) -> dict[int, MirrorActor]:
+        """What moves in this tick, by id."""
         self.look()
         return self._at
 
     def light_state(self, light: str) -> Any:
+        """`carla.TrafficLightState` of a light by its name; Unknown if the other side has not told it."""
         self.look()
         name = self._states.get(light, "Unknown")
         return getattr(carla.TrafficLightState, name, carla.TrafficLightState.Unknown)
@@ -103,7 +112,7 @@ class MirrorWorld:
             return
         self._fresh = True
         told = self._ask("actors")
-        self._at = {int(row[0]): Moving(int(row[0]), row[1:]) for row in told["at"]}
+        self._at = {int(row[0]): MirrorActor(int(row[0]), row[1:]) for row in told["at"]}
         self._kinds = {i: kind for i, kind in self._kinds.items() if i in self._at}
         self._kinds.update({int(i): _actor(int(i), kind) for i, kind in told["new"].items()})
         self._states = told["states"]
@@ -118,10 +127,11 @@ class MirrorSnapshot:
         self.frame = world.frame
         self.timestamp = SimpleNamespace(elapsed_seconds=world.time_s)
 
-    def __iter__(self) -> Iterator[Moving]:
+    def __iter__(self) -> Iterator[MirrorActor]:
         return iter(self._world.actors().values())
 
-    def find(self, actor_id: int) -> Moving | None:
+    def find(self, actor_id: int) -> MirrorActor | None:
+        """An actor of this tick; None if it is gone."""
         return self._world.actors().get(actor_id)
 
 
@@ -132,10 +142,12 @@ class MirrorLight:
         self._world, self._name, self._places = world, name, places
 
     def get_stop_waypoints(self) -> list[Any]:
+        """Waypoints of its stop lines that lie on a road."""
         found = [waypoint_at(self._world.map, place) for place in self._places]
         return [waypoint for waypoint in found if waypoint is not None]
 
     def get_state(self) -> Any:
+        """`carla.TrafficLightState` of this tick."""
         return self._world.light_state(self._name)
 
 
@@ -143,14 +155,15 @@ class MirrorSign:
     """As `carla.TrafficSign`: where it stands, and its trigger box in its own frame."""
 
     def __init__(self, stands: Sequence[float], middle: Sequence[float], half: Sequence[float]) -> None:
-        self._place = Moving(0, stands)
+        self._place = MirrorActor(0, stands)
         self.trigger_volume = carla.BoundingBox(carla.Location(*middle), carla.Vector3D(*half))
 
     def get_transform(self) -> Any:
+        """`carla.Transform`; signs do not move."""
         return self._place.get_transform()
 
 
-class MirrorVehicle(Moving):
+class MirrorVehicle(MirrorActor):
     """The ego. Lights that are set become an order."""
 
     def __init__(self, world: MirrorWorld, opening: dict[str, Any], ask: Ask, orders: list[Order]) -> None:
@@ -161,18 +174,23 @@ class MirrorVehicle(Moving):
         world.carries(self)
 
     def turn_to(self, tick: dict[str, Any]) -> None:
+        """Takes in the vehicle's part of a tick."""
         self._row, self._limit = tick["ego"], float(tick["limit"])
 
     def get_world(self) -> MirrorWorld:
+        """The world that it is in."""
         return self._world
 
     def get_speed_limit(self) -> float:
+        """km/h, as CARLA has it."""
         return self._limit
 
     def get_light_state(self) -> Any:
+        """`carla.VehicleLightState`; asks the other side."""
         return carla.VehicleLightState(int(self._ask("light_state") or 0))
 
     def set_light_state(self, state: Any) -> None:
+        """Orders lights; done with the answer to this tick."""
         self._orders.append(("lights", int(state)))
 
 
@@ -185,24 +203,29 @@ class MirrorDriver:
         self.route: Sequence[RoutePoint] = [RoutePoint(*point) for point in waypoints_at(world.map, opening["route"])]
 
     def set_destination(self, destination: Any, start: Any | None = None) -> None:
+        """Traces a route here and orders the other side's driver to take it."""
         origin = self._ego.get_location() if start is None else start
         self.route = trace_route(self._world.map, origin, destination)
         self._orders.append(("route", route_places(self.route)))
 
     def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
+        """Orders a path to be driven."""
         order = {"path": [list(point) for point in path], "reverse": reverse, "ignore": sorted(ignore)}
         self._orders.append(("follow", order))
 
     def hold(self, brake_mps2: float | None = None) -> None:
+        """Orders a stop, with a deceleration (m/s²) if one is given."""
         self._orders.append(("hold", brake_mps2))
 
     def release(self) -> None:
+        """Gives the vehicle back to its own driver."""
         self._orders.append(("release", None))
 
     def run_step(self) -> None:
         """The pedals are on the other side."""
 
     def done(self) -> bool:
+        """Never: the other side knows when its route ends."""
         return False
 
 

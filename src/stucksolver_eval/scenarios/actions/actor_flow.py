@@ -58,6 +58,7 @@ class ActorFlow(Scenario):
         self.traffic.handle_junction_scenario(remove_entries=ends, stop_entries=True)
 
     def restore_way(self) -> None:
+        """Gives the background its roads back."""
         self.traffic.change_opposite_behavior(active=True)
         self.traffic.switch_route_sources(True)
 

@@ -32,6 +32,7 @@ class JunctionScenario(Scenario):
 
     @cached_property
     def junction(self) -> RouteJunction:
+        """The junction that `needs` found."""
         assert self._found is not None, "needs() was not asked"
         return self._found
 
@@ -48,10 +49,12 @@ class JunctionScenario(Scenario):
 
     @cached_property
     def entry_s(self) -> float:
+        """Where the route enters it (m along the route)."""
         return float(self.setting.route.s_m[self.junction.first])
 
     @cached_property
     def exit_s(self) -> float:
+        """Where the route leaves it (m along the route)."""
         return float(self.setting.route.s_m[self.junction.last])
 
     @cached_property
@@ -67,6 +70,7 @@ class JunctionScenario(Scenario):
         return [one for one in others if _comes_from(self.entry, one) == side]
 
     def passes_exit(self) -> bool:
+        """Whether the vehicle has left it."""
         return self.setting.hero_s_m > self.exit_s
 
     def approach(

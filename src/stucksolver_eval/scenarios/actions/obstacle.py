@@ -89,10 +89,12 @@ class Obstacle(Scenario):
         return self.random.choice(self.new_cars())
 
     def new_cars(self) -> list[str]:
+        """Ordinary cars of CARLA's second generation, whose lamps can be lit."""
         ordinary = set(self.cast.car_kinds)
         return [one for one in self.cast.kinds(base_type="car", generation="2") if one in ordinary]
 
     def hazard_lamps(self, member: ScenarioActor) -> None:
+        """Lights the hazard lamps of an actor."""
         self.cast.lights(member, lamps(*HAZARD_LAMPS))
 
 
@@ -233,9 +235,11 @@ class SlowBicycles(Obstacle):
         return self.setting.hero_s_m >= min(rider_s + PAST_M, route.length_m - 3.0)
 
     def begin_way_past(self) -> None:
+        """Slows the traffic beside them."""
         self.traffic.set_max_speed(self.speed_kmh / 3.6)
 
     def end_way_past(self) -> None:
+        """Lets the traffic go at its own speed."""
         self.traffic.set_max_speed(None)
 
     def _ride(self) -> list[Car]:

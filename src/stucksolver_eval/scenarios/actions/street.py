@@ -24,7 +24,7 @@ def into_gear(vehicle: carla.Vehicle) -> None:
     vehicle.apply_control(carla.VehicleControl(manual_gear_shift=True, gear=1))
 
 
-class Street(Scenario):
+class StreetScenario(Scenario):
     """Base: the situation is `distance` beyond the trigger; a number of cars come towards the hero, and no others."""
 
     timeout_s = None

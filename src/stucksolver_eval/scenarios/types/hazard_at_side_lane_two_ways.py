@@ -39,8 +39,10 @@ class HazardAtSideLaneTwoWays(SlowBicycles):
         return TwoWays.needs(self, setting)  # type: ignore[arg-type]
 
     def begin_way_past(self) -> None:
+        """Leaves gaps in the oncoming traffic, and forgives the oncoming lane."""
         self.suspended.add("wrong_lane")
         self.traffic.change_opposite_behavior(spawn_m=self.oncoming_gap_m)
 
     def end_way_past(self) -> None:
+        """Lets oncoming traffic be as before."""
         self.traffic.change_opposite_behavior()

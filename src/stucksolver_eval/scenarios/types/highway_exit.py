@@ -26,6 +26,7 @@ class HighwayExit(ActorFlow):
         self.traffic.remove_road_lane(self.lines()[0][0])
 
     def restore_way(self) -> None:
+        """Gives the background its lane back."""
         self.traffic.readd_road_lane(self.lines()[0][0])
 
     def over(self) -> Callable[[], bool]:

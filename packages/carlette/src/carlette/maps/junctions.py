@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element
 from scenariogeneration import xodr
 
 from carlette.maps import furniture
-from carlette.maps.lines import Pose, connect
+from carlette.maps.lines import Pose2D, connect
 from carlette.maps.roads import Arm, road_along
 from carlette.maps.sections import LANE_M, connecting_lanes
 
@@ -70,7 +70,7 @@ class SignalisedJunction:
             self._lit_by.append((road.id, incoming))
             self._connect(incoming.road.id, road.id, [pair[0] for pair in links])
 
-    def _connecting_road(self, start: Pose, end: Pose, lanes: xodr.Lanes) -> xodr.Road:
+    def _connecting_road(self, start: Pose2D, end: Pose2D, lanes: xodr.Lanes) -> xodr.Road:
         number = self.number + 1 + len(self.roads)
         segments = connect(start, end)
         self.roads.append(road_along(number, self.element.name, start, segments, lanes, self.number))

@@ -19,33 +19,33 @@ class Segment:
 
 
 @dataclass(frozen=True)
-class Pose:
+class Pose2D:
     """A point with a heading, counter-clockwise from the x axis."""
 
     x: float
     y: float
     yaw_rad: float
 
-    def moved(self, ahead_m: float, left_m: float = 0.0) -> Pose:
+    def moved(self, ahead_m: float, left_m: float = 0.0) -> Pose2D:
         """The pose beside and ahead of this one, with the same heading."""
         cos, sin = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
-        return Pose(self.x + ahead_m * cos - left_m * sin, self.y + ahead_m * sin + left_m * cos, self.yaw_rad)
+        return Pose2D(self.x + ahead_m * cos - left_m * sin, self.y + ahead_m * sin + left_m * cos, self.yaw_rad)
 
-    def reversed(self) -> Pose:
+    def reversed(self) -> Pose2D:
         """The same point, looking back."""
-        return Pose(self.x, self.y, self.yaw_rad + math.pi)
+        return Pose2D(self.x, self.y, self.yaw_rad + math.pi)
 
-    def after(self, segment: Segment) -> Pose:
+    def after(self, segment: Segment) -> Pose2D:
         """Where a segment that starts here ends."""
         turn_rad = segment.length_m * segment.curvature
         if segment.curvature == 0.0:
             return self.moved(segment.length_m)
         radius_m = 1.0 / segment.curvature
         end = self.moved(radius_m * math.sin(turn_rad), radius_m * (1.0 - math.cos(turn_rad)))
-        return Pose(end.x, end.y, self.yaw_rad + turn_rad)
+        return Pose2D(end.x, end.y, self.yaw_rad + turn_rad)
 
 
-def end_of(start: Pose, segments: Iterable[Segment]) -> Pose:
+def end_of(start: Pose2D, segments: Iterable[Segment]) -> Pose2D:
     """Where a chain of segments that starts at `start` ends."""
     for segment in segments:
         start = start.after(segment)
@@ -57,7 +57,7 @@ def arc(radius_m: float, turn_rad: float) -> Segment:
     return Segment(radius_m * abs(turn_rad), math.copysign(1.0 / radius_m, turn_rad))
 
 
-def connect(start: Pose, end: Pose) -> list[Segment]:
+def connect(start: Pose2D, end: Pose2D) -> list[Segment]:
     """The line, arc and line that lead from one pose to another without a kink.
 
     Raises ValueError where no such line exists: the poses are parallel but not in line, or face away.
@@ -80,7 +80,7 @@ def connect(start: Pose, end: Pose) -> list[Segment]:
     return [piece for piece in straights if piece.length_m > 1e-6]
 
 
-def lead(start: Pose, end: Pose) -> list[Segment]:
+def lead(start: Pose2D, end: Pose2D) -> list[Segment]:
     """A smooth line from one pose to another: `connect` where that is possible, else two arcs."""
     try:
         return connect(start, end)
@@ -88,7 +88,7 @@ def lead(start: Pose, end: Pose) -> list[Segment]:
         return two_arcs(start, end)
 
 
-def two_arcs(start: Pose, end: Pose) -> list[Segment]:
+def two_arcs(start: Pose2D, end: Pose2D) -> list[Segment]:
     """Two arcs that meet without a kink (a biarc with equal tangent lengths).
 
     Raises ValueError where the poses coincide, the end lies straight behind the start, or one arc would be a point.
@@ -111,7 +111,7 @@ def two_arcs(start: Pose, end: Pose) -> list[Segment]:
     return [first, second]
 
 
-def _arc_to(start: Pose, x: float, y: float) -> Segment:
+def _arc_to(start: Pose2D, x: float, y: float) -> Segment:
     """The arc (or line) that leaves `start` along its heading and ends in a point."""
     dx, dy = x - start.x, y - start.y
     ahead_m = dx * math.cos(start.yaw_rad) + dy * math.sin(start.yaw_rad)

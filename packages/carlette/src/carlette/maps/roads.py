@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from scenariogeneration import xodr
 
-from carlette.maps.lines import Pose, Segment, end_of
+from carlette.maps.lines import Pose2D, Segment, end_of
 from carlette.maps.sections import Profile, two_way_lanes
 
 
@@ -17,7 +17,7 @@ class Arm:
     road: xodr.Road
     at_end: bool
     """Whether the road ends (else: starts) at the junction."""
-    pose: Pose
+    pose: Pose2D
     """The end of the reference line, looking into the junction."""
     profile: Profile
 
@@ -42,7 +42,7 @@ class Chain:
 def chain(
     name: str,
     ids: range,
-    start: Pose,
+    start: Pose2D,
     segments: list[Segment],
     profile: Profile,
     junctions: tuple[int, int],
@@ -68,7 +68,7 @@ def chain(
 
 
 def road_along(
-    road_id: int, name: str, start: Pose, segments: list[Segment], lanes: xodr.Lanes, junction: int = -1
+    road_id: int, name: str, start: Pose2D, segments: list[Segment], lanes: xodr.Lanes, junction: int = -1
 ) -> xodr.Road:
     """A flat road along the segments; `junction` is the id of the junction it lies in."""
     line = xodr.PlanView(start.x, start.y, start.yaw_rad)

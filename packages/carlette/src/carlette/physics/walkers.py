@@ -30,13 +30,16 @@ class Hit(Protocol):
     """Two bodies, by their rows, and the impulse on the second."""
 
     @property
-    def first(self) -> int: ...
+    def first(self) -> int:
+        """Row of the first body."""
 
     @property
-    def second(self) -> int: ...
+    def second(self) -> int:
+        """Row of the second body."""
 
     @property
-    def impulse(self) -> Vector: ...
+    def impulse(self) -> Vector:
+        """N·s."""
 
 
 @dataclass

@@ -17,20 +17,24 @@ class Client(Protocol):
     """A connection to the request port."""
 
     @property
-    def unfinished_since(self) -> float | None: ...
+    def unfinished_since(self) -> float | None:
+        """When the request began that is not answered yet (s, monotonic)."""
 
     @property
-    def held_bytes(self) -> int: ...
+    def held_bytes(self) -> int:
+        """How much waits to be sent to it."""
 
 
 class Listener(Protocol):
     """A connection to the streaming port."""
 
     @property
-    def stream_id(self) -> int: ...
+    def stream_id(self) -> int:
+        """The stream that it listens to."""
 
     @property
-    def came(self) -> float: ...
+    def came(self) -> float:
+        """When it came (s, monotonic)."""
 
 
 C = TypeVar("C", bound=Client)

@@ -59,6 +59,7 @@ PROPS = (
 
 
 def main() -> None:
+    """Draws a scan into the file that the command line names."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("file", type=Path, help="the PNG file to write")
     parser.add_argument("--spawn-point", type=int, default=3, help="where in the demo town (default: 3)")

@@ -36,7 +36,8 @@ shared(RoadNetwork)
 class Drivers(Protocol):
     """Sets the controls of cars at the begin of a tick."""
 
-    def step(self, world: World, /) -> None: ...
+    def step(self, world: World, /) -> None:
+        """Sets the controls for the tick that begins."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import carla
 
 from stucksolver_eval.scenarios.actions.places import beside
-from stucksolver_eval.scenarios.actions.street import Street
+from stucksolver_eval.scenarios.actions.street import StreetScenario
 from stucksolver_eval.scenarios.registry import scenario
 
 CAR = "vehicle.dodge.charger_2020"
@@ -13,7 +13,7 @@ RIGHT_M = 1.1
 
 
 @scenario
-class OpenDoorInLane(Street):
+class OpenDoorInLane(StreetScenario):
     """A car stands half in the hero's lane, its driver's door open towards it."""
 
     type = "OpenDoorInLane"

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.actions.street import Street
+from stucksolver_eval.scenarios.actions.street import StreetScenario
 from stucksolver_eval.scenarios.registry import scenario
 
 CAR = "vehicle.tesla.model3"
 
 
 @scenario
-class ParkedCarInLane(Street):
+class ParkedCarInLane(StreetScenario):
     """A car without a driver stands in the middle of the hero's lane; it shows no lights."""
 
     type = "ParkedCarInLane"

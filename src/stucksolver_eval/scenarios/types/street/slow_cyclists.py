@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.scenarios.actions.street import Street
+from stucksolver_eval.scenarios.actions.street import StreetScenario
 from stucksolver_eval.scenarios.parameters import Number
 from stucksolver_eval.scenarios.registry import scenario
 
@@ -11,7 +11,7 @@ APART_M = 5.0
 
 
 @scenario
-class SlowCyclists(Street):
+class SlowCyclists(StreetScenario):
     """Two cyclists ride in the middle of the hero's lane, slower than anyone would drive, for as long as it lasts."""
 
     type = "SlowCyclists"

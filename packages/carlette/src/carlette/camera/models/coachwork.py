@@ -102,10 +102,12 @@ class Frame:
 
     @property
     def length(self) -> float:
+        """Length of the body (m)."""
         return self.front - self.rear
 
     @property
     def middle(self) -> float:
+        """Middle of the body along x (m)."""
         return (self.front + self.rear) / 2
 
 

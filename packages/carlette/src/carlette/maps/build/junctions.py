@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element, SubElement
 from carlette.maps.build.plan import Node
 from carlette.maps.build.sections import KERB, NONE, Lane
 from carlette.maps.build.streets import Arm, complete_road, lane_element, mark_element, road_element
-from carlette.maps.lines import Pose, lead
+from carlette.maps.lines import Pose2D, lead
 
 _STRAIGHT_RAD = math.radians(30)
 
@@ -150,7 +150,7 @@ def _lanes(movement: Movement) -> Iterator[tuple[Lane, tuple[float, float], tupl
         yield walk, (walk.width_m, lanes_out[walks[1] - 1].width_m), (walks[0], walks[1])
 
 
-def _inner_edge(pose: Pose, lanes: tuple[Lane, ...], position: int) -> Pose:
+def _inner_edge(pose: Pose2D, lanes: tuple[Lane, ...], position: int) -> Pose2D:
     return pose.moved(0.0, -sum(lane.width_m for lane in lanes[: position - 1]))
 
 

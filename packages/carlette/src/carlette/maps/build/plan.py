@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from carlette.maps.build.sections import Section
-from carlette.maps.lines import Pose
+from carlette.maps.lines import Pose2D
 
 Control = Literal["light", "stop", "yield", "none"]
 
@@ -69,7 +69,7 @@ class Street:
     start: End
     end: End
     section: Section
-    via: tuple[Pose, ...] = ()
+    via: tuple[Pose2D, ...] = ()
     heights: tuple[tuple[float, float], ...] = ()
     """(share of the length, height in metres) between the two nodes' own heights; level at each."""
     crossings: tuple[Crossing, ...] = ()

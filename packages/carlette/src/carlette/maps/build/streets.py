@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from carlette.maps.build.plan import End, Node, Street
 from carlette.maps.build.sections import Lane, Mark, Section
-from carlette.maps.lines import Pose, Segment, end_of, lead
+from carlette.maps.lines import Pose2D, Segment, end_of, lead
 
 PAINT_M = 0.125
 
@@ -25,7 +25,7 @@ class Arm:
     at_end: bool
     """Whether the road ends (else: starts) at the node."""
     end: End
-    pose: Pose
+    pose: Pose2D
     """The end of the reference line, looking into the node."""
 
     @property
@@ -81,7 +81,7 @@ def build_street(street: Street, road_id: int, nodes: Mapping[str, Node], juncti
     return Road(street, element, length_m, *arms)
 
 
-def road_element(road_id: int, name: str, start: Pose, segments: Iterable[Segment], junction: int = -1) -> Element:
+def road_element(road_id: int, name: str, start: Pose2D, segments: Iterable[Segment], junction: int = -1) -> Element:
     """A road with its plan view and nothing else yet."""
     pieces = list(segments)
     length_m = sum(one.length_m for one in pieces)
@@ -151,12 +151,12 @@ def _ease(first: float, last: float, length: float) -> tuple[str, str]:
     return repr(round(c, 15) + 0.0), repr(round(d, 15) + 0.0)
 
 
-def _pose(node: Node, end: End) -> Pose:
+def _pose(node: Node, end: End) -> Pose2D:
     reach_m = node.reach_m if end.reach_m is None else end.reach_m
-    return Pose(node.x, node.y, math.radians(end.bearing_deg)).moved(reach_m, end.left_m).reversed()
+    return Pose2D(node.x, node.y, math.radians(end.bearing_deg)).moved(reach_m, end.left_m).reversed()
 
 
-def _line(poses: list[Pose]) -> list[Segment]:
+def _line(poses: list[Pose2D]) -> list[Segment]:
     return [segment for one, next_one in pairwise(poses) for segment in lead(one, next_one)]
 
 

@@ -22,7 +22,7 @@ from xml.etree import ElementTree
 from scenariogeneration import xodr
 
 from carlette.maps.junctions import SignalisedJunction
-from carlette.maps.lines import Pose, Segment, arc, end_of
+from carlette.maps.lines import Pose2D, Segment, arc, end_of
 from carlette.maps.roads import Chain, chain
 from carlette.maps.sections import AVENUE, STREET
 
@@ -65,7 +65,7 @@ def town_xml() -> str:
 
 def _layout() -> list[Chain]:
     """The ring's two halves and the street, each from the western junction to the eastern one."""
-    street_start = Pose(_REACH_M, 0.0, 0.0)
+    street_start = Pose2D(_REACH_M, 0.0, 0.0)
     east = end_of(street_start, _STREET).moved(_REACH_M)
     top_m = east.x - 2 * _CORNER_M
     right, left = arc(_CORNER_M, -math.pi / 2), arc(_CORNER_M, math.pi / 2)
@@ -86,9 +86,9 @@ def _layout() -> list[Chain]:
     ]
     ends = (_WEST, _EAST)
     return [
-        chain("Ring north", range(1, 6), Pose(0, _REACH_M, math.pi / 2), north, AVENUE, ends),
+        chain("Ring north", range(1, 6), Pose2D(0, _REACH_M, math.pi / 2), north, AVENUE, ends),
         chain("Mill Street", range(11, 14), street_start, _STREET, STREET, ends),
-        chain("Ring south", range(21, 26), Pose(0, -_REACH_M, -math.pi / 2), south, AVENUE, ends),
+        chain("Ring south", range(21, 26), Pose2D(0, -_REACH_M, -math.pi / 2), south, AVENUE, ends),
     ]
 
 

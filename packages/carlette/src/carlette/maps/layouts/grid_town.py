@@ -29,7 +29,7 @@ from carlette.maps.build.sections import (
     SLOW_STREET,
     Section,
 )
-from carlette.maps.lines import Pose
+from carlette.maps.lines import Pose2D
 
 _X = (0.0, 280.0, 560.0, 840.0, 1120.0)
 _Y = (0.0, 260.0, 520.0, 780.0)
@@ -98,11 +98,11 @@ def _ring_road() -> list[Street]:
     return streets
 
 
-def _corner(bearing_deg: float) -> tuple[Pose, Pose]:
+def _corner(bearing_deg: float) -> tuple[Pose2D, Pose2D]:
     """Where the left bend at the end of a side begins and ends."""
     column, row = {_EAST: (4, 0), _NORTH: (4, 3), _WEST: (0, 3), _SOUTH: (0, 0)}[bearing_deg]
-    corner = Pose(_X[column], _Y[row], math.radians(bearing_deg))
-    after = Pose(corner.x, corner.y, math.radians(bearing_deg + 90))
+    corner = Pose2D(_X[column], _Y[row], math.radians(bearing_deg))
+    after = Pose2D(corner.x, corner.y, math.radians(bearing_deg + 90))
     return corner.moved(-_CORNER_M), after.moved(_CORNER_M)
 
 
@@ -144,10 +144,10 @@ def _columns() -> list[Street]:
 
 
 def _ring_nodes() -> list[Node]:
-    middle = Pose(_X[_ROUNDABOUT[0]], _Y[_ROUNDABOUT[1]], 0.0)
+    middle = Pose2D(_X[_ROUNDABOUT[0]], _Y[_ROUNDABOUT[1]], 0.0)
     nodes = []
     for bearing_deg in (_EAST, _NORTH, _WEST, _SOUTH):
-        at = Pose(middle.x, middle.y, math.radians(bearing_deg)).moved(_RING_M)
+        at = Pose2D(middle.x, middle.y, math.radians(bearing_deg)).moved(_RING_M)
         nodes.append(Node(f"{_name(*_ROUNDABOUT)} {bearing_deg:.0f}", at.x, at.y, crosswalks=False))
     return nodes
 

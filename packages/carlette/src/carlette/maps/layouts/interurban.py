@@ -14,7 +14,7 @@ import math
 
 from carlette.maps.build.plan import Control, Crossing, End, Node, Plan, Street
 from carlette.maps.build.sections import LANE_ROAD, NARROW, RURAL, RURAL_BENDS, VILLAGE
-from carlette.maps.lines import Pose
+from carlette.maps.lines import Pose2D
 
 _EAST, _NORTH, _WEST, _SOUTH = 0.0, 90.0, 180.0, 270.0
 _REACH_M = 20.0
@@ -83,7 +83,7 @@ def _rails(at_m: float) -> tuple[Crossing, ...]:
     return (Crossing(at_m, "rails"),)
 
 
-def _winding(x: float, south: float, swing_m: float) -> tuple[Pose, ...]:
+def _winding(x: float, south: float, swing_m: float) -> tuple[Pose2D, ...]:
     """Northward over 500 m, out to one side and back."""
     return (
         _pose(x + swing_m * 0.5, south + 150.0, 90.0 - math.copysign(35.0, swing_m)),
@@ -92,5 +92,5 @@ def _winding(x: float, south: float, swing_m: float) -> tuple[Pose, ...]:
     )
 
 
-def _pose(x: float, y: float, heading_deg: float) -> Pose:
-    return Pose(x, y, math.radians(heading_deg))
+def _pose(x: float, y: float, heading_deg: float) -> Pose2D:
+    return Pose2D(x, y, math.radians(heading_deg))

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 from carlette.maps.build.plan import End, Node, Plan, Street
 from carlette.maps.build.sections import LANE_M, MOTORWAY, MOTORWAY_WITH_AUXILIARY, RAMP, SLOW_RAMP, Section
-from carlette.maps.lines import Pose
+from carlette.maps.lines import Pose2D
 
 _STRAIGHT_M = 1700.0
 _RADIUS_M = 220.0
@@ -50,21 +50,21 @@ def _order(carriageway: str) -> tuple[str, ...]:
     return _SIDES if carriageway == "outer" else _SIDES[::-1]
 
 
-def _start_of(carriageway: str, side: str) -> Pose:
+def _start_of(carriageway: str, side: str) -> Pose2D:
     """Where a straight begins, looking along it."""
     outward = 1 if carriageway == "outer" else -1
     south = side == "south"
     y = -outward * _HALF_MEDIAN_M if south else 2 * _RADIUS_M + outward * _HALF_MEDIAN_M
     eastward = south == (carriageway == "outer")
-    return Pose(0.0 if eastward else _STRAIGHT_M, y, 0.0 if eastward else math.pi)
+    return Pose2D(0.0 if eastward else _STRAIGHT_M, y, 0.0 if eastward else math.pi)
 
 
-def _place(name: str) -> Pose:
+def _place(name: str) -> Pose2D:
     carriageway, side, index = name.split()
     return _start_of(carriageway, side).moved(_EXITS_AND_ENTRIES_M[int(index)])
 
 
-def _motorway(carriageway: str, one: str, other: str, poses: dict[str, Pose]) -> Street:
+def _motorway(carriageway: str, one: str, other: str, poses: dict[str, Pose2D]) -> Street:
     start, end = poses[one], poses[other]
     auxiliary = carriageway == "outer" and one.endswith("1")
     turns = one.endswith("3")
@@ -77,22 +77,22 @@ def _motorway(carriageway: str, one: str, other: str, poses: dict[str, Pose]) ->
     )
 
 
-def _half_circle(carriageway: str, at: Pose) -> tuple[Pose, ...]:
+def _half_circle(carriageway: str, at: Pose2D) -> tuple[Pose2D, ...]:
     """The bend at the end of the straight that `at` lies on."""
     to_left = 1 if carriageway == "outer" else -1
     radius_m = _RADIUS_M + to_left * _HALF_MEDIAN_M
     eastward = math.cos(at.yaw_rad) > 0
-    begin = Pose(_STRAIGHT_M if eastward else 0.0, at.y, at.yaw_rad)
+    begin = Pose2D(_STRAIGHT_M if eastward else 0.0, at.y, at.yaw_rad)
     apex = begin.moved(radius_m, to_left * radius_m)
     finish = begin.moved(0.0, 2 * to_left * radius_m)
     return (
         begin,
-        Pose(apex.x, apex.y, at.yaw_rad + to_left * math.pi / 2),
-        Pose(finish.x, finish.y, at.yaw_rad + math.pi),
+        Pose2D(apex.x, apex.y, at.yaw_rad + to_left * math.pi / 2),
+        Pose2D(finish.x, finish.y, at.yaw_rad + math.pi),
     )
 
 
-def _collector(straight: str, first: int, section: Section, poses: dict[str, Pose]) -> Street:
+def _collector(straight: str, first: int, section: Section, poses: dict[str, Pose2D]) -> Street:
     """From an exit to the entry after it."""
     leave, join = f"{straight} {first}", f"{straight} {first + 1}"
     start, end = poses[leave], poses[join]
