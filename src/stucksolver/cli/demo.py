@@ -20,7 +20,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--driver",
         default="behavior",
-        help="behavior, behavior:cautious, behavior:normal, behavior:aggressive, or MODULE:CLASS, one of your own",
+        help="behavior, planner (both with :cautious|normal|aggressive), or MODULE:CLASS, one of your own",
     )
     parser.add_argument("--road", choices=("any", "one_lane", "multi_lane"), default="any", help="kind of street")
     parser.add_argument(

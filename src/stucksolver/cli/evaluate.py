@@ -24,7 +24,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--driver",
         default="behavior",
-        help="behavior, behavior:cautious|normal|aggressive, or MODULE:CLASS[@FILE]: an agent of your own",
+        help="behavior, planner (both with :cautious|normal|aggressive), or MODULE:CLASS[@FILE]: an agent of your own",
     )
     parser.add_argument("--recovery", default="none", help="none, timers, rules, faulty:NAME or another reasoner")
     parser.add_argument("--reasoner", default="", metavar="WORDS", help="model for the ladder's rung of that name")

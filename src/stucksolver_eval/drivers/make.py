@@ -1,4 +1,4 @@
-"""Drivers by name: `behavior:PROFILE`, or `MODULE:CLASS` of the user's, with `@FILE` as its configuration."""
+"""Drivers by name: ours as `behavior:PROFILE` or `planner:PROFILE`, or `MODULE:CLASS@FILE` of the user's."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stucksolver.stacks.driver import BehaviorDriver, DriverOptions, RoutePoint
 from stucksolver.stacks.driver.behavior import profile_named
+from stucksolver.stacks.planner import PlannerDriver
 from stucksolver_eval.drivers.agent import RouteDriver
 from stucksolver_eval.drivers.guest import GuestDriver
 from stucksolver_eval.drivers.leaderboard import LeaderboardAgent, is_leaderboard_agent
@@ -15,7 +16,7 @@ from stucksolver_eval.drivers.leaderboard import LeaderboardAgent, is_leaderboar
 if TYPE_CHECKING:
     import carla
 
-OURS = "behavior"
+OURS = {"behavior": BehaviorDriver, "planner": PlannerDriver}
 USUAL = "normal"
 
 
@@ -26,7 +27,7 @@ class DriverNameError(ValueError):
 def check_driver(words: str) -> None:
     """Raises `DriverNameError` for a driver that cannot be made, before anything is driven."""
     name, _, rest = words.partition(":")
-    if name == OURS:
+    if name in OURS:
         try:
             profile_named(rest or USUAL)
         except ValueError as error:
@@ -45,8 +46,8 @@ def make_driver(
 ) -> RouteDriver:
     """A driver with its route. Raises `DriverNameError`, `AgentError`, and whatever an agent of the user's raises."""
     name, _, profile = words.partition(":")
-    if name == OURS:
-        driver = BehaviorDriver(hero, profile or USUAL, options, carla_map=carla_map)
+    if name in OURS:
+        driver = OURS[name](hero, profile or USUAL, options, carla_map=carla_map)
         driver.set_route(route)
         return driver
     made, config = _loaded(words)
@@ -66,7 +67,7 @@ def _loaded(words: str) -> tuple[Any, str]:
     module, _, name = words.partition(":")
     if not module or not name:
         raise DriverNameError(
-            f"unknown driver {words!r}: use behavior, behavior:PROFILE, or MODULE:CLASS of your own agent"
+            f"unknown driver {words!r}: use behavior, planner, either with :PROFILE, or MODULE:CLASS of your own agent"
         )
     try:
         made = getattr(importlib.import_module(module), name)

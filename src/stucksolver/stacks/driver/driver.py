@@ -153,6 +153,7 @@ class BehaviorDriver:
         self._planner.update(motion.pose)
         self._steering.observe(motion.speed, motion.yaw_rate)
         around = self._perception.read(motion.pose.x, motion.pose.y)
+        self._decide(motion, around)
         beside = self._at_the_roadside
         self._leaving = self._leaving and beside
         self._beside_s = self._beside_s + self._tick_s() if beside and motion.speed < STANDING_MPS else 0.0
@@ -165,6 +166,9 @@ class BehaviorDriver:
         return self._control(
             self._steer(path, way), min(wanted, -self._options.follow_deceleration) if stays else wanted, way
         )
+
+    def _decide(self, motion: Motion, around: NearbyBodies) -> None:
+        """Before each step, for a driver that chooses its line: this one keeps to its route."""
 
     @property
     def _at_the_roadside(self) -> bool:

@@ -1,0 +1,217 @@
+"""A base driver that goes round what blocks its lane, where nobody would come too near.
+
+It is the BehaviorAgent-like driver with a planner over it: what brakes that one (lights, signs, bodies in the path,
+others at junctions) brakes this one as well, on whichever line it drives.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+
+import carla
+import numpy as np
+
+from stucksolver.stacks.driver import BehaviorDriver, DrivePoint, DriverOptions, RoutePoint
+from stucksolver.stacks.driver.concerns import Motion
+from stucksolver.stacks.driver.driver import DRIVEN_OVER
+from stucksolver.stacks.driver.hazards import nearest_hazards, sweep
+from stucksolver.stacks.driver.lights import StopLine, stop_lines
+from stucksolver.stacks.driver.path import Path
+from stucksolver.stacks.driver.perception import BODILESS, NearbyBodies, Perception
+from stucksolver.stacks.planner.blockers import Blockers
+from stucksolver.stacks.planner.passes import (
+    ROOM_AFTER_M,
+    Pass,
+    Situation,
+    cost_s,
+    group_of,
+    is_clear,
+    pass_path,
+    proposals,
+)
+from stucksolver.stacks.planner.route_bodies import RouteBodies, on_route
+from stucksolver.stacks.planner.sides import Sides, sides_of
+
+RANGE_M = 220.0
+"""How far it sees."""
+WAITS_M = 8.0
+"""Where it waits behind what it means to pass: nearer, it could not swing out any more."""
+LAMPS_EVERY_S = 1.0
+HAZARD_LAMPS = 32 | 16
+SWEPT_M = 25.0
+_SWEEP_MARGIN_M = 0.25
+_REACH_M = 1.8
+_ON_LINE_M = 0.3
+_LATER_M = 1.0
+_ONCE_BEGUN = 0.4
+
+
+class PlannerDriver(BehaviorDriver):
+    """Drives a `carla.Vehicle`; see `Driver`. `behavior` is `cautious`, `normal` or `aggressive`."""
+
+    def __init__(
+        self,
+        vehicle: carla.Vehicle,
+        behavior: str = "normal",
+        options: DriverOptions | None = None,
+        carla_map: carla.Map | None = None,
+    ) -> None:
+        super().__init__(vehicle, behavior, options, carla_map)
+        self._perception = Perception(self._world, vehicle.id, RANGE_M, (*BODILESS, *DRIVEN_OVER))
+        self._sides: Sides | None = None
+        self._lines: list[StopLine] = []
+        self._blockers = Blockers()
+        self._pass: Pass | None = None
+        self._wait_m: float | None = None
+        self._hazard_lamps: frozenset[int] = frozenset()
+        self._lamps_at_s = -math.inf
+        self._kinds: dict[int, str] = {}
+
+    @property
+    def passing(self) -> Pass | None:
+        """What it is going round, if it is."""
+        return self._pass
+
+    def set_route(self, route: Sequence[RoutePoint]) -> None:
+        """Drive a route planned elsewhere. Raises `ValueError` for an empty one."""
+        super().set_route(route)
+        self._pass = None
+        line = self._planner.route_line
+        if line is not None:
+            self._sides = sides_of(self._route, line)
+            self._lines = stop_lines(list(self._world.get_actors().filter("*traffic_light*")), line)
+
+    def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
+        """Drive `path`, backing up with `reverse`, no further than its end. Raises `ValueError` for a bad path."""
+        self._pass = None
+        super().follow(path, reverse, ignore)
+
+    def release(self) -> None:
+        """Drive the route again, from the nearest point of it that lies ahead."""
+        self._pass = None
+        super().release()
+
+    @property
+    def _at_the_roadside(self) -> bool:
+        return self._pass is None and super()._at_the_roadside
+
+    def _decide(self, motion: Motion, around: NearbyBodies) -> None:
+        planner, line = self._planner, self._planner.route_line
+        self._wait_m = None
+        if line is None or self._sides is None or planner.following or self._holding or planner.arrived:
+            return
+        now_s = self._world.get_snapshot().timestamp.elapsed_seconds
+        here = self._situation(line, motion, around, self._sides)
+        self._blockers.see(here.bodies, now_s)
+        if self._pass is not None:
+            self._go_on(line, here, motion)
+        else:
+            self._look_for_a_way(line, here, motion, around, now_s)
+
+    def _situation(self, line: Path, motion: Motion, around: NearbyBodies, sides: Sides) -> Situation:
+        planner = self._planner
+        bodies = on_route(line, planner.route_s, around)
+        cruise = self._concerns.top_speed(self._vehicle.get_speed_limit())
+        speed = max(motion.speed, 0.0)
+        return Situation(planner.route_s, planner.beside_m, speed, cruise, bodies, sides, self._model)
+
+    def _look_for_a_way(self, line: Path, here: Situation, motion: Motion, around: NearbyBodies, now_s: float) -> None:
+        self._learn(here.bodies, now_s)
+        first = self._blockers.first(here, now_s, self._next_line_m(here.s_m), self._hazard_lamps)
+        if first is None:
+            return
+        lane_m = max(here.sides.room(here.s_m, here.s_m + 1.0).half - 0.05, here.model.half_width + 0.25)
+        group = group_of(here, first, lane_m)
+        ways = sorted(proposals(here, group), key=lambda way: cost_s(here, way))
+        if not ways:
+            return
+        gap = float((here.bodies.s - here.bodies.along)[group].min()) - here.s_m - here.model.half_length
+        self._wait_m = gap
+        for way in ways:
+            if way.begins_m > here.s_m + _LATER_M:
+                # Not yet: it is the same question when the place is reached.
+                continue
+            if is_clear(here, way):
+                path = self._path(line, here, way)
+                if self._meets_nothing(path, motion, around):
+                    self._pass = way
+                    self._planner.take(path, motion.pose)
+                    self._wait_m = None
+                    return
+
+    def _go_on(self, line: Path, here: Situation, motion: Motion) -> None:
+        way = self._pass
+        assert way is not None
+        if here.s_m > way.back_m and abs(here.d_m) < _ON_LINE_M:
+            self._pass = None
+            self._planner.release(motion.pose, motion.speed)
+            return
+        if here.s_m > way.returns_m:
+            return
+        bodies, half = here.bodies, here.model.half_length
+        passed = np.array([one in way.around for one in bodies.actor_id.tolist()], np.bool_)
+        follows = (np.abs(bodies.d) - bodies.aside < here.model.half_width + 0.25) & (bodies.vs < here.cruise_mps * 0.6)
+        follows &= (bodies.s > here.s_m) & (bodies.s - bodies.along < way.returns_m + ROOM_AFTER_M + half)
+        members = passed | (follows & (np.abs(bodies.vs) < 4.0))
+        if not members.any():
+            return
+        start = float((bodies.s - bodies.along)[members].min())
+        if here.s_m + half < start - 1.0 and not is_clear(here, way, _ONCE_BEGUN):
+            self._pass = None
+            self._planner.release(motion.pose, motion.speed)
+            return
+        end, pace = float((bodies.s + bodies.along)[members].max()), max(float(bodies.vs[members].max()), 0.0)
+        left = max(end + ROOM_AFTER_M + half - here.s_m, 0.0)
+        meets = here.s_m + left * max(way.speed_mps, 1.0) / max(way.speed_mps - pace, 1.0)
+        if meets > way.returns_m + _LATER_M:
+            ids = way.around | frozenset(bodies.actor_id[members].tolist())
+            longer = Pass(
+                way.offset_m,
+                way.begins_m,
+                way.beside_m,
+                meets,
+                meets + way.back_m - way.returns_m,
+                way.speed_mps,
+                way.oncoming,
+                ids,
+                end,
+            )
+            if here.s_m >= way.beside_m:
+                self._pass = longer
+                self._planner.take(self._path(line, here, longer), motion.pose)
+
+    def _path(self, line: Path, here: Situation, way: Pass) -> Path:
+        return pass_path(line, here, way, self._profile.lateral_accel, self._profile.deceleration)
+
+    def _meets_nothing(self, path: Path, motion: Motion, around: NearbyBodies) -> bool:
+        """Whether the body, swept along the way out, keeps clear of all that stands."""
+        standing = around.part(np.hypot(around.vx, around.vy) < 0.3)
+        where = path.project(motion.pose)
+        swept = sweep(path, where, motion.pose, self._model, _REACH_M, SWEPT_M)
+        return not nearest_hazards(swept, standing, self._model, _SWEEP_MARGIN_M, _SWEEP_MARGIN_M)
+
+    def _next_line_m(self, s_m: float) -> float:
+        return min((line.s for line in self._lines if line.s > s_m), default=math.inf)
+
+    def _learn(self, bodies: RouteBodies, now_s: float) -> None:
+        """Which bodies are things, and which vehicles have their hazard lamps on; asked for once a second."""
+        if now_s < self._lamps_at_s + LAMPS_EVERY_S:
+            return
+        self._lamps_at_s = now_s
+        new = [one for one in bodies.actor_id.tolist() if one not in self._kinds]
+        if new:
+            self._kinds.update({actor.id: str(actor.type_id) for actor in self._world.get_actors(new)})
+        self._blockers.things = frozenset(
+            one for one, kind in self._kinds.items() if not kind.startswith(("vehicle.", "walker.", "animal."))
+        )
+        standing = bodies.speed < 0.4
+        if standing.any():
+            lamps = self._world.get_vehicles_light_states().items()
+            self._hazard_lamps = frozenset(int(i) for i, on in lamps if int(on) & HAZARD_LAMPS == HAZARD_LAMPS)
+
+    def _acceleration(self, path: Path, way: Motion, around: NearbyBodies) -> float:
+        allowed = super()._acceleration(path, way, around)
+        if self._wait_m is None:
+            return allowed
+        return min(allowed, self._concerns.wait(self._wait_m - WAITS_M, way.speed))

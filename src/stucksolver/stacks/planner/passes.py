@@ -1,0 +1,218 @@
+"""Ways past what blocks the lane: proposals, each rolled out against a forecast of everybody, and the best of them.
+
+The scheme is that of PDM (Dauner et al., "Parting with Misconceptions about Learning-based Vehicle Motion Planning",
+CoRL 2023): proposals of lateral offset and speed, simulated, scored. Here the frame is the route's, so that a forecast
+is a straight line in it, and proposals arise from what is in the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from stucksolver.stacks.driver.path import Array, Path, limited_speed, make_path
+from stucksolver.stacks.driver.route_line import curve_speed, rejoining_length, smooth_step
+from stucksolver.stacks.driver.vehicle_model import VehicleModel
+from stucksolver.stacks.planner.route_bodies import Flags, RouteBodies
+from stucksolver.stacks.planner.sides import Room, Sides
+
+STEP_S = 0.2
+HORIZON_S = 24.0
+ACCELERATION_MPS2 = 1.8
+PASSING_MPS = 11.0
+BESIDE_VULNERABLE_M, BESIDE_M = 0.9, 0.5
+"""Kept beside people and two-wheelers, and beside everything else."""
+ROOM_BEFORE_M, ROOM_AFTER_M = 1.5, 4.0
+"""Between the bumpers when the lane is left and when it is taken again."""
+GROUP_GAP_M = 11.0
+"""What stands nearer than this behind another is passed with it."""
+LONGEST_RETURN_M = 14.0
+EDGE_M = 0.1
+ALONE_M = 0.3
+"""Beside the body in forecasts."""
+ONCOMING_M, ONCOMING_S = 6.0, 0.8
+"""Kept to whoever comes, in metres and in seconds of their drive."""
+FOLLOWING_M, FOLLOWING_S = 2.0, 0.5
+"""The same for whoever drives our way."""
+TIGHTER = (1.0, 0.8, 0.65)
+_COMES_MPS = -1.0
+_STANDS_MPS, _BEFORE_WHAT_STANDS_M = 0.3, 0.5
+_NARROW_M = 0.55
+_ONCOMING_COST_S = 4.0
+_PER_METRE_COST_S = 0.3
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A way beside the route's line and back: offset (right positive) and arc lengths of the ego's centre, metres."""
+
+    offset_m: float
+    begins_m: float
+    beside_m: float
+    """Where the offset is reached."""
+    returns_m: float
+    """Where the way back begins."""
+    back_m: float
+    """Where it is on the line again."""
+    speed_mps: float
+    """No quicker than this beside it."""
+    oncoming: bool
+    """Does it use a lane of the other direction?"""
+    around: frozenset[int]
+    """Ids of what is passed."""
+    ends_m: float
+    """Where that ends."""
+
+    def offset_at(self, s: Array, start_offset_m: float) -> Array:
+        """Offsets at arc lengths `s`, from `start_offset_m` where it begins."""
+        out = smooth_step((s - self.begins_m) / max(self.beside_m - self.begins_m, 1e-6))
+        home = smooth_step((s - self.returns_m) / max(self.back_m - self.returns_m, 1e-6))
+        return np.asarray((start_offset_m + (self.offset_m - start_offset_m) * out) * (1.0 - home))
+
+
+class Situation(NamedTuple):
+    """The ego in the route's frame, and all that a pass depends on."""
+
+    s_m: float
+    d_m: float
+    speed_mps: float
+    cruise_mps: float
+    bodies: RouteBodies
+    sides: Sides
+    model: VehicleModel
+
+
+class Rollout(NamedTuple):
+    """A pass driven: times (s), arc lengths and offsets of the ego's centre (m)."""
+
+    t: Array
+    s: Array
+    d: Array
+
+
+def group_of(here: Situation, first: int, lane_m: float) -> Flags:
+    """What is passed together with body number `first`: whatever in the lane follows too closely to return between."""
+    bodies = here.bodies
+    inside = np.abs(bodies.d) - bodies.aside < lane_m
+    members = np.zeros(len(bodies), np.bool_)
+    members[first] = True
+    end, pace = bodies.s[first] + bodies.along[first], max(float(bodies.vs[first]), 0.0)
+    for k in np.argsort(bodies.s).tolist():
+        near = bodies.s[k] - bodies.along[k] - end < GROUP_GAP_M
+        ahead = bodies.s[k] > bodies.s[first] and abs(float(bodies.vs[k])) < pace + 1.5
+        if inside[k] and ahead and near:
+            members[k] = True
+            end = max(end, float(bodies.s[k] + bodies.along[k]))
+    return members
+
+
+def proposals(here: Situation, group: Flags) -> Iterator[Pass]:
+    """Ways past a group, on either side, from gentle to tight; those for which the lanes are too narrow left out."""
+    bodies, model = here.bodies.part(group), here.model
+    start = float((bodies.s - bodies.along).min())
+    vulnerable = bodies.is_walker | (bodies.aside < _NARROW_M)
+    keep = np.where(vulnerable, BESIDE_VULNERABLE_M, BESIDE_M) + model.half_width
+    for side in (-1, 1):
+        edge = float((side * bodies.d + bodies.aside + keep).max())
+        for offset in dict.fromkeys((edge, *_lane_middles(here, start, side, edge))):
+            speed = min(here.cruise_mps, PASSING_MPS)
+            for share in TIGHTER:
+                found = _pass(here, bodies, side * offset, share, speed)
+                if found is not None:
+                    yield found
+
+
+def _lane_middles(here: Situation, s_m: float, side: int, least_m: float) -> Iterator[float]:
+    """The middle of a lane of our direction on that side, if it is far enough away."""
+    room = here.sides.room(s_m - 1.0, s_m + 1.0)
+    width = room.left_same if side < 0 else room.right_same
+    if width > 0.0 and room.half + width / 2.0 > least_m:
+        yield room.half + width / 2.0
+
+
+def _pass(here: Situation, bodies: RouteBodies, offset: float, share: float, speed: float) -> Pass | None:
+    half = here.model.half_length
+    start, end = float((bodies.s - bodies.along).min()), float((bodies.s + bodies.along).max())
+    pace = max(float(bodies.vs.max()), 0.0)
+    swing = share * rejoining_length(offset - here.d_m, here.speed_mps)
+    begins = max(here.s_m, start - half - ROOM_BEFORE_M - swing)
+    t, s = _driven(here, speed)
+    clear = s - half > end + pace * t + ROOM_AFTER_M
+    if not clear.any():
+        return None
+    returns = float(s[int(np.argmax(clear))])
+    back = returns + min(rejoining_length(offset, speed), LONGEST_RETURN_M)
+    room = here.sides.room(min(begins, here.s_m), back)
+    reaches, oncoming = _lanes(room, offset, here.model.half_width)
+    if not reaches:
+        return None
+    ids = frozenset(bodies.actor_id.tolist())
+    return Pass(offset, begins, begins + swing, returns, back, speed, oncoming, ids, end)
+
+
+def _lanes(room: Room, offset: float, half_width: float) -> tuple[bool, bool]:
+    """Whether the lanes are wide enough for the body at that offset, and whether it uses an oncoming one."""
+    edge = abs(offset) + half_width + EDGE_M
+    if offset >= 0.0:
+        return edge <= room.half + room.right_same, False
+    return edge <= room.half + room.left_same + room.left_oncoming, edge > room.half + room.left_same
+
+
+def _driven(here: Situation, speed: float) -> tuple[Array, Array]:
+    t = STEP_S * np.arange(round(HORIZON_S / STEP_S))
+    v = np.minimum(here.speed_mps + ACCELERATION_MPS2 * t, max(speed, here.speed_mps))
+    s: Array = here.s_m + np.concatenate([[0.0], np.cumsum(v[:-1]) * STEP_S])
+    return t.astype(np.float64), s
+
+
+def rollout(here: Situation, way: Pass) -> Rollout:
+    """The pass from where the ego is until it is back on its line."""
+    t, s = _driven(here, way.speed_mps)
+    count = int(np.searchsorted(s, way.back_m)) + 1
+    return Rollout(t[:count], s[:count], way.offset_at(s[:count], here.d_m))
+
+
+def is_clear(here: Situation, way: Pass, share: float = 1.0) -> bool:
+    """Whether nobody would come too near, if everybody goes on along the route's frame as now.
+
+    `share`: of the distances kept; less for one that has set off, so that it does not hesitate.
+    """
+    drive, bodies, model = rollout(here, way), here.bodies, here.model
+    ours = np.array([int(one) in way.around for one in bodies.actor_id.tolist()], np.bool_)
+    behind_us = (bodies.s + bodies.along < here.s_m) & (np.abs(bodies.d - here.d_m) < 1.0)
+    # Behind whoever is in the lane beyond the group one stops or follows, as behind anybody.
+    leads = (np.abs(bodies.d) - bodies.aside < model.half_width) & (bodies.s - bodies.along > way.ends_m)
+    leads &= bodies.vs > _COMES_MPS
+    others = bodies.part(~ours & ~behind_us & ~leads)
+    if len(others) == 0:
+        return True
+    t = drive.t[:, None]
+    s, d = others.s + others.vs * t, others.d + np.where(others.is_walker, others.vd, 0.0) * t
+    comes = others.vs < _COMES_MPS
+    keep = np.where(comes, ONCOMING_M - ONCOMING_S * others.vs, FOLLOWING_M + FOLLOWING_S * np.maximum(others.vs, 0.0))
+    keep = np.where(np.abs(others.vs) < _STANDS_MPS, _BEFORE_WHAT_STANDS_M, keep)
+    along = np.abs(s - drive.s[:, None]) < model.half_length + others.along + share * keep
+    aside = np.abs(d - drive.d[:, None]) < model.half_width + others.aside + share * ALONE_M
+    return not bool((along & aside).any())
+
+
+def cost_s(here: Situation, way: Pass) -> float:
+    """What a pass costs, in seconds: its time, exposure to oncoming traffic, and how far it swings out."""
+    drive = rollout(here, way)
+    return float(drive.t[-1]) + _ONCOMING_COST_S * way.oncoming + _PER_METRE_COST_S * abs(way.offset_m)
+
+
+def pass_path(line: Path, here: Situation, way: Pass, lateral_accel: float, deceleration: float) -> Path:
+    """The rest of the route's `line` with the pass in it."""
+    rest = line.s >= min(here.s_m, line.length - 1.0)
+    s, yaw = line.s[rest], line.yaw[rest]
+    offset = way.offset_at(s, here.d_m)
+    x, y = line.x[rest] - offset * np.sin(yaw), line.y[rest] + offset * np.cos(yaw)
+    beside = (s > way.begins_m) & (s < way.back_m)
+    bounds = np.where(beside, np.minimum(line.speed[rest], way.speed_mps), line.speed[rest])
+    path = make_path(x, y, bounds, line.z[rest])
+    slow = limited_speed(path.s, np.minimum(path.speed, curve_speed(path.curvature, lateral_accel)), deceleration)
+    return Path(path.s, path.x, path.y, path.z, path.yaw, path.curvature, slow)
