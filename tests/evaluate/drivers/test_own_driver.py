@@ -52,7 +52,7 @@ def driven(driver, folder, recovery="none"):
         ("guests:Nobody", "no attribute 'Nobody'"),
         ("guests:AHEAD", "is no class"),
         ("guests:Deaf", "it has no set_route"),
-        ("guests", "use behavior, behavior:PROFILE, or MODULE:CLASS"),
+        ("guests", "use behavior, planner, either with :PROFILE, or MODULE:CLASS"),
         ("behavior:mad", "cautious, normal, aggressive"),
     ],
 )
