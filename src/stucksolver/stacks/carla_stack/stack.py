@@ -16,13 +16,12 @@ from stucksolver.stacks.carla_stack.other_ways import destination_beside
 from stucksolver.stacks.carla_stack.senses import CarlaSenses
 from stucksolver.stacks.carla_stack.tracker import RANGE_M
 from stucksolver.stacks.driver import DrivePoint, Driver, RouteError
+from stucksolver.stacks.driver.perception import HAZARD_LAMPS
 
 NEAR_DESTINATION_M = 100.0
 """With so little of the route left, a lane beside it may be one from which only the way round the block leads back."""
 DETOUR_M = 100.0
 """So much longer than what is left, a new route goes round the block."""
-HAZARD = 32 | 16
-"""Both blinkers, as bits of `carla.VehicleLightState`."""
 ON_ITS_WAY_MPS = 2.0
 
 
@@ -65,7 +64,7 @@ class CarlaStack(CarlaSenses):
         """Have the driver told again what it does now, on the next tick: it has lost that."""
         self._performed = None
         if self._lights_before is not None:
-            self._vehicle.set_light_state(carla.VehicleLightState(int(self._lights_before) | HAZARD))
+            self._vehicle.set_light_state(carla.VehicleLightState(int(self._lights_before) | HAZARD_LAMPS))
 
     def _begin(self, directive: Directive) -> Directive:
         """What is begun: the directive, or to stand still. Nothing that it raises gets into the control loop."""
@@ -102,7 +101,7 @@ class CarlaStack(CarlaSenses):
         """On, or back to what the lights were before."""
         if on and self._lights_before is None:
             self._lights_before = self._vehicle.get_light_state()
-            self._vehicle.set_light_state(carla.VehicleLightState(int(self._lights_before) | HAZARD))
+            self._vehicle.set_light_state(carla.VehicleLightState(int(self._lights_before) | HAZARD_LAMPS))
         elif not on and self._lights_before is not None:
             self._vehicle.set_light_state(self._lights_before)
             self._lights_before = None

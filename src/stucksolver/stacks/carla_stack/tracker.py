@@ -14,8 +14,8 @@ import numpy as np
 from stucksolver.scene import ObjectKind, TrackedObject
 from stucksolver.stacks.carla_stack.contact import Footprint, Pushing
 from stucksolver.stacks.carla_stack.kinds import attributes_of, kind_of
+from stucksolver.stacks.driver.perception import HAZARD_LAMPS, Perception
 from stucksolver.stacks.driver.perception import NearbyBodies as Seen
-from stucksolver.stacks.driver.perception import Perception
 
 if TYPE_CHECKING:
     import carla
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 RANGE_M = 300.0
 STANDING_MPS = 0.1
 LIGHTS_EVERY_S = 0.5
-_LEFT_BLINKER, _RIGHT_BLINKER, _BRAKE = 32, 16, 8
-_HAZARD = _LEFT_BLINKER | _RIGHT_BLINKER
+_BRAKE = 8
 _EMERGENCY = 512 | 1024
 """`carla.VehicleLightState.Special1` and `Special2`: the lights on the roof."""
 GROUND_TRUTH = 1.0
@@ -124,7 +123,7 @@ def _tracked(seen: Seen, i: int, track: _Track, now_s: float) -> TrackedObject:
         seen_for_s=now_s - track.first_seen_s,
         pushed=track.pushed,
         kind_confidence=GROUND_TRUTH,
-        hazard_lights=None if track.lights is None else track.lights & _HAZARD == _HAZARD,
+        hazard_lights=None if track.lights is None else track.lights & HAZARD_LAMPS == HAZARD_LAMPS,
         emergency_lights=None if track.lights is None else bool(track.lights & _EMERGENCY),
         brake_lights=None if track.lights is None else bool(track.lights & _BRAKE),
     )

@@ -66,6 +66,10 @@ class LightWatch:
         self._ids = {line.light.id for line in lines}
         self._committed: set[float] = set()
 
+    def next_line(self, s_m: float) -> float:
+        """Where the next stop line of a light lies on the route's path (m), whatever it shows; infinite without one."""
+        return next((line.s for line in self._lines if line.s > s_m), math.inf)
+
     def distance_to_stop(self, front_s: float, speed: float, deceleration: float) -> float | None:
         """Distance (m) from the front bumper at `front_s` to the line to stop at; None where there is none.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from stucksolver.stacks.driver.route_line import (
     rejoining_length,
     rejoining_path,
     route_path,
+    slowed,
 )
 
 ARRIVED_M = 2.0
@@ -97,8 +97,7 @@ class LocalPlanner:
         assert self._route_line is not None
         here = self._route_line.project(pose, self._route_s)
         path = rejoining_path(self._route_line, here.s, here.lateral, length)
-        bounds = np.minimum(path.speed, curve_speed(path.curvature, self._lateral_accel))
-        return replace(path, speed=limited_speed(path.s, bounds, self._deceleration))
+        return slowed(path, self._lateral_accel, self._deceleration)
 
     def take(self, path: Path, pose: Pose) -> None:
         """Drive the route by another way back to it."""

@@ -18,6 +18,8 @@ from stucksolver.stacks.driver.path import Array
 BODILESS = ("sensor.", "traffic.", "controller.", "spectator", "static.trigger")
 MIN_HEIGHT_M = 0.05
 """Anything flatter is a mark on the road."""
+HAZARD_LAMPS = 32 | 16
+"""Both blinkers, as bits of `carla.VehicleLightState`."""
 RANGE_M = 120.0
 _UNKNOWN_HALF_SIZE_M = 0.3
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stucksolver.scene.polyline import arc_lengths
 from stucksolver.stacks.driver.interface import DrivePoint, RoutePoint
-from stucksolver.stacks.driver.path import Array, Path, make_path
+from stucksolver.stacks.driver.path import Array, Path, limited_speed, make_path
 
 LANE_CHANGE_M = 40.0
 """Length over which a lane change of the route is driven, if no junction and not the route's end comes before."""
@@ -70,9 +72,20 @@ def rejoining_path(path: Path, s: float, lateral: float, length: float) -> Path:
     """The rest of `path` from arc length `s`, reached within `length` metres from `lateral` metres beside it."""
     rest = path.s >= min(s, path.length - 1.0)
     offset = lateral * (1.0 - smooth_step((path.s[rest] - s) / length))
-    x = path.x[rest] - offset * np.sin(path.yaw[rest])
-    y = path.y[rest] + offset * np.cos(path.yaw[rest])
-    return make_path(x, y, path.speed[rest], path.z[rest])
+    return beside(path, rest, offset, path.speed[rest])
+
+
+def beside(path: Path, where: NDArray[np.bool_], offset: Array, speed: Array) -> Path:
+    """The samples `where` of `path`, moved aside by `offset` (m, right positive), with bounds on `speed` (m/s)."""
+    x = path.x[where] - offset * np.sin(path.yaw[where])
+    y = path.y[where] + offset * np.cos(path.yaw[where])
+    return make_path(x, y, speed, path.z[where])
+
+
+def slowed(path: Path, lateral_accel: float, deceleration: float) -> Path:
+    """The path, no quicker than its bends allow, each slower place reached with that deceleration (both m/s²)."""
+    bounds = np.minimum(path.speed, curve_speed(path.curvature, lateral_accel))
+    return replace(path, speed=limited_speed(path.s, bounds, deceleration))
 
 
 def given_path(points: Sequence[DrivePoint], z: float) -> Path:

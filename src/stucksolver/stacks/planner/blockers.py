@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from stucksolver.stacks.planner.passes import Situation
+from stucksolver.stacks.planner.passes import TWO_WHEELER_M, Situation
 from stucksolver.stacks.planner.route_bodies import RouteBodies
 
-REACH_M, REACH_S = 20.0, 4.5
-"""How far ahead blockers are looked for."""
+REACH_M = 20.0
+"""How far ahead of the bumper blockers are looked for, besides `REACH_S`."""
+REACH_S = 4.5
+"""The same in seconds of our drive."""
 STANDS_MPS = 0.4
 SLOW_SHARE = 0.6
 """A two-wheeler slower than this share of our own speed is passed."""
@@ -19,7 +21,6 @@ QUEUE_M = 45.0
 """A vehicle nearer than this to a line, or to a junction, may be waiting at it."""
 PERSON_STOOD_S = 5.0
 TOUCHES_M = 0.25
-_TWO_WHEELER_M = 0.55
 
 
 class Blockers:
@@ -27,6 +28,8 @@ class Blockers:
 
     def __init__(self) -> None:
         self._since: dict[int, float] = {}
+        self.things: frozenset[int] = frozenset()
+        """Ids of bodies that are neither vehicles nor people; whoever reads the world sets them."""
 
     def see(self, bodies: RouteBodies, now_s: float) -> None:
         """Note who stands now."""
@@ -63,16 +66,10 @@ class Blockers:
         if bodies.is_walker[k]:
             return stood_s > PERSON_STOOD_S
         if speed > STANDS_MPS:
-            two_wheels = bodies.aside[k] < _TWO_WHEELER_M
+            two_wheels = bodies.aside[k] < TWO_WHEELER_M
             return bool(two_wheels and bodies.vs[k] > 0.0 and speed < SLOW_SHARE * here.cruise_mps)
-        if actor_id in hazard or self._is_thing(actor_id):
+        if actor_id in hazard or actor_id in self.things:
             return True
         end = float(bodies.s[k] + bodies.along[k])
         waits = min(line_m, here.sides.junction_after(end)) - end < QUEUE_M
         return stood_s > (STOOD_BEFORE_A_JUNCTION_S if waits else STOOD_S)
-
-    things: frozenset[int] = frozenset()
-    """Ids of bodies that are neither vehicles nor people; whoever reads the world sets them."""
-
-    def _is_thing(self, actor_id: int) -> bool:
-        return actor_id in self.things

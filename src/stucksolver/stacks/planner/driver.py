@@ -8,18 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
+from dataclasses import replace
+from typing import ClassVar
 
 import carla
 import numpy as np
 
 from stucksolver.stacks.driver import BehaviorDriver, DrivePoint, DriverOptions, RoutePoint
 from stucksolver.stacks.driver.concerns import Motion
-from stucksolver.stacks.driver.driver import DRIVEN_OVER
 from stucksolver.stacks.driver.hazards import nearest_hazards, sweep
-from stucksolver.stacks.driver.lights import StopLine, stop_lines
 from stucksolver.stacks.driver.path import Path
-from stucksolver.stacks.driver.perception import BODILESS, NearbyBodies, Perception
-from stucksolver.stacks.planner.blockers import Blockers
+from stucksolver.stacks.driver.perception import HAZARD_LAMPS, NearbyBodies
+from stucksolver.stacks.planner.blockers import SLOW_SHARE, STANDS_MPS, TOUCHES_M, Blockers
 from stucksolver.stacks.planner.passes import (
     ROOM_AFTER_M,
     Pass,
@@ -30,15 +30,12 @@ from stucksolver.stacks.planner.passes import (
     pass_path,
     proposals,
 )
-from stucksolver.stacks.planner.route_bodies import RouteBodies, on_route
+from stucksolver.stacks.planner.route_bodies import AHEAD_M, RouteBodies, on_route
 from stucksolver.stacks.planner.sides import Sides, sides_of
 
-RANGE_M = 220.0
-"""How far it sees."""
 WAITS_M = 8.0
 """Where it waits behind what it means to pass: nearer, it could not swing out any more."""
 LAMPS_EVERY_S = 1.0
-HAZARD_LAMPS = 32 | 16
 SWEPT_M = 25.0
 _SWEEP_MARGIN_M = 0.25
 _REACH_M = 1.8
@@ -50,6 +47,8 @@ _ONCE_BEGUN = 0.4
 class PlannerDriver(BehaviorDriver):
     """Drives a `carla.Vehicle`; see `Driver`. `behavior` is `cautious`, `normal` or `aggressive`."""
 
+    sees_m: ClassVar[float] = AHEAD_M
+
     def __init__(
         self,
         vehicle: carla.Vehicle,
@@ -58,9 +57,7 @@ class PlannerDriver(BehaviorDriver):
         carla_map: carla.Map | None = None,
     ) -> None:
         super().__init__(vehicle, behavior, options, carla_map)
-        self._perception = Perception(self._world, vehicle.id, RANGE_M, (*BODILESS, *DRIVEN_OVER))
         self._sides: Sides | None = None
-        self._lines: list[StopLine] = []
         self._blockers = Blockers()
         self._pass: Pass | None = None
         self._wait_m: float | None = None
@@ -80,7 +77,6 @@ class PlannerDriver(BehaviorDriver):
         line = self._planner.route_line
         if line is not None:
             self._sides = sides_of(self._route, line)
-            self._lines = stop_lines(list(self._world.get_actors().filter("*traffic_light*")), line)
 
     def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
         """Drive `path`, backing up with `reverse`, no further than its end. Raises `ValueError` for a bad path."""
@@ -118,10 +114,10 @@ class PlannerDriver(BehaviorDriver):
 
     def _look_for_a_way(self, line: Path, here: Situation, motion: Motion, around: NearbyBodies, now_s: float) -> None:
         self._learn(here.bodies, now_s)
-        first = self._blockers.first(here, now_s, self._next_line_m(here.s_m), self._hazard_lamps)
+        first = self._blockers.first(here, now_s, self._lights.next_line(here.s_m), self._hazard_lamps)
         if first is None:
             return
-        lane_m = max(here.sides.room(here.s_m, here.s_m + 1.0).half - 0.05, here.model.half_width + 0.25)
+        lane_m = max(here.sides.room(here.s_m, here.s_m + 1.0).half - 0.05, here.model.half_width + TOUCHES_M)
         group = group_of(here, first, lane_m)
         ways = sorted(proposals(here, group), key=lambda way: cost_s(here, way))
         if not ways:
@@ -150,8 +146,9 @@ class PlannerDriver(BehaviorDriver):
         if here.s_m > way.returns_m:
             return
         bodies, half = here.bodies, here.model.half_length
-        passed = np.array([one in way.around for one in bodies.actor_id.tolist()], np.bool_)
-        follows = (np.abs(bodies.d) - bodies.aside < here.model.half_width + 0.25) & (bodies.vs < here.cruise_mps * 0.6)
+        passed = bodies.among(way.around)
+        follows = np.abs(bodies.d) - bodies.aside < here.model.half_width + TOUCHES_M
+        follows &= bodies.vs < here.cruise_mps * SLOW_SHARE
         follows &= (bodies.s > here.s_m) & (bodies.s - bodies.along < way.returns_m + ROOM_AFTER_M + half)
         members = passed | (follows & (np.abs(bodies.vs) < 4.0))
         if not members.any():
@@ -164,22 +161,11 @@ class PlannerDriver(BehaviorDriver):
         end, pace = float((bodies.s + bodies.along)[members].max()), max(float(bodies.vs[members].max()), 0.0)
         left = max(end + ROOM_AFTER_M + half - here.s_m, 0.0)
         meets = here.s_m + left * max(way.speed_mps, 1.0) / max(way.speed_mps - pace, 1.0)
-        if meets > way.returns_m + _LATER_M:
+        if meets > way.returns_m + _LATER_M and here.s_m >= way.beside_m:
             ids = way.around | frozenset(bodies.actor_id[members].tolist())
-            longer = Pass(
-                way.offset_m,
-                way.begins_m,
-                way.beside_m,
-                meets,
-                meets + way.back_m - way.returns_m,
-                way.speed_mps,
-                way.oncoming,
-                ids,
-                end,
-            )
-            if here.s_m >= way.beside_m:
-                self._pass = longer
-                self._planner.take(self._path(line, here, longer), motion.pose)
+            back = meets + way.back_m - way.returns_m
+            self._pass = replace(way, returns_m=meets, back_m=back, around=ids, ends_m=end)
+            self._planner.take(self._path(line, here, self._pass), motion.pose)
 
     def _path(self, line: Path, here: Situation, way: Pass) -> Path:
         return pass_path(line, here, way, self._profile.lateral_accel, self._profile.deceleration)
@@ -190,9 +176,6 @@ class PlannerDriver(BehaviorDriver):
         where = path.project(motion.pose)
         swept = sweep(path, where, motion.pose, self._model, _REACH_M, SWEPT_M)
         return not nearest_hazards(swept, standing, self._model, _SWEEP_MARGIN_M, _SWEEP_MARGIN_M)
-
-    def _next_line_m(self, s_m: float) -> float:
-        return min((line.s for line in self._lines if line.s > s_m), default=math.inf)
 
     def _learn(self, bodies: RouteBodies, now_s: float) -> None:
         """Which bodies are things, and which vehicles have their hazard lamps on; asked for once a second."""
@@ -205,8 +188,7 @@ class PlannerDriver(BehaviorDriver):
         self._blockers.things = frozenset(
             one for one, kind in self._kinds.items() if not kind.startswith(("vehicle.", "walker.", "animal."))
         )
-        standing = bodies.speed < 0.4
-        if standing.any():
+        if (bodies.speed < STANDS_MPS).any():
             lamps = self._world.get_vehicles_light_states().items()
             self._hazard_lamps = frozenset(int(i) for i, on in lamps if int(on) & HAZARD_LAMPS == HAZARD_LAMPS)
 

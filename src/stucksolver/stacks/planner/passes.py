@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stucksolver.stacks.driver.path import Array, Path, limited_speed, make_path
-from stucksolver.stacks.driver.route_line import curve_speed, rejoining_length, smooth_step
+from stucksolver.stacks.driver.path import Array, Path
+from stucksolver.stacks.driver.route_line import beside, rejoining_length, slowed, smooth_step
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 from stucksolver.stacks.planner.route_bodies import Flags, RouteBodies
 from stucksolver.stacks.planner.sides import Room, Sides
@@ -23,24 +23,34 @@ STEP_S = 0.2
 HORIZON_S = 24.0
 ACCELERATION_MPS2 = 1.8
 PASSING_MPS = 11.0
-BESIDE_VULNERABLE_M, BESIDE_M = 0.9, 0.5
-"""Kept beside people and two-wheelers, and beside everything else."""
-ROOM_BEFORE_M, ROOM_AFTER_M = 1.5, 4.0
-"""Between the bumpers when the lane is left and when it is taken again."""
+BESIDE_VULNERABLE_M = 0.9
+"""Kept beside people and two-wheelers."""
+BESIDE_M = 0.5
+"""Kept beside everything else."""
+ROOM_BEFORE_M = 1.5
+"""Between the bumpers when the lane is left."""
+ROOM_AFTER_M = 4.0
+"""Between the bumpers when it is taken again."""
 GROUP_GAP_M = 11.0
 """What stands nearer than this behind another is passed with it."""
 LONGEST_RETURN_M = 14.0
 EDGE_M = 0.1
 ALONE_M = 0.3
 """Beside the body in forecasts."""
-ONCOMING_M, ONCOMING_S = 6.0, 0.8
-"""Kept to whoever comes, in metres and in seconds of their drive."""
-FOLLOWING_M, FOLLOWING_S = 2.0, 0.5
-"""The same for whoever drives our way."""
+ONCOMING_M = 6.0
+"""Kept to whoever comes, besides `ONCOMING_S`."""
+ONCOMING_S = 0.8
+"""The same in seconds of their drive."""
+FOLLOWING_M = 2.0
+"""Kept to whoever drives our way, besides `FOLLOWING_S`."""
+FOLLOWING_S = 0.5
+"""The same in seconds of their drive."""
 TIGHTER = (1.0, 0.8, 0.65)
 _COMES_MPS = -1.0
-_STANDS_MPS, _BEFORE_WHAT_STANDS_M = 0.3, 0.5
-_NARROW_M = 0.55
+_STANDS_MPS = 0.3
+_BEFORE_WHAT_STANDS_M = 0.5
+TWO_WHEELER_M = 0.55
+"""Half as wide as this, at most, is a bicycle or a motorcycle."""
 _ONCOMING_COST_S = 4.0
 _PER_METRE_COST_S = 0.3
 
@@ -113,12 +123,12 @@ def proposals(here: Situation, group: Flags) -> Iterator[Pass]:
     """Ways past a group, on either side, from gentle to tight; those for which the lanes are too narrow left out."""
     bodies, model = here.bodies.part(group), here.model
     start = float((bodies.s - bodies.along).min())
-    vulnerable = bodies.is_walker | (bodies.aside < _NARROW_M)
+    vulnerable = bodies.is_walker | (bodies.aside < TWO_WHEELER_M)
     keep = np.where(vulnerable, BESIDE_VULNERABLE_M, BESIDE_M) + model.half_width
+    speed = min(here.cruise_mps, PASSING_MPS)
     for side in (-1, 1):
         edge = float((side * bodies.d + bodies.aside + keep).max())
-        for offset in dict.fromkeys((edge, *_lane_middles(here, start, side, edge))):
-            speed = min(here.cruise_mps, PASSING_MPS)
+        for offset in (edge, *_lane_middles(here, start, side, edge)):
             for share in TIGHTER:
                 found = _pass(here, bodies, side * offset, share, speed)
                 if found is not None:
@@ -181,7 +191,7 @@ def is_clear(here: Situation, way: Pass, share: float = 1.0) -> bool:
     `share`: of the distances kept; less for one that has set off, so that it does not hesitate.
     """
     drive, bodies, model = rollout(here, way), here.bodies, here.model
-    ours = np.array([int(one) in way.around for one in bodies.actor_id.tolist()], np.bool_)
+    ours = bodies.among(way.around)
     behind_us = (bodies.s + bodies.along < here.s_m) & (np.abs(bodies.d - here.d_m) < 1.0)
     # Behind whoever is in the lane beyond the group one stops or follows, as behind anybody.
     leads = (np.abs(bodies.d) - bodies.aside < model.half_width) & (bodies.s - bodies.along > way.ends_m)
@@ -208,11 +218,7 @@ def cost_s(here: Situation, way: Pass) -> float:
 def pass_path(line: Path, here: Situation, way: Pass, lateral_accel: float, deceleration: float) -> Path:
     """The rest of the route's `line` with the pass in it."""
     rest = line.s >= min(here.s_m, line.length - 1.0)
-    s, yaw = line.s[rest], line.yaw[rest]
-    offset = way.offset_at(s, here.d_m)
-    x, y = line.x[rest] - offset * np.sin(yaw), line.y[rest] + offset * np.cos(yaw)
-    beside = (s > way.begins_m) & (s < way.back_m)
-    bounds = np.where(beside, np.minimum(line.speed[rest], way.speed_mps), line.speed[rest])
-    path = make_path(x, y, bounds, line.z[rest])
-    slow = limited_speed(path.s, np.minimum(path.speed, curve_speed(path.curvature, lateral_accel)), deceleration)
-    return Path(path.s, path.x, path.y, path.z, path.yaw, path.curvature, slow)
+    s, bounds = line.s[rest], line.speed[rest]
+    out = (s > way.begins_m) & (s < way.back_m)
+    path = beside(line, rest, way.offset_at(s, here.d_m), np.where(out, np.minimum(bounds, way.speed_mps), bounds))
+    return slowed(path, lateral_accel, deceleration)

@@ -13,9 +13,11 @@ import numpy as np
 from stucksolver.stacks.driver.path import SPACING_M, Array, Path
 from stucksolver.stacks.driver.perception import NearbyBodies
 
-BEHIND_M, AHEAD_M = 80.0, 220.0
+BEHIND_M = 80.0
+AHEAD_M = 220.0
 _STRIDE = round(1.0 / SPACING_M)
-_BELOW_M, _ABOVE_M = 1.0, 2.3
+_BELOW_M = 1.0
+_ABOVE_M = 2.3
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
@@ -42,6 +44,10 @@ class RouteBodies:
     def speed(self) -> Array:
         """m/s."""
         return np.asarray(np.hypot(self.vs, self.vd))
+
+    def among(self, ids: frozenset[int]) -> Flags:
+        """Which of them have one of these ids."""
+        return np.isin(self.actor_id, list(ids))
 
     def part(self, which: Flags) -> RouteBodies:
         """Some of them."""

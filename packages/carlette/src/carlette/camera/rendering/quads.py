@@ -14,7 +14,6 @@ from typing import Any
 import numba
 import numpy as np
 
-from carlette.camera.rendering.raster import ADDED, MIXED
 from carlette.camera.rendering.view import NEAR_M
 from carlette.compiling import compiled
 
@@ -22,9 +21,16 @@ Array = Any
 """A numpy array, as numba sees it."""
 FLAT_M = 0.002
 """A corner farther than this from the plane of the other three makes two triangles of a quad."""
-_BYTE, _OPAQUE = numba.uint32(0xFF), numba.uint32(0xFF000000)
-_SECOND, _THIRD, _ALPHA = numba.uint32(8), numba.uint32(16), numba.uint32(24)
-_ZERO, _HALF, _ONE, _MOST = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(255.0)
+# A shade is four bytes in one number; constants have its type, or numba would reckon with 64 bits.
+_BYTE = numba.uint32(0xFF)
+_OPAQUE = numba.uint32(0xFF000000)
+_SECOND = numba.uint32(8)
+_THIRD = numba.uint32(16)
+_ALPHA = numba.uint32(24)
+_ZERO = np.float32(0.0)
+_HALF = np.float32(0.5)
+_ONE = np.float32(1.0)
+_MOST = np.float32(255.0)
 
 
 @compiled
@@ -34,7 +40,7 @@ def draw_quads(
     matrix: Array,
     across: float,
     up: float,
-    way: int,
+    adds: bool,
     tests_depth: bool,
     pixels: Array,
     nearness: Array,
@@ -42,7 +48,7 @@ def draw_quads(
     """Draws `corners` (n, 4, 3) in `shades` (n, 4) uint32, one for each corner, into `pixels` and `nearness` (h, w).
 
     `matrix` (4, 4) leads into the camera's frame (x ahead, y right, z up); `across` and `up` are half the picture's
-    width and height at a distance of one metre. `way`: OPAQUE, MIXED or ADDED.
+    width and height at a distance of one metre. Shades are mixed in by their alpha or, where it `adds`, added as light.
     """
     height, width = pixels.shape
     lens = (0.5 * width / across, 0.5 * height / up, 0.5 * width, 0.5 * height)
@@ -54,6 +60,7 @@ def draw_quads(
             continue
         one, two, three, four = shades[quad, 0], shades[quad, 1], shades[quad, 2], shades[quad, 3]
         is_plain = one == two and one == three and one == four
+        is_solid = not adds and one & two & three & four >= _OPAQUE
         nx, ny, nz = _normal(p, 1, 3)
         offset = nx * p[0, 0] + ny * p[0, 1] + nz * p[0, 2]
         rise = nx * p[2, 0] + ny * p[2, 1] + nz * p[2, 2] - offset
@@ -62,7 +69,7 @@ def draw_quads(
             if offset < 0.0:
                 count = _outline(p, 4, lens, clipped, outline)
                 plane = (nx / offset, ny / offset, nz / offset)
-                _fill_plain(outline, count, plane, lens, one, way, tests_depth, pixels, nearness)
+                _fill_plain(outline, count, plane, lens, one, is_solid, adds, tests_depth, pixels, nearness)
             continue
         for half in range(2):
             nx, ny, nz = _normal(p, half + 1, half + 2)
@@ -73,12 +80,11 @@ def draw_quads(
             count = _outline(q, 3, lens, clipped, outline)
             plane = (nx / offset, ny / offset, nz / offset)
             if is_plain:
-                _fill_plain(outline, count, plane, lens, one, way, tests_depth, pixels, nearness)
+                _fill_plain(outline, count, plane, lens, one, is_solid, adds, tests_depth, pixels, nearness)
             else:
                 second, third = (two, three) if half == 0 else (three, four)
                 _weigh(q, offset, (one, second, third), levels)
-                is_solid = way == MIXED and one & second & third >= _OPAQUE
-                _fill_shaded(outline, count, plane, lens, levels, is_solid, way, tests_depth, pixels, nearness)
+                _fill_shaded(outline, count, plane, lens, levels, is_solid, adds, tests_depth, pixels, nearness)
 
 
 @compiled
@@ -163,7 +169,8 @@ def _fill_plain(
     plane: tuple[float, float, float],
     lens: tuple[float, float, float, float],
     shade: Any,
-    way: int,
+    is_solid: bool,
+    adds: bool,
     tests_depth: bool,
     pixels: Array,
     nearness: Array,
@@ -174,7 +181,6 @@ def _fill_plain(
     height, width = pixels.shape
     wide, tall, middle_u, middle_v = lens
     step = np.float32(plane[1] / wide)
-    is_solid = way != ADDED and (way != MIXED or shade >> _ALPHA == _BYTE)
     top, bottom = _rows(outline, count, height)
     for row in range(top, bottom):
         first, end = _span(outline, count, row, width)
@@ -196,7 +202,7 @@ def _fill_plain(
             if not tests_depth or here > near[k]:
                 if tests_depth:
                     near[k] = here
-                into[k] = shade if is_solid else _blended(into[k], shade, way)
+                into[k] = shade if is_solid else _blended(into[k], shade, adds)
 
 
 @compiled
@@ -220,7 +226,7 @@ def _fill_shaded(
     lens: tuple[float, float, float, float],
     levels: Array,
     is_solid: bool,
-    way: int,
+    adds: bool,
     tests_depth: bool,
     pixels: Array,
     nearness: Array,
@@ -273,7 +279,7 @@ def _fill_shaded(
                     | _byte((start2 + along * step2) * away) << _THIRD
                     | _byte((start3 + along * step3) * away) << _ALPHA
                 )
-                into[k] = _blended(into[k], shade, way)
+                into[k] = _blended(into[k], shade, adds)
 
 
 @compiled
@@ -282,14 +288,14 @@ def _byte(value: Any) -> Any:
 
 
 @compiled
-def _blended(below: Any, shade: Any, way: int) -> Any:
+def _blended(below: Any, shade: Any, adds: bool) -> Any:
     """`shade` mixed into what lies below by its alpha, or added to it as light: d + s (1 - d)."""
     alpha = shade >> _ALPHA
     result = numba.uint32(0)
     for byte in range(4):
         by = numba.uint32(8 * byte)
         new, old = shade >> by & _BYTE, below >> by & _BYTE
-        if way == ADDED:
+        if adds:
             value = old + (new * (_BYTE - old) + numba.uint32(127)) // _BYTE
         else:
             value = (new * alpha + old * (_BYTE - alpha) + numba.uint32(127)) // _BYTE

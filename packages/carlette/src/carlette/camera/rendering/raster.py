@@ -11,7 +11,6 @@ from carlette.camera.rendering.view import FAR_M, View
 
 KEPT_SIZES = 4
 """Buffers are kept for this many sizes of picture."""
-OPAQUE, MIXED, ADDED = range(3)
 _FARTHEST = np.float32(1.0 / FAR_M)
 
 
@@ -24,7 +23,7 @@ class Raster:
         self._nearness: Singles = np.empty((0, 0), np.float32)
         self._lens = (1.0, 1.0)
         self._matrix: Singles = np.eye(4, dtype=np.float32)
-        self._way, self._tests_depth = OPAQUE, True
+        self._adds, self._tests_depth = False, True
 
     def begin(self, view: View, scale: int = 1) -> Pixels:
         """Begins a picture with an empty depth buffer, `scale` times as large each way as the view's.
@@ -42,7 +41,7 @@ class Raster:
         self._nearness.fill(_FARTHEST)
         across, up = view.tangents
         self._lens = across, up
-        self._way, self._tests_depth = OPAQUE, True
+        self._adds, self._tests_depth = False, True
         return self._pixels
 
     def draw(self, corners: Singles, colors: Bytes, matrix: Singles | None = None) -> None:
@@ -58,7 +57,7 @@ class Raster:
             self.place(matrix)
         shades = colors.view(np.uint32)[..., 0]
         draw_quads(
-            corners, shades, self._matrix, *self._lens, self._way, self._tests_depth, self._pixels, self._nearness
+            corners, shades, self._matrix, *self._lens, self._adds, self._tests_depth, self._pixels, self._nearness
         )
 
     def place(self, matrix: Singles) -> None:
@@ -66,11 +65,11 @@ class Raster:
         self._matrix = np.ascontiguousarray(matrix, np.float32)
 
     def blend(self, *, add: bool = False) -> None:
-        """From now on colours with an alpha below 255 are mixed into the picture, or all are added to it as light.
+        """From now on colours are mixed into the picture by their alpha, as after `begin`, or added to it as light.
 
         Added light never gets brighter than white: d + s (1 - d).
         """
-        self._way = ADDED if add else MIXED
+        self._adds = add
 
     def use_depth(self, wanted: bool) -> None:
         """Whether nearer things hide what is drawn from now on."""

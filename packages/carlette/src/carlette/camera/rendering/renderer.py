@@ -107,7 +107,6 @@ class Renderer:
     def _draw_colors(self, raster: Raster, shot: Shot, view: View) -> None:
         into, light = view.into_camera(), shot.light
         parts = _seen_parts(shot, view)
-        raster.blend()
         for part in parts:
             if not part.is_shade:
                 colors = self._part_colors(part, light)
