@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     import carla
 
 START_LIMIT_S = 60.0
+SCENERY_LIMIT_S = 180.0
+"""To start with the scenery built; where nothing is compiled yet, on a busy machine, that takes long."""
 REACH_S = 5.0
 CLIENT_TIMEOUT_S = 15.0
 """How long a call of the client may take."""
@@ -53,13 +55,21 @@ def remote_server(host: str, port: int) -> Server:
 
 
 @contextlib.contextmanager
-def carlette_server(map_name: str, maps: str | None = None, seed: int = 0) -> Iterator[Server]:
-    """A carlette on a free port, ended on exit, and by itself should we die. Raises `ServerError`."""
+def carlette_server(
+    map_name: str, maps: str | None = None, seed: int = 0, *, scenery: bool = False
+) -> Iterator[Server]:
+    """A carlette on a free port, ended on exit, and by itself should we die. Raises `ServerError`.
+
+    With `scenery` cameras and rays measure from their first tick on; without, a route may be half driven before the
+    first picture comes, as the scenery is built beside the ticks.
+    """
     version = _client_version()
     command = [sys.executable, "-m", "carlette", "--port", "0", "--map", map_name, "--seed", str(seed)]
     command += ["--client-version", version]
     if maps:
         command += ["--maps", maps]
+    if scenery:
+        command.append("--build-scenery")
     process = subprocess.Popen(
         [*command, "--exit-on-stdin-eof"],
         stdin=subprocess.PIPE,
@@ -69,18 +79,18 @@ def carlette_server(map_name: str, maps: str | None = None, seed: int = 0) -> It
         start_new_session=True,
     )
     try:
-        yield _listening(process)
+        yield _listening(process, SCENERY_LIMIT_S if scenery else START_LIMIT_S)
     finally:
         _end(process)
 
 
 def open_server(
-    map_name: str, maps: str | None, seed: int, host: str | None, port: int
+    map_name: str, maps: str | None, seed: int, host: str | None, port: int, *, scenery: bool = False
 ) -> contextlib.AbstractContextManager[Server]:
     """A carlette of our own with a map, or with a `host` the server that runs there. Raises `ServerError`."""
     if host is not None:
         return contextlib.nullcontext(remote_server(host, port))
-    return carlette_server(map_name, maps, seed)
+    return carlette_server(map_name, maps, seed, scenery=scenery)
 
 
 def _client_version() -> str:
@@ -119,10 +129,10 @@ def _check_versions(client: carla.Client) -> None:
         raise ServerError(f"the carla client is {ours} but the server is {theirs}: pip install carla=={theirs}")
 
 
-def _listening(process: subprocess.Popen[str]) -> Server:
+def _listening(process: subprocess.Popen[str], limit_s: float) -> Server:
     """Wait for the line that says where it listens."""
     assert process.stdout is not None and process.stderr is not None
-    watchdog = threading.Timer(START_LIMIT_S, process.kill)
+    watchdog = threading.Timer(limit_s, process.kill)
     watchdog.start()
     try:
         line = process.stdout.readline()
@@ -130,7 +140,7 @@ def _listening(process: subprocess.Popen[str]) -> Server:
         watchdog.cancel()
     if "listening on " not in line:
         process.wait()
-        said = process.stderr.read().strip() or f"no answer within {START_LIMIT_S:.0f} s"
+        said = process.stderr.read().strip() or f"no answer within {limit_s:.0f} s"
         # The last line is the message; what stands above it would be the trace of a defect.
         raise ServerError(said.splitlines()[-1].removeprefix("carlette: ").removeprefix("error: "))
     host, _, port = line.split("listening on ", 1)[1].split()[0].rpartition(":")

@@ -1,6 +1,6 @@
 """Who helps the driver: nobody, timers, or StuckSolver."""
 
 from stucksolver_eval.arms.arm import Arm, ArmLog
-from stucksolver_eval.arms.make import ArmError, make_arm
+from stucksolver_eval.arms.make import ArmError, carries_camera, make_arm
 
-__all__ = ["Arm", "ArmError", "ArmLog", "make_arm"]
+__all__ = ["Arm", "ArmError", "ArmLog", "carries_camera", "make_arm"]

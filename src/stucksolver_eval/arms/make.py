@@ -64,6 +64,11 @@ def preflight_arm(spec: ArmSpec) -> tuple[str, ...]:
         raise ArmError(str(error)) from error
 
 
+def carries_camera(spec: ArmSpec) -> bool:
+    """Only a model looks at pictures, and they cost more than everything else in a tick."""
+    return spec.camera or sees(spec.recovery) or sees(spec.reasoner)
+
+
 def make_arm(
     spec: ArmSpec,
     ego: carla.Vehicle,
@@ -85,8 +90,7 @@ def make_arm(
     rules = TimedReasoner(_reasoner(spec.recovery, seed, exchanges))
     model = TimedReasoner(_reasoner(spec.reasoner, seed, exchanges)) if spec.reasoner else None
     recorder = None if records is None else Recorder(records)
-    # Only a model looks at pictures, and they cost more than everything else in a tick.
-    camera = FrontCamera(ego) if spec.camera or sees(spec.recovery) or sees(spec.reasoner) else None
+    camera = FrontCamera(ego) if carries_camera(spec) else None
     stack = CarlaStack(ego, driver, carla_map, camera=camera)
 
     def make(listener: Listener) -> StuckSolver:

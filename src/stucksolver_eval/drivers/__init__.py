@@ -1,6 +1,6 @@
 """Who drives: our own driver, or an agent of the user's, by name."""
 
 from stucksolver_eval.drivers.agent import Agent, AgentError, RouteDriver
-from stucksolver_eval.drivers.make import DriverNameError, check_driver, make_driver
+from stucksolver_eval.drivers.make import DriverNameError, carries_sensors, check_driver, make_driver
 
-__all__ = ["Agent", "AgentError", "DriverNameError", "RouteDriver", "check_driver", "make_driver"]
+__all__ = ["Agent", "AgentError", "DriverNameError", "RouteDriver", "carries_sensors", "check_driver", "make_driver"]

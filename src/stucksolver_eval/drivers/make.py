@@ -36,6 +36,11 @@ def check_driver(words: str) -> None:
     _loaded(words)
 
 
+def carries_sensors(words: str) -> bool:
+    """Does the driver of this name bring sensors of its own? Raises `DriverNameError`."""
+    return words.partition(":")[0] not in OURS and is_leaderboard_agent(_loaded(words)[0])
+
+
 def make_driver(
     words: str,
     client: carla.Client,

@@ -98,12 +98,15 @@ def _work(task: Task, theirs: Connection) -> None:
 def _driven(store: Store, job: RouteJob, theirs: Connection) -> RouteOutcome | None:
     """Drive and write; gives the outcome of a route that could not be driven."""
     from stucksolver.stacks.driver import RouteError
-    from stucksolver_eval.drivers import AgentError
+    from stucksolver_eval.arms import carries_camera
+    from stucksolver_eval.drivers import AgentError, carries_sensors
     from stucksolver_eval.runner.drive import DriveError, drive_route
     from stucksolver_eval.scenarios.base import ScenarioError, Unsupported
 
     try:
-        with open_server(job.route.town, job.maps, job.seed, job.host, job.port) as server, watched(server, theirs):
+        place = (job.route.town, job.maps, job.seed, job.host, job.port)
+        sensing = carries_camera(job.arm) or carries_sensors(job.arm.driver)
+        with open_server(*place, scenery=sensing) as server, watched(server, theirs):
             store.write_driven(job.route, job.seed, drive_route(job, server, theirs.send))
             return None
     except Unsupported as error:

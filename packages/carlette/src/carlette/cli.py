@@ -82,6 +82,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--as-carla-root", metavar="DIR", help="write a folder that tools accept as CARLA_ROOT, and end"
     )
+    parser.add_argument(
+        "--build-scenery",
+        action="store_true",
+        help="listen only when what cameras and rays need of the map is built (default: build it beside the ticks)",
+    )
     parser.add_argument("--parent-pid", type=int, metavar="PID", help="stop when this process is gone")
     parser.add_argument("--exit-on-stdin-eof", action="store_true", help="stop when standard input closes")
     return parser
@@ -137,6 +142,8 @@ def _serve(options: argparse.Namespace) -> int:
 
     share_one_store()
     simulator = _simulator(options)
+    if options.build_scenery:
+        simulator.build_scenery()
     server = Server(simulator, options.host, options.port)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: server.stop())

@@ -16,6 +16,7 @@ from carlette.opendrive.document import MapFile, available_towns, check_opendriv
 from carlette.opendrive.roads import RoadNetwork
 from carlette.recorder import Recorder, Replay, ReplayOptions, default_folder
 from carlette.sensors.suite import Suite
+from carlette.sensors.workers import build_faces, build_static_scene
 from carlette.stream.hub import Hub
 from carlette.versions import ClientVersion
 from carlette.wire import encode
@@ -71,6 +72,11 @@ class Simulator:
         self._flags = 0
         self._sent: MapFile | None = None
         self.start_episode(roads)
+
+    def build_scenery(self) -> None:
+        """Builds what cameras and rays need of the present map, and compiles their loops; seconds, if at all."""
+        for scenery in (build_static_scene(self.world.roads), build_faces(self.world.roads)):
+            scenery.result()
 
     def start_episode(self, roads: RoadNetwork, settings: EpisodeSettings | None = None) -> None:
         """Replaces the world by a fresh one under a new episode id; frame numbers go on."""
