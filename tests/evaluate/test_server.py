@@ -5,7 +5,6 @@ from __future__ import annotations
 import socket
 import stat
 import sys
-import threading
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,7 +17,7 @@ pytest.importorskip("carla")
 import msgpack
 
 from stucksolver_eval import server as servers
-from stucksolver_eval.server import ServerError, carlette_server, connect, remote_server, set_synchronous
+from stucksolver_eval.server import ServerError, carlette_server, remote_server
 
 pytestmark = pytest.mark.integration
 
@@ -78,21 +77,6 @@ def test_a_server_that_never_comes_up_is_given_up(tmp_path: Path, monkeypatch: p
     with pytest.raises(ServerError, match="no answer within 0 s"), carlette_server("demo_town"):
         pass
     assert time.monotonic() - began < 5.0
-
-
-def test_with_its_scenery_built_the_first_tick_brings_a_picture(tmp_path, monkeypatch) -> None:
-    """Also where nothing is compiled yet: before, a fast client drove for minutes before its first picture."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    came = threading.Event()
-    with carlette_server("demo_town", scenery=True) as server:
-        world = connect(server, 15.0).get_world()
-        set_synchronous(world, 0.05)
-        blueprint = world.get_blueprint_library().find("sensor.camera.rgb")
-        camera = world.spawn_actor(blueprint, world.get_map().get_spawn_points()[0])
-        camera.listen(lambda _: came.set())
-        time.sleep(0.2)  # until the server knows that somebody listens
-        world.tick()
-        assert came.wait(5.0)
 
 
 def test_a_server_that_warns_a_lot_goes_on() -> None:

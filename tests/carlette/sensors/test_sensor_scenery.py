@@ -57,6 +57,17 @@ def test_requests_are_answered_while_a_map_is_built_and_the_first_frame_comes_af
         one.destroy()
 
 
+def test_with_its_scenery_built_before_it_listens_a_first_tick_brings_a_picture() -> None:
+    """Without the option the first picture of this server comes seconds later, as the test above shows."""
+    with running_server("--map", "demo_town", "--build-scenery", *_version(), program=("-c", SLOW_BUILDER)) as port:
+        world = _world(port)
+        _make_synchronous(world)
+        camera, pictures = _listening(world, "sensor.camera.rgb")
+        frame = world.tick()
+        assert pictures.get(timeout=CLIENT_TIMEOUT_S) == frame
+        camera.destroy()
+
+
 def test_a_server_ends_at_once_while_a_map_is_built() -> None:
     with running_server("--map", "demo_town", *_version(), program=("-c", SLOW_BUILDER.replace("7.0", "60.0"))) as port:
         world = _world(port)
