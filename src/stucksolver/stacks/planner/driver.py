@@ -20,6 +20,7 @@ from stucksolver.stacks.driver.hazards import nearest_hazards, sweep
 from stucksolver.stacks.driver.path import Path
 from stucksolver.stacks.driver.perception import HAZARD_LAMPS, NearbyBodies
 from stucksolver.stacks.planner.blockers import SLOW_SHARE, STANDS_MPS, TOUCHES_M, Blockers
+from stucksolver.stacks.planner.foresight import allowed_acceleration, entering
 from stucksolver.stacks.planner.passes import (
     ROOM_AFTER_M,
     Pass,
@@ -194,6 +195,13 @@ class PlannerDriver(BehaviorDriver):
 
     def _acceleration(self, path: Path, way: Motion, around: NearbyBodies) -> float:
         allowed = super()._acceleration(path, way, around)
-        if self._wait_m is None:
+        if self._wait_m is not None:
+            allowed = min(allowed, self._concerns.wait(self._wait_m - WAITS_M, way.speed))
+        if self._planner.following or self._holding:
             return allowed
-        return min(allowed, self._concerns.wait(self._wait_m - WAITS_M, way.speed))
+        where = self._planner.where
+        seen = on_route(path, where.s, around)
+        for hazard in entering(seen, where, self._model):
+            allowed = min(allowed, self._concerns.hazard(hazard, way.speed))
+        known = around.part(np.isin(around.actor_id, seen.actor_id))
+        return allowed_acceleration(path, where, max(way.speed, 0.0), allowed, seen, known, self._model)

@@ -1,0 +1,124 @@
+"""How hard to brake for those who are about to be where the ego will be: several drives are rolled out against them.
+
+Standing bodies and leaders in the path are the driver's own concern; here it is those who come into it from the side,
+and those into whose lane the path leads. CARLA's world frame, metres, radians, seconds.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stucksolver.scene.boxes import separation
+from stucksolver.stacks.driver.path import Array, Path, Projection
+from stucksolver.stacks.driver.perception import NearbyBodies
+from stucksolver.stacks.driver.vehicle_model import VehicleModel
+from stucksolver.stacks.driver.hazards import Hazard
+from stucksolver.stacks.planner.route_bodies import Flags, RouteBodies
+
+STEP_S = 0.2
+HORIZON_S = 4.0
+BRAKING_MPS2 = (0.0, -1.0, -2.0, -3.5, -5.0, -8.0)
+"""Accelerations tried besides the one wished for, gentle ones first."""
+CLEARANCE_M = 0.4
+"""Kept before and behind the ego's body."""
+BESIDE_M = 0.15
+"""Kept on either side of it."""
+AFTER_S = 0.25
+"""Seconds of the follower's drive kept between it and the ego, when it is the ego that comes in."""
+NEAR_M = 60.0
+_BEND_OVER_M = 40.0
+_ALIGNED_RAD = math.radians(35.0)
+_MOVES_MPS = 0.4
+_COMES_MPS = -1.0
+_IN_LANE_M = 0.6
+ENTERS_FROM_M = 2.2
+"""Who pulls out is looked for so far beside the ego's way."""
+ENTERS_SLOPE = 0.04
+"""Metres towards the ego's way for each along it from which on somebody pulls out."""
+
+
+def allowed_acceleration(
+    path: Path,
+    where: Projection,
+    speed: float,
+    wished: float,
+    bodies: RouteBodies,
+    around: NearbyBodies,
+    model: VehicleModel,
+) -> float:
+    """The most of `wished` and gentler to harder braking with which the ego meets nobody; the hardest if all do.
+
+    `bodies` are those `around`, in the same order, seen from `path`; `speed` is the ego's.
+    """
+    who = _concern_us(bodies, where, model)
+    if not who.any():
+        return wished
+    others, seen = around.part(who), bodies.part(who)
+    t = np.arange(0.0, HORIZON_S + 1e-9, STEP_S)[1:]
+    x, y, yaw = _forecast(path, others, seen, t)
+    tried = [wished] + [one for one in BRAKING_MPS2 if one < wished]
+    half_length = others.half_length + AFTER_S / 2.0 * np.hypot(others.vx, others.vy)
+    best, latest = tried[-1], -1.0
+    for acceleration in tried:
+        s, v = _driven(where.s, speed, acceleration, t)
+        ex, ey, eyaw = path.at(s)
+        offset = where.lateral * np.exp(-(s - where.s) / max(4.0, speed))
+        ex, ey = ex - offset * np.sin(eyaw), ey + offset * np.cos(eyaw)
+        gap = separation(
+            (ex[:, None], ey[:, None], eyaw[:, None]),
+            (model.half_length + CLEARANCE_M, model.half_width + BESIDE_M),
+            (x, y, yaw),
+            (half_length, others.half_width),
+        )
+        # Who runs into one that stands has had the choice.
+        touches = ((gap <= 0.0) & (v > _MOVES_MPS)[:, None]).any(axis=1)
+        if not touches.any():
+            return acceleration
+        first = float(t[int(np.argmax(touches))])
+        if first > latest + STEP_S / 2.0:
+            best, latest = acceleration, first
+    return best
+
+
+def entering(bodies: RouteBodies, where: Projection, model: VehicleModel) -> list[Hazard]:
+    """Vehicles ahead beside the ego's way that pull out into it, as if they were in it already; seen from its path."""
+    aside = bodies.d - where.lateral
+    free = np.abs(aside) - bodies.aside - model.half_width
+    gap = bodies.s - bodies.along - where.s - model.half_length
+    beside = (free > 0.0) & (free < ENTERS_FROM_M) & (gap > -1.0) & (gap < NEAR_M) & ~bodies.is_walker
+    out = (bodies.speed > _MOVES_MPS) & (-np.sign(aside) * bodies.vd > ENTERS_SLOPE * np.abs(bodies.vs))
+    found = np.flatnonzero(beside & out & (bodies.vs > 0.0)).tolist()
+    return [Hazard(int(bodies.actor_id[k]), max(float(gap[k]), 0.0), float(bodies.vs[k]), False) for k in found]
+
+
+def _concern_us(bodies: RouteBodies, where: Projection, model: VehicleModel) -> Flags:
+    """Who moves, is near, does not come towards us along the road, and neither follows nor leads us in the lane."""
+    along = bodies.s - where.s
+    near = (np.abs(along) < NEAR_M) & (bodies.speed > _MOVES_MPS) & ~bodies.is_walker
+    comes = (bodies.vs < _COMES_MPS) & (np.abs(bodies.vd) < -bodies.vs)
+    in_lane = np.abs(bodies.d - where.lateral) < model.half_width + _IN_LANE_M
+    behind = (along < 0.0) & in_lane
+    leads = (along > 0.0) & (np.abs(bodies.d) < _IN_LANE_M) & (np.abs(bodies.vd) < 0.3)
+    return np.asarray(near & ~comes & ~behind & ~leads)
+
+
+def _forecast(path: Path, others: NearbyBodies, seen: RouteBodies, t: Array) -> tuple[Array, Array, Array]:
+    """Poses (times x bodies): with the road where they drive along it, straight on where they do not."""
+    speed = np.hypot(others.vx, others.vy)
+    course = np.arctan2(others.vy, others.vx)
+    low, high = np.maximum(seen.s - _BEND_OVER_M, 0.0), np.minimum(seen.s + _BEND_OVER_M, path.length)
+    turn = path.at(high)[2] - path.at(low)[2]
+    bend = np.arctan2(np.sin(turn), np.cos(turn)) / np.maximum(high - low, 1.0)
+    aligned = np.abs(np.arctan2(seen.vd, seen.vs)) < _ALIGNED_RAD
+    rate = np.where(aligned, bend * speed, 0.0)
+    headed = course + rate * t[:, None] / 2.0
+    gone = speed * t[:, None]
+    return others.x + gone * np.cos(headed), others.y + gone * np.sin(headed), others.yaw + rate * t[:, None]
+
+
+def _driven(s: float, speed: float, acceleration: float, t: Array) -> tuple[Array, Array]:
+    v = np.maximum(speed + acceleration * t, 0.0)
+    steps = (np.concatenate([[speed], v[:-1]]) + v) / 2.0 * STEP_S
+    return s + np.cumsum(steps), v
