@@ -1,0 +1,104 @@
+"""What the sensors measure, each with its time; arrays are not copied and must not be written to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+Pixels = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class LidarSweep:
+    """What the LiDAR swept over in one of its measurements (in CARLA: one tick, a part of a turn)."""
+
+    time_s: float
+    points: Singles
+    """(n, 4): x, y, z (m) in the vehicle frame at `time_s`, and intensity (0 to 1)."""
+
+
+@dataclass(frozen=True, eq=False)
+class CameraFrame:
+    """One picture of the front camera."""
+
+    time_s: float
+    rgb: Pixels
+    """(height, width, 3)."""
+
+
+@dataclass(frozen=True)
+class GnssFix:
+    """A position by satellites, in the local frame; of the receiver, which sits at the vehicle's reference point."""
+
+    time_s: float
+    x_m: float
+    y_m: float
+    z_m: float
+
+
+@dataclass(frozen=True)
+class ImuSample:
+    """Accelerations and turn rates in the vehicle frame's axes; gravity is part of `acceleration_mps2[2]`."""
+
+    time_s: float
+    acceleration_mps2: tuple[float, float, float]
+    rotation_rps: tuple[float, float, float]
+    """About x, y and z; the last is the yaw rate, positive to the left."""
+    compass_rad: float | None = None
+    """Yaw in the local frame by the magnetic field, counter-clockwise from x; None where there is none."""
+
+
+@dataclass(frozen=True)
+class WheelSpeed:
+    """Speed along the heading by the wheels; negative in reverse."""
+
+    time_s: float
+    speed_mps: float
+
+
+@dataclass(frozen=True, eq=False)
+class PoseEstimate:
+    """Where the vehicle's reference point is thought to be, in the local frame."""
+
+    time_s: float
+    x_m: float
+    y_m: float
+    z_m: float
+    yaw_rad: float
+    speed_mps: float
+    """Along the heading."""
+    yaw_rate_rps: float
+    covariance: Floats
+    """(4, 4) of x, y (m), yaw (rad), speed (m/s)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Detections:
+    """Boxes found in the sensors' data of one moment, in the vehicle frame at `time_s`; equal lengths n."""
+
+    time_s: float
+    label: NDArray[np.int64]
+    """(n,): index into `stucksolver.perception.labels.LABELS`."""
+    score: Floats
+    """(n,): 0 to 1, meant as the share of such boxes that are right."""
+    center: Floats
+    """(n, 3): the middle of the box (m)."""
+    size: Floats
+    """(n, 3): length, width, height (m)."""
+    yaw: Floats
+    """(n,)."""
+    velocity: Floats
+    """(n, 2): over ground (not relative to the ego), along the vehicle frame's x and y (m/s)."""
+
+    def __len__(self) -> int:
+        return len(self.label)
+
+    def part(self, which: NDArray[Any]) -> Detections:
+        """Some of them, by a mask or by indices."""
+        columns = (self.label, self.score, self.center, self.size, self.yaw, self.velocity)
+        return Detections(self.time_s, *(column[which] for column in columns))
