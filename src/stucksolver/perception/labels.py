@@ -5,8 +5,8 @@ from __future__ import annotations
 from stucksolver.scene import ObjectKind
 
 LABELS = ("car", "truck", "two_wheeler", "pedestrian", "animal", "cone", "barrier", "debris")
-"""Names of the detector's classes; `truck` is every large vehicle (van, truck, bus), `debris` all that is small and lies
-on the road."""
+"""Names of the detector's classes; `truck` is every large vehicle (van, truck, bus), `debris` all that is small and
+lies on the road."""
 
 KIND_OF_LABEL = (
     ObjectKind.CAR,

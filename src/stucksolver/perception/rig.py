@@ -63,7 +63,7 @@ class CameraRig(Model):
         return self.width_px / (2.0 * math.tan(math.radians(self.fov_deg) / 2.0))
 
     def project(self, points: Floats) -> tuple[Floats, Floats, Floats]:
-        """Vehicle-frame points (n, 3) as (column, row, distance ahead of the lens); what is behind has distance <= 0."""
+        """Vehicle-frame points (n, 3) as (column, row, distance ahead of the lens, not above 0 behind it)."""
         inverse = np.linalg.inv(self.mount.to_vehicle())
         seen = points @ inverse[:3, :3].T + inverse[:3, 3]
         ahead = seen[:, 0]

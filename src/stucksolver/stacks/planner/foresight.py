@@ -11,10 +11,10 @@ import math
 import numpy as np
 
 from stucksolver.scene.boxes import separation
+from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.driver.path import Array, Path, Projection
 from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
-from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.planner.route_bodies import Flags, RouteBodies
 
 STEP_S = 0.2
