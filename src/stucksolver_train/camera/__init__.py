@@ -1,0 +1,1 @@
+"""The camera networks: crops of what was found, and vehicles far away."""

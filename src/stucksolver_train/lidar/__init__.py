@@ -1,0 +1,1 @@
+"""The LiDAR detector: targets, network, training, export."""
