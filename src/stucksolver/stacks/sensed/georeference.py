@@ -1,0 +1,35 @@
+"""From a receiver's latitude and longitude to a place on the map.
+
+`carla.Map.transform_to_geolocation` is not used: client 0.9.16 gives latitudes of the other sign than the server's
+receiver (CARLA issue 9389). This is the server's own projection (`GeoReference` in CARLA 0.9.15, MIT), turned round:
+spherical Mercator, scaled at the origin's latitude.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+EARTH_RADIUS_M = 6378137.0
+_HEADER = re.compile(r"<geoReference>(.*?)</geoReference>", re.DOTALL)
+_ORIGIN = re.compile(r"\+(lat|lon)_0=([-+0-9.eE]+)")
+
+
+class GeoReference:
+    """Of one map, by its OpenDRIVE text; a map that names no origin has it at 0, 0, as in CARLA."""
+
+    def __init__(self, opendrive: str) -> None:
+        header = _HEADER.search(opendrive)
+        found = dict(_ORIGIN.findall(header[1])) if header else {}
+        self._longitude_deg = float(found.get("lon", 0.0))
+        latitude_deg = float(found.get("lat", 0.0))
+        self._scale_m = math.cos(math.radians(latitude_deg)) * EARTH_RADIUS_M
+        self._north_m = self._mercator(latitude_deg)
+
+    def local(self, latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
+        """(x, y) in the local frame, whose y points north."""
+        x = math.radians(longitude_deg - self._longitude_deg) * self._scale_m
+        return x, self._mercator(latitude_deg) - self._north_m
+
+    def _mercator(self, latitude_deg: float) -> float:
+        return self._scale_m * math.log(math.tan(math.radians(90.0 + latitude_deg) / 2.0))
