@@ -1,0 +1,123 @@
+"""What is known of each tracked object by several looks: kinds are voted, blinkers need time."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stucksolver.perception.camera.attributes import Attributes
+from stucksolver.perception.camera.crop_network import KINDS, NOTHING, CropNetwork, softmax
+from stucksolver.perception.measurements import Floats
+from stucksolver.scene import ObjectKind
+
+LOOKS = 2
+"""A kind is said after so many looks that each were sure of it by themselves."""
+LOOK_WEIGHT = 0.5
+"""Looks at the same object resemble each other: each counts as half a look that is independent."""
+LOOK_CAP, VOTE_CAP = 3.0, 6.0
+"""How far one look, and all looks together, can put a kind behind the likeliest (nats): a vote can be overturned."""
+BLINK_S = 1.5
+"""Two periods of the slowest usual blinkers, less the part that they are lit."""
+BLINK_LOOKS, BLINK_LEAST_S = 3, 0.9
+"""A blinker is off where so many looks over at least this long all saw it dark."""
+BRAKE_S = 0.6
+"""How long a look at the brake lamps holds."""
+AGREE = 2
+"""Emergency lights and doors are said when this many of the last three looks that could tell agree."""
+_NOTHING = KINDS.index(NOTHING)
+
+
+@dataclass
+class _Known:
+    votes: Floats = field(default_factory=lambda: np.zeros(_NOTHING))
+    said: Counter[ObjectKind] = field(default_factory=Counter)
+    looks: deque[tuple[float, Attributes]] = field(default_factory=deque)
+    """Of the last `BLINK_S`, oldest first."""
+    slow: dict[str, deque[bool]] = field(default_factory=dict)
+
+
+class AttributeMemory:
+    """Looks at each track over time. The thresholds are those of the network that looked."""
+
+    def __init__(self, network: CropNetwork) -> None:
+        self._least = network.least_kind
+        self._known: dict[int, _Known] = {}
+
+    def update(self, track_id: int, time_s: float, look: Attributes) -> Attributes:
+        """Take in a look at a track, and say what is known of it now. Times must not go back."""
+        known = self._known.setdefault(track_id, _Known())
+        if look.kind_shares is not None:
+            _vote(known, look)
+            known.looks.append((time_s, look))
+            for name in ("emergency_lights", "door_open"):
+                answer = getattr(look, name)
+                if answer is not None:
+                    known.slow.setdefault(name, deque(maxlen=3)).append(answer)
+        return self.known(track_id, time_s)
+
+    def known(self, track_id: int, time_s: float) -> Attributes:
+        """What is known of a track at a time; nothing of one that was never seen."""
+        known = self._known.get(track_id)
+        if known is None:
+            return Attributes()
+        while known.looks and time_s - known.looks[0][0] > BLINK_S:
+            known.looks.popleft()
+        kind, sure, shares = self._kind(known)
+        recent = list(known.looks)
+        last = recent[-1][1] if recent else Attributes()
+        brake = [one.brake_lights for at, one in recent if time_s - at <= BRAKE_S and one.brake_lights is not None]
+        return Attributes(
+            kind,
+            sure,
+            shares,
+            last.hidden,
+            brake[-1] if brake else None,
+            _blinks([(at, one.left_blinker) for at, one in recent]),
+            _blinks([(at, one.right_blinker) for at, one in recent]),
+            _agreed(known.slow.get("emergency_lights", ())) if recent else None,
+            _agreed(known.slow.get("door_open", ())) if recent else None,
+        )
+
+    def keep(self, track_ids: Iterable[int]) -> None:
+        """Forget all tracks but these."""
+        wanted = set(track_ids)
+        self._known = {name: one for name, one in self._known.items() if name in wanted}
+
+    def _kind(self, known: _Known) -> tuple[ObjectKind | None, float, Floats | None]:
+        if not known.said and not known.votes.any():
+            return None, 0.0, None
+        shares = softmax(known.votes)
+        best = int(shares.argmax())
+        kind, sure = ObjectKind(KINDS[best]), float(shares[best])
+        enough = known.said[kind] >= LOOKS and sure >= self._least[best]
+        return kind if enough else None, sure, np.append(shares, 0.0)
+
+
+def _vote(known: _Known, look: Attributes) -> None:
+    """A look at a hidden object says nothing about its kind."""
+    shares = look.kind_shares
+    if shares is None or int(shares.argmax()) == _NOTHING:
+        return
+    logs = np.log(np.maximum(shares[:_NOTHING], 1e-6))
+    known.votes += LOOK_WEIGHT * np.maximum(logs - logs.max(), -LOOK_CAP)
+    known.votes = np.maximum(known.votes - known.votes.max(), -VOTE_CAP)
+    if look.kind is not None:
+        known.said[look.kind] += 1
+
+
+def _blinks(looks: list[tuple[float, bool | None]]) -> bool | None:
+    """Whether a lamp that is dark now and then blinks."""
+    told = [(at, lit) for at, lit in looks if lit is not None]
+    if any(lit for _, lit in told):
+        return True
+    if len(told) >= BLINK_LOOKS and told[-1][0] - told[0][0] >= BLINK_LEAST_S:
+        return False
+    return None
+
+
+def _agreed(answers: Iterable[bool]) -> bool | None:
+    counted = Counter(answers).most_common(1)
+    return counted[0][0] if counted and counted[0][1] >= AGREE else None

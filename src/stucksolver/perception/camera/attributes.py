@@ -1,0 +1,95 @@
+"""What the camera tells of objects that were found: their kind, their lamps, their doors. One picture at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.perception.camera.crop_network import KINDS, LAMP_ANSWERS, NOTHING, CropAnswers, CropNetwork
+from stucksolver.perception.camera.crops import cut_crops, features_of, windows_of
+from stucksolver.perception.camera.weights import DATA
+from stucksolver.perception.measurements import CameraFrame, Floats
+from stucksolver.perception.rig import CameraRig
+from stucksolver.scene import ObjectKind
+
+OFF, ON = LAMP_ANSWERS.index("off"), LAMP_ANSWERS.index("on")
+
+
+@dataclass(frozen=True, eq=False)
+class Attributes:
+    """What is known of one object; None wherever it is not known well enough to say."""
+
+    kind: ObjectKind | None = None
+    kind_confidence: float = 0.0
+    """Of the likeliest kind, whether it is said or not; 0 where the object was not looked at."""
+    kind_shares: Floats | None = None
+    """(len(KINDS),) probabilities, for voting; None where the object was not looked at."""
+    hidden: bool | None = None
+    """True: the box shows something else, or nothing."""
+    brake_lights: bool | None = None
+    left_blinker: bool | None = None
+    """Of a single picture: whether it is lit at this moment. Of a memory: whether it blinks."""
+    right_blinker: bool | None = None
+    emergency_lights: bool | None = None
+    door_open: bool | None = None
+
+    @property
+    def hazard_lights(self) -> bool | None:
+        """Both blinkers; False as soon as one is known to be off."""
+        both = (self.left_blinker, self.right_blinker)
+        return False if False in both else (True if all(both) else None)
+
+
+class AttributeReader:
+    """Reads objects in a picture, one look at a time; see `AttributeMemory` for what holds over time."""
+
+    def __init__(self, folder: Path = DATA, threads: int = 1, network: CropNetwork | None = None) -> None:
+        """Loads the weights, or takes a network that is loaded already. Raises `WeightsError`."""
+        self.network = CropNetwork(folder, threads) if network is None else network
+
+    def read(self, frame: CameraFrame, rig: CameraRig, boxes: Floats) -> tuple[Attributes, ...]:
+        """What the picture shows of each box.
+
+        Args:
+            frame: The picture.
+            rig: The camera that took it.
+            boxes: (n, 7) centre x, y, z, length, width, height (m), yaw (rad) in the vehicle frame of that moment.
+
+        Returns:
+            One answer for each box, in order; nothing is known of boxes out of view or too small.
+        """
+        windows = windows_of(rig, boxes)
+        keep = np.flatnonzero(windows.usable)
+        answers: list[Attributes] = [Attributes()] * len(boxes)
+        if len(keep):
+            crops = cut_crops(frame.rgb, windows.center[keep], windows.side[keep])
+            told = self.network.run(crops, features_of(rig, boxes, windows)[keep])
+            for i, one in zip(keep.tolist(), attributes_of(told, self.network), strict=True):
+                answers[i] = one
+        return tuple(answers)
+
+
+def attributes_of(answers: CropAnswers, network: CropNetwork) -> list[Attributes]:
+    """The answers for crops of objects, where they reach the network's thresholds; a hidden object has no lamps."""
+    best = answers.kind.argmax(axis=1)
+    sure = answers.kind.max(axis=1)
+    says = sure >= network.least_kind[best]
+    hidden = best == KINDS.index(NOTHING)
+    lamps = np.where(hidden[:, None], np.nan, _lamps(answers.lamps, network.least_lamp))
+    found = []
+    for i in range(len(best)):
+        kind = ObjectKind(KINDS[best[i]]) if says[i] and not hidden[i] else None
+        known = [None if np.isnan(one) else bool(one) for one in lamps[i].tolist()]
+        gone = bool(hidden[i]) if says[i] else None
+        found.append(Attributes(kind, float(sure[i]), answers.kind[i], gone, *known))
+    return found
+
+
+def _lamps(shares: Floats, least: Floats) -> NDArray[np.float64]:
+    """(n, lamps): 1 on, 0 off, NaN where neither is sure enough."""
+    on = shares[..., ON] >= least[:, ON]
+    off = shares[..., OFF] >= least[:, OFF]
+    return np.asarray(np.where(on, 1.0, np.where(off, 0.0, np.nan)))

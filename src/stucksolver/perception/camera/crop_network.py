@@ -1,0 +1,78 @@
+"""The crop network: what it is asked, its weights and card, and its answers as probabilities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stucksolver.perception.camera.weights import DATA, WeightsError, load_session
+from stucksolver.perception.measurements import Floats, Pixels, Singles
+from stucksolver.scene import ObjectKind
+
+VERSION = 1
+"""Of the network's inputs and outputs, the names below included."""
+NOTHING = "nothing"
+"""The answer for a box whose object is hidden, or that holds none."""
+KINDS = (*(kind.value for kind in ObjectKind if kind is not ObjectKind.UNKNOWN), NOTHING)
+LAMPS = ("brake_lights", "left_blinker", "right_blinker", "emergency_lights", "door_open")
+LAMP_ANSWERS = ("off", "on", "unseen")
+LIGHTS = ("red", "yellow", "green", "off", "unseen")
+HEADS = {"kind": len(KINDS), "lamps": len(LAMPS) * len(LAMP_ANSWERS), "light": len(LIGHTS)}
+"""The network's outputs, in this order, and how many logits each has."""
+NEVER = 2.0
+"""A threshold that no confidence reaches: the answer was never good enough on held-out data."""
+
+
+@dataclass(frozen=True, eq=False)
+class CropAnswers:
+    """Calibrated probabilities for n crops."""
+
+    kind: Floats
+    """(n, len(KINDS))."""
+    lamps: Floats
+    """(n, len(LAMPS), 3), see `LAMP_ANSWERS`."""
+    light: Floats
+    """(n, len(LIGHTS))."""
+
+
+class CropNetwork:
+    """Runs the network. Raises `WeightsError` where its files cannot be used."""
+
+    def __init__(self, folder: Path = DATA, threads: int = 1) -> None:
+        card_file = folder / "crops.json"
+        self._session, self.card = load_session(folder / "crops.onnx", card_file, VERSION, threads)
+        names = {"kinds": KINDS, "lamps": LAMPS, "lights": LIGHTS}
+        for key, expected in names.items():
+            if self.card.get(key) != list(expected):
+                raise WeightsError(f"{card_file}: `{key}` are not those that this code reads; train the network again")
+        try:
+            self._temperature = {head: float(self.card["temperatures"][head]) for head in HEADS}
+            least: dict[str, Any] = self.card["least"]
+            self.least_kind = np.array([float(least["kind"][name]) for name in KINDS])
+            self.least_lamp = np.array([[float(least["lamps"][name][one]) for one in LAMP_ANSWERS] for name in LAMPS])
+            self.least_light = np.array([float(least["light"][name]) for name in LIGHTS])
+        except (KeyError, TypeError, ValueError) as error:
+            raise WeightsError(
+                f"{card_file}: a temperature or threshold is missing: {error}; train it again"
+            ) from error
+
+    def run(self, crops: Pixels, features: Singles) -> CropAnswers:
+        """Answers for crops (n, 64, 64, 3) and features (n, 10) of `crops.py`."""
+        if not len(crops):
+            return CropAnswers(*self._probabilities([np.zeros((0, size), np.float32) for size in HEADS.values()]))
+        return CropAnswers(*self._probabilities(self._session.run(None, {"crops": crops, "features": features})))
+
+    def _probabilities(self, logits: list[Singles]) -> list[Floats]:
+        kind, lamps, light = (
+            one.astype(np.float64) / self._temperature[head] for head, one in zip(HEADS, logits, strict=True)
+        )
+        return [softmax(kind), softmax(lamps.reshape(-1, len(LAMPS), len(LAMP_ANSWERS))), softmax(light)]
+
+
+def softmax(logits: Floats) -> Floats:
+    """Along the last axis."""
+    powers = np.exp(logits - logits.max(axis=-1, keepdims=True)) if logits.size else logits
+    return np.asarray(powers / np.maximum(powers.sum(axis=-1, keepdims=True), 1e-300))

@@ -1,0 +1,144 @@
+"""Crops of the picture: one small square for each box, and what geometry says about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.perception.measurements import Floats, Pixels, Singles
+from stucksolver.perception.rig import CameraRig
+
+CROP_PX = 64
+"""Side of a crop."""
+MARGIN = 1.25
+"""A crop is this much wider than the box in the picture: trackers err, lamps' halos and shadows help."""
+LEAST_PX = 8.0
+"""The longer side of a box in the picture; nothing is read from smaller ones."""
+LEAST_IN_VIEW = 0.35
+"""Share of a box's rectangle that must lie in the picture."""
+NEAREST_M = 0.5
+"""All corners of a box must be this far ahead of the lens."""
+SAMPLES = 2
+"""Large crops are first thinned out to about this many samples a pixel of the crop, for speed."""
+FILL = 114
+"""Grey outside the picture."""
+FEATURES = 10
+"""Columns of `features_of`."""
+_SIGNS = np.array([[x, y, z] for x in (0.5, -0.5) for y in (0.5, -0.5) for z in (0.5, -0.5)])
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Where boxes are in the picture; equal lengths n."""
+
+    rectangle: Floats
+    """(n, 4): left, top, right, bottom (px), cut at the picture's edges."""
+    in_view: Floats
+    """(n,): the share of the whole rectangle that this is."""
+    usable: NDArray[np.bool_]
+    """(n,): large enough, enough of it in view, all of it ahead."""
+
+    @property
+    def center(self) -> Floats:
+        """(n, 2): column, row."""
+        return (self.rectangle[:, :2] + self.rectangle[:, 2:]) / 2.0
+
+    @property
+    def side(self) -> Floats:
+        """(n,): of the square crops, margin included (px)."""
+        longer = np.max(self.rectangle[:, 2:] - self.rectangle[:, :2], axis=1)
+        return np.asarray(np.maximum(MARGIN * longer, 1.0))
+
+
+def corners_of(boxes: Floats) -> Floats:
+    """(n, 8, 3): corners of boxes (n, 7) of centre x, y, z, length, width, height (m), yaw (rad)."""
+    local = _SIGNS[None] * boxes[:, None, 3:6]
+    cos, sin = np.cos(boxes[:, 6, None]), np.sin(boxes[:, 6, None])
+    turned = np.stack(
+        [local[..., 0] * cos - local[..., 1] * sin, local[..., 0] * sin + local[..., 1] * cos, local[..., 2]], axis=-1
+    )
+    return np.asarray(turned + boxes[:, None, :3])
+
+
+def windows_of(rig: CameraRig, boxes: Floats) -> Windows:
+    """Where boxes (n, 7; see `corners_of`), given in the vehicle frame, are in the camera's picture."""
+    if not len(boxes):
+        return Windows(np.zeros((0, 4)), np.zeros(0), np.zeros(0, bool))
+    column, row, ahead = (one.reshape(-1, 8) for one in rig.project(corners_of(boxes).reshape(-1, 3)))
+    whole = np.stack([column.min(1), row.min(1), column.max(1), row.max(1)], axis=1)
+    limit = np.array([rig.width_px, rig.height_px, rig.width_px, rig.height_px], float)
+    cut = np.clip(whole, 0.0, limit)
+    sides = cut[:, 2:] - cut[:, :2]
+    area = np.maximum(np.prod(whole[:, 2:] - whole[:, :2], axis=1), 1e-6)
+    in_view = np.prod(sides, axis=1) / area
+    fits = (sides.max(1) >= LEAST_PX) & (in_view >= LEAST_IN_VIEW)
+    return Windows(cut, in_view, fits & (ahead.min(1) > NEAREST_M))
+
+
+def cut_crops(rgb: Pixels, center: Floats, side: Floats, pixels: int = CROP_PX) -> Pixels:
+    """Squares of a picture, brought to one size.
+
+    Args:
+        rgb: (height, width, 3).
+        center: (n, 2) column and row of the squares' middles (px).
+        side: (n,) of the squares (px).
+        pixels: Side of the crops that are returned.
+
+    Returns:
+        (n, pixels, pixels, 3); what lies outside the picture is grey.
+    """
+    from PIL import Image
+
+    crops = np.full((len(center), pixels, pixels, 3), FILL, np.uint8)
+    height, width = rgb.shape[:2]
+    for crop, (column, row), size in zip(crops, center.tolist(), side.tolist(), strict=True):
+        scale = pixels / size
+        left, top = column - size / 2.0, row - size / 2.0
+        # The target's pixels whose middles lie in the picture.
+        first_x, last_x = _inside(left, size, width, pixels)
+        first_y, last_y = _inside(top, size, height, pixels)
+        if first_x >= last_x or first_y >= last_y:
+            continue
+        x0, x1 = max(left + first_x / scale, 0.0), min(left + last_x / scale, float(width))
+        y0, y1 = max(top + first_y / scale, 0.0), min(top + last_y / scale, float(height))
+        step = max(1, int(size / (SAMPLES * pixels)))
+        c0, r0 = int(x0), int(y0)
+        part = rgb[r0 : int(np.ceil(y1)) : step, c0 : int(np.ceil(x1)) : step]
+        box = ((x0 - c0) / step, (y0 - r0) / step, (x1 - c0) / step, (y1 - r0) / step)
+        box = (box[0], box[1], min(box[2], part.shape[1]), min(box[3], part.shape[0]))
+        target = (last_x - first_x, last_y - first_y)
+        small = Image.fromarray(part).resize(target, Image.Resampling.BILINEAR, box=box)
+        crop[first_y:last_y, first_x:last_x] = np.asarray(small)
+    return crops
+
+
+def features_of(rig: CameraRig, boxes: Floats, windows: Windows) -> Singles:
+    """What geometry says about each box: (n, 10), about -1 to 1.
+
+    The logarithms of length, width, height, distance and of the crop's side in pixels; the share in view; the direction
+    in which the lens lies as seen from the object (cosine, sine: 1, 0 = it is seen from ahead); height of its foot over
+    the road; and 1 for "this is an object" (crops of traffic lights have zeros throughout).
+    """
+    lens = rig.mount.to_vehicle()[:3, 3]
+    away = boxes[:, :2] - lens[:2]
+    bearing = np.arctan2(-away[:, 1], -away[:, 0]) - boxes[:, 6]
+    columns = [
+        *np.log(np.maximum(boxes[:, 3:6], 0.05)).T / 3.0,
+        np.log(np.maximum(np.hypot(away[:, 0], away[:, 1]), 1.0)) / 4.0,
+        np.log(windows.side) / 6.0,
+        windows.in_view,
+        np.cos(bearing),
+        np.sin(bearing),
+        np.clip(boxes[:, 2] - boxes[:, 5] / 2.0, -3.0, 3.0) / 3.0,
+        np.ones(len(boxes)),
+    ]
+    return np.stack(columns, axis=1).astype(np.float32)
+
+
+def _inside(start: float, size: float, limit: int, pixels: int) -> tuple[int, int]:
+    """The first and the last-but-one of the pixels of a crop that lie in a picture, along one axis."""
+    middles = start + (np.arange(pixels) + 0.5) * size / pixels
+    first, last = np.searchsorted(middles, [0.0, float(limit)])
+    return int(first), int(last)

@@ -1,0 +1,121 @@
+"""The state of traffic lights, from crops of their heads. The map says where the heads are."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from stucksolver.perception.camera.crop_network import LIGHTS, CropNetwork
+from stucksolver.perception.camera.crops import cut_crops, windows_of
+from stucksolver.perception.camera.weights import DATA
+from stucksolver.perception.measurements import CameraFrame, Floats
+from stucksolver.perception.rig import CameraRig
+from stucksolver.scene.surroundings import LightState
+
+LEAST_FACING = 0.35
+"""Cosine between the way a head shows and the way to the lens (70 degrees); heads seen flatter are not read."""
+LOOKS = 2
+"""A state counts after this many looks in a row that agree."""
+FORGET_S = 1.0
+"""A light that was not read for so long is unknown."""
+STATES = (LightState.RED, LightState.YELLOW, LightState.GREEN, LightState.OFF, LightState.UNKNOWN)
+"""In the order of `LIGHTS`; a head that cannot be seen says nothing."""
+
+LightLook = tuple[LightState, float]
+"""What one picture shows of a light, and how sure that is (0 to 1; 0 where unknown)."""
+
+
+class LightReader:
+    """Reads the lights in a picture, one look at a time; see `LightFilter`."""
+
+    def __init__(self, folder: Path = DATA, threads: int = 1, network: CropNetwork | None = None) -> None:
+        """Loads the weights, or takes a network that is loaded already. Raises `WeightsError`."""
+        self._network = CropNetwork(folder, threads) if network is None else network
+
+    def read(self, frame: CameraFrame, rig: CameraRig, heads: Sequence[Floats]) -> tuple[LightLook, ...]:
+        """What each light shows.
+
+        Args:
+            frame: The picture.
+            rig: The camera that took it.
+            heads: For each light (k, 7): middle x, y, z, half sizes x, y, z (m) and yaw (rad) of each of its heads in
+                the vehicle frame. A head shows its lamps towards its negative y axis, as in CARLA.
+
+        Returns:
+            One answer for each light, in order; unknown where none of its heads can be read for certain.
+        """
+        counts = [len(one) for one in heads]
+        joined = np.concatenate([np.zeros((0, 7)), *(one.reshape(-1, 7) for one in heads)])
+        windows = windows_of(rig, boxes_of_heads(joined))
+        keep = np.flatnonzero(windows.usable & (facing(rig, joined) > LEAST_FACING))
+        crops = cut_crops(frame.rgb, windows.center[keep], windows.side[keep])
+        shares = np.zeros((len(joined), len(LIGHTS)))
+        shares[:, -1] = 1.0
+        shares[keep] = self._network.run(crops, np.zeros((len(keep), 10), np.float32)).light
+        ends = np.cumsum([0, *counts])
+        parts = [shares[start:end] for start, end in itertools.pairwise(ends.tolist())]
+        return tuple(combined(part, self._network.least_light) for part in parts)
+
+
+@dataclass
+class LightFilter:
+    """What lights show, over time: nothing counts after a single look, and nothing is kept for long."""
+
+    _looks: dict[str, list[tuple[float, LightLook]]] = field(default_factory=dict)
+    """For each light its last looks that said something, oldest first."""
+
+    def update(self, light_id: str, time_s: float, look: LightLook) -> LightLook:
+        """Take in a look at a light; what it shows now: unknown is never to be taken for green."""
+        kept = self._looks.setdefault(light_id, [])
+        if look[0] is not LightState.UNKNOWN:
+            kept.append((time_s, look))
+            del kept[:-LOOKS]
+        return self.state(light_id, time_s)
+
+    def state(self, light_id: str, time_s: float) -> LightLook:
+        """What a light shows at a time, by the looks so far."""
+        kept = [one for at, one in self._looks.get(light_id, ()) if 0.0 <= time_s - at <= FORGET_S]
+        if len(kept) < LOOKS or len({state for state, _ in kept}) != 1:
+            return LightState.UNKNOWN, 0.0
+        return kept[-1][0], min(sure for _, sure in kept)
+
+    def forget(self, before_s: float) -> None:
+        """Drop lights without a look since then."""
+        self._looks = {name: looks for name, looks in self._looks.items() if looks and looks[-1][0] >= before_s}
+
+
+def combined(shares: Floats, least: Floats) -> LightLook:
+    """One answer for the heads of a light.
+
+    Args:
+        shares: (k, 5) probabilities by head, see `LIGHTS`.
+        least: (5,) the confidence from which each answer counts.
+
+    Returns:
+        The state of the head that is read most surely; unknown if none is sure enough or two of them disagree.
+    """
+    shown = shares.argmax(axis=1)
+    sure = shares.max(axis=1)
+    counts = (shown != LIGHTS.index("unseen")) & (sure >= least[shown])
+    if not counts.any() or len(set(shown[counts].tolist())) > 1:
+        return LightState.UNKNOWN, 0.0
+    return STATES[int(shown[counts][0])], float(sure[counts].max())
+
+
+def boxes_of_heads(heads: Floats) -> Floats:
+    """Heads (k, 7: middle, half sizes, yaw) as boxes (k, 7: middle, length, width, height, yaw)."""
+    boxes = np.array(heads, dtype=np.float64).reshape(-1, 7)
+    boxes[:, 3:6] *= 2.0
+    return boxes
+
+
+def facing(rig: CameraRig, heads: Floats) -> Floats:
+    """Cosine between the way each head (k, 7; vehicle frame) shows its lamps and the way from it to the lens."""
+    lens = rig.mount.to_vehicle()[:3, 3]
+    way = lens[:2] - heads[:, :2]
+    shows = np.stack([np.sin(heads[:, 6]), -np.cos(heads[:, 6])], axis=1)
+    return np.asarray(np.sum(way * shows, axis=1) / np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-6))

@@ -1,0 +1,178 @@
+"""How good the crop network is on held-out crops: temperatures, thresholds, confusion matrices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.perception.camera.crop_network import KINDS, LAMP_ANSWERS, LAMPS, NEVER, softmax
+from stucksolver.perception.measurements import Floats
+from stucksolver.scene.objects import PASSABLE_KINDS
+from stucksolver_train.camera.crops_data import Crops
+
+KIND_RIGHT, PASSABLE_RIGHT = 0.95, 0.99
+"""Share of a kind's answers that must be right on held-out crops; of kinds that may be driven over, more."""
+LIGHT_RIGHT = {"red": 0.98, "yellow": 0.98, "green": 0.99, "off": 0.98, "unseen": 0.0}
+LAMP_RIGHT, BLINKER_DARK_RIGHT = 0.97, 0.75
+"""The same of lamps. A blinker that is dark in one picture may blink all the same: the memory waits for more looks."""
+LEAST_CONFIDENCE = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Logits:
+    """What the network says about crops."""
+
+    kind: Floats
+    """(n, len(KINDS))."""
+    lamps: Floats
+    """(n, len(LAMPS), 3)."""
+    light: Floats
+    """(n, len(LIGHTS))."""
+
+    def part(self, which: NDArray[np.bool_]) -> Logits:
+        """Some of them."""
+        return Logits(self.kind[which], self.lamps[which], self.light[which])
+
+
+def halves(group: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which crops calibrate; the others are scored. Split by recording, or in time where there is only one."""
+    names = np.unique(group)
+    if len(names) > 1:
+        return np.isin(group, names[::2])
+    return np.arange(len(group)) < len(group) // 2
+
+
+def temperature_of(logits: Floats, labels: NDArray[np.int64]) -> float:
+    """The temperature that makes labels (n,) likeliest given logits (n, k); 1 without any (Guo et al. 2017)."""
+    counts = labels >= 0
+    if not counts.any():
+        return 1.0
+    logits, labels = logits[counts], labels[counts]
+    candidates = np.exp(np.linspace(np.log(0.3), np.log(5.0), 60))
+    losses = [-np.log(softmax(logits / one)[np.arange(len(labels)), labels] + 1e-12).mean() for one in candidates]
+    return float(candidates[int(np.argmin(losses))])
+
+
+def least_confidence(confidence: Floats, right: NDArray[np.bool_], share: float) -> float:
+    """The lowest confidence from which on at least a share of answers is right.
+
+    Args:
+        confidence: (n,) of the answers of one class.
+        right: (n,) whether each is right.
+        share: Between 0 and 1. A share of 0.99 needs 100 answers to be shown at all, one of 0.95 needs 20.
+
+    Returns:
+        At least `LEAST_CONFIDENCE`; `NEVER` where no confidence is enough, or where there are too few answers to know.
+    """
+    order = np.argsort(-confidence, kind="stable")
+    counts = np.arange(1, len(order) + 1)
+    good = np.cumsum(right[order]) / counts >= share
+    # Answers of equal confidence are taken together.
+    ends = np.append(np.diff(confidence[order]) != 0, True) if len(order) else np.zeros(0, bool)
+    enough = counts >= round(1.0 / max(1.0 - share, 1e-9))
+    found = np.flatnonzero(good & ends & enough)
+    return max(LEAST_CONFIDENCE, float(confidence[order][found[-1]])) if len(found) else NEVER
+
+
+def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
+    """Temperatures and thresholds, as they stand in the card."""
+    flat = logits.lamps.reshape(-1, len(LAMP_ANSWERS)), crops.lamps.reshape(-1)
+    temperatures = {
+        "kind": temperature_of(logits.kind, crops.kind),
+        "lamps": temperature_of(*flat),
+        "light": temperature_of(logits.light, crops.light),
+    }
+    kind = softmax(logits.kind / temperatures["kind"])
+    lamps = softmax(logits.lamps / temperatures["lamps"])
+    light = softmax(logits.light / temperatures["light"])
+    passable = {one.value for one in PASSABLE_KINDS}
+    wanted = {name: PASSABLE_RIGHT if name in passable else KIND_RIGHT for name in KINDS}
+    lamp_least = {}
+    for i, name in enumerate(LAMPS):
+        dark = BLINKER_DARK_RIGHT if "blinker" in name else LAMP_RIGHT
+        shares = dict(zip(LAMP_ANSWERS, (dark, LAMP_RIGHT, 0.0), strict=True))
+        lamp_least[name] = _least(lamps[:, i], crops.lamps[:, i], shares)
+    least = {
+        "kind": _least(kind, crops.kind, wanted),
+        "lamps": lamp_least,
+        "light": _least(light, crops.light, LIGHT_RIGHT),
+    }
+    return {"temperatures": temperatures, "least": least}
+
+
+def _least(shares: Floats, labels: NDArray[np.int64], wanted: dict[str, float]) -> dict[str, float]:
+    """Thresholds by name; `wanted` has the names in the order of the columns of `shares`."""
+    counts = labels >= 0
+    best, sure, labels = shares[counts].argmax(1), shares[counts].max(1), labels[counts]
+    return {
+        name: round(least_confidence(sure[best == i], labels[best == i] == i, share), 4)
+        for i, (name, share) in enumerate(wanted.items())
+    }
+
+
+def scores(logits: Logits, crops: Crops, card: dict[str, Any]) -> dict[str, Any]:
+    """Accuracy of each head on crops, how often it answers, how right its answers are, and confusion matrices."""
+    warm, least = card["temperatures"], card["least"]
+    told = {
+        "kind": _scored(softmax(logits.kind / warm["kind"]), crops.kind, least["kind"]),
+        "light": _scored(softmax(logits.light / warm["light"]), crops.light, least["light"]),
+    }
+    lamps = softmax(logits.lamps / warm["lamps"])
+    for i, name in enumerate(LAMPS):
+        told[name] = _scored(lamps[:, i], crops.lamps[:, i], least["lamps"][name])
+    return told
+
+
+def _scored(shares: Floats, labels: NDArray[np.int64], least: dict[str, float]) -> dict[str, Any]:
+    counts = labels >= 0
+    names, limits = list(least), np.array(list(least.values()))
+    best, sure, labels = shares[counts].argmax(1), shares[counts].max(1), labels[counts]
+    says = sure >= limits[best]
+    matrix = np.zeros((len(names), len(names)), int)
+    np.add.at(matrix, (labels, best), 1)
+    by_name = {}
+    for i, name in enumerate(names):
+        true, said = labels == i, says & (best == i)
+        by_name[name] = {
+            "crops": int(true.sum()),
+            "found": _share(best[true] == i),
+            "answered": _share(said[true]),
+            "answers": int(said.sum()),
+            "right": _share(true[said]),
+        }
+    return {
+        "crops": int(counts.sum()),
+        "accuracy": _share(best == labels),
+        "answered": _share(says),
+        "right_when_answered": _share(best[says] == labels[says]),
+        "by_name": by_name,
+        "confusion": matrix.tolist(),
+    }
+
+
+def _share(flags: NDArray[np.bool_]) -> float | None:
+    return round(float(flags.mean()), 4) if len(flags) else None
+
+
+def report(told: dict[str, Any]) -> str:
+    """The scores as text, with one confusion matrix (rows: truth) for each head."""
+    lines = []
+    for head, one in told.items():
+        lines.append(
+            f"{head}: {one['crops']} crops, accuracy {one['accuracy']}, answered {one['answered']}, "
+            f"right when answered {one['right_when_answered']}"
+        )
+        for name, row in one["by_name"].items():
+            if row["crops"] or row["answers"]:
+                lines.append(
+                    f"  {name:16} crops {row['crops']:6} found {row['found']} answered {row['answered']} "
+                    f"answers {row['answers']} right {row['right']}"
+                )
+        used = [i for i, row in enumerate(one["confusion"]) if sum(row) or any(r[i] for r in one["confusion"])]
+        names = list(one["by_name"])
+        lines.append("  truth \\ answer   " + " ".join(f"{names[i][:7]:>7}" for i in used))
+        lines += [f"  {names[i]:16} " + " ".join(f"{one['confusion'][i][j]:7}" for j in used) for i in used]
+    return "\n".join(lines)

@@ -1,0 +1,243 @@
+"""Crops with labels from recordings: what the crop network is taught and checked with."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.perception.camera.crop_network import KINDS, LAMPS, LIGHTS, NOTHING
+from stucksolver.perception.camera.crops import Windows, cut_crops, features_of, windows_of
+from stucksolver.perception.camera.lights import boxes_of_heads, facing
+from stucksolver.perception.measurements import Floats, Pixels, Singles
+from stucksolver.perception.recording import KINDS as RECORDED_KINDS
+from stucksolver.perception.recording import Recorded, Recording, recordings
+from stucksolver.perception.rig import CameraRig, Mount
+from stucksolver.scene.objects import MOTOR_VEHICLES, ObjectKind
+
+CONTEXT = 1.5
+STORED_PX = 96
+"""Crops are stored this much wider than the network's (64 px), so that training can shift and scale them."""
+HIDDEN_PX, HIDDEN_SHARE = 12, 0.03
+"""An object is hidden where fewer of its pixels, or a smaller share of its rectangle, are seen."""
+DOUBTFUL_SHARE = 0.08
+"""Below it an object's kind is neither taught nor counted."""
+LAMPS_SHARE, LAMPS_PX = 0.35, 16.0
+"""Lamps count as seen from this share of a vehicle's rectangle on, and this size of it."""
+BACKGROUND = 3
+"""Boxes around nothing for each picture."""
+HEAD_HALF_M = 1.2
+"""A light's box with a longer half side is not that of a head, and is left out."""
+IGNORE, UNSEEN = -1, 2
+BRAKE, LEFT, RIGHT = 8, 32, 16
+SPECIAL = 512 | 1024
+
+
+@dataclass(frozen=True, eq=False)
+class Crops:
+    """Crops and labels; equal lengths n. A label of -1 is neither taught nor counted."""
+
+    crops: Pixels
+    """(n, 96, 96, 3)."""
+    features: Singles
+    """(n, 10)."""
+    kind: NDArray[np.int64]
+    """Index into `KINDS`."""
+    lamps: NDArray[np.int64]
+    """(n, 5): 0 off, 1 on, 2 unseen."""
+    light: NDArray[np.int64]
+    """Index into `LIGHTS`."""
+    group: NDArray[np.int64]
+    """Which recording it is from."""
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+    def part(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> Crops:
+        """Some of them."""
+        return Crops(*(getattr(self, one.name)[which] for one in fields(self)))
+
+    @staticmethod
+    def joined(parts: Sequence[Crops]) -> Crops:
+        """All of them, in order."""
+        return Crops(*(np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(Crops)))
+
+
+def empty() -> Crops:
+    """No crops."""
+    whole = (np.zeros((0, STORED_PX, STORED_PX, 3), np.uint8), np.zeros((0, 10), np.float32))
+    return Crops(*whole, np.zeros(0, int), np.zeros((0, len(LAMPS)), int), np.zeros(0, int), np.zeros(0, int))
+
+
+def crops_in(folders: Sequence[Path], jobs: int, seed: int = 0) -> Crops:
+    """Every crop of the recordings in some folders, read by `jobs` processes. Raises `RecordingError`."""
+    found = [one for folder in folders for one in recordings(folder)]
+    work = [(one.folder, file, group, seed) for group, one in enumerate(found) for file in one.files]
+    if jobs <= 1:
+        return Crops.joined([empty(), *map(_of_stretch, work)])
+    with multiprocessing.get_context("fork").Pool(jobs) as pool:
+        return Crops.joined([empty(), *pool.imap_unordered(_of_stretch, work)])
+
+
+def _of_stretch(work: tuple[Path, Path, int, int]) -> Crops:
+    folder, file, group, seed = work
+    recording = Recording(folder)
+    random = np.random.default_rng([seed, group, int(file.stem)])
+    parts = [
+        one
+        for tick in recording.stretch(file)
+        if tick.jpeg is not None and tick.instances is not None
+        for one in _of_tick(tick, recording.rig.camera, group, random)
+    ]
+    return Crops.joined([empty(), *parts])
+
+
+def to_vehicle(pose: Floats, boxes: Floats) -> Floats:
+    """Boxes of the local frame (n, 7: centre, length, width, height, yaw) in the vehicle frame of a recorded pose."""
+    x, y, z, yaw, pitch, roll = pose[:6].tolist()
+    yaw_deg, pitch_deg, roll_deg = (float(np.degrees(one)) for one in (yaw, pitch, roll))
+    mount = Mount(x_m=x, y_m=y, z_m=z, yaw_deg=yaw_deg, pitch_deg=pitch_deg, roll_deg=roll_deg)
+    inverse = np.linalg.inv(mount.to_vehicle())
+    moved = boxes.copy()
+    moved[:, :3] = boxes[:, :3] @ inverse[:3, :3].T + inverse[:3, 3]
+    moved[:, 6] -= yaw
+    return np.asarray(moved)
+
+
+def _of_tick(tick: Recorded, rig: CameraRig, group: int, random: np.random.Generator) -> Iterator[Crops]:
+    rgb, mask = tick.picture(), tick.instances
+    assert rgb is not None and mask is not None
+    truth = tick.truth
+    boxes = to_vehicle(tick.pose, truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]])
+    windows = windows_of(rig, boxes)
+    keep = np.flatnonzero(windows.usable)
+    if len(keep):
+        each = keep.tolist()
+        shares = [_seen(mask, int(truth.actor_id[i]), windows.rectangle[i]) for i in each]
+        kinds = [_kind_label(_true_kind(tick, i), *seen) for i, seen in zip(each, shares, strict=True)]
+        features = features_of(rig, boxes, windows)
+        lamps = [_lamp_labels(tick, i, features[i], windows, seen[1]) for i, seen in zip(each, shares, strict=True)]
+        yield _made(rgb, windows, keep, features[keep], np.array(kinds), np.array(lamps), group)
+    yield from _background(rgb, rig, windows, group, random)
+    yield from _lights(tick, rgb, mask, rig, group)
+
+
+def _made(
+    rgb: Pixels,
+    windows: Windows,
+    keep: NDArray[np.int64],
+    features: Singles,
+    kind: NDArray[np.int64] | None,
+    lamps: NDArray[np.int64] | None,
+    group: int,
+    light: NDArray[np.int64] | None = None,
+) -> Crops:
+    n = len(keep)
+    crops = cut_crops(rgb, windows.center[keep], windows.side[keep] * CONTEXT, STORED_PX)
+    none = np.full(n, IGNORE)
+    return Crops(
+        crops,
+        features,
+        none if kind is None else kind,
+        np.full((n, len(LAMPS)), IGNORE) if lamps is None else lamps,
+        none if light is None else light,
+        np.full(n, group),
+    )
+
+
+def _true_kind(tick: Recorded, i: int) -> ObjectKind:
+    """As recorded; flaggers are recorded as pedestrians where the simulator's client does not tell them apart."""
+    if tick.truth.type_id[i].startswith("walker.flagger"):
+        return ObjectKind.FLAGGER
+    return RECORDED_KINDS[int(tick.truth.kind[i])]
+
+
+def _seen(mask: NDArray[np.uint16], actor_id: int, rectangle: Floats) -> tuple[int, float]:
+    """How many pixels of an actor its rectangle shows, and what share of the rectangle they are."""
+    left, top = (int(one) for one in rectangle[:2])
+    right, bottom = (int(np.ceil(one)) for one in rectangle[2:])
+    part = mask[top:bottom, left:right]
+    own = int(np.count_nonzero(part == actor_id % 65536))
+    return own, own / max(part.size, 1)
+
+
+def _kind_label(kind: ObjectKind, own: int, share: float) -> int:
+    if own < HIDDEN_PX or share < HIDDEN_SHARE:
+        return KINDS.index(NOTHING)
+    if share < DOUBTFUL_SHARE or kind is ObjectKind.UNKNOWN:
+        return IGNORE
+    return KINDS.index(kind.value)
+
+
+def _lamp_labels(tick: Recorded, i: int, features: Singles, windows: Windows, share: float) -> list[int]:
+    """Off, on or unseen. A blinker counts as on in its dark moments too: one look cannot know, and is taught so."""
+    kind, flags, doors = _true_kind(tick, i), int(tick.truth.lamps[i]), int(tick.truth.doors[i])
+    labels = [IGNORE] * len(LAMPS)
+    if kind not in MOTOR_VEHICLES or share < HIDDEN_SHARE:
+        return labels
+    small = float(np.max(windows.rectangle[i, 2:] - windows.rectangle[i, :2])) < LAMPS_PX
+    hidden = small or share < LAMPS_SHARE
+    bearing = float(np.degrees(np.arctan2(features[7], features[6])))
+    """0: the lens is ahead of the vehicle; 90: on its left."""
+    if flags >= 0:
+        labels[0] = UNSEEN if hidden or abs(bearing) < 100.0 else int(bool(flags & BRAKE))
+        labels[1] = UNSEEN if hidden or -110.0 < bearing < -70.0 else int(bool(flags & LEFT))
+        labels[2] = UNSEEN if hidden or 70.0 < bearing < 110.0 else int(bool(flags & RIGHT))
+        if kind in {ObjectKind.EMERGENCY, ObjectKind.SCHOOL_BUS}:
+            labels[3] = UNSEEN if small or share < LAMPS_SHARE else int(bool(flags & SPECIAL))
+        else:
+            labels[3] = 0
+    if doors >= 0:
+        labels[4] = UNSEEN if hidden else doors
+    return labels
+
+
+def _background(
+    rgb: Pixels, rig: CameraRig, taken: Windows, group: int, random: np.random.Generator
+) -> Iterator[Crops]:
+    """Boxes on the ground where nobody is: what a detector may find by mistake."""
+    n = 4 * BACKGROUND
+    size = np.exp(random.uniform(np.log(0.3), np.log(5.0), (n, 1))) * random.uniform(0.5, 1.0, (n, 3))
+    ahead = np.exp(random.uniform(np.log(5.0), np.log(60.0), n))
+    place = np.stack([ahead, ahead * random.uniform(-0.6, 0.6, n), size[:, 2] / 2.0], axis=1)
+    boxes = np.concatenate([place, size, random.uniform(-np.pi, np.pi, (n, 1))], axis=1)
+    windows = windows_of(rig, boxes)
+    free = windows.usable.copy()
+    for i in np.flatnonzero(free):
+        free[i] = not len(taken.rectangle) or float(_overlap(windows.rectangle[i], taken.rectangle).max()) < 0.1
+    keep = np.flatnonzero(free)[:BACKGROUND]
+    if len(keep):
+        kind = np.full(len(keep), KINDS.index(NOTHING))
+        yield _made(rgb, windows, keep, features_of(rig, boxes, windows)[keep], kind, None, group)
+
+
+def _overlap(one: Floats, others: Floats) -> Floats:
+    """Which share of the smaller rectangle two have in common."""
+    sides = np.minimum(one[2:], others[:, 2:]) - np.maximum(one[:2], others[:, :2])
+    common = np.prod(np.maximum(sides, 0.0), axis=1)
+    smaller = np.minimum(np.prod(one[2:] - one[:2]), np.prod(others[:, 2:] - others[:, :2], axis=1))
+    return np.asarray(common / np.maximum(smaller, 1.0))
+
+
+def _lights(tick: Recorded, rgb: Pixels, mask: NDArray[np.uint16], rig: CameraRig, group: int) -> Iterator[Crops]:
+    if tick.lights is None:
+        return
+    for light_id, state, heads in zip(tick.lights.light_id, tick.lights.state, tick.lights.heads, strict=True):
+        if int(state) >= len(LIGHTS) - 1 or not len(heads) or heads[:, 3:6].max() > HEAD_HALF_M:
+            continue
+        moved = heads.copy()
+        moved[:, 3:6] *= 2.0
+        moved = to_vehicle(tick.pose, moved)
+        moved[:, 3:6] /= 2.0
+        windows = windows_of(rig, boxes_of_heads(moved))
+        keep = np.flatnonzero(windows.usable)
+        if not len(keep):
+            continue
+        away = facing(rig, moved)
+        shown = [_seen(mask, int(light_id), windows.rectangle[i])[1] > 0.4 and away[i] > 0.35 for i in keep]
+        labels = np.where(shown, int(state), len(LIGHTS) - 1)
+        yield _made(rgb, windows, keep, np.zeros((len(keep), 10), np.float32), None, None, group, labels)

@@ -1,0 +1,72 @@
+"""From the trained crop network to the files that the runtime loads: `crops.onnx` and its card `crops.json`."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from stucksolver.perception.camera.crop_network import KINDS, LAMPS, LIGHTS, VERSION
+from stucksolver.perception.camera.crops import CROP_PX, FEATURES
+from stucksolver_train.camera.crops_data import Crops
+from stucksolver_train.camera.crops_net import CropNet, Shipped
+
+OPSET = 17
+TOLERANCE = 2e-2
+"""How far onnxruntime's logits may be from torch's."""
+TRIED = 64
+"""Crops that both are tried with."""
+
+
+class ExportError(RuntimeError):
+    """The exported network does not say what the trained one says."""
+
+
+def export(net: CropNet, out: Path, card: dict[str, Any], tried: Crops) -> dict[str, Any]:
+    """Write the network and its card, and compare both on some crops. Returns the card. Raises `ExportError`."""
+    shipped, file = Shipped(net).eval(), out / "crops.onnx"
+    example = (torch.zeros(2, CROP_PX, CROP_PX, 3, dtype=torch.uint8), torch.zeros(2, FEATURES))
+    names = ["kind", "lamps", "light"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the exporter that needs no further package says that it is old
+        torch.onnx.export(
+            shipped,
+            example,
+            str(file),
+            input_names=["crops", "features"],
+            output_names=names,
+            dynamic_axes={name: {0: "n"} for name in ("crops", "features", *names)},
+            opset_version=OPSET,
+            dynamo=False,
+        )
+    full = {
+        "version": VERSION,
+        "kinds": list(KINDS),
+        "lamps": list(LAMPS),
+        "lights": list(LIGHTS),
+        **card,
+        "sha256": hashlib.sha256(file.read_bytes()).hexdigest(),
+    }
+    _compare(shipped, file, tried)
+    (out / "crops.json").write_text(json.dumps(full, indent=1) + "\n", encoding="utf-8")
+    return full
+
+
+def _compare(shipped: Shipped, file: Path, tried: Crops) -> None:
+    import onnxruntime
+
+    edge = (tried.crops.shape[1] - CROP_PX) // 2
+    crops = np.ascontiguousarray(tried.crops[:TRIED, edge : edge + CROP_PX, edge : edge + CROP_PX])
+    features = tried.features[:TRIED]
+    with torch.no_grad():
+        expected = shipped(torch.from_numpy(crops), torch.from_numpy(features))
+    session = onnxruntime.InferenceSession(str(file), providers=["CPUExecutionProvider"])
+    told = session.run(None, {"crops": crops, "features": features})
+    worst = max(float(np.abs(a.numpy() - b).max()) for a, b in zip(expected, told, strict=True))
+    if worst > TOLERANCE:
+        raise ExportError(f"{file}: onnxruntime is off by {worst:.3g} from torch; do not ship it")

@@ -1,0 +1,128 @@
+"""The crop network in torch, and what is done to crops while it learns."""
+
+from __future__ import annotations
+
+import itertools
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from stucksolver.perception.camera.crop_network import HEADS
+from stucksolver.perception.camera.crops import CROP_PX, FEATURES, FILL
+
+WIDTHS = (24, 32, 64, 128)
+SQUEEZED, JOINED = 48, 160
+SHIFT, ZOOM = 0.10, 0.18
+"""How far a tracker's box may be off: the middle by this share of the crop's side, the side by this share."""
+LENGTH_FEATURES, BEARING = slice(0, 3), slice(6, 8)
+LEFT, RIGHT = 1, 2
+"""Indices of the blinkers in `LAMPS`."""
+
+
+class Block(nn.Module):
+    """Two convolutions, the first of which halves the picture; the second is added to what it gets."""
+
+    def __init__(self, before: int, after: int) -> None:
+        super().__init__()
+        self.down = nn.Sequential(nn.Conv2d(before, after, 3, 2, 1, bias=False), nn.BatchNorm2d(after), nn.ReLU())
+        self.more = nn.Sequential(nn.Conv2d(after, after, 3, 1, 1, bias=False), nn.BatchNorm2d(after))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(n, before, h, w) to (n, after, h/2, w/2)."""
+        x = self.down(x)
+        return functional.relu(x + self.more(x))
+
+
+class CropNet(nn.Module):
+    """A trunk of 3x3 convolutions down to 4x4, joined with the features; one linear head for each question."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        first = nn.Sequential(nn.Conv2d(3, WIDTHS[0], 5, 2, 2, bias=False), nn.BatchNorm2d(WIDTHS[0]), nn.ReLU())
+        self.trunk = nn.Sequential(first, *(Block(a, b) for a, b in itertools.pairwise(WIDTHS)))
+        self.squeeze = nn.Sequential(nn.Conv2d(WIDTHS[-1], SQUEEZED, 1), nn.ReLU())
+        self.geometry = nn.Sequential(nn.Linear(FEATURES, 32), nn.ReLU())
+        self.join = nn.Sequential(nn.Linear(16 * SQUEEZED + 32, JOINED), nn.ReLU(), nn.Dropout(0.2))
+        self.heads = nn.ModuleList(nn.Linear(JOINED, size) for size in HEADS.values())
+
+    def forward(self, pictures: Tensor, features: Tensor) -> tuple[Tensor, ...]:
+        """Logits of each head for pictures (n, 3, 64, 64; 0 to 1) and features (n, 10)."""
+        seen = self.squeeze(self.trunk(pictures * 2.0 - 1.0)).flatten(1)
+        joined = self.join(torch.cat([seen, self.geometry(features)], dim=1))
+        return tuple(head(joined) for head in self.heads)
+
+
+class Shipped(nn.Module):
+    """The network as it is exported: takes crops as they are cut, (n, 64, 64, 3) bytes."""
+
+    def __init__(self, net: CropNet) -> None:
+        super().__init__()
+        self.net = net
+
+    def forward(self, crops: Tensor, features: Tensor) -> tuple[Tensor, ...]:
+        """Logits of each head."""
+        outputs: tuple[Tensor, ...] = self.net(crops.permute(0, 3, 1, 2).float() / 255.0, features)
+        return outputs
+
+
+def middle(stored: Tensor) -> Tensor:
+    """What the runtime would cut of stored crops (n, 96, 96, 3 bytes): (n, 3, 64, 64; 0 to 1)."""
+    edge = (stored.shape[1] - CROP_PX) // 2
+    part = stored[:, edge : edge + CROP_PX, edge : edge + CROP_PX]
+    return part.permute(0, 3, 1, 2).float() / 255.0
+
+
+def augmented(stored: Tensor, features: Tensor, lamps: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Crops as they might have been: another box, another light, mirrored, partly covered.
+
+    Args:
+        stored: (n, 96, 96, 3) bytes.
+        features: (n, 10).
+        lamps: (n, 5) labels.
+
+    Returns:
+        Pictures (n, 3, 64, 64; 0 to 1), features and lamp labels that go with them.
+    """
+    n, device = len(stored), stored.device
+    whole = stored.permute(0, 3, 1, 2).float() / 255.0
+    flip = torch.rand(n, device=device) < 0.5
+    zoom = (1.0 + ZOOM * (2.0 * torch.rand(n, device=device) - 1.0)) * CROP_PX / stored.shape[1]
+    shift = 2.0 * SHIFT * (2.0 * torch.rand(n, 2, device=device) - 1.0)
+    matrix = torch.zeros(n, 2, 3, device=device)
+    matrix[:, 0, 0] = torch.where(flip, -zoom, zoom)
+    matrix[:, 1, 1] = zoom
+    matrix[:, :, 2] = shift
+    grid = functional.affine_grid(matrix, [n, 3, CROP_PX, CROP_PX], align_corners=False)
+    pictures = functional.grid_sample(whole - FILL / 255.0, grid, align_corners=False) + FILL / 255.0
+    features, lamps = features.clone(), lamps.clone()
+    objects = features[:, -1:] > 0.5
+    noise = torch.zeros_like(features)
+    noise[:, LENGTH_FEATURES] = 0.05 * torch.randn(n, 3, device=device)
+    features = features + torch.where(objects, noise, torch.zeros_like(noise))
+    features[flip, BEARING.stop - 1] *= -1.0
+    turned = torch.rand(n, device=device) < 0.1  # a tracker may take the rear for the front
+    features[turned, BEARING] *= -1.0
+    swapped = lamps.clone()
+    swapped[:, LEFT], swapped[:, RIGHT] = lamps[:, RIGHT], lamps[:, LEFT]
+    return _relit(pictures), features, torch.where(flip[:, None], swapped, lamps)
+
+
+def _relit(pictures: Tensor) -> Tensor:
+    """Brightness, contrast, colour, blur, noise and a covered patch."""
+    n, device = len(pictures), pictures.device
+
+    def draw(*shape: int) -> Tensor:
+        return 2.0 * torch.rand(n, *shape, device=device) - 1.0
+
+    mean = pictures.mean(dim=(1, 2, 3), keepdim=True)
+    pictures = (pictures - mean) * (1.0 + 0.25 * draw(1, 1, 1)) + mean * (1.0 + 0.25 * draw(1, 1, 1))
+    pictures = pictures * (1.0 + 0.06 * draw(3, 1, 1))
+    blurred = functional.avg_pool2d(pictures, 3, 1, 1, count_include_pad=False)
+    pictures = torch.lerp(pictures, blurred, (0.5 + 0.5 * draw(1, 1, 1)) * (draw(1, 1, 1) > 0.4))
+    pictures = pictures + 0.02 * torch.randn_like(pictures) * (0.5 + 0.5 * draw(1, 1, 1))
+    steps = torch.linspace(-1.0, 1.0, CROP_PX, device=device)
+    off_x, off_y = (steps - draw(1)).abs(), (steps - draw(1)).abs()
+    half = 0.25 * torch.rand(n, 1, device=device) * (torch.rand(n, 1, device=device) < 0.25)
+    covered = ((off_y < half)[:, :, None] & (off_x < half)[:, None, :])[:, None]
+    return torch.where(covered, torch.rand(n, 3, 1, 1, device=device), pictures).clamp(0.0, 1.0)

@@ -1,0 +1,192 @@
+"""Trains the crop network: `python -m stucksolver_train.camera.crops_train --data DIR --check DIR --out OUT`.
+
+Reads all crops of the recordings, learns for a given time on a GPU or the processor, calibrates on one half of the
+check recordings, scores on the other, and writes `crops.onnx`, `crops.json` (the card) and `crops_scores.json` to OUT.
+"""
+
+from __future__ import annotations
+
+import argparse
+import copy
+import json
+import os
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+from torch.nn import functional
+
+from stucksolver.perception.camera.crop_network import HEADS, LAMP_ANSWERS, LAMPS, LIGHTS
+from stucksolver.perception.measurements import Floats
+from stucksolver_train.camera.crops_check import Logits, calibrated, halves, report, scores
+from stucksolver_train.camera.crops_data import Crops, crops_in
+from stucksolver_train.camera.crops_export import export
+from stucksolver_train.camera.crops_net import CropNet, augmented, middle
+
+MOST_CROPS = 250_000
+"""More are thinned out; about 7 GB."""
+RARE = 0.65
+"""Classes are drawn in proportion to their number to the power of one minus this."""
+LIT = 3.0
+"""Crops with a lamp that is lit or a door that is open are drawn so much more often."""
+PEAK_RATE, WEIGHT_DECAY, WARM_UP = 2e-3, 0.02, 0.05
+AVERAGED = 0.998
+"""Of the moving average of the weights, for each step."""
+REPORT_S = 5.0
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Of a training run."""
+
+    out: Path
+    minutes: float
+    """Of learning; reading and scoring come on top."""
+    seed: int = 1
+    batch: int = 512
+    steps: int | None = None
+    """End after so many steps even if there is time left."""
+    jobs: int = 1
+    device: str = "cpu"
+
+
+def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> dict[str, object]:
+    """Train, export and score; what the card holds. Raises `RecordingError`, and `ValueError` without crops."""
+    torch.manual_seed(settings.seed)
+    start = time.monotonic()
+    taught, held = (crops_in(folders, settings.jobs, settings.seed) for folders in (data, check))
+    print(f"{len(taught)} crops to learn from, {len(held)} to check with, read in {time.monotonic() - start:.0f} s")
+    if not len(taught) or not len(held):
+        raise ValueError("there are no crops in the recordings: they need pictures with instance masks")
+    net = fit(taught, settings)
+    logits = logits_of(net, held, settings)
+    half = halves(held.group)
+    card = calibrated(logits.part(half), held.part(half))
+    told = scores(logits.part(~half), held.part(~half), card)
+    print(report(told))
+    settings.out.mkdir(parents=True, exist_ok=True)
+    (settings.out / "crops_scores.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    card["trained"] = {
+        "crops": len(taught),
+        "check_crops": len(held),
+        "minutes": settings.minutes,
+        "seed": settings.seed,
+    }
+    return export(net, settings.out, card, held)
+
+
+def fit(taught: Crops, settings: Settings) -> CropNet:
+    """The network after learning, with averaged weights, on the processor."""
+    device = torch.device(settings.device)
+    net = CropNet().to(device).train()
+    averaged: CropNet = copy.deepcopy(net).eval()
+    weights = torch.from_numpy(sampling_weights(taught))
+    kept = _thinned(weights, settings)
+    weights = weights[kept].to(device)
+    stored, features, kind, lamps, light = (
+        torch.from_numpy(one[kept.numpy()]).to(device)
+        for one in (taught.crops, taught.features, taught.kind, taught.lamps, taught.light)
+    )
+    optimizer = torch.optim.AdamW(net.parameters(), PEAK_RATE, weight_decay=WEIGHT_DECAY)
+    start, said, step, losses = time.monotonic(), 0.0, 0, torch.zeros(3, device=device)
+    while True:
+        spent = time.monotonic() - start
+        done = max(spent / (60.0 * settings.minutes), step / settings.steps if settings.steps else 0.0)
+        if done >= 1.0:
+            break
+        for group in optimizer.param_groups:
+            group["lr"] = PEAK_RATE * _rate(done)
+        drawn = torch.multinomial(weights, settings.batch, replacement=True)
+        pictures, known, lit = augmented(stored[drawn], features[drawn], lamps[drawn])
+        with torch.autocast(device.type, torch.bfloat16, enabled=device.type == "cuda"):
+            outputs = net(pictures, known)
+        parts = losses_of(outputs, kind[drawn], lit, light[drawn])
+        optimizer.zero_grad(set_to_none=True)
+        parts.sum().backward()
+        optimizer.step()
+        step += 1
+        _average(averaged, net, min(AVERAGED, step / (step + 10.0)))
+        losses = torch.lerp(parts.detach(), losses, 0.95 if step > 1 else 0.0)
+        if spent - said >= REPORT_S:
+            said = spent
+            each = " ".join(f"{head} {float(one):.3f}" for head, one in zip(HEADS, losses, strict=True))
+            print(f"{spent:5.0f} s, step {step}: {each}", flush=True)
+    averaged.cpu().eval()
+    return averaged
+
+
+def losses_of(outputs: Sequence[Tensor], kind: Tensor, lamps: Tensor, light: Tensor) -> Tensor:
+    """(3,): the cross entropy of each head, over labels that are not -1."""
+    told = outputs[1].reshape(-1, len(LAMP_ANSWERS))
+    pairs = ((outputs[0], kind), (told, lamps.reshape(-1)), (outputs[2], light))
+    sums = [functional.cross_entropy(one.float(), label, ignore_index=-1, reduction="sum") for one, label in pairs]
+    counts = [(label >= 0).sum().clamp(min=1) for _, label in pairs]
+    return torch.stack([total / count for total, count in zip(sums, counts, strict=True)])
+
+
+def sampling_weights(crops: Crops) -> Floats:
+    """How often each crop is drawn: rare kinds, rare states of lights and lit lamps more than their share."""
+    names = np.where(crops.kind >= 0, crops.kind, np.where(crops.light >= 0, 100 + crops.light, 200))
+    _, place, counts = np.unique(names, return_inverse=True, return_counts=True)
+    weights = counts[place].astype(np.float64) ** -RARE
+    return np.asarray(weights * np.where((crops.lamps == 1).any(axis=1), LIT, 1.0))
+
+
+def logits_of(net: CropNet, crops: Crops, settings: Settings) -> Logits:
+    """What the network says about crops, as the runtime would cut them."""
+    parts: list[list[NDArray[np.float64]]] = []
+    with torch.no_grad():
+        for start in range(0, len(crops), 512):
+            span = slice(start, start + 512)
+            outputs = net(middle(torch.from_numpy(crops.crops[span])), torch.from_numpy(crops.features[span]))
+            parts.append([one.double().numpy() for one in outputs])
+    kind, lamps, light = (np.concatenate(one) for one in zip(*parts, strict=True))
+    return Logits(kind, lamps.reshape(-1, len(LAMPS), len(LAMP_ANSWERS)), light.reshape(-1, len(LIGHTS)))
+
+
+def _thinned(weights: Tensor, settings: Settings) -> Tensor:
+    if len(weights) <= MOST_CROPS:
+        return torch.arange(len(weights))
+    return torch.multinomial(weights, MOST_CROPS, replacement=False).sort().values
+
+
+def _rate(done: float) -> float:
+    """Of the peak: a short rise, then half a cosine down."""
+    if done < WARM_UP:
+        return done / WARM_UP + 0.01
+    return 0.5 * (1.0 + float(np.cos(np.pi * (done - WARM_UP) / (1.0 - WARM_UP)))) + 0.001
+
+
+def _average(averaged: CropNet, net: CropNet, keep: float) -> None:
+    with torch.no_grad():
+        for old, new in zip(averaged.state_dict().values(), net.state_dict().values(), strict=True):
+            if old.dtype.is_floating_point:
+                old.lerp_(new, 1.0 - keep)
+            else:
+                old.copy_(new)
+
+
+def main() -> None:
+    """The command."""
+    parser = argparse.ArgumentParser(description="train the crop network on recordings")
+    parser.add_argument("--data", type=Path, nargs="+", required=True, help="folders of recordings to learn from")
+    parser.add_argument("--check", type=Path, nargs="+", required=True, help="folders of recordings held out")
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--minutes", type=float, default=4.0, help="of learning")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--batch", type=int, default=512)
+    parser.add_argument("--steps", type=int, help="end after so many steps")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes that read recordings")
+    told = parser.parse_args()
+    device = "cuda" if torch.cuda.is_available() else "cpu"
+    settings = Settings(told.out, told.minutes, told.seed, told.batch, told.steps, told.jobs, device)
+    train(told.data, told.check, settings)
+
+
+if __name__ == "__main__":
+    main()
