@@ -13,7 +13,7 @@ from stucksolver.decision.rollout import Rollout, rollout, sluggish
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.scene.frenet import Array, Lane, Mask
 from stucksolver.scene.road import LaneDirection, LaneKind, ZoneKind
-from stucksolver.scene.view import FrenetScene
+from stucksolver.scene.view import SURE_SDS, FrenetScene
 
 
 @dataclass(frozen=True)
@@ -56,10 +56,10 @@ class CheckContext:
 
     @cached_property
     def reach(self) -> Array:
-        """(stations,): half extent of the ego's body across the road, metres."""
+        """(stations,): half extent of the ego's body across the road (m), grown by what localisation is not sure of."""
         half_length, half_width = self.view.ego.length_m / 2, self.view.ego.width_m / 2
         reach: Array = half_width * np.abs(np.cos(self.heading)) + half_length * np.abs(np.sin(self.heading))
-        return reach
+        return reach + SURE_SDS * (self.view.ego.position_sd_m or 0.0)
 
     def inside(self, lane: Lane) -> Mask:
         """(stations,): does the body reach into a lane by more than a few centimetres?"""

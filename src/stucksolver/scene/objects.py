@@ -85,6 +85,8 @@ class TrackedObject(Model):
     """For how long it has been tracked without a break."""
     kind_confidence: float | None = Field(default=None, ge=0, le=1)
     """How sure perception is of the kind; None where it does not say."""
+    position_sd_m: float | None = Field(default=None, ge=0)
+    """Standard deviation of its place, in whichever direction it is largest; None where perception is exact."""
     hazard_lights: bool | None = None
     emergency_lights: bool | None = None
     brake_lights: bool | None = None

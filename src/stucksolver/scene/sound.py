@@ -29,6 +29,8 @@ def _faults(seen: Surroundings) -> Iterator[str]:
         yield "the ego's pose or speed"
     if not (0.0 < ego.length_m <= LONGEST_M and 0.0 < ego.width_m <= LONGEST_M):
         yield "the ego's size"
+    if not 0.0 <= (ego.position_sd_m or 0.0) <= LONGEST_M:
+        yield "how surely the ego's place is known"
     for name in type(limits).model_fields:
         if not 0.05 <= getattr(limits, name) <= 100.0:
             yield f"the vehicle's {name}"
@@ -51,6 +53,7 @@ def _is_sound(o: TrackedObject) -> bool:
     known = (o.stationary_s, o.moved_s_ago, o.seen_for_s)
     ages = all(age is None or 0.0 <= age <= OLDEST_S for age in known)
     sure = o.kind_confidence is None or 0.0 <= o.kind_confidence <= 1.0
+    sure &= o.position_sd_m is None or 0.0 <= o.position_sd_m <= LONGEST_M
     return sizes and moves and ages and sure and _within(o.x_m, o.y_m, o.yaw_rad)
 
 

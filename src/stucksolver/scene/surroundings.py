@@ -59,6 +59,8 @@ class EgoState(Model):
     length_m: float = Field(gt=0)
     width_m: float = Field(gt=0)
     limits: VehicleLimits = VehicleLimits()
+    position_sd_m: float | None = Field(default=None, ge=0)
+    """Standard deviation of its place across the road; None where localisation is exact."""
 
 
 class LaneSight(Model):

@@ -18,13 +18,16 @@ HEADS_MPS = 1.0
 """Above this speed the way that something goes tells more than the way that it points."""
 MOVING_MPS = 0.1
 """Above this speed an object counts as moving."""
+SURE_SDS = 2.0
+"""Boxes are taken to be larger on every side by so many standard deviations of their places: 95 % of a normal error."""
 
 
 class FrenetScene:
     """Arrays over the objects (index as in `objects`) and the ego, in road coordinates: all of shape (objects,).
 
     `s`, `d`: box centres; `yaw`: heading relative to the road; `vs`, `vd`: velocity along and across;
-    `half_length`, `half_width`: of the boxes; `along`, `across`: half extents of the boxes seen along the road.
+    `half_length`, `half_width`: of the boxes, grown by what perception is not sure of; `along`, `across`: half extents
+    of these boxes seen along the road.
     """
 
     def __init__(self, surroundings: Surroundings) -> None:
@@ -44,7 +47,8 @@ class FrenetScene:
         cos, sin = np.cos(heading[1:]), np.sin(heading[1:])
         vx, vy = everyone[1:, 3], everyone[1:, 4]
         self.vs, self.vd = vx * cos + vy * sin, vy * cos - vx * sin
-        self.half_length, self.half_width = everyone[1:, 5] / 2, everyone[1:, 6] / 2
+        grown = SURE_SDS * np.array([o.position_sd_m or 0.0 for o in surroundings.objects])
+        self.half_length, self.half_width = everyone[1:, 5] / 2 + grown, everyone[1:, 6] / 2 + grown
         c, n = np.abs(np.cos(self.yaw)), np.abs(np.sin(self.yaw))
         self.along: Array = self.half_length * c + self.half_width * n
         self.across: Array = self.half_length * n + self.half_width * c

@@ -32,7 +32,7 @@ def attach(agent: Any, *, obstacles: Obstacles = True, **solver: Any) -> Attache
 class AttachedAgent:
     """Has the agent's own methods; its decisions are replaced only while a plan runs."""
 
-    perception = CarlaStack.perception
+    perception = "privileged"
 
     def __init__(self, agent: Any, obstacles: Obstacles, solver: dict[str, Any]) -> None:
         self.agent = agent

@@ -29,7 +29,7 @@ from stucksolver.stacks.carla_stack.camera import FrontCamera
 from stucksolver.stacks.carla_stack.contact import footprint
 from stucksolver.stacks.carla_stack.controls import RouteControls
 from stucksolver.stacks.carla_stack.frames import to_local, to_world, yaw_to_local
-from stucksolver.stacks.carla_stack.interface import EgoVehicle, GivesWorld
+from stucksolver.stacks.carla_stack.interface import EgoVehicle, GivesWorld, OwnEyes, SeesLanes, TracksObjects
 from stucksolver.stacks.carla_stack.other_ways import other_ways
 from stucksolver.stacks.carla_stack.route_road import SPACING_M, RouteRoad
 from stucksolver.stacks.carla_stack.sight import SightLines
@@ -46,12 +46,12 @@ STARTS_WITHIN_M = 30.0
 
 
 class CarlaSenses:
-    """Ground truth from the client (`perception: privileged`) about one ego; nothing is applied, ticked or set.
+    """What is told of one ego; nothing is applied, ticked or set.
 
-    `driver` must have its route when this is made. With a `camera` its latest picture is in the scene.
+    Of a `carla.Vehicle` it is ground truth from the client (`perception` is `privileged`); a vehicle that brings eyes
+    of its own (`SensedVehicle.perceiver`) is told of by its sensors. `driver` must have its route when this is made.
+    With a `camera` its latest picture is in the scene.
     """
-
-    perception = "privileged"
 
     def __init__(
         self,
@@ -67,7 +67,11 @@ class CarlaSenses:
         self._map = self._world.get_map() if carla_map is None else carla_map
         self._range_m = range_m
         self._camera = camera
-        self._tracker = Tracker(self._world, vehicle.id, range_m)
+        self._eyes: OwnEyes | None = getattr(vehicle, "perceiver", None)
+        self.perception = "privileged" if self._eyes is None else self._eyes.perception
+        self._tracker: TracksObjects = (
+            Tracker(self._world, vehicle.id, range_m) if self._eyes is None else self._eyes.tracker()
+        )
         self._tracked_s = -math.inf
         self._sight_s = -math.inf
         self._asked = False
@@ -143,6 +147,7 @@ class CarlaSenses:
         return Surroundings(
             frame=int(snapshot.frame),
             time_s=now,
+            age_s=0.0 if self._eyes is None else self._eyes.age_s(now),
             ego=ego,
             objects=objects,
             controls=self._controls.ahead(front),
@@ -196,6 +201,7 @@ class CarlaSenses:
             length_m=self._size[0],
             width_m=self._size[1],
             limits=self._limits,
+            position_sd_m=None if self._eyes is None else self._eyes.position_sd_m,
         )
 
     def _episode_road(self) -> RoadGeometry:
@@ -203,7 +209,10 @@ class CarlaSenses:
             limit = float(self._vehicle.get_speed_limit()) / 3.6
             self._geometry = self._road.slice(self._arc, limit if limit > 0 else None)
             self._geometry_arc = self._arc
-            self._lines = SightLines(road_frame(self._geometry), self._range_m)
+            frame = road_frame(self._geometry)
+            self._lines: SeesLanes = (
+                SightLines(frame, self._range_m) if self._eyes is None else self._eyes.sight_lines(frame)
+            )
             self._sight_s = -math.inf
         return self._geometry
 

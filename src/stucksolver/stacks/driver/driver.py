@@ -20,7 +20,7 @@ from stucksolver.stacks.driver.local_planner import LocalPlanner
 from stucksolver.stacks.driver.meeting_ways import meetings
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path, Pose
-from stucksolver.stacks.driver.perception import BODILESS, RANGE_M, NearbyBodies, Perception
+from stucksolver.stacks.driver.perception import BODILESS, RANGE_M, NearbyBodies, bodies_around
 from stucksolver.stacks.driver.pull_out import BESIDE_M, SIDE_MARGIN_M, accepted_gap_s, clear_way_out, somebody_comes
 from stucksolver.stacks.driver.route_line import rejoining_length
 from stucksolver.stacks.driver.routing import trace_route
@@ -57,7 +57,7 @@ class BehaviorDriver:
         self._model = vehicle_model(vehicle)
         self._planner = LocalPlanner(self._profile.lateral_accel, self._profile.deceleration)
         self._concerns = Concerns(self._profile, self._options, self._model, self._planner)
-        self._perception = Perception(self._world, vehicle.id, self.sees_m, (*BODILESS, *DRIVEN_OVER))
+        self._perception = bodies_around(vehicle, self.sees_m, (*BODILESS, *DRIVEN_OVER))
         self._steering = SteerController(self._model)
         self._pedals = PedalController()
         self._lights = LightWatch([])

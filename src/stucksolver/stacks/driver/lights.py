@@ -73,7 +73,8 @@ class LightWatch:
     def distance_to_stop(self, front_s: float, speed: float, deceleration: float) -> float | None:
         """Distance (m) from the front bumper at `front_s` to the line to stop at; None where there is none.
 
-        Yellow is obeyed if `deceleration` (m/s²) is enough, red unless not even 5 m/s² is.
+        Yellow is obeyed if `deceleration` (m/s²) is enough, red unless not even 5 m/s² is. A light that cannot be seen
+        may be red: it is obeyed as a yellow one.
         """
         for line in self._lines:
             distance = line.s - front_s
@@ -95,9 +96,9 @@ class LightWatch:
         if line.s in self._committed and speed > _CRAWLING_MPS:
             return False
         state = line.light.state
-        if state not in (carla.TrafficLightState.Red, carla.TrafficLightState.Yellow):
+        if state in (carla.TrafficLightState.Green, carla.TrafficLightState.Off):
             return False
-        enough = deceleration if state == carla.TrafficLightState.Yellow else _MAX_STOP_MPS2
+        enough = _MAX_STOP_MPS2 if state == carla.TrafficLightState.Red else deceleration
         if speed < _CRAWLING_MPS or speed * speed <= 2.0 * enough * max(distance, 0.0):
             return True
         self._committed.add(line.s)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import carla
 import numpy as np
@@ -60,6 +60,22 @@ class NearbyBodies:
         ids = tuple(i for i, wanted in zip(self.actor_id, which.tolist(), strict=True) if wanted)
         columns = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name != "actor_id"}
         return NearbyBodies(actor_id=ids, **columns)
+
+
+class SeesBodies(Protocol):
+    """Tells what bodies are around; `Perception` by the client's word, a vehicle's own eyes by its sensors."""
+
+    def read(self, ego_x: float, ego_y: float) -> NearbyBodies:
+        """The bodies within range of a point of CARLA's world."""
+
+
+def bodies_around(vehicle: Any, range_m: float, unseen: tuple[str, ...]) -> SeesBodies:
+    """Eyes for a driver: those that the vehicle brings (`SensedVehicle.perceiver`), else the client's ground truth."""
+    own = getattr(vehicle, "perceiver", None)
+    if own is None:
+        return Perception(vehicle.get_world(), vehicle.id, range_m, unseen)
+    found: SeesBodies = own.within(range_m)
+    return found
 
 
 class Perception:
