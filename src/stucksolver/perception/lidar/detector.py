@@ -1,0 +1,59 @@
+"""The LiDAR detector: points of the last half second in, boxes with velocities out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from stucksolver.perception.camera.weights import WeightsError, load_session
+from stucksolver.perception.labels import LABELS
+from stucksolver.perception.lidar.decode import Calibration, decode
+from stucksolver.perception.lidar.grid import Grid
+from stucksolver.perception.lidar.pillars import pillars
+from stucksolver.perception.measurements import Detections, Singles
+
+DATA = Path(__file__).with_name("data")
+"""Where the shipped network lies."""
+WEIGHTS = "lidar.onnx"
+CARD = "card.json"
+VERSION = 1
+"""Of the network's inputs and outputs."""
+
+
+class LidarDetector:
+    """A CenterPoint network (Yin, Zhou, Krähenbühl 2021) on pillars, run on the processor.
+
+    Args:
+        folder: Holds `lidar.onnx` and `card.json`.
+        threads: How many threads a run may use.
+
+    Raises:
+        WeightsError: A file is missing, damaged or of another version, or onnxruntime is not installed.
+    """
+
+    def __init__(self, folder: Path = DATA, threads: int = 1) -> None:
+        card_file = folder / CARD
+        self._session, card = load_session(folder / WEIGHTS, card_file, VERSION, threads)
+        try:
+            self.grid = Grid(**card["grid"])
+            self.calibration = Calibration(*(tuple(card[key]) for key in ("slope", "shift", "least_score")))
+            labels = tuple(card["labels"])
+        except (KeyError, TypeError) as error:
+            raise WeightsError(f"{card_file}: the card lacks or garbles {error}; export the network again") from error
+        if labels != LABELS:
+            raise WeightsError(f"{card_file}: trained for {', '.join(labels)}; train again for {', '.join(LABELS)}")
+
+    def detect(self, points: Singles, time_s: float) -> Detections:
+        """What there is.
+
+        Args:
+            points: (n, 5) float32 as from `SweepBuffer.gather`: x, y, z (m), intensity (0 to 1), age (s).
+            time_s: Of the vehicle frame that the points are in.
+
+        Returns:
+            Detections in the same frame, the best first.
+        """
+        features, cell = pillars(points, self.grid)
+        logit, label, place, regressed = self._session.run(None, {"features": features, "cell": cell})
+        return decode(logit, label, np.asarray(place), regressed, time_s, self.calibration, self.grid)

@@ -1,0 +1,85 @@
+"""The LiDAR sweeps of the last half second, brought into the vehicle frame of now."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+
+from stucksolver.perception.measurements import LidarSweep, PoseEstimate, Singles
+
+RECENT_S = 0.075
+"""Sweeps up to this age are kept whole: two of CARLA's at 20 Hz, which make one turn."""
+GROUND_M = 0.15
+"""Of older sweeps only what is higher than this is kept: the road tells nothing about motion, and is most points."""
+MOST_POINTS = 60_000
+"""Older points are thinned out evenly beyond this many."""
+
+
+class SweepBuffer:
+    """Keeps sweeps with the poses they were taken at. Heights are left alone: on a slope the road tilts with us.
+
+    Args:
+        horizon_s: Sweeps older than this are forgotten.
+        most_points: How many points `gather` returns at most; those of the last turn are never thinned out.
+    """
+
+    def __init__(self, horizon_s: float = 0.5, most_points: int = MOST_POINTS) -> None:
+        self.horizon_s = horizon_s
+        self.most_points = most_points
+        self._kept: deque[tuple[PoseEstimate, Singles, Singles]] = deque()
+
+    def add(self, sweep: LidarSweep, pose: PoseEstimate) -> None:
+        """The next sweep.
+
+        Args:
+            sweep: In the vehicle frame at its time.
+            pose: The vehicle's, at the sweep's time.
+
+        Raises:
+            ValueError: The sweep is older than the last one.
+        """
+        if self._kept and pose.time_s < self._kept[-1][0].time_s:
+            raise ValueError(f"a sweep of {pose.time_s:.3f} s came after one of {self._kept[-1][0].time_s:.3f} s")
+        high = sweep.points[sweep.points[:, 2] > GROUND_M]
+        self._kept.append((pose, sweep.points, high))
+        while self._kept[0][0].time_s < pose.time_s - self.horizon_s - 1e-6:
+            self._kept.popleft()
+
+    def gather(self, pose: PoseEstimate) -> Singles:
+        """All that is kept, as seen from the vehicle at `pose`.
+
+        Args:
+            pose: Of the moment for which the points are wanted.
+
+        Returns:
+            (n, 5) float32: x, y, z (m), intensity (0 to 1), age (s); the newest sweep first.
+        """
+        parts: list[tuple[float, PoseEstimate, Singles]] = []
+        for past, whole, high in reversed(self._kept):
+            age_s = pose.time_s - past.time_s
+            if age_s <= self.horizon_s - 1e-6:
+                parts.append((age_s, past, whole if age_s <= RECENT_S else high))
+        recent = sum(len(points) for age_s, _, points in parts if age_s <= RECENT_S)
+        older = sum(len(points) for age_s, _, points in parts if age_s > RECENT_S)
+        step = max(1, math.ceil(older / max(1, self.most_points - recent)))
+        parts = [(age_s, past, points if age_s <= RECENT_S else points[::step]) for age_s, past, points in parts]
+        gathered = np.empty((sum(len(points) for _, _, points in parts), 5), np.float32)
+        at = 0
+        for age_s, past, points in parts:
+            place = gathered[at : at + len(points)]
+            _move(points, past, pose, place)
+            place[:, 4] = age_s
+            at += len(points)
+        return gathered
+
+
+def _move(points: Singles, past: PoseEstimate, now: PoseEstimate, into: Singles) -> None:
+    """Writes `points`, seen from `past`, as seen from `now` into the first four columns of `into`."""
+    turn, cos_now, sin_now = past.yaw_rad - now.yaw_rad, math.cos(now.yaw_rad), math.sin(now.yaw_rad)
+    dx, dy = past.x_m - now.x_m, past.y_m - now.y_m
+    cos, sin = np.float32(math.cos(turn)), np.float32(math.sin(turn))
+    into[:, 0] = cos * points[:, 0] - sin * points[:, 1] + np.float32(cos_now * dx + sin_now * dy)
+    into[:, 1] = sin * points[:, 0] + cos * points[:, 1] + np.float32(cos_now * dy - sin_now * dx)
+    into[:, 2:4] = points[:, 2:4]

@@ -1,0 +1,114 @@
+"""The network: points to pillars, pillars to a picture from above, the picture to objects' middles and boxes.
+
+CenterPoint (Yin, Zhou, Krähenbühl 2021) on PointPillars (Lang et al. 2019), made small for two cores of a processor:
+one head for all labels, and the four pillars of a coarse cell are joined before the first convolution.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from stucksolver.perception.labels import LABELS
+from stucksolver.perception.lidar.decode import REGRESSED
+from stucksolver.perception.lidar.grid import GRID, Grid
+from stucksolver.perception.lidar.pillars import FEATURES
+
+WIDTHS = (24, 48, 80)
+"""Channels at cells of 0.64, 1.28 and 2.56 m."""
+PILLAR_WIDTH = 24
+HEAD_WIDTH = 32
+PRIOR_LOGIT = -4.6
+"""Before training every cell says 1 %, so that the many empty ones do not drown the first steps (Lin et al. 2017)."""
+STRONGEST = 200
+"""Cells that leave the network."""
+
+
+class _ScatterMax(torch.autograd.Function):  # type: ignore[misc]
+    """The maximum by pillar, as ONNX's ScatterND, which onnxruntime does in a millisecond. For export only."""
+
+    @staticmethod
+    def forward(ctx: Any, points: Tensor, cell: Tensor, base: Tensor) -> Tensor:
+        return base.scatter_reduce(0, cell[:, None].expand_as(points), points, "amax")
+
+    @staticmethod
+    def symbolic(g: Any, points: Any, cell: Any, base: Any) -> Any:
+        column = g.op("Unsqueeze", cell, g.op("Constant", value_t=torch.tensor([1])))
+        return g.op("ScatterND", base, column, points, reduction_s="max").setType(base.type())
+
+
+def _convolution(before: int, after: int, stride: int = 1) -> nn.Sequential:
+    return nn.Sequential(
+        nn.Conv2d(before, after, 3, stride, 1, bias=False), nn.BatchNorm2d(after, momentum=0.03), nn.ReLU(inplace=True)
+    )
+
+
+def _up(before: int, after: int) -> nn.Sequential:
+    return nn.Sequential(nn.ConvTranspose2d(before, after, 2, 2, bias=False), nn.BatchNorm2d(after, momentum=0.03))
+
+
+class PillarNet(nn.Module):
+    """Logits (b, labels, rows, columns) and regressed values (b, 10, rows, columns) of b windows."""
+
+    def __init__(self, widths: tuple[int, int, int] = WIDTHS, grid: Grid = GRID) -> None:
+        super().__init__()
+        a, b, c = widths
+        self.widths, self.grid = widths, grid
+        self.point = nn.Sequential(
+            nn.Linear(FEATURES, PILLAR_WIDTH), nn.ReLU(), nn.Linear(PILLAR_WIDTH, PILLAR_WIDTH), nn.ReLU()
+        )
+        self.join = nn.Sequential(nn.Linear(4 * PILLAR_WIDTH, a), nn.ReLU())
+        self.first = _convolution(a, a)
+        self.second = nn.Sequential(_convolution(a, b, 2), *(_convolution(b, b) for _ in range(3)))
+        self.third = nn.Sequential(_convolution(b, c, 2), *(_convolution(c, c) for _ in range(3)))
+        self.third_up, self.mix = _up(c, b), _convolution(b, b)
+        self.second_up, self.head = _up(b, a), _convolution(a, HEAD_WIDTH)
+        self.heat = nn.Conv2d(HEAD_WIDTH, len(LABELS), 1)
+        self.box = nn.Conv2d(HEAD_WIDTH, REGRESSED, 1)
+        nn.init.constant_(self.heat.bias, PRIOR_LOGIT)
+
+    def forward(self, features: Tensor, cell: Tensor, windows: int) -> tuple[Tensor, Tensor]:
+        """Of points' features (n, 8) and their pillars (n,), see `stucksolver_train.lidar.pillars`."""
+        seen = self.point(features)
+        pillars = seen.new_zeros(windows * self.grid.pillars, PILLAR_WIDTH)
+        pillars = pillars.scatter_reduce(0, cell[:, None].expand_as(seen), seen, "amax")
+        return self.picture(pillars, windows)
+
+    def picture(self, pillars: Tensor, windows: int) -> tuple[Tensor, Tensor]:
+        """From pillars (windows * pillars, 24) on."""
+        flat = self.join(pillars.reshape(windows * self.grid.cells, 4 * PILLAR_WIDTH))
+        x = flat.reshape(windows, self.grid.rows, self.grid.columns, self.widths[0]).permute(0, 3, 1, 2)
+        x1 = self.first(x)
+        x2 = self.second(x1)
+        x2 = self.mix(functional.relu(x2 + self.third_up(self.third(x2))))
+        seen = self.head(functional.relu(x1 + self.second_up(x2)))
+        return self.heat(seen), self.box(seen)
+
+
+class Shipped(nn.Module):
+    """The network as it is exported: one window in, the strongest cells out."""
+
+    def __init__(self, net: PillarNet) -> None:
+        super().__init__()
+        self.net = net
+
+    def forward(self, features: Tensor, cell: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Logit (k,), label (k,), coarse cell (k,) and regressed values (k, 10)."""
+        seen = self.net.point(features)
+        base = torch.zeros(self.net.grid.pillars, PILLAR_WIDTH, device=features.device)
+        heat, box = self.net.picture(_ScatterMax.apply(seen, cell, base), 1)
+        return strongest(heat, box)
+
+
+def strongest(heat: Tensor, box: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Of one window (1, ...): cells that no neighbour of theirs beats, the strongest `STRONGEST` of them."""
+    around = functional.max_pool2d(heat, 3, 1, 1)
+    peaks = torch.where(heat == around, heat, torch.full_like(heat, -20.0)).flatten()
+    logit, index = torch.topk(peaks, STRONGEST)
+    cells = heat.shape[2] * heat.shape[3]
+    cell = index % cells
+    regressed = box.reshape(REGRESSED, cells).transpose(0, 1)[cell]
+    return logit, torch.div(index, cells, rounding_mode="floor"), cell, regressed

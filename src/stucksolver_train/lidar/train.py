@@ -1,0 +1,199 @@
+"""Trains the LiDAR detector: `python -m stucksolver_train.lidar.train --data DIR --check DIR --out OUT --minutes 8`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from stucksolver.perception.labels import LABELS
+from stucksolver_train.lidar.batches import Store
+from stucksolver_train.lidar.check import average_precision, calibrated, judged, predicted, report
+from stucksolver_train.lidar.data import EVERY, Windows, load
+from stucksolver_train.lidar.loss import losses, targets
+from stucksolver_train.lidar.net import WIDTHS, PillarNet
+from stucksolver_train.lidar.pillars import pillars
+
+WARM_UP = 0.1
+"""Share of the time in which the learning rate rises (one cycle; Smith and Topin 2018)."""
+LEAST_RATE = 0.01
+"""Of the highest rate, at both ends."""
+WEIGHT_DECAY = 0.01
+MOST_GRADIENT = 10.0
+EMA_DECAY = 0.999
+SAY_EVERY_S = 5.0
+RARE_MOST = 4.0
+"""A window with rare labels is drawn at most this many times as often as one without."""
+CHECKED_IN_DRIVE = 40
+"""Windows of each recording that the check uses."""
+WEIGHTS = "lidar.pt"
+
+
+@dataclass(frozen=True)
+class Options:
+    """Of a training."""
+
+    data: tuple[Path, ...]
+    check: tuple[Path, ...]
+    out: Path
+    minutes: float = 8.0
+    """Of training alone; reading before it and checking after it come on top."""
+    steps: int | None = None
+    """Ends earlier, after so many."""
+    seed: int = 0
+    batch: int = 16
+    rate: float = 2e-3
+    every: int = EVERY
+    widths: tuple[int, int, int] = WIDTHS
+    jobs: int = os.cpu_count() or 1
+    device: str = ""
+    """Empty: a GPU where there is one."""
+
+
+def train(options: Options) -> list[dict[str, float | str]]:
+    """Trains, checks, and writes `lidar.pt` and `training.json` to the folder `options.out`.
+
+    Returns:
+        One row for each label, see `stucksolver_train.lidar.check.report`.
+
+    Raises:
+        RecordingError: A folder has no recordings.
+        ValueError: The recordings hold no window.
+    """
+    began = time.monotonic()
+    # Read before the GPU is touched: what reads are forked processes.
+    windows = load(options.data, options.jobs, every=options.every)
+    held_out = load(options.check, options.jobs, most=CHECKED_IN_DRIVE)
+    _say(f"read {len(windows)} windows and {len(held_out)} to check with in {time.monotonic() - began:.0f} s")
+    device = torch.device(options.device or ("cuda" if torch.cuda.is_available() else "cpu"))
+    torch.manual_seed(options.seed)
+    torch.backends.cudnn.benchmark = True
+    torch.set_float32_matmul_precision("high")
+    net = PillarNet(options.widths).to(device)
+    store = Store(windows, device)
+    _say(f"{sum(one.numel() for one in net.parameters()) / 1e6:.2f} million weights on {device}")
+    averaged, steps = _fit(net, store, torch.from_numpy(drawn_how_often(windows)).to(device), options)
+    del store
+    told = judged(found := predicted(averaged, held := Store(held_out, device)), held)
+    rows = report(told)
+    for row in rows:
+        _say("  ".join(f"{key} {value}" for key, value in row.items()))
+    taught = [one for one in told if one.bodies]
+    mean = sum(map(average_precision, taught)) / max(1, len(taught))
+    _say(f"mean AP at 2 m {mean:.4f} in {len(found)} windows after {steps} steps, {time.monotonic() - began:.0f} s")
+    options.out.mkdir(parents=True, exist_ok=True)
+    card = {"labels": LABELS, "calibration": asdict(calibrated(told)), "steps": steps, "mean_ap": mean, "check": rows}
+    card |= {"windows": len(windows), "checked": len(found), "seed": options.seed, "minutes": options.minutes}
+    (options.out / "training.json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
+    weights = {name: value.cpu() for name, value in averaged.state_dict().items()}
+    torch.save({"weights": weights, "widths": options.widths}, options.out / WEIGHTS)
+    return rows
+
+
+def drawn_how_often(windows: Windows) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """(windows,): higher where a window shows labels that few windows show."""
+    shown = np.array([[(labels == label).any() for label in range(len(LABELS))] for labels in windows.labels])
+    rarity = np.sqrt(1.0 / np.maximum(shown.mean(axis=0), 1e-3))
+    return np.asarray(np.clip((shown * rarity).max(axis=1), 1.0, RARE_MOST))
+
+
+def _fit(net: PillarNet, store: Store, how_often: Tensor, options: Options) -> tuple[PillarNet, int]:
+    """The weights averaged over the steps, and the number of steps."""
+    device = store.device
+    decayed = [one for one in net.parameters() if one.ndim > 1]
+    rest = [one for one in net.parameters() if one.ndim <= 1]
+    groups = [{"params": decayed, "weight_decay": WEIGHT_DECAY}, {"params": rest, "weight_decay": 0.0}]
+    optimiser = torch.optim.AdamW(groups, lr=options.rate)
+    averaged = PillarNet(options.widths).to(device)
+    net.train()
+    began = said = time.monotonic()
+    running = torch.zeros(2, device=device)
+    step, since = 0, 0
+    while True:
+        share = _share(began, step, options)
+        if share >= 1.0:
+            break
+        for group in optimiser.param_groups:
+            group["lr"] = options.rate * one_cycle(share)
+        batch = store.batch(torch.multinomial(how_often, min(options.batch, len(store))), vary=True)
+        features, cell = pillars(batch.points, batch.window)
+        # Coordinates need more digits than bfloat16 has; only the convolutions use it.
+        with torch.autocast(device.type, torch.bfloat16, enabled=device.type == "cuda"):
+            heat, box = net(features, cell, len(batch.boxes))
+        maps, boxes = losses(heat, box, targets(batch.boxes, batch.labels))
+        optimiser.zero_grad(set_to_none=True)
+        (maps + boxes).backward()
+        nn.utils.clip_grad_norm_(net.parameters(), MOST_GRADIENT)
+        optimiser.step()
+        step, since = step + 1, since + 1
+        _average(averaged, net, min(EMA_DECAY, step / (step + 9.0)))
+        running += torch.stack([maps.detach(), boxes.detach()])
+        if time.monotonic() - said > SAY_EVERY_S:
+            maps_mean, boxes_mean = (running / since).tolist()
+            took = (time.monotonic() - said) / since
+            _say(f"step {step}  {100 * share:.0f} %  maps {maps_mean:.4f}  boxes {boxes_mean:.4f}  {took * 1e3:.0f} ms")
+            said, since = time.monotonic(), 0
+            running.zero_()
+    return averaged, step
+
+
+def _share(began: float, step: int, options: Options) -> float:
+    """How much of the training is done, 0 to 1."""
+    by_time = (time.monotonic() - began) / (60.0 * options.minutes)
+    return max(by_time, step / options.steps) if options.steps else by_time
+
+
+def one_cycle(share: float) -> float:
+    """Learning rate at a share of the training, as a part of the highest: up, then down as a cosine."""
+    if share < WARM_UP:
+        return LEAST_RATE + (1.0 - LEAST_RATE) * share / WARM_UP
+    down = (share - WARM_UP) / (1.0 - WARM_UP)
+    return LEAST_RATE + (1.0 - LEAST_RATE) * (1.0 + math.cos(math.pi * down)) / 2.0
+
+
+def _average(averaged: nn.Module, net: nn.Module, decay: float) -> None:
+    """Moves the average by a step; what is counted rather than learnt is taken over."""
+    for kept, new in zip(averaged.state_dict().values(), net.state_dict().values(), strict=True):
+        # Tensors of a state are detached, so nothing of this is differentiated.
+        if kept.is_floating_point():
+            kept.lerp_(new, 1.0 - decay)
+        else:
+            kept.copy_(new)
+
+
+def _say(line: str) -> None:
+    print(line, flush=True)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, nargs="+", required=True, help="recordings to learn from")
+    parser.add_argument("--check", type=Path, nargs="+", required=True, help="recordings held out")
+    parser.add_argument("--out", type=Path, required=True, help="folder for lidar.pt and training.json")
+    parser.add_argument("--minutes", type=float, default=Options.minutes, help="of training alone")
+    parser.add_argument("--steps", type=int, help="end after so many")
+    parser.add_argument("--seed", type=int, default=Options.seed)
+    parser.add_argument("--batch", type=int, default=Options.batch)
+    parser.add_argument("--rate", type=float, default=Options.rate, help="the highest learning rate")
+    parser.add_argument("--every", type=int, default=Options.every, help="a window ends at every so many ticks")
+    parser.add_argument("--widths", type=int, nargs=3, default=Options.widths, help="channels of the three scales")
+    parser.add_argument("--jobs", type=int, default=Options.jobs, help="processes that read")
+    parser.add_argument("--device", default=Options.device)
+    given = vars(parser.parse_args(arguments))
+    for name in ("data", "check", "widths"):
+        given[name] = tuple(given[name])
+    train(Options(**given))
+
+
+if __name__ == "__main__":
+    main()
