@@ -17,8 +17,8 @@ from stucksolver.perception.lidar.decode import REGRESSED
 from stucksolver.perception.lidar.grid import GRID, Grid
 from stucksolver.perception.lidar.pillars import FEATURES
 
-WIDTHS = (24, 48, 80)
-"""Channels at cells of 0.64, 1.28 and 2.56 m."""
+WIDTHS = (32, 48, 80)
+"""Channels at cells of 0.64, 1.28 and 2.56 m; multiples of 16, in which onnxruntime reckons anyway."""
 PILLAR_WIDTH = 24
 HEAD_WIDTH = 32
 PRIOR_LOGIT = -4.6
@@ -27,17 +27,20 @@ STRONGEST = 200
 """Cells that leave the network."""
 
 
-class _ScatterMax(torch.autograd.Function):  # type: ignore[misc]
-    """The maximum by pillar, as ONNX's ScatterND, which onnxruntime does in a millisecond. For export only."""
+class _Scatter(torch.autograd.Function):  # type: ignore[misc]
+    """The maximum of rows (n, width) by their places (n,) and of what `base` has there.
+
+    Exported as ONNX's ScatterND, which onnxruntime does ten times faster than the ScatterElements that torch exports.
+    """
 
     @staticmethod
-    def forward(ctx: Any, points: Tensor, cell: Tensor, base: Tensor) -> Tensor:
-        return base.scatter_reduce(0, cell[:, None].expand_as(points), points, "amax")
+    def forward(ctx: Any, rows: Tensor, place: Tensor, base: Tensor) -> Tensor:
+        return base.scatter_reduce(0, place[:, None].expand_as(rows), rows, "amax")
 
     @staticmethod
-    def symbolic(g: Any, points: Any, cell: Any, base: Any) -> Any:
-        column = g.op("Unsqueeze", cell, g.op("Constant", value_t=torch.tensor([1])))
-        return g.op("ScatterND", base, column, points, reduction_s="max").setType(base.type())
+    def symbolic(g: Any, rows: Any, place: Any, base: Any) -> Any:
+        column = g.op("Unsqueeze", place, g.op("Constant", value_t=torch.tensor([1])))
+        return g.op("ScatterND", base, column, rows, reduction_s="max").setType(base.type())
 
 
 def _convolution(before: int, after: int, stride: int = 1) -> nn.Sequential:
@@ -60,7 +63,8 @@ class PillarNet(nn.Module):
         self.point = nn.Sequential(
             nn.Linear(FEATURES, PILLAR_WIDTH), nn.ReLU(), nn.Linear(PILLAR_WIDTH, PILLAR_WIDTH), nn.ReLU()
         )
-        self.join = nn.Sequential(nn.Linear(4 * PILLAR_WIDTH, a), nn.ReLU())
+        # Without a constant, so that cells without points stay 0 and the detector can leave them out.
+        self.join = nn.Sequential(nn.Linear(4 * PILLAR_WIDTH, a, bias=False), nn.ReLU())
         self.first = _convolution(a, a)
         self.second = nn.Sequential(_convolution(a, b, 2), *(_convolution(b, b) for _ in range(3)))
         self.third = nn.Sequential(_convolution(b, c, 2), *(_convolution(c, c) for _ in range(3)))
@@ -79,8 +83,11 @@ class PillarNet(nn.Module):
 
     def picture(self, pillars: Tensor, windows: int) -> tuple[Tensor, Tensor]:
         """From pillars (windows * pillars, 24) on."""
-        flat = self.join(pillars.reshape(windows * self.grid.cells, 4 * PILLAR_WIDTH))
-        x = flat.reshape(windows, self.grid.rows, self.grid.columns, self.widths[0]).permute(0, 3, 1, 2)
+        return self.maps(self.join(pillars.reshape(windows * self.grid.cells, 4 * PILLAR_WIDTH)), windows)
+
+    def maps(self, cells: Tensor, windows: int) -> tuple[Tensor, Tensor]:
+        """From coarse cells (windows * cells, width) on."""
+        x = cells.reshape(windows, self.grid.rows, self.grid.columns, self.widths[0]).permute(0, 3, 1, 2)
         x1 = self.first(x)
         x2 = self.second(x1)
         x2 = self.mix(functional.relu(x2 + self.third_up(self.third(x2))))
@@ -95,12 +102,22 @@ class Shipped(nn.Module):
         super().__init__()
         self.net = net
 
-    def forward(self, features: Tensor, cell: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Logit (k,), label (k,), coarse cell (k,) and regressed values (k, 10)."""
-        seen = self.net.point(features)
-        base = torch.zeros(self.net.grid.pillars, PILLAR_WIDTH, device=features.device)
-        heat, box = self.net.picture(_ScatterMax.apply(seen, cell, base), 1)
-        return strongest(heat, box)
+    def forward(self, features: Tensor, slot: Tensor, occupied: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Logit (k,), label (k,), coarse cell (k,) and regressed values (k, 10).
+
+        Args:
+            features: (n, 8) of points.
+            slot: (n,) pillars, numbered within the coarse cells that have points.
+            occupied: (m,) these cells.
+        """
+        net = self.net
+        seen = net.point(features)
+        # Empty pillars are made from the input, not as a constant, which would be written to the file as 10 MB of 0.
+        empty = torch.zeros_like(occupied, dtype=seen.dtype)[:, None].expand(-1, 4 * PILLAR_WIDTH)
+        pillars = _Scatter.apply(seen, slot, empty.reshape(-1, PILLAR_WIDTH))
+        cells = net.join(pillars.reshape(-1, 4 * PILLAR_WIDTH))
+        nothing = torch.zeros_like(occupied[:1], dtype=seen.dtype)[:, None].expand(net.grid.cells, net.widths[0])
+        return strongest(*net.maps(_Scatter.apply(cells, occupied, nothing), 1))
 
 
 def strongest(heat: Tensor, box: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from stucksolver.perception.lidar.grid import GRID
-from stucksolver.perception.lidar.pillars import FEATURES, pillars
+from stucksolver.perception.lidar.pillars import FEATURES, occupied, pillars
 
 
 def points_at(*places: tuple[float, float, float]) -> np.ndarray[tuple[int, int], np.dtype[np.float32]]:
@@ -41,3 +41,11 @@ def test_points_beyond_the_grid_and_on_our_own_body_are_left_out() -> None:
 def test_no_points_make_no_pillars() -> None:
     features, cell = pillars(np.zeros((0, 5), np.float32))
     assert features.shape == (0, FEATURES) and cell.shape == (0,)
+
+
+def test_occupied_cells_are_numbered_without_gaps_and_pillars_keep_their_part() -> None:
+    _, cell = pillars(points_at((30.1, 4.0, 0.2), (30.4, 4.0, 0.2), (-20.0, -3.0, 0.2), (30.1, 4.0, 1.2)))
+    slot, cells = occupied(cell)
+    assert cells.tolist() == sorted(set((cell // 4).tolist()))
+    np.testing.assert_array_equal(cells[slot // 4], cell // 4)
+    np.testing.assert_array_equal(slot % 4, cell % 4)

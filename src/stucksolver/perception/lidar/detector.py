@@ -10,7 +10,7 @@ from stucksolver.perception.camera.weights import WeightsError, load_session
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.lidar.decode import Calibration, decode
 from stucksolver.perception.lidar.grid import Grid
-from stucksolver.perception.lidar.pillars import pillars
+from stucksolver.perception.lidar.pillars import occupied, pillars
 from stucksolver.perception.measurements import Detections, Singles
 
 DATA = Path(__file__).with_name("data")
@@ -55,5 +55,16 @@ class LidarDetector:
             Detections in the same frame, the best first.
         """
         features, cell = pillars(points, self.grid)
-        logit, label, place, regressed = self._session.run(None, {"features": features, "cell": cell})
-        return decode(logit, label, np.asarray(place), regressed, time_s, self.calibration, self.grid)
+        if not len(features):
+            return _nothing(time_s)
+        slot, cells = occupied(cell, self.grid)
+        fed = {"features": features, "slot": slot, "occupied": cells}
+        logit, label, place, regressed = self._session.run(None, fed)
+        return decode(logit, label, place, regressed, time_s, self.calibration, self.grid)
+
+
+def _nothing(time_s: float) -> Detections:
+    none = np.zeros(0)
+    return Detections(
+        time_s, none.astype(np.int64), none, none.reshape(0, 3), none.reshape(0, 3), none, none.reshape(0, 2)
+    )

@@ -50,3 +50,20 @@ def pillars(points: Singles, grid: Grid = GRID) -> tuple[Singles, NDArray[np.int
     ix, iy = column_x.astype(np.int64), column_y.astype(np.int64)
     cell = 4 * ((ix >> 1) * grid.columns + (iy >> 1)) + 2 * (ix & 1) + (iy & 1)
     return features, cell
+
+
+def occupied(cell: NDArray[np.int64], grid: Grid = GRID) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Leaves out the coarse cells without points, which are most.
+
+    Args:
+        cell: (m,) pillars of points.
+        grid: That they are of.
+
+    Returns:
+        For each point its pillar among those of the occupied cells (m,), and these cells (k,) in order.
+    """
+    coarse = cell >> 2
+    hit = np.zeros(grid.cells, bool)
+    hit[coarse] = True
+    number = np.cumsum(hit) - 1
+    return 4 * number[coarse] + (cell & 3), np.flatnonzero(hit)
