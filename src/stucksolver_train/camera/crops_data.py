@@ -150,9 +150,6 @@ def _made(
 
 
 def _true_kind(tick: Recorded, i: int) -> ObjectKind:
-    """As recorded; flaggers are recorded as pedestrians where the simulator's client does not tell them apart."""
-    if tick.truth.type_id[i].startswith("walker.flagger"):
-        return ObjectKind.FLAGGER
     return RECORDED_KINDS[int(tick.truth.kind[i])]
 
 

@@ -9,12 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stucksolver.perception.camera.attributes import Attributes
-from stucksolver.perception.camera.crop_network import KINDS, NOTHING, CropNetwork, softmax
+from stucksolver.perception.camera.crop_network import KINDS, NOTHING, softmax
 from stucksolver.perception.measurements import Floats
-from stucksolver.scene import ObjectKind
+from stucksolver.scene.objects import PASSABLE_KINDS, ObjectKind
 
 LOOKS = 2
 """A kind is said after so many looks that each were sure of it by themselves."""
+VOTED, PASSABLE_VOTED = 0.9, 0.99
+"""Share of the vote that a kind needs; one that may be driven over needs more."""
 LOOK_WEIGHT = 0.5
 """Looks at the same object resemble each other: each counts as half a look that is independent."""
 LOOK_CAP, VOTE_CAP = 3.0, 6.0
@@ -40,32 +42,33 @@ class _Known:
 
 
 class AttributeMemory:
-    """Looks at each track over time. The thresholds are those of the network that looked."""
+    """Looks at each track over time."""
 
-    def __init__(self, network: CropNetwork) -> None:
-        self._least = network.least_kind
+    def __init__(self) -> None:
         self._known: dict[int, _Known] = {}
 
-    def update(self, track_id: int, time_s: float, look: Attributes) -> Attributes:
-        """Take in a look at a track, and say what is known of it now. Times must not go back."""
+    def add(self, track_id: int, look: Attributes, time_s: float) -> None:
+        """Take in a look at a track. Looks come in the order of time."""
+        if look.kind_shares is None:
+            return
         known = self._known.setdefault(track_id, _Known())
-        if look.kind_shares is not None:
-            _vote(known, look)
-            known.looks.append((time_s, look))
-            for name in ("emergency_lights", "door_open"):
-                answer = getattr(look, name)
-                if answer is not None:
-                    known.slow.setdefault(name, deque(maxlen=3)).append(answer)
-        return self.known(track_id, time_s)
+        _vote(known, look)
+        if known.looks and time_s - known.looks[-1][0] > BLINK_S:
+            known.slow.clear()
+        known.looks.append((time_s, look))
+        for name in ("emergency_lights", "door_open"):
+            answer = getattr(look, name)
+            if answer is not None:
+                known.slow.setdefault(name, deque(maxlen=3)).append(answer)
 
-    def known(self, track_id: int, time_s: float) -> Attributes:
-        """What is known of a track at a time; nothing of one that was never seen."""
+    def of(self, track_id: int, time_s: float) -> Attributes | None:
+        """What is known of a track at a time; None of one that the camera never saw."""
         known = self._known.get(track_id)
         if known is None:
-            return Attributes()
+            return None
         while known.looks and time_s - known.looks[0][0] > BLINK_S:
             known.looks.popleft()
-        kind, sure, shares = self._kind(known)
+        kind, sure, shares = _kind(known)
         recent = list(known.looks)
         last = recent[-1][1] if recent else Attributes()
         brake = [one.brake_lights for at, one in recent if time_s - at <= BRAKE_S and one.brake_lights is not None]
@@ -86,14 +89,15 @@ class AttributeMemory:
         wanted = set(track_ids)
         self._known = {name: one for name, one in self._known.items() if name in wanted}
 
-    def _kind(self, known: _Known) -> tuple[ObjectKind | None, float, Floats | None]:
-        if not known.said and not known.votes.any():
-            return None, 0.0, None
-        shares = softmax(known.votes)
-        best = int(shares.argmax())
-        kind, sure = ObjectKind(KINDS[best]), float(shares[best])
-        enough = known.said[kind] >= LOOKS and sure >= self._least[best]
-        return kind if enough else None, sure, np.append(shares, 0.0)
+
+def _kind(known: _Known) -> tuple[ObjectKind | None, float, Floats | None]:
+    if not known.votes.any():
+        return None, 0.0, None
+    shares = softmax(known.votes)
+    best = int(shares.argmax())
+    kind, sure = ObjectKind(KINDS[best]), float(shares[best])
+    enough = known.said[kind] >= LOOKS and sure >= (PASSABLE_VOTED if kind in PASSABLE_KINDS else VOTED)
+    return kind if enough else None, sure, np.append(shares, 0.0)
 
 
 def _vote(known: _Known, look: Attributes) -> None:

@@ -65,23 +65,28 @@ class LightReader:
 class LightFilter:
     """What lights show, over time: nothing counts after a single look, and nothing is kept for long."""
 
-    _looks: dict[str, list[tuple[float, LightLook]]] = field(default_factory=dict)
+    _looks: dict[int, list[tuple[float, LightLook]]] = field(default_factory=dict)
     """For each light its last looks that said something, oldest first."""
 
-    def update(self, light_id: str, time_s: float, look: LightLook) -> LightLook:
-        """Take in a look at a light; what it shows now: unknown is never to be taken for green."""
-        kept = self._looks.setdefault(light_id, [])
-        if look[0] is not LightState.UNKNOWN:
-            kept.append((time_s, look))
+    def add(self, light_id: int, state: LightState, confidence: float, time_s: float) -> None:
+        """Take in a look at a light. Looks come in the order of time; one that saw nothing says nothing."""
+        if state is not LightState.UNKNOWN:
+            kept = self._looks.setdefault(light_id, [])
+            if kept and time_s - kept[-1][0] > FORGET_S:
+                kept.clear()
+            kept.append((time_s, (state, confidence)))
             del kept[:-LOOKS]
-        return self.state(light_id, time_s)
 
-    def state(self, light_id: str, time_s: float) -> LightLook:
-        """What a light shows at a time, by the looks so far."""
-        kept = [one for at, one in self._looks.get(light_id, ()) if 0.0 <= time_s - at <= FORGET_S]
-        if len(kept) < LOOKS or len({state for state, _ in kept}) != 1:
+    def state(self, light_id: int, time_s: float) -> LightState:
+        """What a light shows at a time, by the looks so far; unknown is never to be taken for green."""
+        return self.look(light_id, time_s)[0]
+
+    def look(self, light_id: int, time_s: float) -> LightLook:
+        """The same, with the confidence of the less certain look."""
+        kept = self._looks.get(light_id, [])
+        if len(kept) < LOOKS or len({one[0] for _, one in kept}) != 1 or time_s - kept[-1][0] > FORGET_S:
             return LightState.UNKNOWN, 0.0
-        return kept[-1][0], min(sure for _, sure in kept)
+        return kept[-1][1][0], min(sure for _, (_, sure) in kept)
 
     def forget(self, before_s: float) -> None:
         """Drop lights without a look since then."""
