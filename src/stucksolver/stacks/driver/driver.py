@@ -17,7 +17,7 @@ from stucksolver.stacks.driver.interface import DrivePoint, RoutePoint
 from stucksolver.stacks.driver.lane_graph import lane_graph
 from stucksolver.stacks.driver.lights import LightWatch, stop_lines
 from stucksolver.stacks.driver.local_planner import LocalPlanner
-from stucksolver.stacks.driver.meeting_ways import meetings
+from stucksolver.stacks.driver.meeting_ways import Meeting, meetings
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path, Pose
 from stucksolver.stacks.driver.perception import BODILESS, RANGE_M, NearbyBodies, bodies_around
@@ -62,7 +62,7 @@ class BehaviorDriver:
         self._pedals = PedalController()
         self._lights = LightWatch([])
         self._signs = StopSignWatch([], self._model.half_length)
-        self._give_way = GiveWay([], self._profile, self._model)
+        self._give_way = self._giving_way([])
         self._route: tuple[RoutePoint, ...] = ()
         self._holding = False
         self._hold_mps2 = self._options.follow_deceleration
@@ -119,7 +119,7 @@ class BehaviorDriver:
         places = [] if line is None else stop_places(signs, line.s, line.x, line.y, line.z)
         self._signs = StopSignWatch(places, self._model.half_length)
         met = [] if line is None else meetings(self._route, line, lane_graph(self._map), lights, places)
-        self._give_way = GiveWay(met, self._profile, self._model)
+        self._give_way = self._giving_way(met)
 
     def done(self) -> bool:
         """True once the ego's centre is within two metres of the end of its route."""
@@ -172,6 +172,9 @@ class BehaviorDriver:
 
     def _decide(self, motion: Motion, around: NearbyBodies) -> None:
         """Before each step, for a driver that chooses its line: this one keeps to its route."""
+
+    def _giving_way(self, met: Sequence[Meeting]) -> GiveWay:
+        return GiveWay(met, self._profile, self._model)
 
     @property
     def _at_the_roadside(self) -> bool:

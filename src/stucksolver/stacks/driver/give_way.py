@@ -133,7 +133,7 @@ class GiveWay:
         under_way = [(way, one) for way in meeting.ways for one in on_way(way, others)]
         self._habits.see(under_way)
         coming = [(way, one) for way, one in under_way if _comes(way, one) and self._habits.expect(way, one)]
-        top_mps = min(motion.top_mps, _pace_of_flow(coming))
+        top_mps = self._top_mps(motion, _pace_of_flow(coming))
         own = _Drive(line, _foretold(line, s, speed, top_mps, self._profile), self._model)
         place_s = meeting.wait_s if front <= meeting.wait_s else meeting.first_s
         room = place_s - front
@@ -149,6 +149,10 @@ class GiveWay:
             return GiveWayDecision(room, frozenset())
         look_m = room if front <= meeting.wait_s and _asks_to_look(meeting, line) else None
         return GiveWayDecision(None, found.passing, look_m, found.leader)
+
+    def _top_mps(self, motion: Moving, flow_mps: float) -> float:
+        """The most the ego is going to drive at; `flow_mps` is the pace of who goes first where it joins them."""
+        return min(motion.top_mps, flow_mps)
 
     def _gone(self, meeting: Meeting, found: _Met, front: float, speed: float) -> GiveWayDecision:
         """Past the place to wait, one still brakes for whoever comes in spite of all, but not in another's way."""

@@ -16,7 +16,7 @@ from stucksolver.stacks.driver.path import Array, Path, limited_speed, make_path
 LANE_CHANGE_M = 40.0
 """Length over which a lane change of the route is driven, if no junction and not the route's end comes before."""
 _MIN_LANE_CHANGE_M = 10.0
-_LANE_STEP_M = 1.5
+LEAST_STEP_M = 1.5
 _REJOIN_S = 3.0
 _REJOIN_PER_M = 4.0
 _MIN_REJOIN_M = 8.0
@@ -48,16 +48,16 @@ def route_path(route: Sequence[RoutePoint]) -> Path:
     shift_x, shift_y = np.zeros_like(x), np.zeros_like(y)
     for k in range(1, len(route)):
         aside = (y[k - 1] - y[k]) * math.cos(heading[k]) - (x[k - 1] - x[k]) * math.sin(heading[k])
-        if route[k].command.startswith("change") and abs(aside) > _LANE_STEP_M:
+        if route[k].command.startswith("change") and abs(aside) > LEAST_STEP_M:
             # The line stays in the old lane at this point and is led over to the new one from here.
             along = arc_lengths(np.column_stack([x[k:], y[k:]]))
-            left = aside * (1.0 - smooth_step(along / _change_length(route, k)))
+            left = aside * (1.0 - smooth_step(along / change_length(route, k)))
             shift_x[k:] -= left * np.sin(heading[k:])
             shift_y[k:] += left * np.cos(heading[k:])
     return make_path(x + shift_x, y + shift_y, np.full(len(x), _UNBOUNDED_MPS), z)
 
 
-def _change_length(route: Sequence[RoutePoint], k: int) -> float:
+def change_length(route: Sequence[RoutePoint], k: int) -> float:
     """Metres there are for the lane change at point `k`; points lie about a metre apart."""
     end = next((j for j in range(k, len(route)) if route[j].waypoint.is_junction), len(route))
     return min(max(end - k - 1.0, _MIN_LANE_CHANGE_M), LANE_CHANGE_M)

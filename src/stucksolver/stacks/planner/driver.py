@@ -16,11 +16,17 @@ import numpy as np
 
 from stucksolver.stacks.driver import BehaviorDriver, DrivePoint, DriverOptions, RoutePoint
 from stucksolver.stacks.driver.concerns import Motion
+from stucksolver.stacks.driver.give_way import GiveWay
 from stucksolver.stacks.driver.hazards import nearest_hazards, sweep
+from stucksolver.stacks.driver.meeting_ways import Meeting
 from stucksolver.stacks.driver.path import Path
 from stucksolver.stacks.driver.perception import HAZARD_LAMPS, NearbyBodies
+from stucksolver.stacks.driver.route_line import rejoining_length
+from stucksolver.stacks.planner.berth import Berths
 from stucksolver.stacks.planner.blockers import SLOW_SHARE, STANDS_MPS, TOUCHES_M, Blockers
 from stucksolver.stacks.planner.foresight import allowed_acceleration, entering
+from stucksolver.stacks.planner.lane_changes import ChangeWatch, flow_behind_mps, lane_changes
+from stucksolver.stacks.planner.offsets import Shift, shifted_path
 from stucksolver.stacks.planner.passes import (
     ROOM_AFTER_M,
     Pass,
@@ -31,8 +37,10 @@ from stucksolver.stacks.planner.passes import (
     pass_path,
     proposals,
 )
-from stucksolver.stacks.planner.route_bodies import AHEAD_M, RouteBodies, on_route
+from stucksolver.stacks.planner.route_bodies import AHEAD_M, on_route
 from stucksolver.stacks.planner.sides import Sides, sides_of
+from stucksolver.stacks.planner.streams import FASTEST_MPS, StreamConcerns, StreamGiveWay
+from stucksolver.stacks.planner.yielding import EMERGENCY_LAMPS, STRETCH_M, aside, comes_behind, is_past, may_return
 
 WAITS_M = 8.0
 """Where it waits behind what it means to pass: nearer, it could not swing out any more."""
@@ -58,11 +66,18 @@ class PlannerDriver(BehaviorDriver):
         carla_map: carla.Map | None = None,
     ) -> None:
         super().__init__(vehicle, behavior, options, carla_map)
+        self._concerns = self._streams = StreamConcerns(self._profile, self._options, self._model, self._planner)
         self._sides: Sides | None = None
+        self._berths, self._changes = Berths(), ChangeWatch([])
+        self._shifts: list[Shift] = []
+        """Where the line being driven lies beside the route's, while nothing is passed."""
+        self._yields_to: frozenset[int] = frozenset()
         self._blockers = Blockers()
         self._pass: Pass | None = None
         self._wait_m: float | None = None
         self._hazard_lamps: frozenset[int] = frozenset()
+        self._emergency: frozenset[int] = frozenset()
+        """Ids of vehicles with blue lights on."""
         self._lamps_at_s = -math.inf
         self._kinds: dict[int, str] = {}
 
@@ -74,20 +89,27 @@ class PlannerDriver(BehaviorDriver):
     def set_route(self, route: Sequence[RoutePoint]) -> None:
         """Drive a route planned elsewhere. Raises `ValueError` for an empty one."""
         super().set_route(route)
-        self._pass = None
+        self._give_up_way()
         line = self._planner.route_line
         if line is not None:
             self._sides = sides_of(self._route, line)
+            self._changes = ChangeWatch(lane_changes(self._route, line))
 
     def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
         """Drive `path`, backing up with `reverse`, no further than its end. Raises `ValueError` for a bad path."""
-        self._pass = None
+        self._give_up_way()
         super().follow(path, reverse, ignore)
 
     def release(self) -> None:
         """Drive the route again, from the nearest point of it that lies ahead."""
-        self._pass = None
+        self._give_up_way()
         super().release()
+
+    def _give_up_way(self) -> None:
+        self._pass, self._shifts, self._yields_to = None, [], frozenset()
+
+    def _giving_way(self, met: Sequence[Meeting]) -> GiveWay:
+        return StreamGiveWay(met, self._profile, self._model)
 
     @property
     def _at_the_roadside(self) -> bool:
@@ -95,16 +117,71 @@ class PlannerDriver(BehaviorDriver):
 
     def _decide(self, motion: Motion, around: NearbyBodies) -> None:
         planner, line = self._planner, self._planner.route_line
-        self._wait_m = None
+        self._wait_m, self._streams.flow_mps = None, 0.0
         if line is None or self._sides is None or planner.following or self._holding or planner.arrived:
             return
         now_s = self._world.get_snapshot().timestamp.elapsed_seconds
         here = self._situation(line, motion, around, self._sides)
         self._blockers.see(here.bodies, now_s)
-        if self._pass is not None:
+        self._learn(here, now_s)
+        if self._yields_to:
+            self._let_past(line, here, motion)
+        elif self._pass is not None:
             self._go_on(line, here, motion)
-        else:
+        elif not self._makes_room(line, here, motion):
             self._look_for_a_way(line, here, motion, around, now_s)
+            if self._pass is None and not super()._at_the_roadside:
+                self._keep_its_place(line, here, motion)
+        self._keep_pace(here)
+
+    def _keep_its_place(self, line: Path, here: Situation, motion: Motion) -> None:
+        """Where across the road the ego drives along its route: room beside doors, and lanes entered in gaps."""
+        self._changes.look(here)
+        wanted = self._berths.look(here.bodies, here.s_m, here.speed_mps, here.sides, here.model)
+        wanted += self._changes.shifts()
+        if wanted == self._shifts:
+            return
+        self._shifts = wanted
+        join = rejoining_length(0.5, here.speed_mps)
+        profile = self._profile
+        path = shifted_path(line, here.s_m, here.d_m, wanted, join, profile.lateral_accel, profile.deceleration)
+        self._planner.take(path, motion.pose)
+
+    def _keep_pace(self, here: Situation) -> None:
+        """Drive no slower than the stream that the ego joins, or whoever comes up behind."""
+        stream = self._give_way.flow_mps if isinstance(self._give_way, StreamGiveWay) and self._give_way.going else 0.0
+        behind = flow_behind_mps(here.bodies, here.s_m, here.d_m, here.speed_mps, here.model.half_length)
+        self._streams.flow_mps = min(max(stream, behind, self._changes.pace_mps), FASTEST_MPS)
+
+    def _makes_room(self, line: Path, here: Situation, motion: Motion) -> bool:
+        """Does the ego go aside for an emergency vehicle behind it, from now on?"""
+        whom = frozenset(comes_behind(here)) & self._emergency
+        if not whom:
+            return False
+        for way in aside(here, whom):
+            if is_clear(here, way, _ONCE_BEGUN):
+                self._pass, self._yields_to, self._shifts = way, whom, []
+                self._planner.take(self._path(line, here, way), motion.pose)
+                return True
+        return False
+
+    def _let_past(self, line: Path, here: Situation, motion: Motion) -> None:
+        """Stay aside until they are past and the lane is free again, or the lane beside ends."""
+        way = self._pass
+        assert way is not None
+        if here.s_m > way.back_m and abs(here.d_m) < _ON_LINE_M:
+            self._give_up_way()
+            self._planner.release(motion.pose, motion.speed)
+            return
+        if here.s_m > way.returns_m:
+            return
+        if here.s_m > way.beside_m and is_past(here, self._yields_to) and may_return(here):
+            back = here.s_m + rejoining_length(way.offset_m, here.speed_mps)
+            self._pass = replace(way, returns_m=here.s_m, back_m=back)
+            self._planner.take(self._path(line, here, self._pass), motion.pose)
+        elif here.s_m > way.returns_m - STRETCH_M / 2.0:
+            self._pass = replace(way, returns_m=way.returns_m + STRETCH_M, back_m=way.back_m + STRETCH_M)
+            self._planner.take(self._path(line, here, self._pass), motion.pose)
 
     def _situation(self, line: Path, motion: Motion, around: NearbyBodies, sides: Sides) -> Situation:
         planner = self._planner
@@ -114,7 +191,6 @@ class PlannerDriver(BehaviorDriver):
         return Situation(planner.route_s, planner.beside_m, speed, cruise, bodies, sides, self._model)
 
     def _look_for_a_way(self, line: Path, here: Situation, motion: Motion, around: NearbyBodies, now_s: float) -> None:
-        self._learn(here.bodies, now_s)
         first = self._blockers.first(here, now_s, self._lights.next_line(here.s_m), self._hazard_lamps)
         if first is None:
             return
@@ -178,25 +254,28 @@ class PlannerDriver(BehaviorDriver):
         swept = sweep(path, where, motion.pose, self._model, _REACH_M, SWEPT_M)
         return not nearest_hazards(swept, standing, self._model, _SWEEP_MARGIN_M, _SWEEP_MARGIN_M)
 
-    def _learn(self, bodies: RouteBodies, now_s: float) -> None:
-        """Which bodies are things, and which vehicles have their hazard lamps on; asked for once a second."""
+    def _learn(self, here: Situation, now_s: float) -> None:
+        """Which bodies are things, and which vehicles have hazard or blue lights on; asked for once a second."""
         if now_s < self._lamps_at_s + LAMPS_EVERY_S:
             return
         self._lamps_at_s = now_s
-        new = [one for one in bodies.actor_id.tolist() if one not in self._kinds]
+        new = [one for one in here.bodies.actor_id.tolist() if one not in self._kinds]
         if new:
             self._kinds.update({actor.id: str(actor.type_id) for actor in self._world.get_actors(new)})
         self._blockers.things = frozenset(
             one for one, kind in self._kinds.items() if not kind.startswith(("vehicle.", "walker.", "animal."))
         )
-        if (bodies.speed < STANDS_MPS).any():
-            lamps = self._world.get_vehicles_light_states().items()
-            self._hazard_lamps = frozenset(int(i) for i, on in lamps if int(on) & HAZARD_LAMPS == HAZARD_LAMPS)
+        if (here.bodies.speed < STANDS_MPS).any() or comes_behind(here):
+            lamps = {int(one): int(on) for one, on in self._world.get_vehicles_light_states().items()}
+            self._hazard_lamps = frozenset(one for one, on in lamps.items() if on & HAZARD_LAMPS == HAZARD_LAMPS)
+            self._emergency = frozenset(one for one, on in lamps.items() if on & EMERGENCY_LAMPS)
 
     def _acceleration(self, path: Path, way: Motion, around: NearbyBodies) -> float:
         allowed = super()._acceleration(path, way, around)
         if self._wait_m is not None:
             allowed = min(allowed, self._concerns.wait(self._wait_m - WAITS_M, way.speed))
+        if self._pass is None and self._changes.wait_m is not None:
+            allowed = min(allowed, self._concerns.stop_line(self._changes.wait_m, way.speed))
         if self._planner.following or self._holding:
             return allowed
         where = self._planner.where

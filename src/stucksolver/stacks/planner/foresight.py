@@ -28,7 +28,8 @@ BESIDE_M = 0.15
 AFTER_S = 0.25
 """Seconds of the follower's drive kept between it and the ego, when it is the ego that comes in."""
 NEAR_M = 60.0
-_BEND_OVER_M = 40.0
+_DRIFTS_S = 2.5
+"""Who moves across the road as it drives along it has finished with that after this time: the half of a lane change."""
 _ALIGNED_RAD = math.radians(35.0)
 _MOVES_MPS = 0.4
 _COMES_MPS = -1.0
@@ -105,17 +106,19 @@ def _concern_us(bodies: RouteBodies, where: Projection, model: VehicleModel) -> 
 
 
 def _forecast(path: Path, others: NearbyBodies, seen: RouteBodies, t: Array) -> tuple[Array, Array, Array]:
-    """Poses (times x bodies): with the road where they drive along it, straight on where they do not."""
-    speed = np.hypot(others.vx, others.vy)
-    course = np.arctan2(others.vy, others.vx)
-    low, high = np.maximum(seen.s - _BEND_OVER_M, 0.0), np.minimum(seen.s + _BEND_OVER_M, path.length)
-    turn = path.at(high)[2] - path.at(low)[2]
-    bend = np.arctan2(np.sin(turn), np.cos(turn)) / np.maximum(high - low, 1.0)
+    """Poses (times x bodies): along the ego's way where they drive as it leads, else straight on."""
+    gone = t[:, None]
+    x, y = others.x + others.vx * gone, others.y + others.vy * gone
     aligned = np.abs(np.arctan2(seen.vd, seen.vs)) < _ALIGNED_RAD
-    rate = np.where(aligned, bend * speed, 0.0)
-    headed = course + rate * t[:, None] / 2.0
-    gone = speed * t[:, None]
-    return others.x + gone * np.cos(headed), others.y + gone * np.sin(headed), others.yaw + rate * t[:, None]
+    turned = np.zeros_like(x)
+    if aligned.any():
+        along = seen.part(aligned)
+        s = along.s + along.vs * gone
+        d = along.d + along.vd * np.minimum(gone, _DRIFTS_S)
+        line_x, line_y, line_yaw = path.at(s)
+        x[:, aligned], y[:, aligned] = line_x - d * np.sin(line_yaw), line_y + d * np.cos(line_yaw)
+        turned[:, aligned] = line_yaw - path.at(along.s)[2]
+    return x, y, others.yaw + turned
 
 
 def _driven(s: float, speed: float, acceleration: float, t: Array) -> tuple[Array, Array]:

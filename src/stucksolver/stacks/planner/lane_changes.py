@@ -1,0 +1,222 @@
+"""Lane changes of the route: begun in a gap, put off while there is none, early where the lane is busy.
+
+Arc lengths along the route's line in metres; `e` is an offset from the lane that is left, right positive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stucksolver.stacks.driver.interface import RoutePoint
+from stucksolver.stacks.driver.path import Array, Path
+from stucksolver.stacks.driver.route_line import LEAST_STEP_M, change_length, rejoining_length, smooth_step
+from stucksolver.stacks.planner.offsets import Shift
+from stucksolver.stacks.planner.passes import Situation
+from stucksolver.stacks.planner.route_bodies import RouteBodies
+
+if TYPE_CHECKING:
+    import carla
+
+EARLY_M = 80.0
+"""A change into a busy lane may begin so much earlier than the route says."""
+TIGHT_M = 12.0
+"""The shortest way from lane to lane."""
+NEAR_M = 60.0
+"""Who is farther away in the lane beside says nothing about its pace."""
+STEP_S = 0.2
+HORIZON_S = 6.0
+KEEP_M = 1.5
+"""Kept before and behind the others in the lane, besides `KEEP_S`."""
+KEEP_S = 0.15
+"""The same in seconds of their drive."""
+BESIDE_M = 0.3
+FASTER_MPS2 = 2.5
+SLOWER_MPS2 = 1.5
+_IN_LANE_M = 1.3
+_LEADER_M = 15.0
+_HELD_S = 1.5
+_LOOKS_S = 1.5
+_PUT_OFF_M = 25.0
+_MOVES_MPS = 0.5
+
+
+@dataclass(frozen=True)
+class LaneChange:
+    """One change of lane that a route asks for."""
+
+    begins_m: float
+    length_m: float
+    lateral_m: float
+    """From lane to lane, right positive."""
+    first_m: float
+    """From here on the new lane runs beside the old one."""
+    last_m: float
+    """Up to here it does."""
+
+    def line_at(self, s: Array) -> Array:
+        """Offsets of the route's line from the old lane."""
+        return np.asarray(self.lateral_m * smooth_step((s - self.begins_m) / self.length_m))
+
+
+def lane_changes(route: Sequence[RoutePoint], line: Path) -> list[LaneChange]:
+    """The changes of a route, in driving order."""
+    found = []
+    for k in range(1, len(route)):
+        right = route[k].command == "change_right"
+        if not right and route[k].command != "change_left":
+            continue
+        before, after = route[k - 1].waypoint.transform, route[k].waypoint.transform
+        heading = np.radians(after.rotation.yaw)
+        dx, dy = after.location.x - before.location.x, after.location.y - before.location.y
+        lateral = float(dy * np.cos(heading) - dx * np.sin(heading))
+        if abs(lateral) <= LEAST_STEP_M:
+            continue
+        first, last = k - 1, k
+        while first > 0 and _beside(route[first - 1].waypoint, right):
+            first -= 1
+        while last + 1 < len(route) and _beside(route[last + 1].waypoint, not right):
+            last += 1
+        begins = _place(line, route, k - 1)
+        found.append(
+            LaneChange(
+                begins, change_length(route, k), lateral, begins - (k - 1 - first), begins + max(last - k + 1.0, 1.0)
+            )
+        )
+    return found
+
+
+def _beside(waypoint: carla.Waypoint, right: bool) -> bool:
+    """Is there a lane of the same direction on that side?"""
+    if waypoint.is_junction:
+        return False
+    lane = waypoint.get_right_lane() if right else waypoint.get_left_lane()
+    return lane is not None and str(lane.lane_type).endswith("Driving") and lane.lane_id * waypoint.lane_id > 0
+
+
+def _place(line: Path, route: Sequence[RoutePoint], index: int) -> float:
+    place, guess = route[index].waypoint.transform.location, index / max(len(route) - 1, 1) * line.length
+    away = np.hypot(line.x - place.x, line.y - place.y) + 0.05 * np.abs(line.s - guess)
+    return float(line.s[int(np.argmin(away))])
+
+
+class ChangeWatch:
+    """Decides, for one route, when each change begins."""
+
+    def __init__(self, changes: Sequence[LaneChange]) -> None:
+        self._due = list(changes)
+        self._starts: dict[LaneChange, tuple[float, float]] = {}
+        """Where a change begins that does not begin as the route says, and its length."""
+        self._going = False
+        self.wait_m: float | None = None
+        """Distance from the front bumper to where the ego waits for a gap, at the latest."""
+        self.pace_mps = 0.0
+        """Of the lane that is to be entered or was entered just now; 0 where there is none."""
+
+    def shifts(self) -> list[Shift]:
+        """How far the ego's line is from the route's."""
+        found = []
+        for change, (start, length) in self._starts.items():
+            own = (change.begins_m, change.begins_m + change.length_m)
+            if start < change.begins_m:
+                found.append(Shift(change.lateral_m, start, start + length, *own))
+            else:
+                found.append(Shift(-change.lateral_m, *own, start, start + length))
+        return found
+
+    def look(self, here: Situation) -> bool:
+        """Take a tick into account; whether the shifts have changed."""
+        self.wait_m, self.pace_mps = None, 0.0
+        while self._due and here.s_m > self._ends(self._due[0]):
+            self._due.pop(0)
+            self._going = False
+        if not self._due:
+            return False
+        change = self._due[0]
+        lane = _Lane(here, change)
+        if here.s_m < max(change.first_m, change.begins_m - EARLY_M) or lane.is_empty:
+            return False
+        self.pace_mps = lane.pace_mps
+        if self._going:
+            return False
+        start, length = self._starts.get(change, (change.begins_m, change.length_m))
+        last = change.last_m - TIGHT_M - here.model.half_length
+        left = max(last - here.s_m, 0.0)
+        gentle = min(rejoining_length(change.lateral_m, here.speed_mps), max(left, TIGHT_M))
+        if lane.is_clear(gentle):
+            self._going = True
+            if abs(here.s_m - start) < 1.0:
+                return False
+            self._starts[change] = (here.s_m, gentle)
+            return True
+        if here.s_m > start - _LOOKS_S * here.speed_mps or start != change.begins_m:
+            self.wait_m = left
+        if start < last and here.s_m > start - _LOOKS_S * here.speed_mps - 2.0:
+            self._starts[change] = (min(max(start, here.s_m) + _PUT_OFF_M, last), max(length, TIGHT_M))
+            return True
+        return False
+
+    def _ends(self, change: LaneChange) -> float:
+        start, length = self._starts.get(change, (change.begins_m, change.length_m))
+        return start + length
+
+
+class _Lane:
+    """The lane that is to be entered, and who is in it."""
+
+    def __init__(self, here: Situation, change: LaneChange) -> None:
+        self._here, self._change = here, change
+        bodies = here.bodies
+        self._e = bodies.d + change.line_at(bodies.s)
+        near = np.abs(bodies.s - here.s_m) < NEAR_M
+        inside = near & (np.abs(self._e - change.lateral_m) < _IN_LANE_M + bodies.aside - 0.9)
+        self._others, self._others_e = bodies.part(inside), self._e[inside]
+
+    @property
+    def is_empty(self) -> bool:
+        return len(self._others) == 0
+
+    @property
+    def pace_mps(self) -> float:
+        """The pace at which they drive (m/s)."""
+        moves = self._others.vs > _MOVES_MPS
+        return float(np.median(self._others.vs[moves])) if moves.any() else 0.0
+
+    def is_clear(self, length_m: float) -> bool:
+        """Would the ego, changing over within `length_m` from now on, come too near to nobody?"""
+        top = max(self._here.cruise_mps, self.pace_mps)
+        return any(self._meets_nobody(length_m, pace) for pace in (top, self.pace_mps or top))
+
+    def _meets_nobody(self, length_m: float, pace: float) -> bool:
+        here, others, model = self._here, self._others, self._here.model
+        t = np.asarray(STEP_S * np.arange(round(HORIZON_S / STEP_S) + 1), dtype=np.float64)
+        s = here.s_m + self._driven(t, pace)
+        own_e = here.d_m + float(self._change.line_at(np.array([here.s_m]))[0])
+        e = own_e + (self._change.lateral_m - own_e) * smooth_step((s - here.s_m) / length_m)
+        abreast = np.abs(e[:, None] - self._others_e) < model.half_width + others.aside + BESIDE_M
+        keep = model.half_length + others.along + KEEP_M + KEEP_S * np.abs(others.vs)
+        near = np.abs(others.s + others.vs * t[:, None] - s[:, None]) < keep
+        return not bool((abreast & near).any())
+
+    def _driven(self, t: Array, pace: float) -> Array:
+        """Metres driven: towards the pace, at first held back by whoever is close ahead in the old lane."""
+        here, bodies = self._here, self._here.bodies
+        v = here.speed_mps + np.clip(pace - here.speed_mps, -SLOWER_MPS2 * t, FASTER_MPS2 * t)
+        leads = (np.abs(self._e) < _IN_LANE_M) & (bodies.s > here.s_m) & (bodies.s < here.s_m + _LEADER_M)
+        if leads.any():
+            slowest = max(float(bodies.vs[leads].min()), 0.0)
+            late = np.maximum(t - _HELD_S, 0.0)
+            held = min(here.speed_mps, slowest) if slowest < here.speed_mps else slowest
+            v = np.minimum(v, held + FASTER_MPS2 * late)
+        return np.asarray(np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1]) / 2.0 * STEP_S)]))
+
+
+def flow_behind_mps(bodies: RouteBodies, s_m: float, d_m: float, speed_mps: float, half_length_m: float) -> float:
+    """How fast whoever comes up close behind in the ego's lane drives (m/s); 0 where nobody does."""
+    gap = s_m - half_length_m - bodies.s - bodies.along
+    closing = bodies.vs - speed_mps
+    comes = (np.abs(bodies.d - d_m) < _IN_LANE_M) & (gap > -1.0) & (closing > 0.0) & (gap < 4.0 + 4.0 * closing)
+    return float(bodies.vs[comes].max()) if comes.any() else 0.0
