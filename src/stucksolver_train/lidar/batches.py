@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from stucksolver.perception.lidar.sweeps import GROUND_M, MOST_POINTS, RECENT_S
+from stucksolver.perception.lidar.sweeps import CELL_M, CELLS, FLAT_M, LOW_M, MOST_POINTS, RECENT_S
 from stucksolver.perception.recording import CENTIMETRE
 from stucksolver_train.lidar.data import BOX, IGNORED, Windows
 
@@ -86,10 +86,9 @@ class Store:
         slot = torch.repeat_interleave(length.flatten())
         begin = torch.cumsum(length.flatten(), 0) - length.flatten()
         index = torch.arange(len(slot), device=self.device) - begin[slot] + first.flatten()[slot]
-        # Older sweeps lose the road before anything is computed for them.
-        lowest = torch.where(age <= RECENT_S, -1e6, GROUND_M).flatten()
-        high = self.points[index, 2] > lowest[slot] * CENTIMETRE
-        index, slot = index[high], slot[high]
+        # Older sweeps lose flat ground before anything else is computed for them.
+        rough = (age <= RECENT_S).flatten()[slot] | _uneven(self.points[index], slot, history.numel())
+        index, slot = index[rough], slot[rough]
         window = slot // history.shape[1]
         kept = _thinned(age.flatten()[slot] > RECENT_S, window, slot, len(history))
         index, slot, window = index[kept], slot[kept], window[kept]
@@ -99,6 +98,19 @@ class Store:
         y = sin * xyz[:, 0] + cos * xyz[:, 1] + dy.flatten()[slot]
         intensity = self.intensity[index].float() / 255.0
         return torch.stack([x, y, xyz[:, 2], intensity, age.flatten()[slot].float()], dim=1), window
+
+
+def _uneven(points: Tensor, slot: Tensor, slots: int) -> Tensor:
+    """`stucksolver.perception.lidar.sweeps.uneven`, of points (n, 3; centimetres) in several sweeps."""
+    place = points[:, :2].float() / CENTIMETRE / torch.tensor(CELL_M, device=points.device)
+    place = (torch.floor(place) + CELLS // 2).clamp(0, CELLS - 1).long()
+    cell, z = (slot * CELLS + place[:, 0]) * CELLS + place[:, 1], points[:, 2].float()
+    extremes = [
+        torch.full((slots * CELLS * CELLS,), first, device=points.device).scatter_reduce_(0, cell, z, which)
+        for first, which in ((float("inf"), "amin"), (float("-inf"), "amax"))
+    ]
+    uneven: Tensor = (z > LOW_M * CENTIMETRE) | ((extremes[1] - extremes[0])[cell] > FLAT_M * CENTIMETRE)
+    return uneven
 
 
 def _thinned(old: Tensor, window: Tensor, slot: Tensor, windows: int) -> Tensor:

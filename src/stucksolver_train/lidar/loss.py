@@ -127,7 +127,7 @@ def losses(heat: Tensor, box: Tensor, aim: Targets) -> tuple[Tensor, Tensor]:
     hit = -torch.log(share) * (1.0 - share) ** FOCUS * top
     missed = -torch.log1p(-share) * share**FOCUS * (1.0 - aim.heat) ** SOFTEN * ~top * aim.counted
     count = top.sum(dim=(0, 2, 3)).float()
-    maps = ((hit + missed).sum(dim=(0, 2, 3)) / count.clamp(min=LEAST_COUNT)).mean()
+    maps = ((hit + missed).sum(dim=(0, 2, 3)) / count.clamp(min=LEAST_COUNT)).sum()
     said = box.flatten(2).transpose(1, 2)[aim.place[:, 0], aim.place[:, 1]]
     wrong = functional.smooth_l1_loss(said, aim.regressed, reduction="none", beta=0.05) * aim.weight
     return maps, BOX_WEIGHT * wrong.sum() / aim.weight[:, 0].sum().clamp(min=1.0)

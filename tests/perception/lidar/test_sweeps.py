@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stucksolver.perception.lidar.sweeps import GROUND_M, SweepBuffer
+from stucksolver.perception.lidar.sweeps import SweepBuffer, uneven
 from stucksolver.perception.measurements import Floats, LidarSweep, PoseEstimate, Singles
 
 AWAY_M = st.floats(-50, 50)
@@ -49,14 +49,22 @@ def test_sweeps_older_than_the_horizon_are_forgotten() -> None:
     assert points[:, 4].max() == pytest.approx(0.45)
 
 
-def test_the_road_is_kept_of_the_last_turn_only() -> None:
+def test_flat_ground_is_kept_of_the_last_turn_only() -> None:
     buffer = SweepBuffer()
-    road_and_car = np.array([[10, 0, 0, 0.2], [10, 0, GROUND_M + 0.5, 0.2]], np.float32)
+    road = [[10.0 + 0.1 * i, 0.2, 0.02, 0.2] for i in range(20)]
+    bag = [[10.1, 10.1, 0.0, 0.2], [10.2, 10.1, 0.15, 0.2]]
     for i in range(4):
-        buffer.add(LidarSweep(0.05 * i, road_and_car), pose(0.05 * i))
-    heights = buffer.gather(pose(0.15))[:, 2]
-    assert (heights == 0.0).sum() == 2
-    assert (heights > GROUND_M).sum() == 4
+        buffer.add(LidarSweep(0.05 * i, np.array(road + bag, np.float32)), pose(0.05 * i))
+    y = buffer.gather(pose(0.15))[:, 1]
+    assert (y < 1.0).sum() == 2 * len(road)
+    assert (y > 1.0).sum() == 4 * len(bag)
+
+
+def test_what_is_high_stays_even_where_it_is_flat_or_alone() -> None:
+    roof_and_head = np.array(
+        [[10, 0, 1.5, 0.2], [10.1, 0, 1.5, 0.2], [30, 9, 1.7, 0.2], [500, 9, 1.7, 0.2]], np.float32
+    )
+    assert uneven(roof_and_head).all()
 
 
 def test_more_points_than_allowed_are_thinned_out_among_the_older_ones() -> None:

@@ -6,13 +6,18 @@ import math
 from collections import deque
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stucksolver.perception.measurements import LidarSweep, PoseEstimate, Singles
 
 RECENT_S = 0.075
 """Sweeps up to this age are kept whole: two of CARLA's at 20 Hz, which make one turn."""
-GROUND_M = 0.15
-"""Of older sweeps only what is higher than this is kept: the road tells nothing about motion, and is most points."""
+LOW_M, FLAT_M = 0.25, 0.045
+"""Of older sweeps points lower than the first are dropped where all points of a cell are within the second: the road
+and pavements tell nothing about motion and are most points. A bag or a rock among them makes its cell uneven."""
+CELL_M = 0.64
+CELLS = 160
+"""In each direction; what lies beyond counts to the outermost."""
 MOST_POINTS = 60_000
 """Older points are thinned out evenly beyond this many."""
 
@@ -42,8 +47,7 @@ class SweepBuffer:
         """
         if self._kept and pose.time_s < self._kept[-1][0].time_s:
             raise ValueError(f"a sweep of {pose.time_s:.3f} s came after one of {self._kept[-1][0].time_s:.3f} s")
-        high = sweep.points[sweep.points[:, 2] > GROUND_M]
-        self._kept.append((pose, sweep.points, high))
+        self._kept.append((pose, sweep.points, sweep.points[uneven(sweep.points)]))
         while self._kept[0][0].time_s < pose.time_s - self.horizon_s - 1e-6:
             self._kept.popleft()
 
@@ -57,10 +61,10 @@ class SweepBuffer:
             (n, 5) float32: x, y, z (m), intensity (0 to 1), age (s); the newest sweep first.
         """
         parts: list[tuple[float, PoseEstimate, Singles]] = []
-        for past, whole, high in reversed(self._kept):
+        for past, whole, rough in reversed(self._kept):
             age_s = pose.time_s - past.time_s
             if age_s <= self.horizon_s - 1e-6:
-                parts.append((age_s, past, whole if age_s <= RECENT_S else high))
+                parts.append((age_s, past, whole if age_s <= RECENT_S else rough))
         recent = sum(len(points) for age_s, _, points in parts if age_s <= RECENT_S)
         older = sum(len(points) for age_s, _, points in parts if age_s > RECENT_S)
         step = max(1, math.ceil(older / max(1, self.most_points - recent)))
@@ -73,6 +77,16 @@ class SweepBuffer:
             place[:, 4] = age_s
             at += len(points)
         return gathered
+
+
+def uneven(points: Singles) -> NDArray[np.bool_]:
+    """Which points (n, 4) of a sweep are worth keeping for longer: those that are not on flat ground (see `LOW_M`)."""
+    row, column = (np.clip(np.floor(points[:, i] / np.float32(CELL_M)) + CELLS // 2, 0, CELLS - 1) for i in (0, 1))
+    cell, z = (row * CELLS + column).astype(np.int64), points[:, 2]
+    lowest, highest = np.full(CELLS * CELLS, np.inf, np.float32), np.full(CELLS * CELLS, -np.inf, np.float32)
+    np.minimum.at(lowest, cell, z)
+    np.maximum.at(highest, cell, z)
+    return np.asarray((z > LOW_M) | ((highest - lowest)[cell] > FLAT_M))
 
 
 def _move(points: Singles, past: PoseEstimate, now: PoseEstimate, into: Singles) -> None:
