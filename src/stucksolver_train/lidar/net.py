@@ -76,14 +76,13 @@ class PillarNet(nn.Module):
 
     def forward(self, features: Tensor, cell: Tensor, windows: int) -> tuple[Tensor, Tensor]:
         """Of points' features (n, 8) and their pillars (n,), see `stucksolver_train.lidar.pillars`."""
-        seen = self.point(features)
-        pillars = seen.new_zeros(windows * self.grid.pillars, PILLAR_WIDTH)
-        pillars = pillars.scatter_reduce(0, cell[:, None].expand_as(seen), seen, "amax")
-        return self.picture(pillars, windows)
-
-    def picture(self, pillars: Tensor, windows: int) -> tuple[Tensor, Tensor]:
-        """From pillars (windows * pillars, 24) on."""
-        return self.maps(self.join(pillars.reshape(windows * self.grid.cells, 4 * PILLAR_WIDTH)), windows)
+        # Coordinates need more digits than bfloat16 has; with autocast, only the convolutions use it.
+        with torch.autocast(features.device.type, enabled=False):
+            seen = self.point(features)
+            pillars = seen.new_zeros(windows * self.grid.pillars, PILLAR_WIDTH)
+            pillars = pillars.scatter_reduce(0, cell[:, None].expand_as(seen), seen, "amax")
+            cells = self.join(pillars.reshape(windows * self.grid.cells, 4 * PILLAR_WIDTH))
+        return self.maps(cells, windows)
 
     def maps(self, cells: Tensor, windows: int) -> tuple[Tensor, Tensor]:
         """From coarse cells (windows * cells, width) on."""

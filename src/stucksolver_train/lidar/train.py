@@ -78,7 +78,7 @@ def train(options: Options) -> list[dict[str, float | str]]:
     torch.manual_seed(options.seed)
     torch.backends.cudnn.benchmark = True
     torch.set_float32_matmul_precision("high")
-    net = PillarNet(options.widths).to(device)
+    net = PillarNet(options.widths).to(device, memory_format=torch.channels_last)
     store = Store(windows, device)
     _say(f"{sum(one.numel() for one in net.parameters()) / 1e6:.2f} million weights on {device}")
     averaged, steps = _fit(net, store, torch.from_numpy(drawn_how_often(windows)).to(device), options)
@@ -126,7 +126,6 @@ def _fit(net: PillarNet, store: Store, how_often: Tensor, options: Options) -> t
             group["lr"] = options.rate * one_cycle(share)
         batch = store.batch(torch.multinomial(how_often, min(options.batch, len(store))), vary=True)
         features, cell = pillars(batch.points, batch.window)
-        # Coordinates need more digits than bfloat16 has; only the convolutions use it.
         with torch.autocast(device.type, torch.bfloat16, enabled=device.type == "cuda"):
             heat, box = net(features, cell, len(batch.boxes))
         maps, boxes = losses(heat, box, targets(batch.boxes, batch.labels))
