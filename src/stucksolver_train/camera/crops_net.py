@@ -48,7 +48,8 @@ class CropNet(nn.Module):
 
     def forward(self, pictures: Tensor, features: Tensor) -> tuple[Tensor, ...]:
         """Logits of each head for pictures (n, 3, 64, 64; 0 to 1) and features (n, 10)."""
-        seen = self.squeeze(self.trunk(pictures * 2.0 - 1.0)).flatten(1)
+        # The square root brings out what is dark: much is decided at night.
+        seen = self.squeeze(self.trunk(pictures.clamp(min=1e-4).sqrt() * 2.0 - 1.0)).flatten(1)
         joined = self.join(torch.cat([seen, self.geometry(features)], dim=1))
         return tuple(head(joined) for head in self.heads)
 
