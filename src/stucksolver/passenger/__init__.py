@@ -1,0 +1,22 @@
+"""The passenger: a page and an HTTP API to talk to the car, beside the control loop and never in it."""
+
+from stucksolver.passenger.desk import Desk
+from stucksolver.passenger.link import LinkError
+from stucksolver.passenger.roles import Holder, Tokens
+from stucksolver.passenger.seat import Seat
+from stucksolver.passenger.server.options import PageError, PageOptions
+from stucksolver.passenger.server.process import PassengerServer, ServerDied
+from stucksolver.passenger.told import Now
+
+__all__ = [
+    "Desk",
+    "Holder",
+    "LinkError",
+    "Now",
+    "PageError",
+    "PageOptions",
+    "PassengerServer",
+    "Seat",
+    "ServerDied",
+    "Tokens",
+]

@@ -1,0 +1,133 @@
+"""What the car thinks and will do next, in two sentences made of its typed state; nothing is parsed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stucksolver.decision import Decision, RecoveryPlan
+from stucksolver.ladder import Assist, Resume
+from stucksolver.passenger.sentences.asking import asked
+from stucksolver.passenger.sentences.plans import doing, will
+from stucksolver.passenger.sentences.reasons import blocked_by, waiting
+from stucksolver.passenger.sentences.refusals import can_not
+from stucksolver.passenger.sentences.things import nouns
+from stucksolver.scene import ControlKind, LightState, Scene, Status
+from stucksolver.solver import Event, QuestionKind
+from stucksolver.solver.machine.state import AwaitingApproval, AwaitingGap, Executing, State, StateName
+
+FRESH_S = 4.0
+"""A decision about a standing vehicle is what the car thinks for so long; it is made anew every few seconds."""
+SLOW_MPS = 5 / 3.6
+"""As the detector's bound: below it the car stands, or nearly."""
+NEAR_M, LIGHT_M = 45.0, 60.0
+STATES: dict[StateName, str] = {
+    StateName.MONITORING: "I am watching the road.",
+    StateName.QUERYING: "I am thinking about how to get on.",
+    StateName.AWAITING_APPROVAL: "I need a yes before I go on.",
+    StateName.AWAITING_GAP: "I am waiting for a gap in the traffic.",
+    StateName.EXECUTING: "I am on my way round it.",
+    StateName.DRIVING: "I am driving along our route.",
+    StateName.HOLDING: "I am standing until the way back into my lane is free.",
+    StateName.MINIMAL_RISK: "I have stopped and called the operator.",
+}
+"""What each of the solver's states is to a passenger, where nothing more particular is known."""
+
+
+@dataclass(frozen=True)
+class Mind:
+    """Two sentences: what is going on, and what comes next."""
+
+    thought: str
+    intention: str
+
+
+OVER = Mind("The ride is over.", "Thank you for riding with me.")
+
+
+def mind(state: State, status: Status, decided: Event | None, scene: Scene | None) -> Mind:
+    """What to tell of a solver's state.
+
+    `decided`: the last decision that was told of, None before the first. `scene`: the newest one there is.
+    """
+    activity = state.activity
+    if isinstance(activity, Executing):
+        return _executing(activity)
+    if state.posture.name is not StateName.DRIVING:
+        return _standing(state)
+    question = state.question
+    if isinstance(activity, AwaitingApproval) and question is not None:
+        whom = "you" if question.to == "passenger" else "the operator"
+        return Mind(_why(activity.answer.decision, scene), f"I wait for an answer from {whom}: {asked(question)}")
+    if isinstance(activity, AwaitingGap):
+        return Mind(_why(activity.answer.decision, scene), f"I will {will(activity.plan)}.")
+    if question is not None and question.kind is QuestionKind.ADVICE:
+        return Mind(_decided_thought(decided, scene), "I wait for your advice.")
+    fresh = decided is not None and status.time_s - decided.time_s < FRESH_S
+    if decided is not None and fresh and status.speed_mps < SLOW_MPS:
+        return _decided(decided, scene)
+    return _driving(status, scene)
+
+
+def _executing(activity: Executing) -> Mind:
+    if activity.withdrawn:
+        return Mind("I am ending this as soon as that is safe.", "Then I will wait.")
+    plan = activity.execution.plan
+    moving = [one for one in plan.behaviors if not one.stands_still]
+    return Mind(doing((moving or list(plan.behaviors))[0]), "Then I will drive on along our route.")
+
+
+def _standing(state: State) -> Mind:
+    thought = STATES[state.posture.name]
+    if state.posture.name is StateName.HOLDING:
+        return Mind(thought, "Then I will drive on.")
+    move = state.escalation.move
+    only_operator = isinstance(move, Assist) and move.resume is Resume.OPERATOR
+    return Mind(
+        thought, "The operator decides how we go on." if only_operator else "I will go on when the way is free."
+    )
+
+
+def _why(decision: Decision, scene: Scene | None) -> str:
+    analysis = decision.analysis
+    return waiting(analysis.wait, scene)[0] if analysis.wait is not None else blocked_by(analysis.cause, scene)
+
+
+def _decided_thought(decided: Event | None, scene: Scene | None) -> str:
+    if decided is None or decided.decision is None:
+        return blocked_by(None, scene)
+    return _why(decided.decision, scene)
+
+
+def _decided(event: Event, scene: Scene | None) -> Mind:
+    decision = event.decision
+    if decision is None:
+        return Mind(STATES[StateName.QUERYING], "I will tell you what I find.")
+    if decision.analysis.wait is not None and decision.plan is None:
+        return Mind(*waiting(decision.analysis.wait, scene))
+    if event.verdict is not None and not event.verdict.accepted:
+        return Mind(_why(decision, scene), can_not(event.verdict, event.scene or scene))
+    return Mind(_why(decision, scene), _planned(decision.plan))
+
+
+def _planned(plan: RecoveryPlan | None) -> str:
+    return "I keep looking for a way." if plan is None else f"I will {will(plan)}."
+
+
+def _driving(status: Status, scene: Scene | None) -> Mind:
+    if status.at_destination:
+        return Mind("We are there.", "I will stop here.")
+    moving = status.speed_mps >= SLOW_MPS
+    if scene is not None:
+        lights = [c for c in scene.controls if c.kind is ControlKind.TRAFFIC_LIGHT and c.applies is not False]
+        if any(c.state is LightState.RED and 0.0 < c.distance_m < LIGHT_M for c in lights):
+            return Mind("The light ahead is red.", "I will stop there and wait for green.")
+        ahead = scene.in_path_ahead(NEAR_M)
+        if ahead:
+            group = [o.kind for o in ahead if abs(o.speed_along_mps - ahead[0].speed_along_mps) < 1.0]
+            named = nouns(group)
+            if ahead[0].speed_along_mps > 0.5:
+                return Mind(f"I am driving behind {named}.", "I stay behind, unless you ask me to overtake.")
+            return Mind(f"There is {named} ahead of me.", "I will slow down and look whether I can get past.")
+    if not moving:
+        return Mind("I am standing.", "I will drive on when the way is free.")
+    return Mind(STATES[StateName.DRIVING], "I will follow our route.")

@@ -1,0 +1,37 @@
+"""What people are asked."""
+
+from __future__ import annotations
+
+from stucksolver.passenger.sentences.plans import BEHAVIORS, will
+from stucksolver.solver import Question, QuestionKind
+
+NEEDS: dict[str, str] = {
+    "solid_line": "I would cross a solid line.",
+    "emergency_scene": "I would pass a standing emergency vehicle.",
+    "school_bus": "I would pass a school bus.",
+    "level_crossing": "I would cross a level crossing.",
+    "flagger": "I would pass someone who directs the traffic.",
+    "red_light": "I would drive at a red light.",
+    "borrow_oncoming_lane": "I would use the lane of the oncoming traffic.",
+}
+"""What a yes would release beyond the plan's own words: the guard's rules, and what is worth a warning."""
+
+ADVICE = "I am not getting on by myself. What shall I do?"
+ASSISTANCE = "I have stopped, and I need help. May I try again?"
+
+
+def needed(names: tuple[str, ...]) -> tuple[str, ...]:
+    """A sentence for each thing that a yes would release. Raises `KeyError` for a name that nobody knows."""
+    unknown = [name for name in names if name not in NEEDS and name not in BEHAVIORS]
+    if unknown:
+        raise KeyError(f"nothing is said of {', '.join(unknown)}: add it to NEEDS")
+    return tuple(NEEDS[name] for name in names if name in NEEDS)
+
+
+def asked(question: Question) -> str:
+    """The question in words for people. Its plan and codes say everything; its own text is the solver's."""
+    if question.kind is QuestionKind.ADVICE:
+        return ADVICE
+    if question.kind is QuestionKind.ASSISTANCE or question.plan is None:
+        return ASSISTANCE
+    return " ".join((f"May I {will(question.plan)}?", *needed(question.needs)))

@@ -1,0 +1,37 @@
+"""How the car answers to words as such, before it has looked whether they can be done."""
+
+from __future__ import annotations
+
+from stucksolver.scene import GuidanceIntent, Reading
+
+SEE = "Let me see whether that is possible."
+INTENTS: dict[GuidanceIntent, str] = {
+    GuidanceIntent.GO: f"You want me to drive on. {SEE}",
+    GuidanceIntent.OVERTAKE: f"You want me to go past{{side}}. {SEE}",
+    GuidanceIntent.WAIT: "All right, I wait.",
+    GuidanceIntent.BACK_UP: f"You want me to back up. {SEE}",
+    GuidanceIntent.REROUTE: f"You want me to take another way. {SEE}",
+    GuidanceIntent.TURN_ROUND: f"You want me to turn round. {SEE}",
+    GuidanceIntent.DRIVE_OVER: f"You want me to drive over it. {SEE}",
+    GuidanceIntent.PULL_OVER: f"You want me to pull over. {SEE}",
+    GuidanceIntent.FOLLOW: "All right, I stay behind.",
+    GuidanceIntent.LET_ME_OUT: f"You want to get out. {SEE}",
+    GuidanceIntent.CANCEL: "All right, I drop that.",
+    GuidanceIntent.YES: "You say yes, but I have not asked anything. What shall I do?",
+    GuidanceIntent.NO: "All right, I leave it.",
+    GuidanceIntent.NONE: "Thank you. That asks nothing of my driving, so I carry on.",
+    GuidanceIntent.UNCLEAR: "I still do not understand, so I carry on as before. The buttons show what I can do.",
+    GuidanceIntent.UNLAWFUL: "I can't do that: it is not allowed. I carry on as before.",
+}
+ASKED_BACK = "I did not understand that. Shall I wait, drive on, go round it, or take another way?"
+NOBODY_READS = "I cannot read words on this machine. Please use the buttons for yes and no."
+"""Where the packages that read words are missing."""
+
+NOTHING_TO_STOP = "All right, I begin nothing new. I keep to our route; ask me to pull over if I should stop."
+"""For a call to stop while no plan runs and the car drives: its own driver goes on."""
+
+
+def acknowledged(reading: Reading) -> str:
+    """The first answer to words that were read."""
+    side = "" if reading.side is None else f" on the {reading.side.value}"
+    return INTENTS[reading.intent].format(side=side)

@@ -1,0 +1,90 @@
+"""Who is asking, and are they asking too much? What every route with a token goes through."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fastapi import HTTPException, Request
+
+from stucksolver.passenger.roles import Holder, Tokens
+from stucksolver.passenger.server.board import Board, Vehicle
+from stucksolver.passenger.server.limits import (
+    ALL_COMMANDS,
+    COMMANDS,
+    FAILURES,
+    REQUESTS,
+    STOPS,
+    STREAMS,
+    Limiter,
+)
+from stucksolver.passenger.told import CommandKind
+
+TOO_MUCH = "That is too much at once. Please wait a moment."
+NO_TOKEN = "This needs the token that the server printed at start."
+NOT_YOURS = "This token is not for this vehicle."
+
+
+def too_much(after_s: int = 1) -> HTTPException:
+    """The answer to who asks too often."""
+    return HTTPException(429, TOO_MUCH, {"retry-after": str(after_s)})
+
+
+@dataclass
+class Access:
+    """Checks tokens and rates. `streams`: pages that are open now."""
+
+    tokens: Tokens
+    board: Board
+    limiter: Limiter
+    streams: int = 0
+
+    def holder(self, request: Request) -> Holder:
+        """Who holds the request's token. Raises `HTTPException`: 401 for none of ours, 429 for too many tries."""
+        address = request.client.host if request.client else ""
+        if self.limiter.exhausted(FAILURES, "failures", address):
+            raise too_much(5)
+        scheme, _, token = request.headers.get("authorization", "").partition(" ")
+        holder = self.tokens.holder(token) if scheme.lower() == "bearer" else None
+        if holder is None:
+            self.limiter.allows(FAILURES, "failures", address)
+            raise HTTPException(401, NO_TOKEN, {"www-authenticate": "Bearer"})
+        if not self.limiter.allows(REQUESTS, "requests", address):
+            raise too_much()
+        return holder
+
+    def operator(self, request: Request) -> Holder:
+        """The same for operators alone. Raises `HTTPException`: 403 for a passenger's token."""
+        holder = self.holder(request)
+        if holder.role != "operator":
+            raise HTTPException(403, "This is for operators.")
+        return holder
+
+    def vehicle(self, request: Request, vehicle_id: str) -> tuple[Holder, Vehicle]:
+        """Who asks for which vehicle.
+
+        Raises `HTTPException`: 403 for somebody else's vehicle, whether there is one or not, else 404 for none.
+        """
+        holder = self.holder(request)
+        if not holder.may_use(vehicle_id):
+            raise HTTPException(403, NOT_YOURS)
+        vehicle = self.board.vehicle(vehicle_id)
+        if vehicle is None:
+            raise HTTPException(404, "There is no such vehicle, or it has not come yet.")
+        return holder, vehicle
+
+    def may_command(self, vehicle: Vehicle, kind: CommandKind, client: str) -> None:
+        """Raises `HTTPException` 429 where too much is asked of a vehicle. Stops have room of their own."""
+        if kind in (CommandKind.STOP, CommandKind.NO):
+            allowed = self.limiter.allows(STOPS, "stops", vehicle.id)
+        else:
+            allowed = self.limiter.allows(COMMANDS, "commands", vehicle.id, client) and self.limiter.allows(
+                ALL_COMMANDS, "all", vehicle.id
+            )
+        if not allowed:
+            raise too_much()
+
+    def open_stream(self) -> None:
+        """Raises `HTTPException` 503 where too many pages are open."""
+        if self.streams >= STREAMS:
+            raise HTTPException(503, "Too many pages are open. Please close one.", {"retry-after": "10"})
+        self.streams += 1

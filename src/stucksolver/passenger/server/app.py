@@ -1,0 +1,196 @@
+"""The HTTP API and the page."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from fastapi import FastAPI, HTTPException, Request, Response
+from fastapi.responses import PlainTextResponse, StreamingResponse
+
+from stucksolver.ladder.moves import Person
+from stucksolver.passenger.frames import Topic
+from stucksolver.passenger.roles import Holder, Tokens
+from stucksolver.passenger.server.access import Access
+from stucksolver.passenger.server.board import Board, Vehicle
+from stucksolver.passenger.server.bodies import Answer, Me, Presser, Reply, Words
+from stucksolver.passenger.server.hub import Hub
+from stucksolver.passenger.server.limits import Limiter
+from stucksolver.passenger.server.pages import add_pages
+from stucksolver.passenger.server.stream import events
+from stucksolver.passenger.told import Call, Command, CommandKind, Now, Outcome
+
+ABOUT = (
+    "Talk to a car beside StuckSolver. Every call under /api needs `Authorization: Bearer TOKEN`. "
+    "A passenger's token is for one vehicle, an operator's for all of them."
+)
+
+
+def make_app(board: Board, tokens: Tokens, hub: Hub | None = None, drawing: Path | None = None) -> FastAPI:
+    """The application. `hub`: started and stopped with it; `drawing`: folder of the scripts that draw the view."""
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        if hub is not None:
+            await hub.start()
+        yield
+        if hub is not None:
+            await hub.stop()
+
+    app = FastAPI(
+        title="StuckSolver passenger API",
+        description=ABOUT,
+        version=_version(),
+        docs_url=None,  # its page loads scripts from elsewhere; /docs is our own
+        redoc_url=None,
+        lifespan=lifespan,
+    )
+    access = Access(tokens, board, Limiter())
+    _add_reading(app, access)
+    _add_talking(app, access)
+    _add_operating(app, access)
+    add_pages(app, drawing)
+    _add_schema(app)
+    return app
+
+
+def _add_reading(app: FastAPI, access: Access) -> None:
+    """What anybody with a token may see."""
+    board = access.board
+
+    @app.get("/api/me")
+    async def me(request: Request) -> Me:
+        """Who I am, and which vehicles are mine to see."""
+        holder = access.holder(request)
+        mine = [one for one in board.vehicles if holder.may_use(one.id)]
+        vehicle = holder.vehicle or (mine[0].id if mine else None)
+        return Me(role=holder.role, vehicle=vehicle, vehicles={one.id: one.name for one in mine})
+
+    @app.get("/api/vehicles/{vehicle_id}")
+    async def now(request: Request, vehicle_id: str) -> Now:
+        """How things stand with a vehicle."""
+        _, vehicle = access.vehicle(request, vehicle_id)
+        found = vehicle.now
+        if found is None:
+            raise HTTPException(404, "The vehicle has told nothing yet.")
+        return found
+
+    @app.get("/api/vehicles/{vehicle_id}/camera.jpg", response_class=Response)
+    async def camera(request: Request, vehicle_id: str) -> Response:
+        """The newest picture of the front camera."""
+        _, vehicle = access.vehicle(request, vehicle_id)
+        picture = vehicle.shown.get(Topic.PICTURE)
+        if picture is None:
+            raise HTTPException(404, "There is no picture.")
+        return Response(base64.b64decode(picture[1]), media_type="image/jpeg")
+
+    @app.get("/api/vehicles/{vehicle_id}/stream", response_class=PlainTextResponse)
+    async def stream(request: Request, vehicle_id: str, pictures: bool = True) -> StreamingResponse:
+        """Server-sent events: `now` (as above), and with `pictures` also `scenery`, `view` and `picture`."""
+        holder = access.holder(request)
+        if not holder.may_use(vehicle_id):
+            raise HTTPException(403, "This token is not for this vehicle.")
+        access.open_stream()
+
+        async def sending() -> AsyncIterator[str]:
+            try:
+                async for text in events(board, vehicle_id, pictures, request.is_disconnected):
+                    yield text
+            finally:
+                access.streams -= 1
+
+        return StreamingResponse(sending(), media_type="text/event-stream")
+
+
+def _add_talking(app: FastAPI, access: Access) -> None:
+    """What anybody with a token may say."""
+
+    async def command(request: Request, vehicle_id: str, kind: CommandKind, client: str, **more: Any) -> Outcome:
+        holder, vehicle = access.vehicle(request, vehicle_id)
+        access.may_command(vehicle, kind, client)
+        return await _commanded(access.board, vehicle, holder, kind, client, **more)
+
+    @app.post("/api/vehicles/{vehicle_id}/say")
+    async def say(request: Request, vehicle_id: str, body: Words) -> Outcome:
+        """Say something to the car, in any words. They are advice: the guard decides what may be done."""
+        return await command(request, vehicle_id, CommandKind.SAY, body.client, text=body.text)
+
+    @app.post("/api/vehicles/{vehicle_id}/answer")
+    async def answer(request: Request, vehicle_id: str, body: Answer) -> Outcome:
+        """Say yes or no to the open question."""
+        kind = CommandKind.YES if body.yes else CommandKind.NO
+        return await command(request, vehicle_id, kind, body.client, question_id=body.question_id)
+
+    @app.post("/api/vehicles/{vehicle_id}/stop")
+    async def stop(request: Request, vehicle_id: str, body: Presser) -> Outcome:
+        """End what the car is doing for the passenger's sake, as soon as that is safe."""
+        return await command(request, vehicle_id, CommandKind.STOP, body.client)
+
+    @app.post("/api/vehicles/{vehicle_id}/help")
+    async def call_help(request: Request, vehicle_id: str, body: Presser) -> Outcome:
+        """Call an operator."""
+        outcome = await command(request, vehicle_id, CommandKind.HELP, body.client)
+        vehicle = access.board.vehicle(vehicle_id)
+        if vehicle is not None:
+            access.board.call_for_help(vehicle, "The passenger asks for help.")
+        return outcome
+
+
+def _add_operating(app: FastAPI, access: Access) -> None:
+    """What operators may see and do."""
+    board = access.board
+
+    @app.get("/api/vehicles")
+    async def vehicles(request: Request) -> dict[str, str]:
+        """All vehicles: id and name."""
+        access.operator(request)
+        return {one.id: one.name for one in board.vehicles}
+
+    @app.get("/api/queue")
+    async def queue(request: Request) -> list[Call]:
+        """What waits for an operator, the longest waiting first."""
+        access.operator(request)
+        return list(board.queue())
+
+    @app.post("/api/queue/{call_id}/close")
+    async def close(request: Request, call_id: str, body: Presser) -> None:
+        """A call for help has been dealt with. (A question leaves the queue when it is answered.)"""
+        access.operator(request)
+        if not board.close_call(call_id):
+            raise HTTPException(404, "There is no such call.")
+
+    @app.post("/api/vehicles/{vehicle_id}/tell")
+    async def tell(request: Request, vehicle_id: str, body: Reply) -> Outcome:
+        """Tell the passenger something; it asks nothing of the driving."""
+        holder = access.operator(request)
+        _, vehicle = access.vehicle(request, vehicle_id)
+        access.may_command(vehicle, CommandKind.TELL, body.client)
+        return await _commanded(board, vehicle, holder, CommandKind.TELL, body.client, text=body.text)
+
+
+async def _commanded(
+    board: Board, vehicle: Vehicle, holder: Holder, kind: CommandKind, client: str, **more: Any
+) -> Outcome:
+    role: Person = holder.role
+    command = Command(number=board.number(), kind=kind, by=role, client=client, **more)
+    return await board.command(vehicle, command)
+
+
+def _add_schema(app: FastAPI) -> None:
+    """The OpenAPI document names the token, so that tools which read it know to ask for one."""
+    schema = app.openapi()
+    schema["components"]["securitySchemes"] = {"token": {"type": "http", "scheme": "bearer"}}
+    for path, methods in schema["paths"].items():
+        for operation in methods.values() if path.startswith("/api/") else ():
+            operation["security"] = [{"token": []}]
+
+
+def _version() -> str:
+    try:
+        return version("stucksolver")
+    except PackageNotFoundError:
+        return "0"

@@ -1,0 +1,174 @@
+"""What the server knows of all vehicles: the newest of everything, and who waits for what."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from stucksolver.passenger.frames import Frame, Topic
+from stucksolver.passenger.told import Call, Command, Now, Outcome
+
+OUTCOME_S = 3.0
+"""For a vehicle to say what came of a command."""
+HELP_CALLS = 50
+"""Calls for help that are kept."""
+VEHICLES = 500
+"""That may be known at once; one that has left goes first."""
+UNREACHABLE = "The car does not answer at the moment. Please try again."
+SHOWN = (Topic.SCENERY, Topic.NOW, Topic.VIEW, Topic.PICTURE)
+
+
+@dataclass
+class Vehicle:
+    """One vehicle. `shown`: the newest payload of each topic, with a number that grows with each."""
+
+    id: str
+    name: str
+    write: Callable[[bytes], None] | None
+    """Sends to its process; None when it has left."""
+    shown: dict[Topic, tuple[int, str]] = field(default_factory=dict)
+    asked: tuple[str, float] | None = None
+    """Id of the question to the operator that is open, and since when."""
+
+    @property
+    def now(self) -> Now | None:
+        """How things stand, None before it has told."""
+        told = self.shown.get(Topic.NOW)
+        return None if told is None else Now.model_validate_json(told[1])
+
+
+class Board:
+    """Used by one event loop alone."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._vehicles: OrderedDict[str, Vehicle] = OrderedDict()
+        self._numbers = 0
+        self._outcomes: dict[int, asyncio.Future[Outcome]] = {}
+        self._help: OrderedDict[str, tuple[str, str, float]] = OrderedDict()
+        """By id of the call: vehicle, words, since when."""
+        self._changed = asyncio.Event()
+
+    # ---- the vehicles' side
+
+    def take(self, frame: Frame, write: Callable[[bytes], None]) -> None:
+        """A frame from a vehicle's process; `write` sends to it."""
+        if frame.topic is Topic.HELLO:
+            self._join(frame, write)
+            return
+        vehicle = self._vehicles.get(frame.vehicle)
+        if vehicle is None:
+            return
+        if frame.topic is Topic.OUTCOME:
+            outcome = Outcome.model_validate_json(frame.payload)
+            waiting = self._outcomes.pop(outcome.number, None)
+            if waiting is not None and not waiting.done():
+                waiting.set_result(outcome)
+        elif frame.topic is Topic.BYE:
+            vehicle.write = None
+        elif frame.topic in SHOWN:
+            self._show(vehicle, frame.topic, frame.payload.decode())
+
+    def lost(self, write: Callable[[bytes], None]) -> None:
+        """A process has hung up: its vehicles cannot be talked to any more."""
+        for vehicle in self._vehicles.values():
+            if vehicle.write is write:
+                vehicle.write = None
+
+    def _join(self, frame: Frame, write: Callable[[bytes], None]) -> None:
+        self._vehicles.pop(frame.vehicle, None)
+        self._vehicles[frame.vehicle] = Vehicle(frame.vehicle, frame.payload.decode("utf-8", "replace")[:80], write)
+        gone = [one.id for one in self._vehicles.values() if one.write is None]
+        for name in gone[: max(len(self._vehicles) - VEHICLES, 0)]:
+            del self._vehicles[name]
+
+    def _show(self, vehicle: Vehicle, topic: Topic, payload: str) -> None:
+        self._numbers += 1
+        vehicle.shown[topic] = (self._numbers, payload)
+        if topic is Topic.NOW:
+            now = vehicle.now
+            question = None if now is None else now.question
+            if question is None or question.to != "operator":
+                vehicle.asked = None
+            elif vehicle.asked is None or vehicle.asked[0] != question.id:
+                vehicle.asked = (question.id, self._clock())
+        changed, self._changed = self._changed, asyncio.Event()
+        changed.set()
+
+    # ---- the people's side
+
+    def vehicle(self, vehicle_id: str) -> Vehicle | None:
+        """A vehicle that is, or was, here."""
+        return self._vehicles.get(vehicle_id)
+
+    @property
+    def vehicles(self) -> tuple[Vehicle, ...]:
+        """All of them, in the order in which they came."""
+        return tuple(self._vehicles.values())
+
+    async def change(self) -> None:
+        """Wait until any vehicle has shown something new."""
+        await self._changed.wait()
+
+    def number(self) -> int:
+        """For the next command."""
+        self._numbers += 1
+        return self._numbers
+
+    async def command(self, vehicle: Vehicle, command: Command) -> Outcome:
+        """Hand a command to its vehicle, and wait a little for what comes of it."""
+        if vehicle.write is None:
+            return Outcome(number=command.number, taken=False, told="This ride is over.")
+        waiting: asyncio.Future[Outcome] = asyncio.get_running_loop().create_future()
+        self._outcomes[command.number] = waiting
+        vehicle.write(Frame(Topic.COMMAND, vehicle.id, command.model_dump_json().encode()).packed())
+        try:
+            return await asyncio.wait_for(waiting, OUTCOME_S)
+        except asyncio.TimeoutError:
+            return Outcome(number=command.number, taken=False, told=UNREACHABLE)
+        finally:
+            self._outcomes.pop(command.number, None)
+
+    # ---- the operators' queue
+
+    def call_for_help(self, vehicle: Vehicle, text: str) -> None:
+        """A passenger calls; a vehicle has one call at a time."""
+        if all(other != vehicle.id for other, _, _ in self._help.values()):
+            self._help[f"h{self.number()}"] = (vehicle.id, text, self._clock())
+        while len(self._help) > HELP_CALLS:
+            self._help.popitem(last=False)
+
+    def close_call(self, call_id: str) -> bool:
+        """A call for help has been dealt with; False where there is none of that id."""
+        return self._help.pop(call_id, None) is not None
+
+    def queue(self) -> tuple[Call, ...]:
+        """What waits for an operator, the longest waiting first."""
+        now_s = self._clock()
+        calls = [
+            Call(id=key, vehicle=who, name=self._name(who), kind="help", text=text, waiting_s=round(now_s - since_s, 1))
+            for key, (who, text, since_s) in self._help.items()
+        ]
+        for one in self._vehicles.values():
+            now = one.now if one.asked is not None and one.write is not None else None
+            if now is None or now.question is None or one.asked is None:
+                continue
+            calls.append(
+                Call(
+                    id=f"{one.id}:{now.question.id}",
+                    vehicle=one.id,
+                    name=one.name,
+                    kind="question",
+                    text=f"{now.thought} {now.question.text}",
+                    waiting_s=round(now_s - one.asked[1], 1),
+                    question_id=now.question.id,
+                )
+            )
+        return tuple(sorted(calls, key=lambda call: -call.waiting_s))
+
+    def _name(self, vehicle_id: str) -> str:
+        vehicle = self._vehicles.get(vehicle_id)
+        return vehicle_id if vehicle is None else vehicle.name

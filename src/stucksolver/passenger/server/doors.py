@@ -1,0 +1,148 @@
+"""What every request must pass before anything looks at it, and what every answer carries: plain ASGI."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, MutableMapping
+from typing import Any
+
+from stucksolver.passenger.server.limits import BODY_BYTES, TARGET_BYTES
+
+Scope = MutableMapping[str, Any]
+Message = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+App = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
+    "form-action 'none'; base-uri 'none'; frame-ancestors 'none'"
+)
+"""Nothing inline, nothing from elsewhere, no frames. `data:` is for the camera's picture and the page's own icon."""
+HEADERS = {
+    "content-security-policy": POLICY,
+    "x-content-type-options": "nosniff",
+    "x-frame-options": "DENY",
+    "referrer-policy": "no-referrer",
+    "cache-control": "no-store",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+    "permissions-policy": "camera=(), geolocation=(), microphone=(self)",
+}
+SAME = frozenset({"same-origin", "none"})
+"""What a browser says of a request of the page's own, or of one that a person typed."""
+
+
+class Refused(Exception):
+    """A request is turned away with a status and a sentence."""
+
+    def __init__(self, status: int, why: str) -> None:
+        super().__init__(why)
+        self.status = status
+        self.why = why
+
+
+class Doors:
+    """Lets requests in that name one of our hosts and come from our own page.
+
+    A page of another site that has its name point at this machine (DNS rebinding) still says its own name as host;
+    one that posts to us from afar (CSRF) says its own origin. `hosts`: as in the header, `127.0.0.1:8765`.
+    """
+
+    def __init__(self, app: App, hosts: frozenset[str], scheme: str) -> None:
+        self._app = app
+        self._hosts = hosts
+        self._origins = frozenset(f"{scheme}://{host}" for host in hosts)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """One connection."""
+        if scope["type"] == "lifespan":
+            await self._app(scope, receive, send)
+        elif scope["type"] == "http":
+            await self._http(scope, receive, _with_headers(send))
+        # There are no websockets: whoever asks for one is hung up on.
+
+    async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
+        try:
+            body = await self._checked(scope, receive)
+        except Refused as refused:
+            await _answer(send, refused)
+            return
+        await self._app(scope, _replay(body, receive), send)
+
+    async def _checked(self, scope: Scope, receive: Receive) -> bytes:
+        """The request's body. Raises `Refused`."""
+        headers = _single(scope)
+        if headers.get("host", "") not in self._hosts:
+            raise Refused(421, "This address is not one of this server's. Use the one that it printed at start.")
+        origin = headers.get("origin")
+        if origin is not None and origin not in self._origins:
+            raise Refused(403, "Pages of other sites may not talk to this server.")
+        if headers.get("sec-fetch-site", "none") not in SAME and scope["path"].startswith("/api/"):
+            raise Refused(403, "Pages of other sites may not talk to this server.")
+        if len(scope.get("raw_path") or b"") + len(scope.get("query_string", b"")) > TARGET_BYTES:
+            raise Refused(414, "The address is too long.")
+        if scope["method"] in ("GET", "HEAD"):
+            return b""
+        if scope["method"] != "POST":
+            raise Refused(405, "Only GET and POST are served.")
+        if headers.get("content-type", "").partition(";")[0].strip().lower() != "application/json":
+            raise Refused(415, "Send JSON: content-type application/json.")
+        return await _body(headers.get("content-length", ""), receive)
+
+
+def _single(scope: Scope) -> dict[str, str]:
+    """The request's headers by name. Raises `Refused` where one that decides stands there twice."""
+    found: dict[str, str] = {}
+    for raw_name, raw_value in scope["headers"]:
+        name = raw_name.decode("latin-1").lower()
+        if name in found and name in ("host", "origin", "content-length", "authorization"):
+            raise Refused(400, f"The header {name} stands there twice.")
+        found[name] = raw_value.decode("latin-1")
+    return found
+
+
+async def _body(told: str, receive: Receive) -> bytes:
+    """What is sent, up to the limit. Raises `Refused` as soon as it is more, without reading the rest."""
+    if told.isdecimal() and int(told) > BODY_BYTES:
+        raise Refused(413, f"At most {BODY_BYTES} bytes are read.")
+    body = bytearray()
+    while True:
+        message = await receive()
+        if message["type"] != "http.request":
+            raise Refused(400, "The request broke off.")
+        body += message.get("body", b"")
+        if len(body) > BODY_BYTES:
+            raise Refused(413, f"At most {BODY_BYTES} bytes are read.")
+        if not message.get("more_body", False):
+            return bytes(body)
+
+
+def _replay(body: bytes, receive: Receive) -> Receive:
+    """The body that was read, once; after it whatever still comes."""
+    given = False
+
+    async def again() -> Message:
+        nonlocal given
+        if given:
+            return await receive()
+        given = True
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    return again
+
+
+def _with_headers(send: Send) -> Send:
+    async def sending(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            ours = {name.encode(): value.encode() for name, value in HEADERS.items()}
+            others = [(name, value) for name, value in message.get("headers", []) if name.lower() not in ours]
+            message = {**message, "headers": [*others, *ours.items()]}
+        await send(message)
+
+    return sending
+
+
+async def _answer(send: Send, refused: Refused) -> None:
+    headers = [(b"content-type", b"text/plain; charset=utf-8"), (b"connection", b"close")]
+    await send({"type": "http.response.start", "status": refused.status, "headers": headers})
+    await send({"type": "http.response.body", "body": refused.why.encode()})

@@ -1,0 +1,151 @@
+"""Runs the server in a process of its own, beside whatever drives."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import multiprocessing
+import os
+import signal
+import socket
+import tempfile
+import threading
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import TracebackType
+
+from stucksolver.passenger.roles import Tokens
+from stucksolver.passenger.server.options import PageOptions
+
+START_S = 30.0
+LEAVE_S = 5.0
+HUB = "desk"
+"""The socket's name in its folder."""
+
+
+class ServerDied(RuntimeError):
+    """The server's process ended by itself; the message says when."""
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What the server's process is given."""
+
+    options: PageOptions
+    address: Path
+    secret: bytes
+
+
+class PassengerServer:
+    """Starts the server when entered, and ends it when left. It ends by itself, too, when this process does.
+
+    Raises `PageError` where it cannot listen, and `ServerDied`.
+    """
+
+    def __init__(self, options: PageOptions | None = None, tokens: Tokens | None = None) -> None:
+        self.options = options or PageOptions()
+        self.options.check()
+        self.tokens = tokens or Tokens()
+        self._folder = tempfile.TemporaryDirectory(prefix="stucksolver-")  # mode 0700: nobody else may enter
+        self.address = Path(self._folder.name) / HUB
+        """Where desks find it."""
+        self.port = 0
+        self._process: multiprocessing.process.BaseProcess | None = None
+        self._ours: Connection | None = None
+
+    def url(self, token: str) -> str:
+        """The page's address. The token stands behind the #: a browser never sends that part to a server."""
+        return f"{self.options.scheme}://{self.options.addresses(self.port)[0]}/#{token}"
+
+    def __enter__(self) -> PassengerServer:
+        listening = self.options.bound()
+        self.port = int(listening.getsockname()[1])
+        context = multiprocessing.get_context("spawn")
+        self._ours, theirs = context.Pipe()
+        told = _Told(self.options, self.address, self.tokens.secret)
+        self._process = context.Process(target=_serve, args=(told, listening, theirs), daemon=True)
+        self._process.start()
+        theirs.close()
+        listening.close()
+        try:
+            ready = self._ours.poll(START_S) and self._ours.recv()
+        except EOFError:
+            ready = False
+        if not ready:
+            self.close()
+            raise ServerDied("the passenger server ended at its start; what it printed says why")
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the server."""
+        process = self._process
+        if process is not None and process.is_alive():
+            process.terminate()
+            process.join(LEAVE_S)
+            if process.is_alive():
+                process.kill()
+                process.join()
+        if self._ours is not None:
+            self._ours.close()
+        self._folder.cleanup()
+
+
+def _serve(told: _Told, listening: socket.socket, theirs: Connection) -> None:
+    """The body of the server's process."""
+    # Ctrl-C is our parent's business: it ends us.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, args=(theirs,), daemon=True).start()
+    asyncio.run(_serving(told, listening, theirs))
+
+
+async def _serving(told: _Told, listening: socket.socket, theirs: Connection) -> None:
+    import uvicorn
+
+    from stucksolver.passenger.server.app import make_app
+    from stucksolver.passenger.server.board import Board
+    from stucksolver.passenger.server.doors import Doors
+    from stucksolver.passenger.server.hub import Hub
+
+    options, board = told.options, Board()
+    app = make_app(board, Tokens(told.secret), Hub(board, told.address), options.drawing)
+    hosts = frozenset(options.addresses(int(listening.getsockname()[1])))
+    config = uvicorn.Config(
+        Doors(app, hosts, options.scheme),
+        log_level="error",
+        access_log=False,
+        server_header=False,
+        date_header=False,
+        proxy_headers=False,
+        ssl_certfile=options.cert,
+        ssl_keyfile=options.key,
+        timeout_keep_alive=30,
+        limit_concurrency=400,
+        h11_max_incomplete_event_size=16 * 1024,
+        timeout_graceful_shutdown=1,
+        ws="none",
+        lifespan="on",
+    )
+    server = uvicorn.Server(config)
+    telling = asyncio.create_task(_tell_when_up(server, theirs))
+    await server.serve(sockets=[listening])
+    telling.cancel()
+
+
+async def _tell_when_up(server: object, theirs: Connection) -> None:
+    while not getattr(server, "started", False):
+        await asyncio.sleep(0.02)
+    with contextlib.suppress(OSError):
+        theirs.send(True)
+
+
+def _end_with_parent(theirs: Connection) -> None:
+    """Our end of the pipe reads its end when the parent is gone."""
+    with contextlib.suppress(EOFError, OSError):
+        theirs.recv()
+    os._exit(0)

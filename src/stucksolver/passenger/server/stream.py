@@ -1,0 +1,48 @@
+"""What a page is sent as it happens: server-sent events (WHATWG HTML, section 9.2), the newest of each kind."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Awaitable, Callable
+
+from stucksolver.passenger.frames import Topic
+from stucksolver.passenger.server.board import Board, Vehicle
+
+KEEP_ALIVE_S = 10.0
+"""A comment goes out when nothing else has for so long: proxies and phones hang up on silence."""
+ORDER = (Topic.SCENERY, Topic.NOW, Topic.VIEW, Topic.PICTURE)
+
+
+async def events(
+    board: Board, vehicle_id: str, pictures: bool, gone: Callable[[], Awaitable[bool]]
+) -> AsyncIterator[str]:
+    """The vehicle's news until `gone` says that nobody listens any more.
+
+    A page that takes long gets fewer: what it has missed is replaced by what is newer, and nothing is kept for it.
+    """
+    sent: dict[Topic, int] = {}
+    wanted = [topic for topic in ORDER if pictures or topic not in (Topic.VIEW, Topic.PICTURE)]
+    here: Vehicle | None = None
+    while not await gone():
+        vehicle = board.vehicle(vehicle_id)
+        if vehicle is not here:
+            here, sent = vehicle, {}  # it has come, or come again: everything is new
+        news = [] if vehicle is None else [topic for topic in wanted if _is_new(vehicle, topic, sent)]
+        if vehicle is not None and news:
+            text = "".join(_event(topic, vehicle.shown[topic][1]) for topic in news)
+            sent.update({topic: vehicle.shown[topic][0] for topic in news})
+            yield text
+            continue
+        try:
+            await asyncio.wait_for(board.change(), KEEP_ALIVE_S)
+        except asyncio.TimeoutError:
+            yield ": still here\n\n"
+
+
+def _is_new(vehicle: Vehicle, topic: Topic, sent: dict[Topic, int]) -> bool:
+    return topic in vehicle.shown and vehicle.shown[topic][0] != sent.get(topic)
+
+
+def _event(topic: Topic, payload: str) -> str:
+    """JSON and base64 have no line breaks in them, so one line of data it is."""
+    return f"event: {topic.value}\ndata: {payload}\n\n"
