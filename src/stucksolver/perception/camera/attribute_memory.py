@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stucksolver.perception.camera.attributes import Attributes
+from stucksolver.perception.camera.attribute_types import Attributes
 from stucksolver.perception.camera.crop_network import KINDS, NOTHING, softmax
 from stucksolver.perception.measurements import Floats
 from stucksolver.scene.objects import PASSABLE_KINDS, ObjectKind
@@ -19,7 +19,7 @@ VOTED, PASSABLE_VOTED = 0.9, 0.99
 """Share of the vote that a kind needs; one that may be driven over needs more."""
 LOOK_WEIGHT = 0.5
 """Looks at the same object resemble each other: each counts as half a look that is independent."""
-LOOK_CAP, VOTE_CAP = 3.0, 6.0
+LOOK_CAP, VOTE_CAP = 4.0, 9.0
 """How far one look, and all looks together, can put a kind behind the likeliest (nats): a vote can be overturned."""
 BLINK_S = 1.5
 """Two periods of the slowest usual blinkers, less the part that they are lit."""
@@ -53,7 +53,7 @@ class AttributeMemory:
             return
         known = self._known.setdefault(track_id, _Known())
         _vote(known, look)
-        if known.looks and time_s - known.looks[-1][0] > BLINK_S:
+        if not known.looks or time_s - known.looks[-1][0] > BLINK_S:
             known.slow.clear()
         known.looks.append((time_s, look))
         for name in ("emergency_lights", "door_open"):
@@ -97,6 +97,8 @@ def _kind(known: _Known) -> tuple[ObjectKind | None, float, Floats | None]:
     best = int(shares.argmax())
     kind, sure = ObjectKind(KINDS[best]), float(shares[best])
     enough = known.said[kind] >= LOOKS and sure >= (PASSABLE_VOTED if kind in PASSABLE_KINDS else VOTED)
+    if kind in PASSABLE_KINDS and any(look.kind not in (None, kind) for _, look in known.looks):
+        enough = False  # a bag that just looked like a rock is not driven over
     return kind if enough else None, sure, np.append(shares, 0.0)
 
 

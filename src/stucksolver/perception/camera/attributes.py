@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stucksolver.perception.camera.attribute_memory import AttributeMemory
+from stucksolver.perception.camera.attribute_types import Attributes
 from stucksolver.perception.camera.crop_network import KINDS, LAMP_ANSWERS, NOTHING, CropAnswers, CropNetwork
 from stucksolver.perception.camera.crops import cut_crops, features_of, windows_of
 from stucksolver.perception.camera.weights import DATA
@@ -15,32 +16,9 @@ from stucksolver.perception.measurements import CameraFrame, Floats
 from stucksolver.perception.rig import CameraRig
 from stucksolver.scene import ObjectKind
 
+__all__ = ["AttributeMemory", "AttributeReader", "Attributes", "attributes_of"]
+
 OFF, ON = LAMP_ANSWERS.index("off"), LAMP_ANSWERS.index("on")
-
-
-@dataclass(frozen=True, eq=False)
-class Attributes:
-    """What is known of one object; None wherever it is not known well enough to say."""
-
-    kind: ObjectKind | None = None
-    kind_confidence: float = 0.0
-    """Of the likeliest kind, whether it is said or not; 0 where the object was not looked at."""
-    kind_shares: Floats | None = None
-    """(len(KINDS),) probabilities, for voting; None where the object was not looked at."""
-    hidden: bool | None = None
-    """True: the box shows something else, or nothing."""
-    brake_lights: bool | None = None
-    left_blinker: bool | None = None
-    """Of a single picture: whether it is lit at this moment. Of a memory: whether it blinks."""
-    right_blinker: bool | None = None
-    emergency_lights: bool | None = None
-    door_open: bool | None = None
-
-    @property
-    def hazard_lights(self) -> bool | None:
-        """Both blinkers; False as soon as one is known to be off."""
-        both = (self.left_blinker, self.right_blinker)
-        return False if False in both else (True if all(both) else None)
 
 
 class AttributeReader:

@@ -1,0 +1,33 @@
+"""What the camera can tell of an object."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stucksolver.perception.measurements import Floats
+from stucksolver.scene import ObjectKind
+
+
+@dataclass(frozen=True, eq=False)
+class Attributes:
+    """What is known of one object; None wherever it is not known well enough to say."""
+
+    kind: ObjectKind | None = None
+    kind_confidence: float = 0.0
+    """Of the likeliest kind, whether it is said or not; 0 where the object was not looked at."""
+    kind_shares: Floats | None = None
+    """(len(KINDS),) probabilities, for voting; None where the object was not looked at."""
+    hidden: bool | None = None
+    """True: the box shows something else, or nothing."""
+    brake_lights: bool | None = None
+    left_blinker: bool | None = None
+    """Of a single picture: whether it is lit at this moment. Of a memory: whether it blinks."""
+    right_blinker: bool | None = None
+    emergency_lights: bool | None = None
+    door_open: bool | None = None
+
+    @property
+    def hazard_lights(self) -> bool | None:
+        """Both blinkers; False as soon as one is known to be off."""
+        both = (self.left_blinker, self.right_blinker)
+        return False if False in both else (True if all(both) else None)
