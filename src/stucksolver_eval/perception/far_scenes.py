@@ -1,0 +1,270 @@
+"""Records scenes made up for the detector of far vehicles: 25 to 225 m ahead, both directions, any light and weather.
+
+`python -m stucksolver_eval.perception.far_scenes --out DIR --drives 96 --seed 1 --jobs 16`
+
+A drive is one town in one weather. A scene puts the ego and its surroundings down anew, and takes two pictures of
+them half a second apart, so that it can be measured how much a second look adds. The recordings are ordinary ones
+without LiDAR points; scenes are `SCENE_S` apart in `time_s`, the two looks `LOOK_S`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import queue
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import carla
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.perception.measurements import LidarSweep
+from stucksolver.perception.recording import Recorded, RecordingWriter
+from stucksolver.perception.rig import CameraRig, load_rig
+from stucksolver_eval.perception.far_places import AWAY_M, Places, Posed
+from stucksolver_eval.perception.truth import TruthReader, ego_pose
+from stucksolver_eval.server import carlette_server, connect, set_synchronous
+
+TOWNS = ("interurban", "motorway", "Town04", "Town01", "Town02", "Town10HD")
+DAY = ("ClearNoon", "CloudyNoon", "WetNoon", "ClearSunset", "WetCloudySunset")
+RAIN = ("MidRainyNoon", "HardRainNoon", "MidRainSunset", "SoftRainSunset")
+NIGHT = ("ClearNight", "CloudyNight", "WetNight")
+RAIN_NIGHT = ("MidRainyNight", "HardRainNight")
+FOG_DENSITIES = (15.0, 30.0, 50.0, 70.0)
+"""Of `carla.WeatherParameters.fog_density` (percent)."""
+KINDS_OF_WEATHER = ("day", "day", "day", "rain", "night", "night", "rain_night", "fog")
+"""Drawn from with equal chance."""
+SCENE_S = 10.0
+LOOK_S = 0.5
+STEP_S = 0.05
+VEHICLES = 16
+TWO_WHEELERS = 4
+WALKERS = 4
+EMPTY_SHARE = 0.12
+"""Of the scenes nobody is in: the road itself must not be taken for a car."""
+CROWDS = (1, 2, 3, 4, 6, 8, 11, 15)
+"""How many vehicles a scene has at most; many hide each other."""
+LIGHTS = carla.VehicleLightState
+LIT = int(LIGHTS.Position | LIGHTS.LowBeam)
+JPEG_QUALITY = 97
+"""Higher than in drives and without thinning out colours: far cars are a few pixels, and the car gets raw pictures."""
+CLIENT_LIMIT_S = 60.0
+
+
+@dataclass(frozen=True)
+class FarDrive:
+    """One drive to record; goes to another process."""
+
+    folder: Path
+    town: str
+    maps: str | None
+    seed: int
+    scenes: int
+
+
+def record(drive: FarDrive) -> int:
+    """Record one drive; returns how many pictures it has. Raises `ServerError`, `SensorError`."""
+    random = np.random.default_rng(drive.seed)
+    with carlette_server(drive.town, drive.maps, drive.seed, scenery=True) as server:
+        client = connect(server, CLIENT_LIMIT_S)
+        world = client.get_world()
+        set_synchronous(world, STEP_S)
+        sort, weather = _weather(random)
+        world.set_weather(weather)
+        stage = _Stage(client, world, random, dark="night" in sort)
+        about = {"town": drive.town, "weather": sort, "seed": drive.seed, "scenario": "far_scenes"}
+        writer = RecordingWriter(drive.folder, stage.rig, about, ticks_in_file=40)
+        for scene in range(drive.scenes):
+            for look, tick in enumerate(stage.looks()):
+                writer.add(tick(scene * SCENE_S + look * LOOK_S))
+        writer.close()
+        stage.close()
+    return 2 * drive.scenes
+
+
+class _Stage:
+    """The actors of a drive, put down anew for each scene."""
+
+    def __init__(self, client: Any, world: Any, random: np.random.Generator, *, dark: bool) -> None:
+        self.rig = load_rig()
+        self._client, self._world, self._random, self._dark = client, world, random, dark
+        self._places = Places(world.get_map(), random)
+        library = world.get_blueprint_library()
+        self._ego = _spawn(world, library.find("vehicle.lincoln.mkz_2020"), 0)
+        cars = [one for one in library.filter("vehicle.*") if one.get_attribute("number_of_wheels").as_int() > 2]
+        bikes = [one for one in library.filter("vehicle.*") if one.get_attribute("number_of_wheels").as_int() == 2]
+        people = list(library.filter("walker.pedestrian.*"))
+        wanted = [*[cars] * VEHICLES, *[bikes] * TWO_WHEELERS, *[people] * WALKERS]
+        self._actors = [_spawn(world, _drawn(random, sort), k + 1) for k, sort in enumerate(wanted)]
+        world.tick()
+        self._truth = TruthReader(world, self._ego.id)
+        self._camera = _Camera(world, self._ego, "sensor.camera.rgb", self.rig.camera)
+        self._masks = _Camera(world, self._ego, "sensor.camera.instance_segmentation", self.rig.camera)
+
+    def looks(self) -> Iterator[Any]:
+        """The two looks at a new scene: functions from the time to note to what is recorded."""
+        ego, others = self._new_scene()
+        for _ in range(2):
+            moves = [carla.command.ApplyTransform(self._ego, ego.transform())]
+            moves += [carla.command.ApplyTransform(a, p.transform()) for a, p in zip(self._actors, others, strict=True)]
+            self._client.apply_batch_sync(moves, False)
+            self._world.tick()
+            yield self._recorded
+            ego = ego.moved(LOOK_S)
+            others = [one.moved(LOOK_S) for one in others]
+
+    def close(self) -> None:
+        """Take the cameras off."""
+        self._camera.close()
+        self._masks.close()
+
+    def _new_scene(self) -> tuple[Posed, list[Posed]]:
+        random = self._random
+        ego = self._places.ego()
+        most = 0 if random.random() < EMPTY_SHARE else int(random.choice(CROWDS))
+        placed = [*self._places.vehicles(ego, VEHICLES, most), *self._places.vehicles(ego, TWO_WHEELERS, most and 2)]
+        placed += self._places.walkers(ego, WALKERS, most and 3)
+        for actor in self._actors:
+            if actor.type_id.startswith("vehicle."):
+                actor.set_light_state(LIGHTS(_lamps(random, dark=self._dark)))
+        return ego, placed
+
+    def _recorded(self, time_s: float) -> Recorded:
+        snapshot = self._world.get_snapshot()
+        frame = int(snapshot.frame)
+        return Recorded(
+            time_s=time_s,
+            pose=ego_pose(snapshot.find(self._ego.id)),
+            sweep=LidarSweep(time_s, np.zeros((0, 4), np.float32)),
+            imu=np.zeros(7),
+            gnss=np.zeros(3),
+            wheel_mps=0.0,
+            truth=self._truth.read(snapshot),
+            lights=None,
+            jpeg=_jpeg(self._camera.of(frame)),
+            instances=_ids(self._masks.of(frame)),
+        )
+
+
+class _Camera:
+    """A camera on the ego that measures in every tick."""
+
+    def __init__(self, world: Any, ego: Any, kind: str, rig: CameraRig) -> None:
+        blueprint, mount = world.get_blueprint_library().find(kind), rig.mount
+        for name, value in (("image_size_x", rig.width_px), ("image_size_y", rig.height_px), ("fov", rig.fov_deg)):
+            blueprint.set_attribute(name, str(value))
+        turn = carla.Rotation(pitch=-mount.pitch_deg, yaw=-mount.yaw_deg, roll=mount.roll_deg)
+        place = carla.Transform(carla.Location(mount.x_m, -mount.y_m, mount.z_m), turn)
+        self._came: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._actor = world.spawn_actor(blueprint, place, attach_to=ego)
+        self._actor.listen(self._came.put)
+
+    def of(self, frame: int) -> Any:
+        """The picture of a frame. Raises `queue.Empty` where it does not come."""
+        while (image := self._came.get(timeout=CLIENT_LIMIT_S)).frame < frame:
+            pass
+        return image
+
+    def close(self) -> None:
+        """Take it off."""
+        self._actor.stop()
+        self._actor.destroy()
+
+
+def _ids(image: Any) -> NDArray[np.uint16]:
+    """(height, width): the actor at each pixel of an instance camera's picture; green is the id's low byte."""
+    pixels = np.frombuffer(image.raw_data, np.uint8).reshape(image.height, image.width, 4).astype(np.uint16)
+    return np.asarray(pixels[:, :, 1] | (pixels[:, :, 0] << 8), np.uint16)
+
+
+def _spawn(world: Any, blueprint: Any, number: int) -> Any:
+    """An actor without physics, first kept far away, where nobody sees it."""
+    place = carla.Transform(carla.Location(x=AWAY_M + 20.0 * number, y=-AWAY_M))
+    actor = world.spawn_actor(blueprint, place)
+    actor.set_simulate_physics(False)
+    return actor
+
+
+def _drawn(random: np.random.Generator, blueprints: Sequence[Any]) -> Any:
+    """One of them, with a random colour where there is a choice."""
+    blueprint = blueprints[int(random.integers(len(blueprints)))]
+    if blueprint.has_attribute("color"):
+        colors = blueprint.get_attribute("color").recommended_values
+        blueprint.set_attribute("color", colors[int(random.integers(len(colors)))])
+    return blueprint
+
+
+def _lamps(random: np.random.Generator, *, dark: bool) -> int:
+    """Most have their lamps on at night, many by day; some brake or blink."""
+    state = LIT if random.random() < (0.85 if dark else 0.35) else 0
+    if random.random() < 0.15:
+        state |= int(LIGHTS.Brake)
+    if random.random() < 0.08:
+        state |= int(LIGHTS.LeftBlinker | LIGHTS.RightBlinker)
+    if random.random() < 0.05:
+        state |= int(LIGHTS.HighBeam)
+    return state
+
+
+def _weather(random: np.random.Generator) -> tuple[str, carla.WeatherParameters]:
+    """Its sort, and one of that sort."""
+    sort = KINDS_OF_WEATHER[int(random.integers(len(KINDS_OF_WEATHER)))]
+    presets = {"day": DAY, "rain": RAIN, "night": NIGHT, "rain_night": RAIN_NIGHT, "fog": DAY}[sort]
+    weather = getattr(carla.WeatherParameters, presets[int(random.integers(len(presets)))])
+    chosen = carla.WeatherParameters()
+    for name in (one for one in dir(weather) if not one.startswith("_") and isinstance(getattr(weather, one), float)):
+        setattr(chosen, name, getattr(weather, name))
+    if sort == "fog":
+        chosen.fog_density = float(random.choice(FOG_DENSITIES))
+    return sort, chosen
+
+
+def _jpeg(image: Any) -> bytes:
+    import io
+
+    from PIL import Image
+
+    picture = Image.frombuffer("RGB", (image.width, image.height), bytes(image.raw_data), "raw", "BGRX", 0, 1)
+    file = io.BytesIO()
+    picture.save(file, "JPEG", quality=JPEG_QUALITY, subsampling=0)
+    return file.getvalue()
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Record drives, several at a time; a drive that fails is named, and the others go on."""
+    parser = argparse.ArgumentParser(description="Records scenes for the detector of far vehicles.")
+    parser.add_argument("--out", type=Path, required=True, help="a folder for the recordings")
+    parser.add_argument("--drives", type=int, default=24)
+    parser.add_argument("--scenes", type=int, default=50, help="of each drive; each gives two pictures")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--towns", default=",".join(TOWNS), help="in turn, separated by commas")
+    parser.add_argument("--maps", default=os.environ.get("STUCKSOLVER_MAPS"), help="folders with towns")
+    args = parser.parse_args(arguments)
+    towns = args.towns.split(",")
+    drives = [
+        FarDrive(
+            args.out / f"far-{args.seed}-{k:04d}", towns[k % len(towns)], args.maps, args.seed * 10007 + k, args.scenes
+        )
+        for k in range(args.drives)
+    ]
+    failed = 0
+    with ProcessPoolExecutor(args.jobs, mp_context=get_context("spawn")) as pool:
+        waiting = {pool.submit(record, drive): drive for drive in drives}
+        for done, future in enumerate(as_completed(waiting), 1):
+            drive = waiting[future]
+            error = future.exception()
+            failed += error is not None
+            said = f"{future.result()} pictures" if error is None else f"failed: {error}"
+            print(f"{done}/{len(drives)} {drive.folder.name} {drive.town}: {said}", flush=True)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
