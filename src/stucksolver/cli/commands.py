@@ -29,6 +29,7 @@ class Command:
 
 COMMANDS = {
     "demo": Command("drive past a parked car and two cyclists, without and with help, and report", "demo", drives=True),
+    "ride": Command("ride along a street with a page to talk to the car", "ride", drives=True),
     "evaluate": Command("drive a suite of routes with scenarios, and score it", "evaluate", drives=True),
     "score": Command("compute all scores of evaluations from their files", "score"),
     "compare": Command(
@@ -50,5 +51,6 @@ COMMANDS = {
     "cases": Command(
         "act out the paper's three cases with a reasoner, and draw what it saw and decided", "cases", drives=True
     ),
+    "perception": Command("record drives, train perception on them, and score it", "perception"),
     "doctor": Command("say what is installed here, what is missing, and how to get it", "doctor"),
 }

@@ -75,6 +75,8 @@ class ActorPool:
         self._boxes: dict[str, Any] = {}
         self._depot_places = 0
         self.members: dict[int, ScenarioActor] = {}
+        self.doors_open: set[int] = set()
+        """Ids of those of which `open_door` has opened a door; the client cannot be asked."""
         self.hero_member = _member(hero, hero.bounding_box)
 
     def look(self) -> None:
@@ -187,6 +189,11 @@ class ActorPool:
         """Let a walker go in a direction of the world until it is told otherwise; 0 stops it."""
         control = carla.WalkerControl(carla.Vector3D(x, y, 0.0), speed_mps, False)
         self.send(carla.command.ApplyWalkerControl(member.id, control))
+
+    def open_door(self, member: ScenarioActor, door: carla.VehicleDoor) -> None:
+        """Open a door of a vehicle; it stays open."""
+        member.actor.open_door(door)
+        self.doors_open.add(member.id)
 
     def lights(self, member: ScenarioActor, state: Any) -> None:
         """Set a vehicle's lamps to a `carla.VehicleLightState`."""

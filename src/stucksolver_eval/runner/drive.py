@@ -37,6 +37,9 @@ from stucksolver_eval.setting import Setting
 if TYPE_CHECKING:
     import carla
 
+    from stucksolver_eval.perception.crowd import Crowd
+    from stucksolver_eval.perception.recorder import DriveRecorder
+
 DT_S = 0.05
 HERO = "vehicle.lincoln.mkz_2020"
 LIFT_M = 0.3
@@ -108,6 +111,8 @@ class _Drive:
         self._track: list[tuple[float, float]] = []
         self._start_s = float(self._world.get_snapshot().timestamp.elapsed_seconds)
         self._replay = _replay(job, setting, self._arm)
+        self._crowd = _crowd(job, setting)
+        self._recorder = _recorder(job, setting)
         self._events: list[Event] = []
         if job.events and isinstance(self._arm, SolverArm):
             self._arm.listen(self._hear)
@@ -120,6 +125,8 @@ class _Drive:
         try:
             while (failure := self._tick()) is None:
                 self._world.tick()
+                if self._recorder is not None:
+                    self._recorder.tick()
                 if self._time_s >= next_progress_s:
                     next_progress_s += PROGRESS_EVERY_S
                     progress(self._time_s)
@@ -129,6 +136,8 @@ class _Drive:
             return self._driven(failure or None, time.monotonic() - began)
         finally:
             self._jury.close()
+            if self._recorder is not None:
+                self._recorder.close()
             if isinstance(self._driver, GuestDriver):
                 self._driver.close()
 
@@ -138,6 +147,8 @@ class _Drive:
         self._time_s = time_s = float(snapshot.timestamp.elapsed_seconds) - self._start_s
         transform, velocity = self._hero.get_transform(), self._hero.get_velocity()
         place_m = self._jury.completion.s_m
+        if self._crowd is not None:
+            self._crowd.tick(time_s)
         self._play.tick(time_s, place_m)
         moment = Moment(
             frame=int(snapshot.frame),
@@ -241,3 +252,21 @@ def _replay(job: RouteJob, setting: Setting, arm: Arm) -> ReplayKeeper | None:
     if job.replays == "none":
         return None
     return ReplayKeeper(job, setting, arm if isinstance(arm, SolverArm) else None)
+
+
+def _crowd(job: RouteJob, setting: Setting) -> Crowd | None:
+    if job.recording is None or not job.recording.crowd:
+        return None
+    from stucksolver_eval.perception.crowd import Crowd
+
+    return Crowd(setting, job.seed)
+
+
+def _recorder(job: RouteJob, setting: Setting) -> DriveRecorder | None:
+    if job.recording is None:
+        return None
+    from stucksolver_eval.perception.recorder import DriveRecorder
+
+    about = {"route": job.route.id, "scenario": job.scenario, "seed": job.seed, "driver": job.arm.driver}
+    weather = dict(job.route.weathers[0].values) if job.route.weathers else {}
+    return DriveRecorder(job.recording, setting, job.seed, {**about, "weather": weather})

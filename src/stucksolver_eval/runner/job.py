@@ -8,6 +8,7 @@ from typing import Literal
 
 from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.guidance.script import Line
+from stucksolver_eval.perception.spec import RecordingSpec
 from stucksolver_eval.routes import Route
 
 Replays = Literal["none", "failed", "all"]
@@ -33,6 +34,8 @@ class RouteJob:
     limit_s: float | None = None
     events: bool = False
     frame_every_s: float = 0.2
+    recording: RecordingSpec | None = None
+    """Sensors' data and the truth are kept of the drive, to train perception on."""
     host: str | None = None
     port: int = 2000
 

@@ -100,12 +100,13 @@ def _driven(store: Store, job: RouteJob, theirs: Connection) -> RouteOutcome | N
     from stucksolver.stacks.driver import RouteError
     from stucksolver_eval.arms import carries_camera
     from stucksolver_eval.drivers import AgentError, carries_sensors
+    from stucksolver_eval.perception.mounted import RecordingSensorError
     from stucksolver_eval.runner.drive import DriveError, drive_route
     from stucksolver_eval.scenarios.base import ScenarioError, Unsupported
 
     try:
         place = (job.route.town, job.maps, job.seed, job.host, job.port)
-        sensing = carries_camera(job.arm) or carries_sensors(job.arm.driver)
+        sensing = carries_camera(job.arm) or carries_sensors(job.arm.driver) or job.recording is not None
         with open_server(*place, scenery=sensing) as server, watched(server, theirs):
             store.write_driven(job.route, job.seed, drive_route(job, server, theirs.send))
             return None
@@ -113,7 +114,7 @@ def _driven(store: Store, job: RouteJob, theirs: Connection) -> RouteOutcome | N
         return _not_driven(job, "unsupported", str(error))
     except (ScenarioError, DriveError, RouteError) as error:
         return _not_driven(job, "invalid", str(error))
-    except (ServerError, RecordError, AgentError) as error:
+    except (ServerError, RecordError, AgentError, RecordingSensorError) as error:
         return _not_driven(job, "crashed", str(error))
     except (BrokenPipeError, OutputError):
         raise

@@ -60,7 +60,7 @@ class VehicleOpensDoorTwoWays(TwoWays):
         place_s = self.s_at(self.distance_m)
         yield from self.until(lambda: self.within(place_s, OPENS_S, OPENS_M))
         door = carla.VehicleDoor.FL if self.direction == "right" else carla.VehicleDoor.FR
-        self._car.actor.open_door(door)
+        self.cast.open_door(self._car, door)
         self.traffic.stop_back()
         yield from self.wait(self.settle_s)
         yield from self.way_past(place_s + PAST_M)

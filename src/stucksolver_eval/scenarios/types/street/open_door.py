@@ -23,4 +23,4 @@ class OpenDoorInLane(StreetScenario):
     def put(self) -> None:
         car = self.cast.must_spawn(CAR, beside(self.ahead(self.distance_m), RIGHT_M))
         self.cast.hold(car)
-        car.actor.open_door(carla.VehicleDoor.FL)
+        self.cast.open_door(car, carla.VehicleDoor.FL)

@@ -1,0 +1,127 @@
+"""Collects recordings: drives routes of a suite, or random ones in towns, and keeps what the sensors measured."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+from typing import TextIO
+
+from stucksolver_eval.arms.make import check_arm
+from stucksolver_eval.arms.spec import ArmSpec
+from stucksolver_eval.files import require_writable
+from stucksolver_eval.perception.spec import RecordingSpec
+from stucksolver_eval.perception.towns import town_routes
+from stucksolver_eval.results.store import Store
+from stucksolver_eval.routes import Route
+from stucksolver_eval.runner.job import RouteJob
+from stucksolver_eval.runner.pool import News, run_tasks
+from stucksolver_eval.runner.suite import load_routes
+from stucksolver_eval.runner.work import Task
+from stucksolver_eval.suites.weathers import PRESETS, weather
+
+LOG = ".drives"
+"""The folder of outcomes; a route that has one is done."""
+
+
+@dataclass(frozen=True)
+class CollectSpec:
+    """What is asked for: a `suite` (or route file) or `towns`, in each of which `drives` routes are laid at random."""
+
+    out: Path
+    suite: str = ""
+    only: tuple[str, ...] = ()
+    towns: tuple[str, ...] = ()
+    drives: int = 1
+    jobs: int = 2
+    seed: int = 1
+    limit_s: float = 60.0
+    driver: str = "behavior:normal"
+    random_weather: bool = True
+    every_s: float = 1.0
+    maps: str | None = None
+    host: str | None = None
+    port: int = 2000
+
+
+@dataclass(frozen=True)
+class Collected:
+    """How many drives there are now, and which failed, each with the reason."""
+
+    done: int
+    failed: tuple[str, ...]
+
+
+def collect(spec: CollectSpec, out: TextIO = sys.stderr) -> Collected:
+    """Drive what has not been recorded yet.
+
+    Raises `ArmError`, `SuiteError`, `RouteFileError`, `TownError`, `OutputError` and, of a server given, `ServerError`.
+    """
+    check_arm(ArmSpec(driver=spec.driver))
+    routes = _routes(spec)
+    require_writable(spec.out)
+    store = Store(spec.out / LOG)
+    tasks = [Task(_job(spec, route), store.folder) for route in routes if not _is_done(spec, store, route)]
+    before, began_s, failed = len(routes) - len(tasks), time.monotonic(), []
+    done = before
+    if before:
+        print(f"{before} of {len(routes)} routes are recorded already", file=out, flush=True)
+    for news in run_tasks(tasks, 1 if spec.host is not None else spec.jobs):
+        if news.outcome is None:
+            continue
+        done += news.outcome.state == "driven"
+        if news.outcome.state != "driven":
+            failed.append(f"{news.task.job.route.id}: {(news.outcome.reason.splitlines() or ['?'])[-1]}")
+        print(_line(news, done + len(failed), len(routes), began_s), file=out, flush=True)
+    return Collected(done, tuple(failed))
+
+
+def recording_folder(spec: CollectSpec, route: Route) -> Path:
+    """Where the recording of a route lies."""
+    return spec.out / f"{route.town}-{route.id}-{spec.seed}"
+
+
+def _routes(spec: CollectSpec) -> tuple[Route, ...]:
+    if spec.suite:
+        found = load_routes(spec.suite, spec.only)
+    else:
+        found = town_routes(spec.towns, spec.drives, spec.seed, spec.maps, spec.host, spec.port)
+    if not spec.random_weather:
+        return found
+    return tuple(dataclasses.replace(one, weathers=_weather(f"{spec.seed}:{one.id}")) for one in found)
+
+
+def _weather(seed: str) -> tuple[object, ...]:
+    return weather(Random(seed).randrange(len(PRESETS)))
+
+
+def _job(spec: CollectSpec, route: Route) -> RouteJob:
+    recording = RecordingSpec(recording_folder(spec, route), every_s=spec.every_s, crowd=not spec.suite)
+    return RouteJob(
+        route=route,
+        seed=spec.seed,
+        arm=ArmSpec(driver=spec.driver),
+        maps=spec.maps,
+        limit_s=spec.limit_s,
+        recording=recording,
+        host=spec.host,
+        port=spec.port,
+    )
+
+
+def _is_done(spec: CollectSpec, store: Store, route: Route) -> bool:
+    found = store.outcome(route, spec.seed)
+    return found is not None and found.state == "driven" and (recording_folder(spec, route) / "drive.json").is_file()
+
+
+def _line(news: News, done: int, total: int, began_s: float) -> str:
+    outcome = news.outcome
+    assert outcome is not None
+    name = f"[{done}/{total}] {news.task.job.route.id} {news.task.job.scenario} ({news.task.job.route.town})"
+    if outcome.state != "driven":
+        return f"{name}: {outcome.state}: {(outcome.reason.splitlines() or ['?'])[-1]}"
+    left = (time.monotonic() - began_s) / 60.0
+    return f"{name}: {outcome.ticks * 0.05:.0f} s in {outcome.wall_s:.0f} s; {left:.0f} min so far"

@@ -1,0 +1,267 @@
+"""Strews everything that a detector must know along a route: what is rare in traffic shall be frequent here.
+
+Placed at random: vehicles of all blueprints that stand or drive, their lamps and doors, people, animals, and things on
+lanes, shoulders and sidewalks. All of it belongs to the run's cast, which takes it off the world in the end.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from random import Random
+from typing import Any
+
+import carla
+
+from stucksolver.scene import ObjectKind
+from stucksolver.stacks.carla_stack.kinds import kind_of
+from stucksolver_eval.actors.pool import ScenarioActor, lamps
+from stucksolver_eval.setting import Setting
+
+STEP_M = 9.0
+"""Along the route, between two places where something may be put."""
+FIRST_M = 12.0
+LANE_ODDS, SIDE_ODDS, LOW_ODDS = 0.10, 0.85, 0.25
+"""Of a body in the hero's own lane, of one beside it, and of a low thing on the road, at each place."""
+DRIVERS_EVERY_M = 35.0
+WALK_MPS = (0.0, 0.0, 0.6, 1.2, 1.8, 2.6)
+WISH_MPS = (0.0, 3.0, 5.0, 8.0, 11.0, 14.0)
+TURN_EVERY_S = 4.0
+"""Walkers choose another way, lamps another state."""
+CYCLE_S = (4.0, 14.0)
+"""How long a traffic light keeps its state."""
+_TRIES = 4
+_APART_M = 0.8
+_LOW_KINDS = (ObjectKind.BAG, ObjectKind.LITTER, ObjectKind.DEBRIS)
+_SHARES = (
+    (ObjectKind.CAR, 5.0),
+    (ObjectKind.EMERGENCY, 2.0),
+    (ObjectKind.VAN, 2.0),
+    (ObjectKind.TRUCK, 2.0),
+    (ObjectKind.BUS, 1.2),
+    (ObjectKind.SCHOOL_BUS, 0.8),
+    (ObjectKind.MOTORCYCLE, 2.0),
+    (ObjectKind.BICYCLE, 3.0),
+    (ObjectKind.PEDESTRIAN, 5.0),
+    (ObjectKind.FLAGGER, 1.0),
+    (ObjectKind.ANIMAL, 3.0),
+    (ObjectKind.CONE, 3.0),
+    (ObjectKind.BARRIER, 3.0),
+    (ObjectKind.CROSSING_GATE, 0.3),
+    (ObjectKind.PROP, 2.0),
+)
+"""How often a kind is put beside the road; within a kind all blueprints are alike."""
+_LAMPS: tuple[tuple[str, ...], ...] = (
+    (),
+    ("Brake",),
+    ("LeftBlinker",),
+    ("RightBlinker",),
+    ("LeftBlinker", "RightBlinker"),
+    ("Position", "LowBeam"),
+    ("Position", "LowBeam", "Brake"),
+    ("Reverse",),
+    ("Position", "Fog"),
+)
+_SIREN = ("Special1",)
+_FLAGGER = "walker.flagger"
+_DOORS = ("FL", "FR", "RL", "RR")
+
+
+@dataclass
+class _Walker:
+    member: ScenarioActor
+    next_s: float = 0.0
+
+
+@dataclass
+class _Signal:
+    light: Any
+    next_s: float = 0.0
+
+
+class Crowd:
+    """Make it once the hero stands; call `tick` on every tick. The same for the same seed."""
+
+    def __init__(self, setting: Setting, seed: int) -> None:
+        self._setting, self._cast = setting, setting.cast
+        self._random = Random(f"{seed}:crowd")
+        self._kinds = _by_kind(setting.world.get_blueprint_library())
+        self._taken: list[tuple[float, float, float]] = []
+        self._walkers: list[_Walker] = []
+        self._lamped: list[_Walker] = []
+        lights = setting.world.get_actors().filter("traffic.traffic_light*")
+        self._signals = [_Signal(light) for light in lights]
+        setting.cast.look()
+        for signal in self._signals:
+            signal.light.freeze(True)
+        hero = setting.hero.get_location()
+        self._taken.append((hero.x, hero.y, 6.0))
+        self._strew()
+        self._send_off()
+        setting.cast.flush()
+
+    def tick(self, time_s: float) -> None:
+        """Walkers turn, lamps and signals change; the commands go out with the cast's next batch."""
+        for walker in self._walkers:
+            if time_s >= walker.next_s:
+                walker.next_s = time_s + self._random.uniform(0.5, 2.0) * TURN_EVERY_S
+                self._stroll(walker.member)
+        for vehicle in self._lamped:
+            if time_s >= vehicle.next_s:
+                vehicle.next_s = time_s + self._random.uniform(0.5, 2.0) * TURN_EVERY_S
+                self._light_up(vehicle.member)
+        for signal in self._signals:
+            if time_s >= signal.next_s:
+                signal.next_s = time_s + self._random.uniform(*CYCLE_S)
+                signal.light.set_state(self._random.choice(_SIGNALS))
+
+    def _strew(self) -> None:
+        """Everything that stands or walks, place by place along the route."""
+        line = self._setting.route
+        s_m = FIRST_M
+        while s_m < line.length_m:
+            here = line.at(s_m)
+            if self._random.random() < SIDE_ODDS:
+                self._put(self._some_kind(), here, self._beside(here))
+            if self._random.random() < SIDE_ODDS:
+                self._put(self._some_kind(), here, -self._beside(here))
+            if self._random.random() < LOW_ODDS:
+                self._put(self._random.choice(_LOW_KINDS), here, self._random.uniform(-1.0, 1.0) * here.lane_width)
+            if self._random.random() < LANE_ODDS:
+                self._put(self._some_kind(), here, self._random.uniform(0.35, 0.6) * here.lane_width)
+            s_m += STEP_M * self._random.uniform(0.5, 1.5)
+
+    def _beside(self, here: carla.Waypoint) -> float:
+        """Metres to the right of the lane's middle: the next lane, the shoulder, the sidewalk, or beyond."""
+        return self._random.choice((0.9, 1.1, 1.4, 1.8, 2.4, 3.2)) * here.lane_width
+
+    def _some_kind(self) -> ObjectKind:
+        kinds = [(kind, share) for kind, share in _SHARES if self._kinds.get(kind)]
+        return self._random.choices([kind for kind, _ in kinds], [share for _, share in kinds])[0]
+
+    def _put(self, kind: ObjectKind, here: carla.Waypoint, right_m: float) -> None:
+        """Put one of a kind down where there is room; where there is none after some tries, nothing."""
+        names = self._kinds.get(kind)
+        if not names:
+            return
+        name = self._random.choice(names)
+        for _ in range(_TRIES):
+            place = self._spot(here, right_m + self._random.uniform(-0.4, 0.4), kind)
+            if not self._is_free(place.location, _REACH_M.get(kind, 1.0)):
+                right_m *= 1.2
+                continue
+            member = self._cast.spawn(name, place, role="crowd")
+            if member is not None:
+                reach = math.hypot(member.half_length_m, member.half_width_m)
+                self._taken.append((place.location.x, place.location.y, reach))
+                self._settle(member, kind)
+                return
+
+    def _spot(self, here: carla.Waypoint, right_m: float, kind: ObjectKind) -> carla.Transform:
+        """A place beside a waypoint; vehicles mostly stand along the road, everything else lies anyhow."""
+        transform, aside = here.transform, here.transform.get_right_vector()
+        shift = self._random.uniform(-3.0, 3.0)
+        ahead = transform.get_forward_vector()
+        at = transform.location + aside * right_m + ahead * shift
+        along = self._random.choice((0.0, 0.0, 0.0, 180.0)) + self._random.gauss(0.0, 6.0)
+        anyhow = self._random.uniform(-180.0, 180.0)
+        turn = along if kind in _ON_WHEELS and self._random.random() < 0.8 else anyhow
+        return carla.Transform(at, carla.Rotation(yaw=transform.rotation.yaw + turn))
+
+    def _is_free(self, at: carla.Location, reach_m: float) -> bool:
+        return all(math.hypot(at.x - x, at.y - y) > reach_m + other + _APART_M for x, y, other in self._taken)
+
+    def _settle(self, member: ScenarioActor, kind: ObjectKind) -> None:
+        """What somebody who was put down does from now on."""
+        if kind in _ON_FEET:
+            self._walkers.append(_Walker(member))
+        elif kind in _ON_WHEELS:
+            self._cast.hold(member)
+            self._lamped.append(_Walker(member))
+            if self._random.random() < 0.25 and member.actor.attributes.get("has_dynamic_doors") == "true":
+                self._cast.open_door(member, getattr(carla.VehicleDoor, self._random.choice(_DOORS)))
+
+    def _send_off(self) -> None:
+        """Vehicles of all blueprints that drive: on the route's lanes and on those of the other direction."""
+        setting, random = self._setting, self._random
+        line = setting.route
+        kinds = [kind for kind in _ON_WHEELS if self._kinds.get(kind)]
+        s_m = FIRST_M + DRIVERS_EVERY_M
+        while s_m < line.length_m:
+            start = self._some_lane(line.at(s_m))
+            s_m += DRIVERS_EVERY_M * random.uniform(0.5, 1.5)
+            place = start.transform
+            if start.is_junction or not self._is_free(place.location, 3.0):
+                continue
+            member = self._cast.spawn(random.choice(self._kinds[random.choice(kinds)]), place, role="crowd")
+            if member is None:
+                continue
+            self._taken.append((place.location.x, place.location.y, member.half_length_m))
+            self._lamped.append(_Walker(member))
+            wish = random.choice(WISH_MPS[1:])
+            setting.cars.drive(member, start, wish, onward=random.choice, offset_m=random.uniform(-0.5, 0.5))
+
+    def _some_lane(self, here: carla.Waypoint) -> carla.Waypoint:
+        lanes = [here, here.get_left_lane(), here.get_right_lane()]
+        return self._random.choice([one for one in lanes if one and one.lane_type == carla.LaneType.Driving] or [here])
+
+    def _stroll(self, member: ScenarioActor) -> None:
+        way = self._random.uniform(0.0, math.tau)
+        self._cast.walk(member, math.cos(way), math.sin(way), self._random.choice(WALK_MPS))
+
+    def _light_up(self, member: ScenarioActor) -> None:
+        if member.actor.attributes.get("has_lights") != "true":
+            return
+        names = self._random.choice(_LAMPS)
+        if member.actor.attributes.get("special_type") == "emergency" and self._random.random() < 0.6:
+            names = (*names, *_SIREN)
+        self._cast.lights(member, lamps(*names))
+
+
+_SIGNALS = (
+    carla.TrafficLightState.Red,
+    carla.TrafficLightState.Yellow,
+    carla.TrafficLightState.Green,
+    carla.TrafficLightState.Off,
+)
+_ON_WHEELS = (
+    ObjectKind.CAR,
+    ObjectKind.EMERGENCY,
+    ObjectKind.VAN,
+    ObjectKind.TRUCK,
+    ObjectKind.BUS,
+    ObjectKind.SCHOOL_BUS,
+    ObjectKind.MOTORCYCLE,
+    ObjectKind.BICYCLE,
+)
+_ON_FEET = (ObjectKind.PEDESTRIAN, ObjectKind.FLAGGER, ObjectKind.ANIMAL)
+_REACH_M = {
+    ObjectKind.CAR: 2.2,
+    ObjectKind.EMERGENCY: 2.8,
+    ObjectKind.VAN: 2.8,
+    ObjectKind.TRUCK: 3.5,
+    ObjectKind.BUS: 4.0,
+    ObjectKind.SCHOOL_BUS: 4.5,
+}
+"""Room that a body needs, as a circle that is smaller than its length: bodies stand in rows."""
+
+
+def _by_kind(library: Any) -> dict[ObjectKind, list[str]]:
+    """All blueprints with a body, by kind."""
+    found: dict[ObjectKind, list[str]] = {}
+    for blueprint in sorted(library, key=lambda one: str(one.id)):
+        name = str(blueprint.id)
+        if not name.startswith(("vehicle.", "walker.", "animal.", "static.prop.")) or name == "static.prop.mesh":
+            continue
+        kind = ObjectKind.FLAGGER if name.startswith(_FLAGGER) else kind_of(name, _public(blueprint))
+        found.setdefault(kind, []).append(name)
+    return found
+
+
+def _public(blueprint: carla.ActorBlueprint) -> dict[str, str]:
+    names = ("special_type", "base_type", "number_of_wheels")
+    return {
+        name: str(blueprint.get_attribute(name).recommended_values[0])
+        for name in names
+        if blueprint.has_attribute(name) and blueprint.get_attribute(name).recommended_values
+    }

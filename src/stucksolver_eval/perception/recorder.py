@@ -1,0 +1,77 @@
+"""Records one drive: what the rig's sensors measure on the hero, and the truth beside it, window by window."""
+
+from __future__ import annotations
+
+import shutil
+
+import numpy as np
+
+from stucksolver.perception.measurements import LidarSweep
+from stucksolver.perception.recording import Recorded, RecordingWriter
+from stucksolver.perception.rig import load_rig
+from stucksolver_eval.perception.mounted import RecordingSensors
+from stucksolver_eval.perception.spec import RecordingSpec
+from stucksolver_eval.perception.truth import LightsReader, TruthReader, ego_pose
+from stucksolver_eval.setting import Setting
+
+SETTLE_S = 2.0
+"""Until everyone who was put down stands, and the first pictures have come."""
+PICTURE_S = 0.5
+"""Between two pictures where all ticks are kept."""
+STANDS_MPS = 0.02
+"""Slower, a counter of the wheels' teeth counts nothing, and so errs in nothing."""
+
+
+class DriveRecorder:
+    """Make it once everyone is there, call `tick` after every tick of the world, `close` in the end.
+
+    Raises `RecordingSensorError`, also from `tick`.
+    """
+
+    def __init__(self, spec: RecordingSpec, setting: Setting, seed: int, about: dict[str, object]) -> None:
+        shutil.rmtree(spec.folder, ignore_errors=True)
+        self._spec, self._setting = spec, setting
+        self._rig = load_rig(spec.rig_file)
+        self._period_s = spec.every_s or PICTURE_S
+        self._random = np.random.default_rng(seed)
+        cast = setting.cast
+        self._truth = TruthReader(setting.world, setting.hero.id, lambda actor: actor in cast.doors_open)
+        self._lights = LightsReader(setting.world)
+        self._sensors = RecordingSensors(setting.hero, self._rig, setting.map, self._period_s, seed)
+        self._first_picture: int | None = None
+        self._writer = RecordingWriter(spec.folder, self._rig, {"town": setting.map.name.split("/")[-1], **about})
+        self._start_s = float(setting.world.get_snapshot().timestamp.elapsed_seconds)
+
+    def tick(self) -> None:
+        """Keep the tick that was just made, if it is one to keep."""
+        snapshot = self._setting.world.get_snapshot()
+        frame, time_s = int(snapshot.frame), float(snapshot.timestamp.elapsed_seconds) - self._start_s
+        if self._first_picture is None:
+            self._first_picture = self._sensors.first_picture()
+        if time_s < SETTLE_S or self._first_picture is None:
+            return
+        to_picture = (self._first_picture - frame) % round(self._period_s / self._setting.dt_s)
+        if self._spec.every_s > 0.0 and to_picture >= self._spec.window_ticks:
+            return
+        pose = ego_pose(snapshot.find(self._setting.hero.id))
+        speed_mps, has_picture = float(pose[6]), to_picture == 0
+        noise_mps = self._random.normal(0.0, self._rig.wheel_speed_noise_mps)
+        self._writer.add(
+            Recorded(
+                time_s=time_s,
+                pose=pose,
+                sweep=LidarSweep(time_s, self._sensors.points(frame)),
+                imu=self._sensors.imu(frame),
+                gnss=self._sensors.gnss(frame),
+                wheel_mps=speed_mps + noise_mps if abs(speed_mps) > STANDS_MPS else 0.0,
+                truth=self._truth.read(snapshot),
+                lights=self._lights.read(float(pose[0]), float(pose[1])) if has_picture else None,
+                jpeg=self._sensors.jpeg(frame) if has_picture else None,
+                instances=self._sensors.instances(frame) if has_picture else None,
+            )
+        )
+
+    def close(self) -> None:
+        """Write the rest, and take the sensors off."""
+        self._sensors.close()
+        self._writer.close()
