@@ -1,0 +1,210 @@
+"""One object inside the tracker: its Kalman filter, its votes, its last detections."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stucksolver.perception.labels import LABELS
+from stucksolver.perception.measurements import Floats
+from stucksolver.perception.tracking.groups import GROUP_OF_LABEL, GROUPS, Group
+from stucksolver.perception.tracking.motion import ALARM, SAMPLES, Motion
+from stucksolver.perception.tracking.noise import Measured
+from stucksolver.perception.tracking.track import Track
+
+STATE = 6
+"""x, y, z, yaw, vx, vy."""
+STANDING_ACCELERATION_MPS2 = 0.02
+"""What the velocity of a standing object is allowed: its covariance grows while it is hidden, to 2 m in 30 s."""
+STANDING_TURN_RPS = 0.02
+STANDING_DRIFT_MPS = 0.05
+"""How fast the ego's own pose, and with it all that stands, may drift (m per root of a second)."""
+STANDING_VELOCITY_MPS = 0.03
+"""Standard deviation of the velocity of what is held to stand: a zero-velocity update in place of what is measured."""
+NEW_VELOCITY_MPS = 0.5
+"""A newly found velocity may be this much wrong, for it is changing."""
+VOTES_PRIOR = 0.5
+VOTES_FORGET = 0.98
+"""What a vote still counts one look later; at 10 Hz it halves in 3.4 s."""
+SIZE_GAIN = 0.05
+"""The size is the mean of the first 20 looks, then a running mean with this gain."""
+COURSE_MPS = 1.5
+"""Above this speed the course tells front from back."""
+COURSE_VOTE = 3.0
+HEADING_VOTES = 10.0
+"""No more votes than this are kept for a heading, so that a mistake can be mended."""
+CERTAIN = 5.0
+"""Largest log-odds of existence: 99.3 %."""
+REGAINED_S = 0.5
+"""After a gap of this length a standing object is compared with the place where it stood."""
+REGAINED_M = 0.3
+"""Another side of it is seen then: its middle may be found this much elsewhere."""
+
+
+@dataclass(eq=False)
+class Body:
+    """Changed by the tracker only; `track` hands out what is known."""
+
+    id: int
+    x: Floats
+    """(6,): x, y, z, yaw, vx, vy."""
+    p: Floats
+    """(6, 6)."""
+    size: Floats
+    time_s: float
+    first_seen_s: float
+    last_seen_s: float
+    hits: int = 0
+    odds: float = 0.0
+    """Logarithm of the odds that it exists."""
+    hidden: bool = False
+    motion: Motion = Motion.UNDECIDED
+    standing_since_s: float | None = None
+    moved_at_s: float | None = None
+    heading_votes: float = 0.0
+    """Above 0: the yaw is right; below: it is the opposite."""
+    votes: Floats = field(default_factory=lambda: np.zeros(len(LABELS)))
+    samples: Floats = field(default_factory=lambda: np.full((SAMPLES, 7), -np.inf))
+
+    @property
+    def label(self) -> int:
+        """The label with the most votes."""
+        return int(self.votes.argmax())
+
+    @property
+    def group(self) -> Group:
+        """How such things move."""
+        return GROUPS[GROUP_OF_LABEL[self.label]]
+
+    @property
+    def confidence(self) -> float:
+        """Probability that it exists."""
+        return 1.0 / (1.0 + math.exp(-self.odds))
+
+    def track(self) -> Track:
+        """What is known, as a value."""
+        stands = self.motion is Motion.STANDING
+        keep = np.array([0, 1, 3, 4, 5])
+        label = self.label
+        return Track(
+            id=self.id,
+            time_s=self.time_s,
+            label=label,
+            label_confidence=float(self.votes[label] / (self.votes.sum() + VOTES_PRIOR)),
+            confidence=self.confidence,
+            x_m=float(self.x[0]),
+            y_m=float(self.x[1]),
+            z_m=float(self.x[2]),
+            yaw_rad=wrapped(float(self.x[3])),
+            vx_mps=0.0 if stands else float(self.x[4]),
+            vy_mps=0.0 if stands else float(self.x[5]),
+            length_m=float(self.size[0]),
+            width_m=float(self.size[1]),
+            height_m=float(self.size[2]),
+            covariance=self.p[np.ix_(keep, keep)],
+            first_seen_s=self.first_seen_s,
+            last_seen_s=self.last_seen_s,
+            hits=self.hits,
+            hidden=self.hidden,
+            standing_since_s=self.standing_since_s,
+            moved_at_s=self.moved_at_s,
+        )
+
+
+def born(number: int, seen: Measured, i: int) -> Body:
+    """A body from its first detection."""
+    p = seen.noise[i].copy()
+    p[4:, 4:] += np.eye(2) * NEW_VELOCITY_MPS**2
+    body = Body(number, seen.z[i].copy(), p, seen.size[i].copy(), seen.time_s, seen.time_s, seen.time_s)
+    _remember(body, seen, i)
+    return body
+
+
+def step(body: Body, dt: float) -> tuple[Floats, Floats]:
+    """Transition matrix and process noise for a step of `dt` seconds: constant velocity, disturbed by white noise."""
+    stands = body.motion is Motion.STANDING
+    power = (STANDING_ACCELERATION_MPS2 if stands else body.group.acceleration_mps2) ** 2
+    turn = STANDING_TURN_RPS if stands else body.group.turn_rps
+    span = abs(dt)
+    f = np.eye(STATE)
+    q = np.zeros((STATE, STATE))
+    for place, speed in ((0, 4), (1, 5)):
+        f[place, speed] = dt
+        q[place, place] = power * span**3 / 3.0 + STANDING_DRIFT_MPS**2 * span
+        q[place, speed] = q[speed, place] = power * span**2 / 2.0
+        q[speed, speed] = power * span
+    q[2, 2] = STANDING_DRIFT_MPS**2 * span
+    q[3, 3] = turn**2 * span
+    return f, q
+
+
+def predict(body: Body, time_s: float) -> None:
+    """Bring a body forward to a time."""
+    from filterpy.kalman import predict as kalman_predict  # type: ignore[import-untyped]
+
+    f, q = step(body, time_s - body.time_s)
+    x = body.x
+    if body.motion is Motion.STANDING:
+        x = x.copy()
+        x[4:] = 0.0
+    body.x, body.p = kalman_predict(x, body.p, f, q)
+    body.time_s = time_s
+
+
+def update(body: Body, seen: Measured, i: int) -> None:
+    """Take in the detection that was assigned to a body."""
+    from filterpy.kalman import update as kalman_update
+
+    z, noise = seen.z[i].copy(), seen.noise[i]
+    _regain(body, seen, i)
+    z[3] = body.x[3] + _same_heading(body, float(z[3]), float(seen.score[i]))
+    if body.motion is Motion.STANDING:
+        noise = noise.copy()
+        z[4:], noise[4:, 4:] = 0.0, np.eye(2) * STANDING_VELOCITY_MPS**2
+    body.x, body.p = kalman_update(body.x, body.p, z, noise, np.eye(STATE))
+    if body.heading_votes < 0.0:
+        body.x[3], body.heading_votes = wrapped(body.x[3] + math.pi), -body.heading_votes
+    body.size = body.size + max(1.0 / (body.hits + 1), SIZE_GAIN) * (seen.size[i] - body.size)
+    body.last_seen_s, body.hidden = seen.time_s, False
+    _remember(body, seen, i)
+
+
+def wrapped(angle: float) -> float:
+    """The same angle between -pi and pi."""
+    return math.remainder(angle, math.tau)
+
+
+def _remember(body: Body, seen: Measured, i: int) -> None:
+    body.hits += 1
+    body.votes = body.votes * VOTES_FORGET
+    body.votes[seen.label[i]] += seen.score[i]
+    noise, z = seen.noise[i], seen.z[i]
+    body.samples[:-1] = body.samples[1:]
+    place, speed = (noise[0, 0] + noise[1, 1]) / 2.0, (noise[4, 4] + noise[5, 5]) / 2.0
+    body.samples[-1] = seen.time_s, z[0], z[1], z[4], z[5], place, speed
+
+
+def _same_heading(body: Body, yaw: float, score: float) -> float:
+    """What to turn the track's yaw by: the measured yaw or its opposite, whichever is nearer; and vote on which."""
+    off = wrapped(yaw - float(body.x[3]))
+    opposite = abs(off) > math.pi / 2.0
+    vote = -score if opposite else score
+    if math.hypot(body.x[4], body.x[5]) > COURSE_MPS and body.motion is not Motion.STANDING:
+        course = math.atan2(body.x[5], body.x[4])
+        vote += COURSE_VOTE * (1.0 if math.cos(course - float(body.x[3])) > 0.0 else -1.0)
+    body.heading_votes = max(-HEADING_VOTES, min(HEADING_VOTES, body.heading_votes + vote))
+    return wrapped(off + math.pi) if opposite else off
+
+
+def _regain(body: Body, seen: Measured, i: int) -> None:
+    """A standing object that is seen again elsewhere has moved while nobody looked."""
+    if body.motion is not Motion.STANDING or seen.time_s - body.last_seen_s < REGAINED_S:
+        return
+    off = seen.z[i, :2] - body.x[:2]
+    variance = (seen.noise[i, 0, 0] + seen.noise[i, 1, 1]) / 2.0 + REGAINED_M**2
+    if float(off @ off) > ALARM * variance:
+        body.motion, body.standing_since_s, body.moved_at_s = Motion.UNDECIDED, None, seen.time_s
+        body.samples[:] = -np.inf
+        body.p[4:, 4:] += np.eye(2) * NEW_VELOCITY_MPS**2

@@ -1,0 +1,104 @@
+"""Who is kept: those who were detected, and those who could not have been."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.perception.measurements import Floats, PoseEstimate
+from stucksolver.perception.rig import LidarRig
+from stucksolver.perception.tracking.body import CERTAIN, Body
+from stucksolver.perception.tracking.motion import Motion
+
+if TYPE_CHECKING:
+    from stucksolver.perception.visibility import SeenSpace
+
+FOUND_NEAR = 0.6
+"""Probability that a visible object is detected in one look. Lower than a detector's recall, because misses come in
+rows: five looks at one object are not five independent chances."""
+FOUND_FAR = 0.35
+GONE = -1.5
+"""Log-odds of existence below which a track ends (18 %)."""
+UNCONFIRMED_S = 0.35
+"""Who was seen only once is given up after this time."""
+SURE_HIT = 0.95
+"""No single detection says more than this."""
+OCCLUSION_MARGIN = 0.8
+"""Share of an object's width that must be covered by a nearer one for it to count as hidden."""
+
+
+def hit(body: Body, score: float) -> None:
+    """A detection with this score was assigned."""
+    share = min(SURE_HIT, max(0.05, score))
+    body.odds = min(CERTAIN, body.odds + math.log(share / (1.0 - share)) + 1.0)
+
+
+def miss(body: Body, distance_m: float) -> None:
+    """It could have been detected and was not."""
+    far = min(1.0, distance_m / body.group.range_m)
+    found = FOUND_NEAR + (FOUND_FAR - FOUND_NEAR) * far
+    body.hidden = False
+    body.odds += math.log(1.0 - found)
+
+
+def ended(body: Body, now_s: float, confirmed: bool) -> bool:
+    """Is it time to forget a body?"""
+    unseen_s = now_s - body.last_seen_s
+    if body.odds < GONE or (not confirmed and unseen_s > UNCONFIRMED_S):
+        return True
+    standing = body.motion is Motion.STANDING
+    return unseen_s > (body.group.remembered_standing_s if standing else body.group.remembered_moving_s)
+
+
+def undetectable(
+    bodies: list[Body], others: list[Body], pose: PoseEstimate, lidar: LidarRig, space: SeenSpace | None
+) -> NDArray[np.bool_]:
+    """(bodies,): out of the LiDAR's cone or range, or hidden by something nearer among `others`.
+
+    With `space`, what was seen to be free decides: an object whose middle lies in seen space would have been in the
+    way of the rays that passed there.
+    """
+    x, y, size = _in_sensor(bodies, pose, lidar)
+    distance = np.hypot(x, y)
+    reach = np.array([body.group.range_m for body in bodies])
+    up = lidar.mount.z_m
+    # The lowest beam passes over what is low and near.
+    lowest = up - np.maximum(0.0, distance - size[:, 0] / 2) * math.tan(math.radians(-lidar.lower_deg))
+    hidden: NDArray[np.bool_] = (distance > np.minimum(reach, lidar.range_m)) | (lowest > size[:, 2])
+    if space is not None:
+        mount = lidar.mount
+        return np.asarray(hidden | ~space.seen(x + mount.x_m, y + mount.y_m))
+    if others:
+        hidden |= _shadowed(x, y, size, *_in_sensor(others, pose, lidar), up)
+    return hidden
+
+
+def _in_sensor(bodies: list[Body], pose: PoseEstimate, lidar: LidarRig) -> tuple[Floats, Floats, Floats]:
+    """x, y of each body with the vehicle's axes and the LiDAR's foot as origin, and (n, 3) sizes."""
+    state = np.array([body.x[:2] for body in bodies])
+    dx, dy = state[:, 0] - pose.x_m, state[:, 1] - pose.y_m
+    cos, sin = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    x = dx * cos + dy * sin - lidar.mount.x_m
+    y = dy * cos - dx * sin - lidar.mount.y_m
+    return x, y, np.array([body.size for body in bodies])
+
+
+def _shadowed(
+    x: Floats, y: Floats, size: Floats, by_x: Floats, by_y: Floats, by_size: Floats, up: float
+) -> NDArray[np.bool_]:
+    """(n,): lies in the shadow of one of the others, seen from `up` metres above the ground.
+
+    A body's width to the eye is taken as the mean of its length and width. It hides another if it is nearer, covers
+    most of its directions, and the line from the sensor over its top passes above the other's top.
+    """
+    far, near = np.hypot(x, y), np.maximum(0.5, np.hypot(by_x, by_y))
+    half = np.arctan2((size[:, 0] + size[:, 1]) / 4, np.maximum(0.5, far))
+    by_half = np.arctan2((by_size[:, 0] + by_size[:, 1]) / 4, near)
+    between = np.abs((np.arctan2(y, x)[:, None] - np.arctan2(by_y, by_x)[None] + np.pi) % (2 * np.pi) - np.pi)
+    covered = between + OCCLUSION_MARGIN * half[:, None] <= by_half[None]
+    nearer = near[None] + by_size[None, :, 1] / 2 < far[:, None]
+    over = (up - by_size[:, 2])[None] / near[None] <= (up - size[:, 2])[:, None] / np.maximum(0.5, far)[:, None]
+    return np.asarray((covered & nearer & over).any(1))

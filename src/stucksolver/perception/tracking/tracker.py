@@ -1,0 +1,137 @@
+"""Follows objects through time: association, Kalman filters, births and deaths, and since when things stand.
+
+After Weng et al., "AB3DMOT: A Baseline for 3D Multi-Object Tracking and New Evaluation Metrics" (2020), with the
+velocity-based association of Yin, Zhou and Krähenbühl, "Center-based 3D Object Detection and Tracking" (2021).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stucksolver.perception.measurements import Detections, PoseEstimate
+from stucksolver.perception.rig import Rig, load_rig
+from stucksolver.perception.tracking import association, existence, motion
+from stucksolver.perception.tracking.body import NEW_VELOCITY_MPS, Body, born, predict, update
+from stucksolver.perception.tracking.motion import Evidence, Motion
+from stucksolver.perception.tracking.noise import Measured, measured
+from stucksolver.perception.tracking.track import Track
+
+if TYPE_CHECKING:
+    from stucksolver.perception.visibility import SeenSpace
+
+CONFIRMING_HITS = 2
+"""A track is told of after this many detections,"""
+SURE_SCORE = 0.7
+"""or after one with at least this score,"""
+SURE_RANGE_M = 20.0
+"""if it is this near: what is near must not be told of late."""
+BIRTH_SCORE = 0.2
+"""Weaker detections keep tracks alive, and start none."""
+
+
+class ObjectTracker:
+    """Call `update` with each look's detections, and `predict` whenever the objects are wanted."""
+
+    def __init__(self, rig: Rig | None = None) -> None:
+        """`rig` says what the LiDAR can see; without it the shipped one is taken."""
+        self._lidar = (load_rig() if rig is None else rig).lidar
+        self._bodies: list[Body] = []
+        self._confirmed: set[int] = set()
+        self._next = 1
+
+    def update(self, detections: Detections, pose: PoseEstimate, space: SeenSpace | None = None) -> tuple[Track, ...]:
+        """Take in the detections of one look.
+
+        Args:
+            detections: Of later looks than before, in the vehicle frame.
+            pose: Where the vehicle was at `detections.time_s`.
+            space: What the LiDAR saw to be free at that look. Without it, nearer tracks tell who is hidden.
+
+        Returns:
+            All confirmed tracks at `detections.time_s`, in the local frame, also those who are hidden at the moment.
+        """
+        seen = measured(detections, pose)
+        for body in self._bodies:
+            predict(body, seen.time_s)
+        pairs = association.assign(self._bodies, seen)
+        for i, j in pairs:
+            update(self._bodies[i], seen, j)
+            self._hit(self._bodies[i], seen, j)
+        found = [self._bodies[i] for i, _ in pairs]
+        taken = {j for _, j in pairs}
+        met = {body.id for body in found}
+        missed = [body for body in self._bodies if body.id not in met]
+        self._miss(missed, found, pose, space)
+        self._bear(seen, [j for j in range(len(seen)) if j not in taken], found)
+        self._bodies = [b for b in self._bodies if not existence.ended(b, seen.time_s, b.id in self._confirmed)]
+        self._judge(seen.time_s)
+        self._confirmed &= {body.id for body in self._bodies}
+        return tuple(body.track() for body in self._bodies if body.id in self._confirmed)
+
+    def predict(self, time_s: float) -> tuple[Track, ...]:
+        """The confirmed tracks brought forward to another time (seconds); the tracker stays as it is."""
+        told = []
+        for body in self._bodies:
+            if body.id in self._confirmed:
+                ahead = replace(body)
+                predict(ahead, time_s)
+                told.append(ahead.track())
+        return tuple(told)
+
+    def _hit(self, body: Body, seen: Measured, j: int) -> None:
+        score = float(seen.score[j])
+        existence.hit(body, score)
+        near = seen.range_m[j] < SURE_RANGE_M and score >= SURE_SCORE
+        if body.hits >= CONFIRMING_HITS or near:
+            self._confirmed.add(body.id)
+
+    def _miss(self, missed: list[Body], found: list[Body], pose: PoseEstimate, space: SeenSpace | None) -> None:
+        if not missed:
+            return
+        hidden = existence.undetectable(missed, found, pose, self._lidar, space)
+        for body, excused in zip(missed, hidden.tolist(), strict=True):
+            if excused:
+                body.hidden = True
+            else:
+                existence.miss(body, math.hypot(body.x[0] - pose.x_m, body.x[1] - pose.y_m))
+
+    def _bear(self, seen: Measured, left: list[int], found: list[Body]) -> None:
+        for j in left:
+            if seen.score[j] < BIRTH_SCORE or association.part_of_another(found, seen, j):
+                continue
+            body = born(self._next, seen, j)
+            self._next += 1
+            self._bodies.append(body)
+            self._hit(body, seen, j)
+
+    def _judge(self, now_s: float) -> None:
+        """Decide for all who were detected just now whether they stand."""
+        looked = [body for body in self._bodies if body.last_seen_s == now_s]
+        if not looked:
+            return
+        evidence = motion.judge(np.array([body.samples for body in looked]), now_s)
+        for i, body in enumerate(looked):
+            _decide(body, evidence, i, now_s)
+
+
+def _decide(body: Body, evidence: Evidence, i: int, now_s: float) -> None:
+    """Move one body's state of motion on: moving until it rests, standing or undecided until it moves."""
+    if body.motion is not Motion.MOVING and evidence.moves[i]:
+        if body.motion is Motion.STANDING:
+            body.x[4:] = evidence.velocity[i]
+            body.p[4:, :] = body.p[:, 4:] = 0.0
+            body.p[4:, 4:] = np.eye(2) * (evidence.variance[i] + NEW_VELOCITY_MPS**2)
+        body.motion, body.standing_since_s, body.moved_at_s = Motion.MOVING, None, now_s
+    elif body.motion is not Motion.STANDING and evidence.rests[i]:
+        since = float(evidence.rests_since_s[i])
+        body.samples[body.samples[:, 0] < since - 1e-6] = -np.inf
+        body.motion, body.standing_since_s = Motion.STANDING, since
+        if body.moved_at_s is not None:
+            body.moved_at_s = min(body.moved_at_s, since)
+        body.x[4:] = 0.0
+    elif body.motion is Motion.MOVING:
+        body.moved_at_s = now_s

@@ -1,0 +1,172 @@
+"""Not seen is not free: in which directions, and how far, the LiDAR saw that nothing stands there.
+
+What counts as evidence is a ray that came back. A ray that hit the ground at distance r passed through everything
+before it, and over the last part of its way it was so low that a thing of `height_m` would have been in its way: that
+part was seen to be free. A ray that hit a thing shows the same up to that thing, and nothing behind it. A ray that did not come
+back shows nothing: it may have gone to the sky, or been lost (drop-off, wet or black surfaces). With 64 channels
+between +10 and -30 degrees, 2.5 m up, the ground is hit at 40 to 60 m for the last time; beyond, nothing was seen.
+
+Assumptions, each of which a reader may want to check for a new vehicle:
+
+* Things lower than `height_m` are not covered by what is said here. They are the detector's business.
+* A thing as tall as `height_m` is solid and as wide as a bin (1 degree: 0.35 m at 20 m, 0.9 m at 50 m), or it sends
+  back rays of its own. Where a thing's edge runs through a bin, the bin counts as seen: an error of up to a degree.
+* The ground's slope changes slowly (`ground_heights`). Where it rises faster, it counts as a thing that hides.
+* The points are of one full turn, all moved to one moment. Space seen 0.1 s ago may have been entered since.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.perception.ground import ground_heights
+from stucksolver.perception.measurements import Floats
+from stucksolver.perception.rig import LidarRig
+
+AZIMUTHS = 360
+"""Bins of 1 degree: 2.6 columns of the LiDAR each, so that drop-off seldom takes a whole ring out of one."""
+CELL_M = 0.5
+HEIGHT_M = 1.0
+"""What a claim of free space is about: people, two-wheelers and vehicles; not cones, animals or debris."""
+GROUND_M = 0.3
+"""A return lower than this over the ground is the ground, with noise and kerbs."""
+OVERHEAD_M = 2.2
+"""What begins higher lets vehicles pass below: signs, branches, bridges."""
+OWN_M = 3.0
+"""Around the LiDAR's foot: the vehicle itself, and what its lowest beams pass over. Never claimed to be seen."""
+OWN_LENGTH_M = 2.6
+OWN_WIDTH_M = 1.2
+"""Half sizes around the reference point: returns from within are from the vehicle itself."""
+GAP_BINS = 1
+"""So many bins without any return between two that saw something count as seen, where nothing stands nearer."""
+
+
+@dataclass(frozen=True, eq=False)
+class SeenSpace:
+    """A polar map around the LiDAR. Made by `from_points`; positions are asked for in the vehicle frame."""
+
+    cells: NDArray[np.bool_]
+    """(AZIMUTHS, cells of CELL_M): a thing of the given height would have been seen there. Bin 0 begins at -pi."""
+    blocked_m: Floats
+    """(AZIMUTHS,): distance of the nearest return between the height and `OVERHEAD_M` over ground; inf where none."""
+    far_m: Floats
+    """(AZIMUTHS,): how far another sensor saw; 0 where it says nothing."""
+    origin: tuple[float, float]
+    """The LiDAR's x, y in the vehicle frame (m)."""
+
+    @staticmethod
+    def from_points(points: NDArray[np.floating], lidar: LidarRig, height_m: float = HEIGHT_M) -> SeenSpace:
+        """What one full turn saw.
+
+        Args:
+            points: (n, 3 or more): x, y, z (m) in the vehicle frame, of the last full turn.
+            lidar: Where the LiDAR sits and how far it reaches.
+            height_m: How tall the things are that are claimed to be absent.
+        """
+        mount = lidar.mount
+        x, y, z = (np.asarray(points[:, axis], np.float64) for axis in range(3))
+        own = (np.abs(x) < OWN_LENGTH_M) & (np.abs(y) < OWN_WIDTH_M)
+        x, y, z = x[~own] - mount.x_m, y[~own] - mount.y_m, z[~own]
+        distance = np.hypot(x, y)
+        azimuth = np.arctan2(y, x)
+        above = z - ground_heights(azimuth, distance, z)
+        bins = _bins(azimuth)
+        count = math.ceil(lidar.range_m / CELL_M)
+        cells = _swept(bins, distance, above, mount.z_m, height_m, count)
+        tall = (above >= height_m) & (above < OVERHEAD_M)
+        blocked = np.full(AZIMUTHS, np.inf)
+        np.minimum.at(blocked, bins[tall], distance[tall])
+        standing = (above > GROUND_M) & (above < OVERHEAD_M)
+        nearest = np.full(AZIMUTHS, np.inf)
+        np.minimum.at(nearest, bins[standing], distance[standing])
+        cells = _without_gaps(cells, nearest)
+        cells[:, : int(OWN_M / CELL_M)] = False
+        return SeenSpace(cells, blocked, np.zeros(AZIMUTHS), (mount.x_m, mount.y_m))
+
+    def seen(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
+        """(n,): was it seen that nothing stands at these places of the vehicle frame (m)?"""
+        dx, dy = np.asarray(x) - self.origin[0], np.asarray(y) - self.origin[1]
+        distance, bins = np.hypot(dx, dy), _bins(np.arctan2(dy, dx))
+        cell = (distance / CELL_M).astype(np.int64)
+        within = cell < self.cells.shape[1]
+        by_lidar = within & self.cells[bins, np.where(within, cell, 0)]
+        return np.asarray(by_lidar | ((distance >= OWN_M) & (distance <= self.far_m[bins])))
+
+    def seen_along(self, polyline: Floats) -> float:
+        """Metres of a line (k, 2; vehicle frame) that were seen from its beginning without a break.
+
+        The part within `OWN_M` of the LiDAR is passed over: there the vehicle itself stands. The end is the last place
+        that was seen, so that the answer is never longer than the line.
+        """
+        line = np.asarray(polyline, np.float64)[:, :2]
+        if len(line) < 2:
+            return 0.0
+        pieces = np.hypot(*np.diff(line, axis=0).T)
+        stations = np.concatenate([[0.0], np.cumsum(pieces)])
+        at = np.append(np.arange(0.0, stations[-1], CELL_M / 2.0), stations[-1])
+        x, y = np.interp(at, stations, line[:, 0]), np.interp(at, stations, line[:, 1])
+        own = np.hypot(x - self.origin[0], y - self.origin[1]) < OWN_M
+        hidden = np.flatnonzero(~(self.seen(x, y) | own))
+        if not len(hidden):
+            return float(at[-1])
+        return float(at[hidden[0] - 1]) if hidden[0] else 0.0
+
+    def extended(self, azimuth_rad: Floats, ahead_m: Floats) -> SeenSpace:
+        """Joined with what another sensor saw: in the camera's cone, how far a vehicle would have been detected.
+
+        Where the LiDAR found a tall thing nearer than that, the other's claim ends at the thing.
+
+        Args:
+            azimuth_rad: (k,): directions from the LiDAR's foot, vehicle frame; ascending, at least two. Bins whose
+                middle lies outside of them are left as they are.
+            ahead_m: (k,): how far was seen in each (m); between two directions, the lesser counts.
+        """
+        azimuth, ahead = np.asarray(azimuth_rad, np.float64), np.asarray(ahead_m, np.float64)
+        if len(azimuth) < 2 or len(azimuth) != len(ahead) or bool((np.diff(azimuth) <= 0.0).any()):
+            raise ValueError("extended() needs two or more ascending azimuths, and one distance for each")
+        middle = (np.arange(AZIMUTHS) + 0.5) / AZIMUTHS * math.tau - math.pi
+        after = np.clip(np.searchsorted(azimuth, middle), 1, len(azimuth) - 1)
+        inside = (middle >= azimuth[0]) & (middle <= azimuth[-1])
+        claimed = np.where(inside, np.minimum(ahead[after - 1], ahead[after]), 0.0)
+        far = np.minimum(claimed, self.blocked_m)
+        return replace(self, far_m=np.maximum(self.far_m, far))
+
+
+def _bins(azimuth: Floats) -> NDArray[np.int64]:
+    return np.minimum(((azimuth + math.pi) / math.tau * AZIMUTHS).astype(np.int64), AZIMUTHS - 1)
+
+
+def _swept(
+    bins: NDArray[np.int64], distance: Floats, above: Floats, up: float, height_m: float, count: int
+) -> NDArray[np.bool_]:
+    """(AZIMUTHS, count): cells through which some ray passed lower than `height_m`.
+
+    A ray comes down from `up` to `above` at its end; by similar triangles it is below `height_m` from the share
+    (up - height) / (up - above) of its way on. Only whole cells count: the last one is up to the return.
+    """
+    useful = (above < height_m) & (distance > 0.0)
+    end = distance[useful]
+    start = end * (up - height_m) / (up - np.where(above[useful] < GROUND_M, 0.0, above[useful]))
+    first = np.ceil(start / CELL_M).astype(np.int64)
+    # A ray that hit the ground saw the cell that it hit; one that hit a thing, only the cells before.
+    last = np.floor(end / CELL_M).astype(np.int64) + np.where(above[useful] < GROUND_M, 1, 0)
+    last = np.minimum(last, count)
+    whole = first < last
+    row = bins[useful][whole] * (count + 1)
+    size = AZIMUTHS * (count + 1)
+    entered = np.bincount(row + first[whole], minlength=size) - np.bincount(row + last[whole], minlength=size)
+    return np.asarray(entered.reshape(AZIMUTHS, count + 1).cumsum(1)[:, :count] > 0)
+
+
+def _without_gaps(cells: NDArray[np.bool_], nearest_m: Floats) -> NDArray[np.bool_]:
+    """Close gaps of `GAP_BINS` between directions, as far as nothing stands nearer in the gap."""
+    place = np.arange(cells.shape[1]) * CELL_M
+    clear = place[None] < nearest_m[:, None] - CELL_M
+    left = right = np.zeros_like(cells)
+    for step in range(1, GAP_BINS + 1):
+        left, right = left | np.roll(cells, step, 0), right | np.roll(cells, -step, 0)
+    return cells | (left & right & clear)
