@@ -178,8 +178,8 @@ def _lamp_labels(tick: Recorded, i: int, features: Singles, windows: Windows, sh
         return labels
     small = float(np.max(windows.rectangle[i, 2:] - windows.rectangle[i, :2])) < LAMPS_PX
     hidden = small or share < LAMPS_SHARE
+    # 0: the lens is ahead of the vehicle; 90: on its left.
     bearing = float(np.degrees(np.arctan2(features[7], features[6])))
-    """0: the lens is ahead of the vehicle; 90: on its left."""
     if flags >= 0:
         labels[0] = UNSEEN if hidden or abs(bearing) < 100.0 else int(bool(flags & BRAKE))
         labels[1] = UNSEEN if hidden or -110.0 < bearing < -70.0 else int(bool(flags & LEFT))
