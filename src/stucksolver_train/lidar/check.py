@@ -105,6 +105,12 @@ def average_precision(of: Judged) -> float:
     return float((precision * of.right).sum() / of.bodies)
 
 
+def mean_average_precision(all_labels: Sequence[Judged]) -> float:
+    """Over the labels of which there are bodies."""
+    counted = [average_precision(one) for one in all_labels if one.bodies]
+    return sum(counted) / max(1, len(counted))
+
+
 def calibrated(all_labels: Sequence[Judged]) -> Calibration:
     """Slope and shift by which a logit becomes the share of such detections that are right (Platt 1999)."""
     fits = [_platt(one.score, one.right) for one in all_labels]

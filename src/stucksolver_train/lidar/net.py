@@ -17,7 +17,7 @@ from stucksolver.perception.lidar.decode import REGRESSED
 from stucksolver.perception.lidar.grid import GRID, Grid
 from stucksolver.perception.lidar.pillars import FEATURES
 
-WIDTHS = (32, 48, 80)
+WIDTHS = (32, 64, 96)
 """Channels at cells of 0.64, 1.28 and 2.56 m; multiples of 16, in which onnxruntime reckons anyway."""
 PILLAR_WIDTH = 24
 HEAD_WIDTH = 32

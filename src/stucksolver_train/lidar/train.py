@@ -17,7 +17,7 @@ from torch import Tensor, nn
 
 from stucksolver.perception.labels import LABELS
 from stucksolver_train.lidar.batches import Store
-from stucksolver_train.lidar.check import average_precision, calibrated, judged, predicted, report
+from stucksolver_train.lidar.check import calibrated, judged, mean_average_precision, predicted, report
 from stucksolver_train.lidar.data import EVERY, Windows, load
 from stucksolver_train.lidar.loss import losses, targets
 from stucksolver_train.lidar.net import WIDTHS, PillarNet
@@ -87,8 +87,7 @@ def train(options: Options) -> list[dict[str, float | str]]:
     rows = report(told)
     for row in rows:
         _say("  ".join(f"{key} {value}" for key, value in row.items()))
-    taught = [one for one in told if one.bodies]
-    mean = sum(map(average_precision, taught)) / max(1, len(taught))
+    mean = mean_average_precision(told)
     _say(f"mean AP at 2 m {mean:.4f} in {len(found)} windows after {steps} steps, {time.monotonic() - began:.0f} s")
     options.out.mkdir(parents=True, exist_ok=True)
     card = {"labels": LABELS, "calibration": asdict(calibrated(told)), "steps": steps, "mean_ap": mean, "check": rows}

@@ -146,14 +146,17 @@ def test_the_learning_rate_rises_and_falls() -> None:
 
 
 @pytest.mark.integration
-def test_a_trained_network_runs_in_the_detector(folder: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("integers", [False, True])
+def test_a_trained_network_runs_in_the_detector(folder: Path, tmp_path: Path, integers: bool) -> None:
     pytest.importorskip("onnx")
     from stucksolver.perception.lidar.detector import LidarDetector
     from stucksolver_train.lidar.export import export
 
     options = Options((folder,), (folder,), tmp_path / "run", minutes=1.0, steps=3, batch=2, jobs=1, device="cpu")
     assert [row["label"] for row in train(options)] == list(LABELS)
-    assert export(tmp_path / "run", [folder], tmp_path / "shipped") < 1e-3
+    card = export(tmp_path / "run", [folder], tmp_path / "shipped", [folder] if integers else [])
+    assert card["shipped"]["off_by"] < 1e-3
+    assert card["int8"] is integers
     windows = load([folder], jobs=1)
     points = batches.Store(windows, torch.device("cpu")).batch(torch.tensor([0]), vary=False).points.numpy()
     found = LidarDetector(tmp_path / "shipped").detect(points, 4.0)
