@@ -11,13 +11,13 @@ import carla
 from stucksolver.stacks.driver.behavior import STANDING_MPS, profile_named
 from stucksolver.stacks.driver.concerns import USUAL, Concerns, Motion
 from stucksolver.stacks.driver.controllers import MAX_STEER, PedalController, SteerController
-from stucksolver.stacks.driver.give_way import BRISK, FREE, LOOKING_MPS, GiveWay, GiveWayDecision, Moving
+from stucksolver.stacks.driver.give_way import FREE, LOOKING_MPS, GiveWay, GiveWayDecision, Moving
 from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.driver.interface import DrivePoint, RoutePoint
 from stucksolver.stacks.driver.lane_graph import lane_graph
 from stucksolver.stacks.driver.lights import LightWatch, stop_lines
 from stucksolver.stacks.driver.local_planner import LocalPlanner
-from stucksolver.stacks.driver.meeting_ways import Meeting, meetings
+from stucksolver.stacks.driver.meeting_ways import UPSTREAM_M, Meeting, meetings
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path, Pose
 from stucksolver.stacks.driver.perception import BODILESS, RANGE_M, NearbyBodies, bodies_around
@@ -41,6 +41,8 @@ class BehaviorDriver:
 
     sees_m: ClassVar[float] = RANGE_M
     """How far it looks for bodies."""
+    upstream_m: ClassVar[float] = UPSTREAM_M
+    """How far up the roads that lead to a junction it looks for who comes."""
 
     def __init__(
         self,
@@ -118,7 +120,9 @@ class BehaviorDriver:
         self._lights = LightWatch([] if line is None else stop_lines(lights, line))
         places = [] if line is None else stop_places(signs, line.s, line.x, line.y, line.z)
         self._signs = StopSignWatch(places, self._model.half_length)
-        met = [] if line is None else meetings(self._route, line, lane_graph(self._map), lights, places)
+        met = (
+            [] if line is None else meetings(self._route, line, lane_graph(self._map), lights, places, self.upstream_m)
+        )
         self._give_way = self._giving_way(met)
 
     def done(self) -> bool:
@@ -214,7 +218,7 @@ class BehaviorDriver:
         speed, concerns = way.speed, self._concerns
         lines = self._for_lines(speed)
         crossing = self._others_first(speed, around, held=lines < math.inf)
-        brisk = BRISK if self._give_way.going else USUAL
+        brisk = self._give_way.pace if self._give_way.going else USUAL
         unheeded = self._ignored | crossing.passing
         margin = SIDE_MARGIN_M if self._at_the_roadside else None
         heeds = self._options.heeds_on_path or not self._planner.following

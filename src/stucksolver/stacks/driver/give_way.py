@@ -102,9 +102,11 @@ class Moving(NamedTuple):
 class GiveWay:
     """Remembers, for one route, at which junction the ego has set off."""
 
-    def __init__(self, meetings: Sequence[Meeting], profile: Profile, model: VehicleModel) -> None:
+    def __init__(self, meetings: Sequence[Meeting], profile: Profile, model: VehicleModel, pace: Pace = BRISK) -> None:
         self._due = list(meetings)
-        self._profile = replace(profile, acceleration=profile.acceleration + BRISK.more_mps2)
+        self.pace = pace
+        """How it drives into a gap."""
+        self._profile = replace(profile, acceleration=profile.acceleration + pace.more_mps2)
         self._model = model
         self._going: Meeting | None = None
         self._waited_s = 0.0
@@ -133,8 +135,8 @@ class GiveWay:
         under_way = [(way, one) for way in meeting.ways for one in on_way(way, others)]
         self._habits.see(under_way)
         coming = [(way, one) for way, one in under_way if _comes(way, one) and self._habits.expect(way, one)]
-        top_mps = self._top_mps(motion, _pace_of_flow(coming))
-        own = _Drive(line, _foretold(line, s, speed, top_mps, self._profile), self._model)
+        top_mps = self._top_mps(motion, coming)
+        own = _Drive(line, _foretold(line, s, speed, top_mps, self._profile, self.pace.bends), self._model)
         place_s = meeting.wait_s if front <= meeting.wait_s else meeting.first_s
         room = place_s - front
         if not _can_stop(speed, room, _HARD_MPS2):
@@ -150,9 +152,9 @@ class GiveWay:
         look_m = room if front <= meeting.wait_s and _asks_to_look(meeting, line) else None
         return GiveWayDecision(None, found.passing, look_m, found.leader)
 
-    def _top_mps(self, motion: Moving, flow_mps: float) -> float:
-        """The most the ego is going to drive at; `flow_mps` is the pace of who goes first where it joins them."""
-        return min(motion.top_mps, flow_mps)
+    def _top_mps(self, motion: Moving, coming: Sequence[tuple[MeetingWay, OtherOnWay]]) -> float:
+        """The most the ego is going to drive at, with those who come."""
+        return min(motion.top_mps, pace_of_flow(coming))
 
     def _gone(self, meeting: Meeting, found: _Met, front: float, speed: float) -> GiveWayDecision:
         """Past the place to wait, one still brakes for whoever comes in spite of all, but not in another's way."""
@@ -185,13 +187,13 @@ class Habits:
     def __init__(self) -> None:
         self._took: dict[LaneKey, dict[int, MeetingWay]] = {}
 
-    def see(self, seen: Sequence[tuple[MeetingWay, _Other]]) -> None:
+    def see(self, seen: Sequence[tuple[MeetingWay, OtherOnWay]]) -> None:
         """Note who is where the ways meet."""
         for way, other in seen:
             if way.meets_s < other.s < way.parts_s:
                 self._took.setdefault(way.approach, {})[other.actor_id] = way
 
-    def expect(self, way: MeetingWay, other: _Other) -> bool:
+    def expect(self, way: MeetingWay, other: OtherOnWay) -> bool:
         """May it take this way, as far as one can tell?"""
         took = self._took.get(way.approach, {}).values()
         near = way.inside_s - other.s - other.half_length < _SHOWN_M
@@ -219,7 +221,7 @@ def _asks_to_look(meeting: Meeting, line: Path) -> bool:
     return any(way.goes_first and not any(map(_is_red, way.lights)) for way in meeting.ways)
 
 
-class _Other(NamedTuple):
+class OtherOnWay(NamedTuple):
     """One who is under way on another way."""
 
     actor_id: int
@@ -229,7 +231,7 @@ class _Other(NamedTuple):
     half_width: float
 
 
-def on_way(way: MeetingWay, others: NearbyBodies) -> list[_Other]:
+def on_way(way: MeetingWay, others: NearbyBodies) -> list[OtherOnWay]:
     """Those of the others who are on a way, driving along it."""
     if len(others) == 0:
         return []
@@ -243,7 +245,7 @@ def on_way(way: MeetingWay, others: NearbyBodies) -> list[_Other]:
     on_it = (np.abs(aside) < _ON_WAY_M) & (speed > _ALONG_COS * np.hypot(others.vx, others.vy))
     on_it &= np.abs(along) < others.half_length + 1.0
     return [
-        _Other(
+        OtherOnWay(
             others.actor_id[i],
             float(way.s[nearest[i]] + along[i]),
             float(speed[i]),
@@ -254,12 +256,12 @@ def on_way(way: MeetingWay, others: NearbyBodies) -> list[_Other]:
     ]
 
 
-def _pace_of_flow(coming: Sequence[tuple[MeetingWay, _Other]]) -> float:
+def pace_of_flow(coming: Sequence[tuple[MeetingWay, OtherOnWay]]) -> float:
     """The speed at which those who go first drive where the route joins them (m/s); no limit where nobody does."""
     return max((one.speed for way, one in coming if way.joins and way.goes_first), default=math.inf)
 
 
-def _comes(way: MeetingWay, other: _Other) -> bool:
+def _comes(way: MeetingWay, other: OtherOnWay) -> bool:
     """Has it the right of way, or is it not going to stop for want of it?"""
     front = other.s + other.half_length
     to_line = way.inside_s - front
@@ -284,7 +286,7 @@ class _Drive:
         self._x, self._y, self._yaw = line.at(s)
         self._model = model
 
-    def judge(self, coming: Sequence[tuple[MeetingWay, _Other]], margin: Margin) -> _Met:
+    def judge(self, coming: Sequence[tuple[MeetingWay, OtherOnWay]], margin: Margin) -> _Met:
         """Whom of those who come would it meet, or come too near to?"""
         met, passing, leaders = list[tuple[MeetingWay, int]](), set[int](), list[LeadVehicle]()
         for way, other in coming:
@@ -302,18 +304,18 @@ class _Drive:
         """When its front comes to where the ways meet."""
         return float(np.interp(way.route_meets_s - self._model.half_length, self._s, self._t))
 
-    def _comes_behind(self, way: MeetingWay, other: _Other) -> tuple[bool, bool]:
+    def _comes_behind(self, way: MeetingWay, other: OtherOnWay) -> tuple[bool, bool]:
         """Will the other have passed, or be ahead on the common way, when the ego comes there: surely, likely?"""
         left = (way.meets_s + 1.0 if way.joins else way.parts_s) - (other.s - other.half_length)
         arrives_s = self._arrives_s(way)
         return other.speed * _EARLY * arrives_s > left, other.speed * arrives_s > left
 
-    def _leader(self, way: MeetingWay, other: _Other) -> LeadVehicle:
+    def _leader(self, way: MeetingWay, other: OtherOnWay) -> LeadVehicle:
         """The other, as if it were as far along the route as it is along its way."""
         front = float(self._s[0]) + self._model.half_length
         return LeadVehicle(other.s - other.half_length - way.meets_s - (front - way.route_meets_s), other.speed)
 
-    def _meets(self, way: MeetingWay, other: _Other, margin: Margin) -> bool:
+    def _meets(self, way: MeetingWay, other: OtherOnWay, margin: Margin) -> bool:
         """Would it come nearer to the other than the margin while their ways meet?"""
         half = self._model.half_length
         t_in = self._arrives_s(way)
@@ -339,14 +341,14 @@ class _Drive:
         return bool((gap <= 0.0).any())
 
 
-def _foretold(line: Path, s: float, speed: float, top_mps: float, profile: Profile) -> Array:
+def _foretold(line: Path, s: float, speed: float, top_mps: float, profile: Profile, bends: float) -> Array:
     """Arc lengths of the ego's centre over the horizon if nothing but the line's bounds holds it back."""
     spacing = float(line.s[1]) if len(line.s) > 1 else 1.0
     bounds, last = line.speed, len(line.speed) - 1
     found, lag = [], _START_LAG_S if speed < 1.0 else 0.0
     for k in range(round(HORIZON_S / STEP_S)):
         found.append(s)
-        bound = BRISK.bends * float(bounds[min(int((s + 0.4 * speed) / spacing), last)])
+        bound = bends * float(bounds[min(int((s + 0.4 * speed) / spacing), last)])
         if k * STEP_S >= lag:
             speed = max(speed + STEP_S * toward_speed(speed, min(bound, top_mps), profile), 0.0)
         s += STEP_S * speed

@@ -90,13 +90,14 @@ def meetings(
     graph: LaneGraph,
     lights: Sequence[carla.TrafficLight],
     stops_s: Sequence[float],
+    upstream_m: float = UPSTREAM_M,
 ) -> list[Meeting]:
     """The junctions of a route at which others may come.
 
     `line` is the route's path, `lights` are the map's `carla.TrafficLight`s, `stops_s` the places of the route's stop
-    signs on the line. Of two ways the turning one gives way, left turns to all; where both turn alike, the one that
-    bends more where they join, and the one that has the other on its right where they cross. After a stop sign all
-    others go first.
+    signs on the line, `upstream_m` is how far up the roads the others begin. Of two ways the turning one gives way,
+    left turns to all; where both turn alike, the one that bends more where they join, and the one that has the other on
+    its right where they cross. After a stop sign all others go first.
     """
     governing: dict[tuple[int, int], list[Any]] = {}
     for light in lights:
@@ -104,7 +105,7 @@ def meetings(
             governing.setdefault((waypoint.road_id, waypoint.lane_id), []).append(light)
     found = []
     for first, last in _junction_stretches(route):
-        here = _Junction(route, line, graph, governing, first, last)
+        here = _Junction(route, line, graph, governing, first, last, upstream_m)
         stop_sign = any(-15.0 < here.enter_s - s < 15.0 for s in stops_s)
         ways = tuple(way for way in here.ways(stop_sign))
         if ways:
@@ -123,7 +124,9 @@ class _Junction:
         governing: dict[tuple[int, int], list[Any]],
         first: int,
         last: int,
+        upstream_m: float,
     ) -> None:
+        self._upstream_m = upstream_m
         self._graph, self._governing = graph, governing
         self._own = {lane_key(point.waypoint) for point in route[max(first - 30, 0) : last + 30]}
         self._before = {lane_key(point.waypoint) for point in route[max(first - 30, 0) : first]}
@@ -168,7 +171,7 @@ class _Junction:
             return None  # the same lane, driven the other way
         own_s = self._line.s[self._stretch]
         through = yaw[begins : begins + len(inside)]
-        kept = (s > s[begins] - UPSTREAM_M) & (s < s[parts] + DOWNSTREAM_M)
+        kept = (s > s[begins] - self._upstream_m) & (s < s[parts] + DOWNSTREAM_M)
         joins = bool(near[:, -1].any()) and bool(self._graph.after(key) & self._own)
         return MeetingWay(
             x=xy[kept, 0],
@@ -202,7 +205,7 @@ class _Junction:
     def _through(self, key: LaneKey) -> list[LaneKey]:
         """The lanes of a way: up the road from its lane in the junction, and down behind it."""
         lanes = [key]
-        for onward, reach in ((self._graph.before, UPSTREAM_M), (self._graph.after, DOWNSTREAM_M)):
+        for onward, reach in ((self._graph.before, self._upstream_m), (self._graph.after, DOWNSTREAM_M)):
             here, gone = key, 0.0
             while gone < reach and (options := onward(here) - set(lanes)):
                 here = min(options, key=lambda one: abs(_turn_rad(self._yaws(one))))

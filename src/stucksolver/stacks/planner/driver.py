@@ -39,7 +39,7 @@ from stucksolver.stacks.planner.passes import (
 )
 from stucksolver.stacks.planner.route_bodies import AHEAD_M, on_route
 from stucksolver.stacks.planner.sides import Sides, sides_of
-from stucksolver.stacks.planner.streams import FASTEST_MPS, StreamConcerns, StreamGiveWay
+from stucksolver.stacks.planner.streams import FASTEST_MPS, HURRIED, StreamConcerns, StreamGiveWay
 from stucksolver.stacks.planner.yielding import EMERGENCY_LAMPS, STRETCH_M, aside, comes_behind, is_past, may_return
 
 WAITS_M = 8.0
@@ -57,6 +57,7 @@ class PlannerDriver(BehaviorDriver):
     """Drives a `carla.Vehicle`; see `Driver`. `behavior` is `cautious`, `normal` or `aggressive`."""
 
     sees_m: ClassVar[float] = AHEAD_M
+    upstream_m: ClassVar[float] = 180.0
 
     def __init__(
         self,
@@ -109,7 +110,7 @@ class PlannerDriver(BehaviorDriver):
         self._pass, self._shifts, self._yields_to = None, [], frozenset()
 
     def _giving_way(self, met: Sequence[Meeting]) -> GiveWay:
-        return StreamGiveWay(met, self._profile, self._model)
+        return StreamGiveWay(met, self._profile, self._model, HURRIED)
 
     @property
     def _at_the_roadside(self) -> bool:
@@ -282,5 +283,8 @@ class PlannerDriver(BehaviorDriver):
         seen = on_route(path, where.s, around)
         for hazard in entering(seen, where, self._model):
             allowed = min(allowed, self._concerns.hazard(hazard, way.speed))
+        if self._give_way.going and isinstance(self._give_way, StreamGiveWay):
+            # Who sets off in a proven gap does not brake for those against whom it was proven.
+            seen = seen.part(~seen.among(self._give_way.judged))
         known = around.part(np.isin(around.actor_id, seen.actor_id))
         return allowed_acceleration(path, where, max(way.speed, 0.0), allowed, seen, known, self._model)

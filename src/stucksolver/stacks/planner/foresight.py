@@ -28,8 +28,8 @@ BESIDE_M = 0.15
 AFTER_S = 0.25
 """Seconds of the follower's drive kept between it and the ego, when it is the ego that comes in."""
 NEAR_M = 60.0
-_DRIFTS_S = 2.5
-"""Who moves across the road as it drives along it has finished with that after this time: the half of a lane change."""
+_DRIFTS_S = 1.2
+"""Who moves across the road as it drives along it does less and less of that, with this time constant."""
 _ALIGNED_RAD = math.radians(35.0)
 _MOVES_MPS = 0.4
 _COMES_MPS = -1.0
@@ -114,7 +114,7 @@ def _forecast(path: Path, others: NearbyBodies, seen: RouteBodies, t: Array) -> 
     if aligned.any():
         along = seen.part(aligned)
         s = along.s + along.vs * gone
-        d = along.d + along.vd * np.minimum(gone, _DRIFTS_S)
+        d = along.d + along.vd * _DRIFTS_S * (1.0 - np.exp(-gone / _DRIFTS_S))
         line_x, line_y, line_yaw = path.at(s)
         x[:, aligned], y[:, aligned] = line_x - d * np.sin(line_yaw), line_y + d * np.cos(line_yaw)
         turned[:, aligned] = line_yaw - path.at(along.s)[2]

@@ -7,15 +7,28 @@ limit is run into from behind by whoever does not brake.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
-from stucksolver.stacks.driver.behavior import Profile
+from stucksolver.stacks.driver.behavior import Profile, toward_gap
 from stucksolver.stacks.driver.concerns import Concerns, Pace
-from stucksolver.stacks.driver.give_way import BRISK, GiveWay, Moving
+from stucksolver.stacks.driver.give_way import GiveWay, GiveWayDecision, Moving, OtherOnWay, pace_of_flow
+from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.driver.local_planner import LocalPlanner
+from stucksolver.stacks.driver.meeting_ways import MeetingWay
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path
+from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
+HURRIED = Pace(2.0, 1.4)
+"""How one drives into a gap of a stream: up to 4 m/s² onwards, and some 4 m/s² sideways."""
+LEAST_GAP_M = 2.5
+"""Bumper gap to who is ahead in a stream, while whoever is behind comes up."""
+SLOWER_MPS = 0.3
+"""So much slower than its leader the ego lets the gap grow."""
+BEHIND_M = 2.0
+"""A leader whose rear is farther behind our front than our length and this is no leader."""
+_SAME_PACE_MPS = 1.5
 FASTEST_MPS = 22.0
 """No stream is joined at more than this."""
 
@@ -25,9 +38,22 @@ class StreamGiveWay(GiveWay):
 
     flow_mps = 0.0
     """Pace of the stream that the ego joins at the junction ahead (m/s); 0 without one."""
+    judged: frozenset[int] = frozenset()
+    """Ids of those on other ways against whom the drive through the junction was proven, at the last look."""
 
-    def _top_mps(self, motion: Moving, flow_mps: float) -> float:
-        self.flow_mps = min(flow_mps, FASTEST_MPS) if math.isfinite(flow_mps) else 0.0
+    def look(self, line: Path, s: float, motion: Moving, around: NearbyBodies, dt_s: float) -> GiveWayDecision:
+        """See `GiveWay`."""
+        self.flow_mps, self.judged = 0.0, frozenset()
+        found = super().look(line, s, motion, around, dt_s)
+        if found.leader is not None and found.leader.gap_m < -2.0 * self._model.half_length - BEHIND_M:
+            # It has come to the junction first, but the ego has joined ahead of it.
+            return found._replace(leader=None)
+        return found
+
+    def _top_mps(self, motion: Moving, coming: Sequence[tuple[MeetingWay, OtherOnWay]]) -> float:
+        pace = pace_of_flow(coming)
+        self.judged = frozenset(one.actor_id for _, one in coming)
+        self.flow_mps = min(pace, FASTEST_MPS) if math.isfinite(pace) else 0.0
         return self.flow_mps or motion.top_mps
 
 
@@ -42,8 +68,24 @@ class StreamConcerns(Concerns):
     def cruise(self, path: Path, speed: float, limit_kmh: float, command: str, pace: Pace) -> float:
         """Keep to the path's bounds and to the limit, or to the pace of the stream where that is faster."""
         joins = self.flow_mps > super().top_speed(limit_kmh)
-        return super().cruise(path, speed, limit_kmh, "" if joins else command, BRISK if joins else pace)
+        return super().cruise(path, speed, limit_kmh, "" if joins else command, HURRIED if joins else pace)
 
     def top_speed(self, limit_kmh: float) -> float:
         """See `Concerns`; the stream's pace where that is faster."""
         return max(super().top_speed(limit_kmh), self.flow_mps)
+
+    def hazard(self, hazard: Hazard, speed: float) -> float:
+        """See `Concerns`; in a stream the gap to a leader that drives away is not opened by falling behind it."""
+        usual = super().hazard(hazard, speed)
+        return max(usual, self._close_behind(hazard.gap, hazard.speed, speed))
+
+    def behind(self, gap: float, lead_speed: float, speed: float) -> float:
+        """See `Concerns` and `hazard`."""
+        return max(super().behind(gap, lead_speed, speed), self._close_behind(gap, lead_speed, speed))
+
+    def _close_behind(self, gap: float, lead_speed: float, speed: float) -> float:
+        """Up to nearly the leader's speed where that is a stream's; the gap then grows by itself."""
+        in_stream = 0.0 < self.flow_mps < lead_speed + _SAME_PACE_MPS
+        if not in_stream or gap < LEAST_GAP_M:
+            return -math.inf
+        return toward_gap(speed, gap - LEAST_GAP_M, lead_speed - SLOWER_MPS, self._profile.deceleration, 0.0)
