@@ -16,7 +16,7 @@ from stucksolver_eval.files import require_writable
 from stucksolver_eval.perception.spec import RecordingSpec
 from stucksolver_eval.perception.towns import town_routes
 from stucksolver_eval.results.store import Store
-from stucksolver_eval.routes import Route
+from stucksolver_eval.routes import Route, WeatherKey
 from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.runner.pool import News, run_tasks
 from stucksolver_eval.runner.suite import load_routes
@@ -94,7 +94,7 @@ def _routes(spec: CollectSpec) -> tuple[Route, ...]:
     return tuple(dataclasses.replace(one, weathers=_weather(f"{spec.seed}:{one.id}")) for one in found)
 
 
-def _weather(seed: str) -> tuple[object, ...]:
+def _weather(seed: str) -> tuple[WeatherKey, ...]:
     return weather(Random(seed).randrange(len(PRESETS)))
 
 

@@ -1,4 +1,4 @@
-"""The rig's sensors on a vehicle in CARLA for a recording: every tick's data, in the frames of `stucksolver.perception`.
+"""The rig's sensors on a vehicle in CARLA for a recording: all data of each tick, in the frames of our perception.
 
 CARLA measures in a left-handed frame (x ahead, y right, z up). A vector is turned over by its y. A turn rate is a
 pseudovector of that frame (v = w x r), so that its x and z change their signs instead.
@@ -147,7 +147,7 @@ def lidar_points(raw: Any, to_vehicle: Floats) -> Singles:
     points[:, 1] *= -1.0
     turn, shift = to_vehicle[:3, :3].astype(np.float32), to_vehicle[:3, 3].astype(np.float32)
     points[:, :3] = points[:, :3] @ turn.T + shift
-    return points
+    return np.asarray(points)
 
 
 def imu_row(
@@ -175,8 +175,7 @@ def instance_ids(raw: Any, height: int, width: int) -> NDArray[np.uint16]:
     carlette's are ids of actors. CARLA numbers its objects itself: there nothing can be made of them.
     """
     pixels = np.frombuffer(raw, dtype=np.uint8).reshape(height, width, 4)
-    found: NDArray[np.uint16] = pixels[:, :, 1].astype(np.uint16) | (pixels[:, :, 0].astype(np.uint16) << 8)
-    return found
+    return np.asarray(pixels[:, :, 1] + pixels[:, :, 0] * np.uint16(256), np.uint16)
 
 
 def _lidar_attributes(rig: Rig) -> dict[str, float]:

@@ -11,7 +11,7 @@ from stucksolver.perception.recording import Recorded, RecordingWriter
 from stucksolver.perception.rig import load_rig
 from stucksolver_eval.perception.mounted import RecordingSensors
 from stucksolver_eval.perception.spec import RecordingSpec
-from stucksolver_eval.perception.truth import LightsReader, TruthReader, ego_pose
+from stucksolver_eval.perception.truth import LightsReader, TruthReader, ego_pose, in_snapshot
 from stucksolver_eval.setting import Setting
 
 SETTLE_S = 2.0
@@ -53,7 +53,7 @@ class DriveRecorder:
         to_picture = (self._first_picture - frame) % round(self._period_s / self._setting.dt_s)
         if self._spec.every_s > 0.0 and to_picture >= self._spec.window_ticks:
             return
-        pose = ego_pose(snapshot.find(self._setting.hero.id))
+        pose = ego_pose(in_snapshot(snapshot, self._setting.hero.id))
         speed_mps, has_picture = float(pose[6]), to_picture == 0
         noise_mps = self._random.normal(0.0, self._rig.wheel_speed_noise_mps)
         self._writer.add(

@@ -55,7 +55,7 @@ class TruthReader:
     def read(self, snapshot: carla.WorldSnapshot) -> Truth:
         """Everything with a body within range of the ego, at a snapshot of the tick that was just made."""
         self._meet(snapshot)
-        ego = snapshot.find(self._ego_id).get_transform().location
+        ego = in_snapshot(snapshot, self._ego_id).get_transform().location
         lamps = {int(actor): int(state) for actor, state in self._world.get_vehicles_light_states().items()}
         rows, kept = [], []
         for actor_id, known in self._known.items():
@@ -116,6 +116,14 @@ class LightsReader:
         )
 
 
+def in_snapshot(snapshot: carla.WorldSnapshot, actor_id: int) -> carla.ActorSnapshot:
+    """The state of an actor that must be there. Raises `RuntimeError`."""
+    found = snapshot.find(actor_id)
+    if found is None:
+        raise RuntimeError(f"actor {actor_id} is gone from the world; the drive cannot be recorded any further")
+    return found
+
+
 def ego_pose(actor: carla.ActorSnapshot) -> Floats:
     """(9,): as `Recorded.pose`, of a vehicle's state in a snapshot; pitch grows as the nose goes down."""
     transform, velocity, turning = actor.get_transform(), actor.get_velocity(), actor.get_angular_velocity()
@@ -143,7 +151,8 @@ def _kind(actor: carla.Actor) -> ObjectKind:
 def _row(body: Body, actor: carla.ActorSnapshot) -> tuple[float, ...]:
     """As `BOX_COLUMNS`."""
     transform, velocity = actor.get_transform(), actor.get_velocity()
-    middle = transform.transform(carla.Location(*body.offset))
+    # The client's stub says that this takes and gives vectors; it gives a location for a location.
+    middle: Any = transform.transform(carla.Location(*body.offset))
     x, y = to_local(middle)
     yaw = math.remainder(yaw_to_local(transform.rotation.yaw) - body.yaw, math.tau)
     size = (2.0 * body.half_length, 2.0 * body.half_width, 2.0 * body.half_height)

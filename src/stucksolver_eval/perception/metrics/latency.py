@@ -1,0 +1,26 @@
+"""How long the stages of perception take."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Latency:
+    """Of one stage."""
+
+    runs: int
+    median_ms: float
+    p95_ms: float
+    worst_ms: float
+
+
+def latency(taken_ms: Sequence[float]) -> Latency | None:
+    """Of the times of all runs; None without any."""
+    if not taken_ms:
+        return None
+    values = np.asarray(taken_ms, np.float64)
+    return Latency(len(values), float(np.median(values)), float(np.percentile(values, 95)), float(values.max()))

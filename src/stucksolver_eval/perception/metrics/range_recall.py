@@ -1,0 +1,35 @@
+"""Share of objects that are found, by how far away they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stucksolver.perception.measurements import Floats
+from stucksolver_eval.perception.metrics.matching import Flags
+
+
+@dataclass(frozen=True)
+class RangeBin:
+    """Objects from `nearest_m` up to `farthest_m`."""
+
+    nearest_m: float
+    farthest_m: float
+    objects: int
+    found: int
+
+    @property
+    def recall(self) -> float | None:
+        """None without objects."""
+        return self.found / self.objects if self.objects else None
+
+
+def recall_by_range(range_m: Floats, found: Flags, step_m: float, farthest_m: float) -> tuple[RangeBin, ...]:
+    """Bins of `step_m` up to `farthest_m`, for objects at `range_m` (n,) of which `found` (n,) were found."""
+    edges = np.arange(0.0, farthest_m + 1e-9, step_m)
+    bins = []
+    for nearest, farthest in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        inside = (range_m >= nearest) & (range_m < farthest)
+        bins.append(RangeBin(nearest, farthest, int(inside.sum()), int((inside & found).sum())))
+    return tuple(bins)
