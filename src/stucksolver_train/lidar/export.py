@@ -28,7 +28,7 @@ from stucksolver_train.lidar.train import WEIGHTS as TRAINED
 OPSET = 18
 INPUTS = ("features", "slot", "occupied")
 OUTPUTS = ("logit", "label", "place", "regressed")
-CLOSE = 1e-3
+CLOSE = 1e-2
 """Largest difference between the exported network and the trained one, in logits and regressed values."""
 COMPARED = 20
 """Windows on which these two are compared."""

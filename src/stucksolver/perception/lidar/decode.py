@@ -32,6 +32,11 @@ class Calibration:
     shift: tuple[float, ...]
     least_score: tuple[float, ...]
 
+    def __post_init__(self) -> None:
+        for name in ("slope", "shift", "least_score"):
+            if len(getattr(self, name)) != len(GROUPS):
+                raise ValueError(f"{name}: {len(getattr(self, name))} values for {len(GROUPS)} labels")
+
 
 def boxes_of(cell: NDArray[np.int64], regressed: Singles, grid: Grid = GRID) -> Floats:
     """Boxes (n, 9): middle x, y, z, length, width, height, yaw, velocity x and y (m, rad, m/s), vehicle frame.

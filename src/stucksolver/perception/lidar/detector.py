@@ -39,8 +39,10 @@ class LidarDetector:
             self.grid = Grid(**card["grid"])
             self.calibration = Calibration(*(tuple(card[key]) for key in ("slope", "shift", "least_score")))
             labels = tuple(card["labels"])
-        except (KeyError, TypeError) as error:
-            raise WeightsError(f"{card_file}: the card lacks or garbles {error}; export the network again") from error
+        except (KeyError, TypeError, ValueError) as error:
+            raise WeightsError(
+                f"{card_file}: the card lacks or garbles a field ({error}); export the network again"
+            ) from error
         if labels != LABELS:
             raise WeightsError(f"{card_file}: trained for {', '.join(labels)}; train again for {', '.join(LABELS)}")
 
