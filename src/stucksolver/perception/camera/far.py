@@ -1,0 +1,122 @@
+"""Vehicles far ahead, found in the picture: beyond the LiDAR's reach, a car is some ten pixels wide."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.perception.camera.far_strip import STRIDE, STRIP_ROWS, cut_rows, look_of, strip_top
+from stucksolver.perception.camera.weights import DATA, load_session
+from stucksolver.perception.measurements import CameraFrame, Floats
+from stucksolver.perception.rig import CameraRig
+
+VERSION = 1
+"""Of the network's inputs and outputs, and of what its card holds."""
+MOST = 60
+"""Detections kept of a picture."""
+LOG_LIMIT = 5.0
+"""Of a size's logarithm in cells: a wild output must not overflow."""
+
+_COLUMNS = ("column", "row", "width", "height", "score", "label", "towards")
+
+
+@dataclass(frozen=True, eq=False)
+class FarDetections:
+    """What was found in one picture; equal lengths n, the surest first."""
+
+    time_s: float
+    column: Floats
+    """(n,): of the middle of the box's lower edge (px of the picture)."""
+    row: Floats
+    """(n,): of the lower edge, where the wheels or feet touch the road (px)."""
+    width: Floats
+    """(n,): of the box (px), also of its hidden part."""
+    height: Floats
+    score: Floats
+    """(n,): 0 to 1."""
+    label: NDArray[np.int64]
+    """(n,): index into `far_strip.LABELS`."""
+    towards: Floats
+    """(n,): how likely the front is what is seen, so that it comes towards us; means little for people."""
+    look: Floats
+    """(2,): brightness and contrast of the picture at the horizon, see `far_strip.look_of`."""
+
+    def __len__(self) -> int:
+        return len(self.label)
+
+    def part(self, which: NDArray[Any]) -> FarDetections:
+        """Some of them, by a mask or by indices."""
+        return replace(self, **{name: getattr(self, name)[which] for name in _COLUMNS})
+
+
+class FarDetector:
+    """The network behind it, loaded once.
+
+    Args:
+        folder: Where `far.onnx` and its card `far.json` lie.
+        threads: For one picture.
+
+    Raises:
+        WeightsError: They are missing, damaged or of another version, or onnxruntime is not installed.
+    """
+
+    def __init__(self, folder: Path = DATA, threads: int = 1) -> None:
+        self._session, self.card = load_session(folder / "far.onnx", folder / "far.json", VERSION, threads)
+        self._threshold = float(self.card["threshold"])
+
+    def detect(self, frame: CameraFrame, rig: CameraRig, pitch_rad: float = 0.0) -> FarDetections:
+        """What is in a picture.
+
+        Args:
+            frame: The picture, of the camera that the rig describes.
+            rig: The camera; pictures of another width or angle of view than in training are found fault with by nobody,
+                but cars are then larger or smaller than those that the network knows.
+            pitch_rad: How far the nose is down with respect to the road ahead; small angles may be left out, since the
+                strip has a margin.
+        """
+        top = strip_top(rig, pitch_rad)
+        strip = cut_rows(frame.rgb, top, STRIP_ROWS)
+        peaks, rest = self._session.run(None, {"strip": strip[None]})
+        return decode(peaks[0], rest[0], frame.time_s, top, self._threshold, look_of(strip))
+
+
+def decode(
+    peaks: NDArray[np.float32],
+    rest: NDArray[np.float32],
+    time_s: float,
+    top: int,
+    threshold: float,
+    look: Floats,
+) -> FarDetections:
+    """Detections from the network's outputs.
+
+    Args:
+        peaks: (labels, h, w): the heat at its local peaks, 0 elsewhere.
+        rest: (6, h, w): log of width and height, shift of the middle across and down, of the lower edge (cells), and
+            the logit of coming towards us.
+        time_s: Of the picture.
+        top: The strip's first row in the picture.
+        threshold: Peaks below are left out.
+        look: See `FarDetections`.
+    """
+    label, y, x = np.nonzero(peaks >= threshold)
+    score = peaks[label, y, x].astype(np.float64)
+    best = np.argsort(-score, kind="stable")[:MOST]
+    label, y, x, score = label[best], y[best], x[best], score[best]
+    told = rest[:, y, x].astype(np.float64)
+    size = np.exp(np.minimum(told[:2], LOG_LIMIT)) * STRIDE
+    return FarDetections(
+        time_s=time_s,
+        column=(x + 0.5 + told[2]) * STRIDE,
+        row=(y + 0.5 + told[4]) * STRIDE + top,
+        width=size[0],
+        height=size[1],
+        score=score,
+        label=label.astype(np.int64),
+        towards=1.0 / (1.0 + np.exp(-told[5])),
+        look=look,
+    )

@@ -1,0 +1,69 @@
+"""From the trained far detector to the files that the runtime loads: `far.onnx` and its card `far.json`."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from stucksolver.perception.camera.far import VERSION
+from stucksolver.perception.camera.far_strip import LABELS, STRIDE, STRIP_ROWS
+from stucksolver_train.camera.far_data import MARGIN_ROWS, Strips
+from stucksolver_train.camera.far_net import FarNet, Shipped
+
+OPSET = 17
+TOLERANCE = 5e-3
+"""How far onnxruntime's numbers may be from torch's."""
+KEPT_SHARE = 0.95
+"""Of torch's peaks must be peaks to onnxruntime."""
+TRIED = 4
+"""Pictures that both are tried with."""
+
+
+class ExportError(RuntimeError):
+    """The exported network does not say what the trained one says."""
+
+
+def export(net: FarNet, out: Path, card: dict[str, Any], tried: Strips) -> dict[str, Any]:
+    """Write the network and its card, and compare both on some pictures. Returns the card. Raises `ExportError`."""
+    shipped, file = Shipped(net).eval(), out / "far.onnx"
+    width = tried.rgb.shape[2]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the exporter that needs no further package says that it is old
+        torch.onnx.export(
+            shipped,
+            (torch.zeros(1, STRIP_ROWS, width, 3, dtype=torch.uint8),),
+            str(file),
+            input_names=["strip"],
+            output_names=["peaks", "rest"],
+            opset_version=OPSET,
+            dynamo=False,
+        )
+    shape = {"rows": STRIP_ROWS, "width": width, "stride": STRIDE}
+    sha256 = hashlib.sha256(file.read_bytes()).hexdigest()
+    full = {"version": VERSION, "labels": list(LABELS), "input": shape, **card, "sha256": sha256}
+    _compare(shipped, file, tried)
+    (out / "far.json").write_text(json.dumps(full, indent=1) + "\n", encoding="utf-8")
+    return full
+
+
+def _compare(shipped: Shipped, file: Path, tried: Strips) -> None:
+    import onnxruntime
+
+    session = onnxruntime.InferenceSession(file.read_bytes(), providers=["CPUExecutionProvider"])
+    for rgb in tried.rgb[:TRIED, MARGIN_ROWS:-MARGIN_ROWS]:
+        strip = np.ascontiguousarray(rgb[None])
+        with torch.no_grad():
+            wanted = [one.numpy() for one in shipped(torch.from_numpy(strip))]
+        (peaks, rest), (their_peaks, their_rest) = wanted, session.run(None, {"strip": strip})
+        # Of two cells that are equal but for rounding either may be the peak: those that both keep are compared.
+        both = (peaks > 0) & (their_peaks > 0)
+        off = float(np.quantile(np.abs(rest - their_rest), 0.999))
+        off = max(off, float(np.abs(peaks - their_peaks)[both].max(initial=0.0)))
+        if off > TOLERANCE or both.sum() < KEPT_SHARE * (peaks > 0).sum():
+            raise ExportError(f"{file}: onnxruntime and torch differ by {off:.4f}; the export is not the network")

@@ -1,0 +1,183 @@
+"""The network that finds far vehicles in the strip around the horizon, and its loss.
+
+After CenterNet (Zhou, Wang, Krähenbühl: Objects as Points, 2019): a heatmap whose peaks are the middles of boxes, and
+at each peak the box's size, its exact middle, its lower edge and whether its front or its rear is seen.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional as fn
+
+from stucksolver.perception.camera.far_strip import LABELS, STRIDE
+
+CLASSES = len(LABELS)
+CHANNELS = CLASSES + 6
+"""Heat of each label; log of width and height, shift of the middle across and down, of the lower edge, all in cells;
+and the logit of coming towards us."""
+MEAN, SPREAD = 110.0, 60.0
+"""Of pixels, nearly; takes them to about -2 to 2."""
+SIGMA_SHARE = 0.17
+"""Standard deviation of a blob as a share of the box's side."""
+LEAST_SIGMA = 0.7
+"""Of a blob, in cells."""
+PRIOR = -3.5
+"""First logit of the heat: boxes are rare."""
+AROUND = tuple((dx, dy) for dy in (-1, 0, 1) for dx in (-1, 0, 1))
+"""Cells around a box's middle where its size is taught too: the peak may come out next to its place."""
+BESIDE = 0.3
+"""Weight of those that are not the middle."""
+SIZE_WEIGHT, MIDDLE_WEIGHT, EDGE_WEIGHT, TOWARDS_WEIGHT = 0.5, 0.5, 1.0, 0.2
+
+
+def _step(inputs: int, outputs: int, stride: int = 1, kernel: int = 3) -> nn.Sequential:
+    convolution = nn.Conv2d(inputs, outputs, kernel, stride, kernel // 2, bias=False)
+    return nn.Sequential(convolution, nn.BatchNorm2d(outputs), nn.ReLU(inplace=True))
+
+
+class _Block(nn.Module):
+    """Two convolutions beside a way round them (He et al. 2016)."""
+
+    def __init__(self, channels: int) -> None:
+        super().__init__()
+        self.first, self.second = _step(channels, channels), _step(channels, channels)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Same shape."""
+        return x + self.second(self.first(x))
+
+
+class FarNet(nn.Module):
+    """From (n, 3, rows, width), scaled, to (n, `CHANNELS`, rows / 4, width / 4)."""
+
+    def __init__(self, stem: int = 16, fine: int = 32, coarse: int = 48) -> None:
+        super().__init__()
+        self.stem = _step(3, stem, 2)
+        self.fine = nn.Sequential(_step(stem, fine, 2), _step(fine, fine))
+        self.coarse = nn.Sequential(_step(fine, coarse, 2), _Block(coarse))
+        self.coarsest = nn.Sequential(_step(coarse, coarse, 2), _Block(coarse))
+        self.join, self.back = nn.Conv2d(coarse, coarse, 1), nn.Conv2d(coarse, fine, 1)
+        self.head = _step(fine, fine)
+        self.out = nn.Conv2d(fine, CHANNELS, 1)
+        nn.init.constant_(self.out.bias[:CLASSES], PRIOR)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Raw channels: logits of heat first."""
+        fine = self.fine(self.stem(x))
+        coarse = self.coarse(fine)
+        coarse = coarse + fn.interpolate(self.join(self.coarsest(coarse)), scale_factor=2.0, mode="nearest")
+        joined = fine + fn.interpolate(self.back(coarse), scale_factor=2.0, mode="nearest")
+        return self.out(self.head(joined))
+
+
+class Shipped(nn.Module):
+    """What the runtime loads: bytes in, peaks of the heat and the other channels out."""
+
+    def __init__(self, net: FarNet) -> None:
+        super().__init__()
+        self.net = net
+
+    def forward(self, strip: Tensor) -> tuple[Tensor, Tensor]:
+        """(1, rows, width, 3) bytes; returns peaks (1, classes, h, w), 0 beside them, and the rest (1, 6, h, w)."""
+        raw = self.net(scaled(strip.permute(0, 3, 1, 2).float()))
+        heat = torch.sigmoid(raw[:, :CLASSES])
+        highest = fn.max_pool2d(heat, 3, 1, 1)
+        return heat * (heat >= highest).float(), raw[:, CLASSES:]
+
+
+def scaled(pixels: Tensor) -> Tensor:
+    """Pixels (0 to 255) as the network wants them."""
+    return (pixels - MEAN) / SPREAD
+
+
+def loss_of(raw: Tensor, boxes: Tensor, shift: Tensor) -> Tensor:
+    """The loss of a batch.
+
+    Args:
+        raw: (n, `CHANNELS`, h, w), of the network.
+        boxes: (n, m, 10), see `far_data.BOX_FIELDS`; rows that are not there are nan.
+        shift: (n, 2): column and row of the picture where each strip begins (px).
+
+    Returns:
+        A scalar: focal loss of the heat, and absolute errors of the rest, for each box.
+    """
+    rows, columns = raw.shape[2:]
+    there = ~torch.isnan(boxes[..., 0])
+    boxes = torch.nan_to_num(boxes)
+    left, right = ((boxes[..., k] - shift[:, None, 0]) / STRIDE for k in (1, 3))
+    top, bottom = ((boxes[..., k] - shift[:, None, 1]) / STRIDE for k in (2, 4))
+    x, y = (left + right) / 2.0, (top + bottom) / 2.0
+    inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
+    taught = there & (boxes[..., 0] >= 0) & inside
+    heat, weight = _targets(boxes[..., 0], taught, there, left, right, top, bottom, rows, columns)
+    count = taught.sum().clamp(min=1)
+    loss = _focal(raw[:, :CLASSES].float(), heat, weight) / count
+    if not taught.any():
+        return loss
+    which, place = torch.nonzero(taught, as_tuple=True)
+    cell_x, cell_y = x[which, place].floor().long(), y[which, place].floor().long()
+    own = boxes[which, place]
+    high = (bottom - top)[which, place]
+    size = torch.stack([(right - left)[which, place], high], 1).clamp(min=0.25).log()
+    soft = (high / 2.0).clamp(min=1.0)
+    for dx, dy in AROUND:
+        cx, cy = cell_x + dx, cell_y + dy
+        share = (1.0 if (dx, dy) == (0, 0) else BESIDE) * ((cx >= 0) & (cx < columns) & (cy >= 0) & (cy < rows))
+        told = raw[which, CLASSES:, cy.clamp(0, rows - 1), cx.clamp(0, columns - 1)].float()
+        middle = torch.stack([x[which, place] - cx - 0.5, y[which, place] - cy - 0.5], 1)
+        edge = bottom[which, place] - cy - 0.5
+        error = SIZE_WEIGHT * (told[:, :2] - size).abs().sum(1) + MIDDLE_WEIGHT * (told[:, 2:4] - middle).abs().sum(1)
+        error = error + EDGE_WEIGHT * (told[:, 4] - edge).abs() / soft
+        towards = fn.binary_cross_entropy_with_logits(told[:, 5], own[:, 7].clamp(min=0.0), reduction="none")
+        error = error + TOWARDS_WEIGHT * towards * (own[:, 7] >= 0) * (own[:, 0] < 2)
+        loss = loss + (share * error).sum() / count
+    return loss
+
+
+def _targets(
+    label: Tensor,
+    taught: Tensor,
+    there: Tensor,
+    left: Tensor,
+    right: Tensor,
+    top: Tensor,
+    bottom: Tensor,
+    rows: int,
+    columns: int,
+) -> tuple[Tensor, Tensor]:
+    """Heat (n, classes, rows, columns) with 1 at each middle, and weights (n, 1, rows, columns), 0 where not known."""
+    across = torch.arange(columns, device=label.device) + 0.5
+    down = torch.arange(rows, device=label.device) + 0.5
+    x, y = ((left + right) / 2.0).floor() + 0.5, ((top + bottom) / 2.0).floor() + 0.5
+    wide = ((right - left) * SIGMA_SHARE).clamp(min=LEAST_SIGMA)[..., None]
+    high = ((bottom - top) * SIGMA_SHARE).clamp(min=LEAST_SIGMA)[..., None]
+    blob_x = torch.exp(-(((across - x[..., None]) / wide) ** 2) / 2.0)
+    blob_y = torch.exp(-(((down - y[..., None]) / high) ** 2) / 2.0)
+    heat = []
+    for k in range(CLASSES):
+        own = (taught & (label == k)).float()[..., None]
+        heat.append(_highest(blob_y * own, blob_x))
+    unknown = (there & (label < 0)).float()[..., None]
+    edge_x = ((across > left[..., None] - 0.5) & (across < right[..., None] + 0.5)).float()
+    edge_y = ((down > top[..., None] - 0.5) & (down < bottom[..., None] + 0.5)).float() * unknown
+    stacked = torch.stack(heat, 1)
+    weight = 1.0 - _highest(edge_y, edge_x)[:, None] * (stacked < 0.5).float()
+    return stacked, weight
+
+
+def _highest(down: Tensor, across: Tensor) -> Tensor:
+    """(n, rows, columns): the highest of m products of a column (n, m, rows) and a row (n, m, columns)."""
+    best = torch.zeros(down.shape[0], down.shape[2], across.shape[2], device=down.device)
+    for k in range(down.shape[1]):
+        best = torch.maximum(best, down[:, k, :, None] * across[:, k, None, :])
+    return best
+
+
+def _focal(logits: Tensor, heat: Tensor, weight: Tensor) -> Tensor:
+    """The penalty-reduced focal loss of CenterNet's paper (alpha 2, beta 4), summed."""
+    p = torch.sigmoid(logits).clamp(1e-4, 1.0 - 1e-4)
+    is_peak = (heat > 0.999).float()
+    hit = -((1.0 - p) ** 2) * torch.log(p) * is_peak
+    miss = -((1.0 - heat) ** 4) * p**2 * torch.log(1.0 - p) * (1.0 - is_peak)
+    return ((hit + miss) * weight).sum()

@@ -1,0 +1,169 @@
+"""Trains the detector of far vehicles on recordings, checks it on others, and writes what the runtime loads.
+
+`python -m stucksolver_train.camera.far_train --data DIR [DIR ...] --check DIR --out OUT --minutes 4 --seed 1`
+
+`--data` may be ordinary drives and those of `stucksolver_eval.perception.far_scenes`; `--check` should be towns that
+none of them shows. It runs on a GPU where there is one; `--steps 20 --batch 2` tries everything on a processor.
+"""
+
+from __future__ import annotations
+
+import argparse
+import copy
+import json
+import math
+import os
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from stucksolver.perception.camera.far_strip import STRIP_ROWS
+from stucksolver_train.camera.far_check import check, written
+from stucksolver_train.camera.far_data import MARGIN_ROWS, Strips, load
+from stucksolver_train.camera.far_export import export
+from stucksolver_train.camera.far_net import FarNet, loss_of, scaled
+
+CROP_WIDTH = 800
+"""Training takes half the strip's width at a time: more pictures in a batch."""
+TOP_RATE = 4e-3
+"""Highest learning rate of the one cycle (Smith, Topin 2019)."""
+WARM_UP = 0.1
+"""Share of the time in which the rate rises."""
+DECAY = 1e-4
+AVERAGED = 0.998
+"""The shipped weights are an average over about the last 1 / (1 - this) steps."""
+SAY_EVERY_S = 5.0
+FAR_M = 60.0
+"""A picture with something visible beyond is drawn twice as often."""
+
+
+def train(strips: Strips, device: torch.device, *, minutes: float, steps: int | None, batch: int, seed: int) -> FarNet:
+    """A trained network; for so many minutes, or so many steps."""
+    torch.manual_seed(seed)
+    net = FarNet().to(device, memory_format=torch.channels_last)
+    average: FarNet = copy.deepcopy(net)
+    optimizer = torch.optim.AdamW(net.parameters(), lr=TOP_RATE, weight_decay=DECAY)
+    batches = _Batches(strips, device, batch, seed)
+    start, said, step = time.monotonic(), 0.0, 0
+    on_gpu = device.type == "cuda"
+    while True:
+        passed = time.monotonic() - start
+        share = step / steps if steps is not None else passed / (60.0 * minutes)
+        if share >= 1.0:
+            break
+        for group in optimizer.param_groups:
+            group["lr"] = TOP_RATE * _rate(share)
+        pixels, boxes, shift = batches.draw()
+        with torch.autocast(device.type, torch.bfloat16, enabled=on_gpu):
+            raw = net(pixels)
+        loss = loss_of(raw.float(), boxes, shift)
+        optimizer.zero_grad(set_to_none=True)
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(net.parameters(), 10.0)
+        optimizer.step()
+        step += 1
+        _follow(average, net, min(AVERAGED, step / (step + 10.0)))
+        if passed - said >= SAY_EVERY_S:
+            said = passed
+            print(f"{passed:6.0f} s  step {step}  loss {float(loss):.3f}", flush=True)
+    print(f"trained {step} steps of {batch} half strips in {time.monotonic() - start:.0f} s", flush=True)
+    average.eval()
+    return average
+
+
+class _Batches:
+    """Draws half strips with their boxes, and changes them as cameras and light would."""
+
+    def __init__(self, strips: Strips, device: torch.device, batch: int, seed: int) -> None:
+        self._random, self._batch, self._device = np.random.default_rng(seed), batch, device
+        self._rgb = torch.from_numpy(strips.rgb).to(device)
+        self._boxes = torch.from_numpy(strips.boxes).to(device)
+        self._top = torch.from_numpy(strips.top).to(device)
+        far = np.nan_to_num(strips.boxes[..., 6], nan=0.0, posinf=0.0) > FAR_M
+        chances = 1.0 + ((strips.boxes[..., 0] >= 0) & far).any(axis=1)
+        self._chances = chances / chances.sum()
+
+    def draw(self) -> tuple[Tensor, Tensor, Tensor]:
+        """Pixels (n, 3, rows, width) scaled, boxes (n, m, 10), and where the pieces begin (n, 2)."""
+        random, n, device = self._random, self._batch, self._device
+        which = torch.from_numpy(random.choice(len(self._rgb), n, p=self._chances)).to(device)
+        down = random.integers(0, 2 * MARGIN_ROWS + 1, n)
+        width = self._rgb.shape[2]
+        across = random.integers(0, max(width - CROP_WIDTH, 0) + 1, n)
+        rows = torch.from_numpy(down[:, None] + np.arange(STRIP_ROWS)).to(device)
+        columns = torch.from_numpy(across[:, None] + np.arange(min(CROP_WIDTH, width))).to(device)
+        pixels = self._rgb[which[:, None, None], rows[:, :, None], columns[:, None, :]].permute(0, 3, 1, 2).float()
+        boxes = self._boxes[which].clone()
+        left = torch.from_numpy(across).to(device).float()
+        top = self._top[which].float() + torch.from_numpy(down).to(device).float()
+        turned = torch.from_numpy(random.random(n) < 0.5).to(device)
+        pixels = torch.where(turned[:, None, None, None], pixels.flip(3), pixels)
+        other = 2.0 * left[:, None] + pixels.shape[3]
+        boxes[..., 1], boxes[..., 3] = (
+            torch.where(turned[:, None], other - boxes[..., 3], boxes[..., 1]),
+            torch.where(turned[:, None], other - boxes[..., 1], boxes[..., 3]),
+        )
+        return scaled(self._changed(pixels)), boxes, torch.stack([left, top], 1)
+
+    def _changed(self, pixels: Tensor) -> Tensor:
+        """Other brightness, contrast, colours, and noise."""
+        n, device = len(pixels), self._device
+        gain = torch.exp(
+            0.25 * torch.randn(n, 3, 1, 1, device=device) * 0.4 + 0.2 * torch.randn(n, 1, 1, 1, device=device)
+        )
+        offset = 8.0 * torch.randn(n, 1, 1, 1, device=device)
+        noise = torch.rand(n, 1, 1, 1, device=device) * 4.0
+        return (pixels * gain + offset + noise * torch.randn_like(pixels)).clamp(0.0, 255.0)
+
+
+def _rate(share: float) -> float:
+    """The learning rate at a share of the time, of its highest value."""
+    if share < WARM_UP:
+        return 0.05 + 0.95 * share / WARM_UP
+    return max(0.5 * (1.0 + math.cos(math.pi * (share - WARM_UP) / (1.0 - WARM_UP))), 0.002)
+
+
+def _follow(average: FarNet, net: FarNet, kept: float) -> None:
+    with torch.no_grad():
+        for mean, value in zip(average.state_dict().values(), net.state_dict().values(), strict=True):
+            if mean.dtype.is_floating_point:
+                mean.lerp_(value, 1.0 - kept)
+            else:
+                mean.copy_(value)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Train, check, export."""
+    parser = argparse.ArgumentParser(description="Trains the detector of far vehicles.")
+    parser.add_argument("--data", type=Path, nargs="+", required=True, help="folders of recordings to train on")
+    parser.add_argument("--check", type=Path, nargs="+", required=True, help="folders of recordings to check on")
+    parser.add_argument("--out", type=Path, required=True, help="where far.onnx, far.json and far-check.md go")
+    parser.add_argument("--minutes", type=float, default=4.0, help="of training, without reading and checking")
+    parser.add_argument("--steps", type=int, help="instead of minutes")
+    parser.add_argument("--batch", type=int, default=48)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    args = parser.parse_args(arguments)
+    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    began = time.monotonic()
+    strips, held_out = load(args.data, args.jobs), load(args.check, args.jobs)
+    print(f"{len(strips)} and {len(held_out)} pictures, read in {time.monotonic() - began:.0f} s; {device}", flush=True)
+    net = train(strips, device, minutes=args.minutes, steps=args.steps, batch=args.batch, seed=args.seed)
+    card = check(net, held_out, device)
+    card |= {"seed": args.seed, "pictures": len(strips), "checked_on": sorted({town for town, _ in held_out.about})}
+    args.out.mkdir(parents=True, exist_ok=True)
+    card = export(net.cpu(), args.out, card, held_out)
+    text = written(card)
+    (args.out / "far-check.md").write_text(text, encoding="utf-8")
+    print(text)
+    print(json.dumps({name: card[name] for name in ("threshold", "sha256")}))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
