@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 
 from stucksolver.passenger.answers import STOP_WORDS, ready_answers
+from stucksolver.passenger.consent import consents
 from stucksolver.passenger.mind import OVER, Mind, mind
 from stucksolver.passenger.sentences.asking import asked
 from stucksolver.passenger.teller import Conversation
@@ -70,6 +71,7 @@ class Seat:
         self._time_s = status.time_s
         self._conversation.moving = status.speed_mps > MOVING_MPS
         self._hand_on()
+        self._consent()
         if look is not None and status.time_s - self._looked_s >= LOOK_EVERY_S:
             self._looked_s = status.time_s
             self._scene = look()
@@ -175,6 +177,13 @@ class Seat:
             with contextlib.suppress(queue.Empty):
                 text, self._speaking = self._words.get_nowait()
                 self._give(text)
+
+    def _consent(self) -> None:
+        """Answer a question that the passenger's own words have answered before it was asked."""
+        question = self._solver.pending_question
+        if question is not None and consents(self._solver.state.reading, question):
+            with contextlib.suppress(QuestionError):
+                self._solver.approve(question.id, "passenger")
 
     def _give(self, text: str) -> None:
         """The solver reads the newest words only: the next ones wait until it has read these."""

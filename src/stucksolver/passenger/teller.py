@@ -6,6 +6,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
+from stucksolver.passenger.consent import consents
 from stucksolver.passenger.sentences.asking import asked
 from stucksolver.passenger.sentences.plans import doing
 from stucksolver.passenger.sentences.reasons import blocked_by, waiting
@@ -39,6 +40,8 @@ class Conversation:
         self._request: GuidanceIntent | None = None
         """What was asked for last, while nothing has come of it."""
         self._asked_back = self._nobody_reads = False
+        self._agreed = False
+        """Have the passenger's own words answered the question that was asked last?"""
         self._withdrawn = False
         """Was the plan under way taken back by words?"""
         self.moving = False
@@ -134,12 +137,18 @@ class Conversation:
         if question is None:
             return None
         self._request = None
+        state = self._state()
+        self._agreed = state is not None and consents(state.reading, question)
+        if self._agreed:
+            return None
         if question.to == "operator":
             about = "" if question.kind is QuestionKind.ASSISTANCE else f": {asked(question)}"
             return f"I have asked the operator{about or ' for help.'}"
         return asked(question)
 
-    def _answered(self, event: Event) -> str:
+    def _answered(self, event: Event) -> str | None:
+        if self._agreed:
+            return None
         return "Thank you. I check once more, and then I go." if event.answer else "All right, I leave it."
 
     def _started(self, event: Event) -> str | None:

@@ -16,6 +16,7 @@ from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
 
+STYLES = ("palette.css", "report.css")
 SCRIPTS = (
     "dom.js",
     "decode.js",
@@ -35,7 +36,7 @@ _ESCAPED = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
 
 def page(title: str, data: Mapping[str, Any]) -> str:
     """The whole HTML text."""
-    style = _asset("report.css")
+    style = "".join(_asset(name) for name in STYLES)
     script = '"use strict";\n(() => {\n' + "\n".join(_asset(name) for name in SCRIPTS) + "\n})();\n"
     parts = {
         "TITLE": html.escape(title).encode("ascii", "xmlcharrefreplace").decode(),

@@ -1,0 +1,149 @@
+"""`stucksolver ride`: a street with a passenger on board, who has a page to talk to the car."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import ipaddress
+import sys
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stucksolver.cli.arguments import add_maps, add_server, port, whole
+from stucksolver.cli.errors import UsageError
+from stucksolver.cli.words import driver_name
+
+if TYPE_CHECKING:
+    from stucksolver.passenger import PassengerServer
+
+CASES = ("parked_car", "cyclists", "pedestrians", "open_door")
+MISSING = "the page's packages are not installed: pip install 'stucksolver[passenger]'"
+OPEN = "note: whoever can reach this address can read along, since it is not encrypted; see --cert and --key"
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the command is told."""
+    parser.add_argument("--case", choices=CASES, default="parked_car", help="what is met on the way")
+    parser.add_argument("--map", help="a town's name or an OpenDRIVE file (default: one that suits the case)")
+    add_maps(parser)
+    parser.add_argument("--seed", type=whole, default=1, help="of places and traffic")
+    parser.add_argument(
+        "--driver", default="behavior", help="behavior or planner, both with :cautious|normal|aggressive"
+    )
+    parser.add_argument(
+        "--ladder", type=Path, metavar="FILE", help="escalation policy, in place of our own and --no-ask"
+    )
+    parser.add_argument("--no-ask", action="store_true", help="use the oncoming lane without asking the passenger")
+    parser.add_argument("--once", action="store_true", help="end at the destination; else the page stays until Ctrl-C")
+    add_page(parser)
+    add_server(parser)
+
+
+def add_page(parser: argparse.ArgumentParser) -> None:
+    """Where the page is served; commands with a passenger share it."""
+    parser.add_argument("--listen", metavar="ADDRESS", help="let other devices reach the page at this address")
+    parser.add_argument("--page-port", type=port, metavar="PORT", help="of the page (default: any that is free)")
+    parser.add_argument("--page-name", action="append", default=[], metavar="HOST", help="another name of this machine")
+    parser.add_argument("--cert", type=Path, metavar="PEM", help="serve the page by HTTPS with this certificate")
+    parser.add_argument("--key", type=Path, metavar="PEM", help="of that certificate")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Drive until the car is there. Raises `UsageError` for what cannot be done."""
+    from stucksolver.ladder import LadderError
+    from stucksolver.passenger import Desk, LinkError
+    from stucksolver.stacks.driver import RouteError
+    from stucksolver_eval.cases.case import CaseError
+    from stucksolver_eval.drivers.make import DriverNameError
+    from stucksolver_eval.ride import RideSpec, drive_ride, find_ride
+    from stucksolver_eval.ride.ride import VEHICLE, RideError
+    from stucksolver_eval.scenarios.base import ScenarioError, Unsupported
+    from stucksolver_eval.server import ServerError
+    from stucksolver_eval.streets.find import StreetError
+
+    spec = RideSpec(
+        case=options.case,
+        map_name=options.map,
+        maps=options.maps,
+        seed=options.seed,
+        driver=driver_name(options.driver),
+        ladder=options.ladder,
+        asks=not options.no_ask,
+        host=options.host,
+        port=options.port,
+    )
+    try:
+        spec.policy()
+        route = find_ride(spec)
+        with page_server(options) as server, Desk(server.address) as desk:
+            outcome = drive_ride(spec, route, desk, begun=lambda: tell_page(server, VEHICLE, options.listen))
+            print(f"{'arrived' if outcome.arrived else 'ended'} after {outcome.duration_s:.0f} s; {_pace(outcome)}")
+            if not options.once:
+                print("the page stays until Ctrl-C", flush=True)
+                with contextlib.suppress(KeyboardInterrupt):
+                    threading.Event().wait()
+    except (
+        CaseError,
+        DriverNameError,
+        LadderError,
+        LinkError,
+        RideError,
+        RouteError,
+        ScenarioError,
+        ServerError,
+        StreetError,
+        Unsupported,
+    ) as error:
+        raise UsageError(str(error)) from error
+    return 0
+
+
+def page_server(options: argparse.Namespace) -> PassengerServer:
+    """The server of the page, not started yet. Raises `UsageError`."""
+    try:
+        import fastapi  # noqa: F401
+        import uvicorn  # noqa: F401
+    except ImportError as error:
+        raise UsageError(MISSING) from error
+    from stucksolver.passenger import PageError, PageOptions, PassengerServer
+    from stucksolver.words import NoReader, find_reader
+    from stucksolver_eval.ride import DRAWING
+
+    reader = find_reader()
+    if isinstance(reader, NoReader):
+        raise UsageError(reader.why)
+    page = PageOptions(
+        listen=options.listen or PageOptions.listen,
+        port=options.page_port or 0,
+        cert=options.cert,
+        key=options.key,
+        names=tuple(options.page_name),
+        drawing=DRAWING,
+    )
+    try:
+        page.bound().close()
+        return PassengerServer(page)
+    except PageError as error:
+        raise UsageError(str(error)) from error
+
+
+def tell_page(server: PassengerServer, vehicle: str, listen: str | None) -> None:
+    """Print where the page is; as a QR code, too, where a phone can get there."""
+    url = server.url(server.tokens.passenger(vehicle))
+    print(f"passenger: {url}\noperator:  {server.url(server.tokens.operator())}", flush=True)
+    if listen is None or ipaddress.ip_address(listen).is_loopback:
+        return
+    if server.options.cert is None:
+        print(OPEN, file=sys.stderr)
+    try:
+        import segno
+    except ImportError:
+        return
+    segno.make(url, error="l").terminal(compact=True)
+
+
+def _pace(outcome: object) -> str:
+    ticks, late = getattr(outcome, "ticks", 0), getattr(outcome, "late", 0)
+    worst_ms = 1000.0 * getattr(outcome, "worst_s", 0.0)
+    return f"{ticks} ticks, {late} late, at most {worst_ms:.0f} ms behind"

@@ -1,0 +1,199 @@
+"""Drives one street at the pace of the clock on the wall, with StuckSolver beside the driver and people to talk to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+from typing import TYPE_CHECKING
+
+from stucksolver.ladder import Ladder, find_ladder
+from stucksolver.passenger import Desk
+from stucksolver.solver import StuckSolver
+from stucksolver.stacks.carla_stack import CarlaStack
+from stucksolver.stacks.driver import DriverOptions
+from stucksolver_eval.background import Background
+from stucksolver_eval.drivers import make_driver
+from stucksolver_eval.ride.cases import RIDES
+from stucksolver_eval.ride.pace import Pace
+from stucksolver_eval.ride.view import LiveView, Pictures
+from stucksolver_eval.routes import Route
+from stucksolver_eval.routes.line import RouteLine
+from stucksolver_eval.scenarios.play import Play
+from stucksolver_eval.server import CLIENT_TIMEOUT_S, Server, connect, open_server, set_synchronous
+from stucksolver_eval.setting import Setting
+from stucksolver_eval.streets.routes import Where, look_on_map, street_route
+
+if TYPE_CHECKING:
+    import carla
+
+DT_S = 0.05
+HERO = "vehicle.lincoln.mkz_2020"
+LIFT_M = 0.3
+SETTLE_TICKS = 10
+STANDS_MPS = 0.3
+VEHICLE = "car-1"
+"""What the car is called at the desk."""
+
+
+class RideError(RuntimeError):
+    """The ride cannot begin; the message says why."""
+
+
+@dataclass(frozen=True)
+class RideSpec:
+    """`case`: one of `RIDES`. `host`, `port`: a running CARLA server instead of a carlette of our own.
+
+    `asks`: the passenger is asked before the car uses the oncoming lane, unless their own words asked for that.
+    `clock`: how long answers take; `wall` is as long as they do.
+    """
+
+    case: str = "parked_car"
+    map_name: str | None = None
+    maps: str | None = None
+    seed: int = 1
+    driver: str = "behavior:normal"
+    ladder: Path | None = None
+    asks: bool = True
+    clock: str = "wall"
+    host: str | None = None
+    port: int = 2000
+    limit_s: float | None = None
+    """The ride ends then, wherever the car is (simulated seconds)."""
+
+    @property
+    def town(self) -> str:
+        """The map."""
+        return self.map_name or RIDES[self.case].map_name
+
+    def policy(self) -> Ladder:
+        """The ladder. Raises `LadderError`."""
+        ladder = find_ladder(self.ladder)
+        if not self.asks or self.ladder is not None:
+            return ladder
+        asked = {**ladder.approval.model_dump(mode="json"), "behaviors": {"borrow_oncoming_lane": "passenger"}}
+        return ladder.model_copy(update={"approval": type(ladder.approval).model_validate(asked)})
+
+
+@dataclass(frozen=True)
+class RideOutcome:
+    """How it ended, and how well the pace was kept: ticks in all, late ones, and the most that one was late."""
+
+    arrived: bool
+    duration_s: float
+    ticks: int
+    late: int
+    worst_s: float
+    behind_s: tuple[float, ...] = ()
+
+
+def find_ride(spec: RideSpec) -> Route:
+    """A route past what the case is about. Raises `StreetError`, `CaseError` and `ServerError`."""
+    case = RIDES[spec.case]
+    where = Where(spec.town, spec.maps, spec.seed, spec.host, spec.port)
+    place = look_on_map(where, lambda world, carla_map: case.find(world, carla_map, spec.seed))
+    return street_route("1", spec.town, place.waypoints, case.type, place.parameters)
+
+
+def drive_ride(
+    spec: RideSpec,
+    route: Route,
+    desk: Desk,
+    *,
+    begun: Callable[[], None] = lambda: None,
+    wanted: Callable[[], bool] = lambda: True,
+) -> RideOutcome:
+    """From the start of the route to its end, in a simulator of its own.
+
+    `begun` is called when the page has something to show; the ride ends when `wanted` says so. Raises `ServerError`,
+    `RideError`, `ScenarioError`, `RouteError`, `LadderError`, and the client's errors.
+    """
+    with open_server(spec.town, spec.maps, spec.seed, spec.host, spec.port, scenery=True) as server:
+        return _in_world(spec, route, desk, server, begun, wanted)
+
+
+def _in_world(
+    spec: RideSpec, route: Route, desk: Desk, server: Server, begun: Callable[[], None], wanted: Callable[[], bool]
+) -> RideOutcome:
+    client = connect(server, CLIENT_TIMEOUT_S)
+    world = client.get_world() if spec.host is None else client.load_world(spec.town)
+    set_synchronous(world, DT_S)
+    line = RouteLine.trace(world.get_map(), route.waypoints)
+    hero = _hero(world, line)
+    for _ in range(SETTLE_TICKS):
+        world.tick()
+    setting = Setting(client, world, world.get_map(), hero, line, Random(f"{spec.seed}:ride"), dt_s=DT_S)
+    play = Play(route.scenarios, setting, Background(setting, empty=True))
+    try:
+        world.tick()
+        ride = _Ride(spec, setting, play, desk)
+        begun()
+        return ride.go(wanted)
+    finally:
+        play.close()
+        if spec.host is not None:
+            set_synchronous(world, None)
+
+
+def _hero(world: carla.World, line: RouteLine) -> carla.Vehicle:
+    blueprint = world.get_blueprint_library().find(HERO)
+    blueprint.set_attribute("role_name", "hero")
+    start = line.waypoints[0].transform
+    start.location.z += LIFT_M
+    hero: carla.Vehicle | None = world.try_spawn_actor(blueprint, start)
+    if hero is None:
+        raise RideError(
+            f"the car could not be put at the route's start ({start.location.x:.1f}, {start.location.y:.1f})"
+        )
+    return hero
+
+
+class _Ride:
+    """One ride; everything is set up when it is made."""
+
+    def __init__(self, spec: RideSpec, setting: Setting, play: Play, desk: Desk) -> None:
+        self._spec, self._setting, self._play, self._desk = spec, setting, play, desk
+        hero, line = setting.hero, setting.route
+        driver = make_driver(spec.driver, setting.client, hero, setting.map, line.points, DriverOptions())
+        self._driver = driver
+        self._stack = CarlaStack(hero, driver, setting.map)
+        self._solver = StuckSolver(
+            self._stack.scene, ladder=spec.policy(), clock=spec.clock, on_event=desk.ear(VEHICLE)
+        )
+        self._seat = desk.add(VEHICLE, self._solver, f"{spec.case.replace('_', ' ').capitalize()}, {spec.town}")
+        self._view = LiveView(desk, VEHICLE, setting.world, hero)
+        self._view.show_scenery(setting.map, line)
+        self._pictures = Pictures(lambda jpeg: desk.show_picture(VEHICLE, jpeg), hero)
+        self._place = 0
+        self._start_s = float(setting.world.get_snapshot().timestamp.elapsed_seconds)
+        self._arrived = False
+
+    def go(self, wanted: Callable[[], bool]) -> RideOutcome:
+        """Until the car stands at its destination, or is not wanted any more."""
+        pace, time_s = Pace(DT_S), 0.0
+        try:
+            while wanted() and not self._arrived and (self._spec.limit_s is None or time_s < self._spec.limit_s):
+                pace.wait()
+                time_s = self._tick()
+                self._setting.world.tick()
+        finally:
+            self._pictures.close()
+            self._solver.close()
+            self._seat.end()
+            self._desk.leave(VEHICLE)
+        return RideOutcome(self._arrived, time_s, pace.ticks, pace.late, pace.worst_s, tuple(pace.behind_s))
+
+    def _tick(self) -> float:
+        """Everything between two ticks of the world; the seconds since the start."""
+        setting = self._setting
+        time_s = float(setting.world.get_snapshot().timestamp.elapsed_seconds) - self._start_s
+        self._place = setting.route.project(setting.hero.get_location(), self._place)
+        self._play.tick(time_s, float(setting.route.s_m[self._place]))
+        status = self._stack.status()
+        directive = self._solver.step(status, self._stack.surroundings)
+        setting.hero.apply_control(self._play.noise(self._stack.perform(directive)))
+        self._seat.tick(status, self._stack.scene)
+        self._view.tick(time_s, status.speed_mps, directive)
+        self._arrived = status.at_destination and status.speed_mps < STANDS_MPS
+        return time_s

@@ -1,0 +1,106 @@
+"""What a page is shown of a ride: the view from above, live, and the front camera's picture."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import stucksolver_eval.report
+from stucksolver.decision import CONTINUE, Directive
+from stucksolver.passenger import Desk
+from stucksolver.stacks.carla_stack.camera import FrontCamera
+from stucksolver_eval.replay.logger import RunLogger
+from stucksolver_eval.replay.mapview import map_view
+from stucksolver_eval.results.runlog import ActorInfo, ActorRole, Frame
+from stucksolver_eval.routes.line import RouteLine
+
+if TYPE_CHECKING:
+    import carla
+
+DRAWING = Path(stucksolver_eval.report.__file__).parent / "assets"
+"""The scripts with which reports draw their replays: the page draws with the same."""
+FRAME_EVERY_S = 0.1
+PICTURE_EVERY_S = 0.2
+
+
+class LiveView:
+    """Sends a frame of the view from above ten times a second."""
+
+    def __init__(self, desk: Desk, vehicle: str, world: carla.World, hero: carla.Vehicle) -> None:
+        self._desk, self._vehicle, self._world = desk, vehicle, world
+        self._logger = RunLogger(world, hero, self._role, FRAME_EVERY_S)
+
+    def show_scenery(self, carla_map: carla.Map, line: RouteLine) -> None:
+        """The road along the route; it stands still."""
+        places = [(w.transform.location.x, -w.transform.location.y) for w in line.waypoints]
+        scenery = map_view(carla_map, places).model_dump(mode="json")
+        self._desk.show_scenery(self._vehicle, {**scenery, "route": [[round(x, 2), round(y, 2)] for x, y in places]})
+
+    def tick(self, time_s: float, speed_mps: float, directive: Directive | None) -> None:
+        """`time_s` counts from the ride's start."""
+        self._logger.directive(time_s, directive or CONTINUE)
+        self._logger.frame(time_s, speed_mps)
+        if self._logger.frames:
+            self._desk.show_view(self._vehicle, self._packed(self._logger.frames.pop()))
+        self._logger.events.clear()
+
+    def _packed(self, frame: Frame) -> dict[str, Any]:
+        """Everything that moves, whole: a page may miss frames."""
+        actors = self._logger.actors
+        return {
+            "time": frame.time_s,
+            "speed": frame.speed_mps,
+            "actors": [
+                [
+                    index,
+                    actors[index].kind,
+                    actors[index].role,
+                    actors[index].length_m,
+                    actors[index].width_m,
+                    x,
+                    y,
+                    yaw,
+                ]
+                for index, x, y, yaw in frame.poses
+            ],
+            "lights": frame.lights,
+            "path": frame.path,
+        }
+
+    def _role(self, actor_id: str) -> ActorRole:
+        actor = self._world.get_actor(int(actor_id))
+        role = "" if actor is None else actor.attributes.get("role_name", "")
+        if role == "background":
+            return "traffic"
+        return "scenario" if role == "scenario" else "prop"
+
+
+def _about(actor: ActorInfo) -> tuple[str, str, float, float]:
+    return actor.kind, actor.role, actor.length_m, actor.width_m
+
+
+class Pictures:
+    """Sends the front camera's picture five times a second, from a thread of its own: encoding takes milliseconds."""
+
+    def __init__(self, show: Callable[[bytes], None], hero: carla.Vehicle) -> None:
+        self._show = show
+        self._camera = FrontCamera(hero, period_s=PICTURE_EVERY_S)
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._send, name="passenger-pictures", daemon=True)
+        self._thread.start()
+
+    def _send(self) -> None:
+        last = b""
+        while not self._over.wait(PICTURE_EVERY_S):
+            image = self._camera.image()
+            if image is not None and image.jpeg != last:
+                last = image.jpeg
+                self._show(last)
+
+    def close(self) -> None:
+        """End the camera."""
+        self._over.set()
+        self._thread.join()
+        self._camera.close()
