@@ -2,9 +2,10 @@
 
 What counts as evidence is a ray that came back. A ray that hit the ground at distance r passed through everything
 before it, and over the last part of its way it was so low that a thing of `height_m` would have been in its way: that
-part was seen to be free. A ray that hit a thing shows the same up to that thing, and nothing behind it. A ray that did not come
-back shows nothing: it may have gone to the sky, or been lost (drop-off, wet or black surfaces). With 64 channels
-between +10 and -30 degrees, 2.5 m up, the ground is hit at 40 to 60 m for the last time; beyond, nothing was seen.
+part was seen to be free. A ray that hit a thing shows the same up to that thing; the thing's shadow was not seen, even
+where other rays of the same direction passed beside it. A ray that did not come back shows nothing: it may have gone to
+the sky, or been lost (drop-off, wet or black surfaces). With 64 channels between +10 and -30 degrees, 2.5 m up, the
+ground is hit at 40 to 60 m for the last time; beyond, nothing was seen.
 
 Assumptions, each of which a reader may want to check for a new vehicle:
 
@@ -41,6 +42,12 @@ OWN_M = 3.0
 OWN_LENGTH_M = 2.6
 OWN_WIDTH_M = 1.2
 """Half sizes around the reference point: returns from within are from the vehicle itself."""
+BODY_M = 2.0
+"""What is hit is at least this deep as far as one knows: a bicycle lets rays through, and is there nevertheless."""
+FACE_M = 0.5
+"""The cell before a return is left out: the thing may lean, and its nearest part need not have sent a ray back."""
+BRIDGE_M = 1.0
+"""Hidden stretches of a line up to this length are passed over: the shadow of a post hides no vehicle."""
 GAP_BINS = 1
 """So many bins without any return between two that saw something count as seen, where nothing stands nearer."""
 
@@ -81,9 +88,8 @@ class SeenSpace:
         blocked = np.full(AZIMUTHS, np.inf)
         np.minimum.at(blocked, bins[tall], distance[tall])
         standing = (above > GROUND_M) & (above < OVERHEAD_M)
-        nearest = np.full(AZIMUTHS, np.inf)
-        np.minimum.at(nearest, bins[standing], distance[standing])
-        cells = _without_gaps(cells, nearest)
+        shadows = _shadows(bins[standing], distance[standing], above[standing], mount.z_m, height_m, count)
+        cells = _without_gaps(cells & ~shadows, shadows)
         cells[:, : int(OWN_M / CELL_M)] = False
         return SeenSpace(cells, blocked, np.zeros(AZIMUTHS), (mount.x_m, mount.y_m))
 
@@ -96,24 +102,24 @@ class SeenSpace:
         by_lidar = within & self.cells[bins, np.where(within, cell, 0)]
         return np.asarray(by_lidar | ((distance >= OWN_M) & (distance <= self.far_m[bins])))
 
-    def seen_along(self, polyline: Floats) -> float:
+    def seen_along(self, polyline: Floats, bridge_m: float = BRIDGE_M) -> float:
         """Metres of a line (k, 2; vehicle frame) that were seen from its beginning without a break.
 
-        The part within `OWN_M` of the LiDAR is passed over: there the vehicle itself stands. The end is the last place
-        that was seen, so that the answer is never longer than the line.
+        The part within `OWN_M` of the LiDAR is passed over, for there the vehicle itself stands; so are breaks up to
+        `bridge_m`. The end is the last place that was seen, so that the answer is never longer than the line.
         """
         line = np.asarray(polyline, np.float64)[:, :2]
         if len(line) < 2:
             return 0.0
-        pieces = np.hypot(*np.diff(line, axis=0).T)
-        stations = np.concatenate([[0.0], np.cumsum(pieces)])
+        stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
         at = np.append(np.arange(0.0, stations[-1], CELL_M / 2.0), stations[-1])
         x, y = np.interp(at, stations, line[:, 0]), np.interp(at, stations, line[:, 1])
         own = np.hypot(x - self.origin[0], y - self.origin[1]) < OWN_M
-        hidden = np.flatnonzero(~(self.seen(x, y) | own))
-        if not len(hidden):
-            return float(at[-1])
-        return float(at[hidden[0] - 1]) if hidden[0] else 0.0
+        seen = at[self.seen(x, y) | own]
+        if not len(seen) or seen[0] > bridge_m:
+            return 0.0
+        breaks = np.flatnonzero(np.diff(seen) > bridge_m + CELL_M / 2.0)
+        return float(seen[breaks[0]] if len(breaks) else seen[-1])
 
     def extended(self, azimuth_rad: Floats, ahead_m: Floats) -> SeenSpace:
         """Joined with what another sensor saw: in the camera's cone, how far a vehicle would have been detected.
@@ -156,17 +162,31 @@ def _swept(
     last = np.floor(end / CELL_M).astype(np.int64) + np.where(above[useful] < GROUND_M, 1, 0)
     last = np.minimum(last, count)
     whole = first < last
-    row = bins[useful][whole] * (count + 1)
-    size = AZIMUTHS * (count + 1)
-    entered = np.bincount(row + first[whole], minlength=size) - np.bincount(row + last[whole], minlength=size)
+    return _filled(bins[useful][whole], first[whole], last[whole], count)
+
+
+def _shadows(
+    bins: NDArray[np.int64], distance: Floats, above: Floats, up: float, height_m: float, count: int
+) -> NDArray[np.bool_]:
+    """(AZIMUTHS, count): cells taken by what stands, and those behind it where the line over its top is too high."""
+    over = (up - height_m) / np.maximum(0.01, up - above)
+    last = np.minimum(count, np.ceil(np.maximum(distance + BODY_M, distance * over) / CELL_M))
+    first = np.clip(np.floor((distance - FACE_M) / CELL_M), 0, count)
+    return _filled(bins, first.astype(np.int64), last.astype(np.int64), count)
+
+
+def _filled(
+    bins: NDArray[np.int64], first: NDArray[np.int64], last: NDArray[np.int64], count: int
+) -> NDArray[np.bool_]:
+    """(AZIMUTHS, count): cells in any of the spans from `first` up to, but not with, `last`."""
+    row, size = bins * (count + 1), AZIMUTHS * (count + 1)
+    entered = np.bincount(row + first, minlength=size) - np.bincount(row + last, minlength=size)
     return np.asarray(entered.reshape(AZIMUTHS, count + 1).cumsum(1)[:, :count] > 0)
 
 
-def _without_gaps(cells: NDArray[np.bool_], nearest_m: Floats) -> NDArray[np.bool_]:
-    """Close gaps of `GAP_BINS` between directions, as far as nothing stands nearer in the gap."""
-    place = np.arange(cells.shape[1]) * CELL_M
-    clear = place[None] < nearest_m[:, None] - CELL_M
+def _without_gaps(cells: NDArray[np.bool_], shadows: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Close gaps of `GAP_BINS` between directions, where there is no shadow."""
     left = right = np.zeros_like(cells)
     for step in range(1, GAP_BINS + 1):
         left, right = left | np.roll(cells, step, 0), right | np.roll(cells, -step, 0)
-    return cells | (left & right & clear)
+    return cells | (left & right & ~shadows)

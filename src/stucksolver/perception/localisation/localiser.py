@@ -72,6 +72,8 @@ class Localiser:
         self._height_s = 0.0
         self._inertial = (0.0, 0.0)
         """Acceleration along the heading and yaw rate, as measured last."""
+        self._doubt = (0.0, 0.0)
+        """How much they may differ from their mean over the last step."""
         self._yaw_rad: float | None = None
         self._fix: GnssFix | None = None
         self._compass_s = -math.inf
@@ -108,7 +110,8 @@ class Localiser:
         if not self.ready:
             self._begin_by_sensors()
             return
-        # The mean over the step: samples tell of their own moment.
+        # Samples tell of their own moment: the mean over the step lies between them, half their difference may be wrong.
+        self._doubt = (abs(self._inertial[0] - before[0]) / 2.0, abs(self._inertial[1] - before[1]) / 2.0)
         self._advance(sample.time_s, tuple((a + b) / 2.0 for a, b in zip(before, self._inertial, strict=True)))
         if self.stands:
             self._standstill(sample)
@@ -193,8 +196,9 @@ class Localiser:
         self._time_s = time_s
 
     def _noise(self, dt: float) -> Floats:
-        rig = self._rig
-        return disturbance(self._filter.x, rig.imu_acceleration_noise_mps2, rig.imu_rotation_noise_rps, dt)
+        acceleration = math.hypot(self._rig.imu_acceleration_noise_mps2, self._doubt[0])
+        rotation = math.hypot(self._rig.imu_rotation_noise_rps, self._doubt[1])
+        return disturbance(self._filter.x, acceleration, rotation, dt)
 
     def _standstill(self, sample: ImuSample) -> None:
         """A vehicle that stands has no speed, and its gyro and accelerometer read their offsets."""

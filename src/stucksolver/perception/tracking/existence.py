@@ -99,6 +99,6 @@ def _shadowed(
     by_half = np.arctan2((by_size[:, 0] + by_size[:, 1]) / 4, near)
     between = np.abs((np.arctan2(y, x)[:, None] - np.arctan2(by_y, by_x)[None] + np.pi) % (2 * np.pi) - np.pi)
     covered = between + OCCLUSION_MARGIN * half[:, None] <= by_half[None]
-    nearer = near[None] + by_size[None, :, 1] / 2 < far[:, None]
+    nearer = near[None] + by_size[None, :, :2].min(-1) / 2 < far[:, None]
     over = (up - by_size[:, 2])[None] / near[None] <= (up - size[:, 2])[:, None] / np.maximum(0.5, far)[:, None]
     return np.asarray((covered & nearer & over).any(1))

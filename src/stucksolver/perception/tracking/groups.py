@@ -19,7 +19,8 @@ class Group:
     turn_rps: float
     """Standard deviation of the turn rate while one moves."""
     reach_m: float
-    """How far away a detection may lie from where the track is expected, whatever the covariance says."""
+    """How far away a detection may lie from where the track is expected, beside twice that place's uncertainty.
+    (Which adds no more than the same again.)"""
     remembered_moving_s: float
     remembered_standing_s: float
     range_m: float
@@ -27,9 +28,9 @@ class Group:
 
 
 GROUPS = (
-    Group(("car", "truck"), 2.5, 0.5, 4.0, 4.0, 30.0, 65.0),
-    Group(("two_wheeler", "pedestrian", "animal"), 1.5, 1.5, 2.0, 3.0, 10.0, 45.0),
-    Group(("cone", "barrier", "debris"), 0.3, 0.2, 1.2, 3.0, 30.0, 35.0),
+    Group(("car", "truck"), 2.5, 0.5, 3.0, 4.0, 30.0, 65.0),
+    Group(("two_wheeler", "pedestrian", "animal"), 1.5, 1.5, 1.2, 3.0, 10.0, 45.0),
+    Group(("cone", "barrier", "debris"), 0.3, 0.2, 0.8, 3.0, 30.0, 35.0),
 )
 GROUP_OF_LABEL = np.array([next(i for i, group in enumerate(GROUPS) if name in group.labels) for name in LABELS])
 """(labels,): index into `GROUPS`."""

@@ -38,6 +38,10 @@ class ObjectTracker:
 
     def __init__(self, rig: Rig | None = None) -> None:
         """`rig` says what the LiDAR can see; without it the shipped one is taken."""
+        # Their first import takes seconds: not in the first look.
+        import filterpy.kalman  # type: ignore[import-untyped]  # noqa: F401
+        import scipy.optimize  # type: ignore[import-untyped]  # noqa: F401
+
         self._lidar = (load_rig() if rig is None else rig).lidar
         self._bodies: list[Body] = []
         self._confirmed: set[int] = set()
