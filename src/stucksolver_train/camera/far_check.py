@@ -252,7 +252,7 @@ def _tables(rows: _Rows, about: Sequence[tuple[str, str]]) -> dict[str, list[lis
 def _ranges(pictures: Sequence[_Matched], strips: Strips) -> dict[str, Any]:
     """Fitted to every other drive and measured on the rest."""
     model = _fitted(pictures, strips, lambda drive: drive % 2 == 0)
-    found, distance = _pairs(pictures, strips, lambda drive: drive % 2 == 1)
+    found, distance, _ = _pairs(pictures, strips, lambda drive: drive % 2 == 1)
     said = "not measured: a single drive"
     if len(found):
         range_m, sigma_m = ranges_of(found, strips.rig, model)
@@ -267,6 +267,7 @@ def _ranges(pictures: Sequence[_Matched], strips: Strips) -> dict[str, Any]:
     return {
         "row_bias_px": model.row_bias_px,
         "row_sigma_px": model.row_sigma_px,
+        "row_noise_px": model.row_noise_px,
         "size": [list(one) for one in model.size],
         "size_sigma": list(model.size_sigma),
         "half_length_m": list(model.half_length_m),
@@ -276,13 +277,14 @@ def _ranges(pictures: Sequence[_Matched], strips: Strips) -> dict[str, Any]:
 
 
 def _fitted(pictures: Sequence[_Matched], strips: Strips, chosen: Callable[[int], bool]) -> RangeModel:
-    found, distance = _pairs(pictures, strips, chosen)
+    found, distance, edge = _pairs(pictures, strips, chosen)
     half_length = (2.3, 1.0, 0.2)
     scale = strips.rig.focal_px * strips.rig.mount.z_m
     flat = strips.rig.height_px / 2.0 + scale / np.maximum(distance - np.array(half_length)[found.label], 5.0)
     off = found.row - flat
     bias = float(np.median(off)) if len(off) else 0.0
     row_sigma = max(float(np.quantile(np.abs(off - bias), 0.683)) if len(off) else 10.0, 0.5)
+    noise = max(float(np.quantile(np.abs(found.row - edge), 0.683)) if len(edge) else 4.0, 0.3)
     size: list[tuple[float, float, float]] = []
     sigma: list[float] = []
     for label in range(len(LABELS)):
@@ -295,16 +297,18 @@ def _fitted(pictures: Sequence[_Matched], strips: Strips, chosen: Callable[[int]
         factors = np.linalg.lstsq(logs, wanted, rcond=None)[0]
         size.append((float(factors[0]), float(factors[1]), float(factors[2])))
         sigma.append(max(float(np.quantile(np.abs(logs @ factors - wanted), 0.683)), 0.02))
-    model = RangeModel(bias, row_sigma, tuple(size), tuple(sigma), half_length, 1.0)
+    model = RangeModel(bias, row_sigma, noise, tuple(size), tuple(sigma), half_length, 1.0)
     if not len(found):
         return model
     range_m, sigma_m = ranges_of(found, strips.rig, model)
     return replace(model, inflation=max(float(np.quantile(np.abs(range_m - distance) / sigma_m, 0.683)), 1.0))
 
 
-def _pairs(pictures: Sequence[_Matched], strips: Strips, chosen: Callable[[int], bool]) -> tuple[FarDetections, Floats]:
-    """Detections that show a judged box, of some drives, and the distance of each from the lens."""
-    parts, distances = [], []
+def _pairs(
+    pictures: Sequence[_Matched], strips: Strips, chosen: Callable[[int], bool]
+) -> tuple[FarDetections, Floats, Floats]:
+    """Detections that show a judged box, of some drives, their distances from the lens, and true lower edges."""
+    parts, distances, edges = [], [], []
     for one in pictures:
         if not chosen(one.drive):
             continue
@@ -312,7 +316,9 @@ def _pairs(pictures: Sequence[_Matched], strips: Strips, chosen: Callable[[int],
         right[right] &= _judged(one.boxes)[one.truth[right]]
         parts.append(one.found.part(right))
         distances.append(one.boxes[one.truth[right], 6] - strips.rig.mount.x_m)
+        edges.append(one.boxes[one.truth[right], 4])
     names = ("column", "row", "width", "height", "score", "label", "towards")
     empty = {name: np.zeros(0, np.int64 if name == "label" else np.float64) for name in names}
     joined = {name: np.concatenate([empty[name], *(getattr(part, name) for part in parts)]) for name in names}
-    return FarDetections(0.0, **joined, look=np.zeros(2)), np.concatenate([np.zeros(0), *distances]).astype(float)
+    distance, edge = (np.concatenate([np.zeros(0), *one]).astype(np.float64) for one in (distances, edges))
+    return FarDetections(0.0, **joined, look=np.zeros(2)), distance, edge

@@ -97,8 +97,8 @@ def boxes_of(tick: Recorded, rig: CameraRig) -> Singles:
     boxes = into_vehicle(truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]], pose) if len(truth.boxes) else np.zeros((0, 7))
     boxes = _levelled(boxes, float(tick.pose[4]), float(tick.pose[5]))
     column, row, ahead = (one.reshape(-1, 8) for one in rig.project(corners_of(boxes).reshape(-1, 3)))
-    seen, counts = np.unique(tick.instances, return_counts=True)
-    shown = dict(zip(seen.tolist(), counts.tolist(), strict=True))
+    counts = np.bincount(tick.instances.ravel())
+    shown = {int(actor): int(counts[actor]) for actor in np.flatnonzero(counts)}
     rows: list[tuple[float, ...]] = []
     for k, actor in enumerate(truth.actor_id.tolist()):
         label = _LABEL_OF.get(KINDS[int(truth.kind[k])])

@@ -31,6 +31,8 @@ class RangeModel:
 
     row_bias_px: float
     row_sigma_px: float
+    row_noise_px: float
+    """Of the detector alone: how far its lower edges are from the true ones."""
     size: tuple[tuple[float, float, float], ...]
     """For each label: constant, factors of log width and of log height."""
     size_sigma: tuple[float, ...]
@@ -47,6 +49,7 @@ class RangeModel:
         return RangeModel(
             float(told["row_bias_px"]),
             float(told["row_sigma_px"]),
+            float(told["row_noise_px"]),
             tuple((float(a), float(b), float(c)) for a, b, c in told["size"]),
             tuple(float(one) for one in told["size_sigma"]),
             tuple(float(one) for one in told["half_length_m"]),

@@ -1,0 +1,78 @@
+"""Far detections placed on lanes of the map: a lane's course and heights say more about the range than a flat road."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stucksolver.perception.camera.far import FarDetections
+from stucksolver.perception.camera.far_range import COLUMN_SIGMA_PX, RangeModel, by_size_of
+from stucksolver.perception.measurements import Floats
+from stucksolver.perception.rig import CameraRig
+
+STEP_M = 1.0
+"""Between places on the lane that are weighed against each other."""
+LANE_SIGMA_M = 0.8
+"""How far beside the lane's middle vehicles are."""
+NEAREST_M = 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class LanePlaces:
+    """Each of n detections if it is on the lane; `misfit` says whether it can be."""
+
+    along_m: Floats
+    """(n,): along the lane's line from its start."""
+    sigma_m: Floats
+    xy: Floats
+    """(n, 2): on the lane's middle, in the vehicle frame."""
+    misfit: Floats
+    """(n,): the least sum of squared errors of column, row and size, each in standard deviations; above 9 the lane is
+    hardly the right one. Infinite where no part of the lane is in front."""
+
+
+def on_lane(found: FarDetections, rig: CameraRig, model: RangeModel, line: Floats) -> LanePlaces:
+    """Where detections are along a lane.
+
+    Args:
+        found: Of `FarDetector.detect`.
+        rig: The same camera.
+        model: See `RangeModel.from_card`.
+        line: The lane's middle (k, 2) or (k, 3), in the vehicle frame. With heights the row in which a vehicle touches
+            the road is known but for the detector's own error; without, the error is that of a flat road.
+    """
+    course, along = resampled(line, STEP_M)
+    column, row, ahead = rig.project(course)
+    front = ahead > NEAREST_M
+    nothing = np.full(len(found), np.nan)
+    if not front.any():
+        return LanePlaces(nothing, nothing, np.stack([nothing, nothing], 1), np.full(len(found), np.inf))
+    course, along, column, row, ahead = (one[front] for one in (course, along, column, row, ahead))
+    near_m = np.array(model.half_length_m)[found.label]
+    # A vehicle's lower edge is its near end's, half a length before its middle.
+    edge = np.interp(along[None] - near_m[:, None], along, row)
+    row_sigma = model.row_noise_px if line.shape[1] > 2 else model.row_sigma_px
+    bias = 0.0 if line.shape[1] > 2 else model.row_bias_px
+    column_sigma = np.hypot(COLUMN_SIGMA_PX, rig.focal_px * LANE_SIGMA_M / ahead)
+    inverse, inverse_sigma = by_size_of(found, model)
+    away = np.hypot(course[:, 0] - rig.mount.x_m, course[:, 1] - rig.mount.y_m)
+    cost = ((column[None] - found.column[:, None]) / column_sigma[None]) ** 2
+    cost += ((edge + bias - found.row[:, None]) / row_sigma) ** 2
+    cost += ((1.0 / away[None] - inverse[:, None]) / inverse_sigma[:, None]) ** 2
+    least = cost.min(axis=1)
+    weight = np.exp(-(cost - least[:, None]) / 2.0)
+    weight /= weight.sum(axis=1, keepdims=True)
+    mean = weight @ along
+    spread = np.sqrt(np.maximum(weight @ along**2 - mean**2, STEP_M**2 / 12.0))
+    xy = np.stack([np.interp(mean, along, course[:, k]) for k in (0, 1)], 1)
+    return LanePlaces(mean, spread * model.inflation, xy, least)
+
+
+def resampled(line: Floats, step_m: float) -> tuple[Floats, Floats]:
+    """(m, 3) points of a line (k, 2) or (k, 3) every `step_m`, and how far along each is; heights not given are 0."""
+    points = line if line.shape[1] == 3 else np.column_stack([line, np.zeros(len(line))])
+    lengths = np.hypot(np.diff(points[:, 0]), np.diff(points[:, 1]))
+    at = np.concatenate([[0.0], np.cumsum(lengths)])
+    along = np.arange(0.0, at[-1] + 1e-9, step_m)
+    return np.stack([np.interp(along, at, points[:, k]) for k in range(3)], 1), along
