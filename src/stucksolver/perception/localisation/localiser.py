@@ -110,7 +110,7 @@ class Localiser:
         if not self.ready:
             self._begin_by_sensors()
             return
-        # Samples tell of their own moment: the mean over the step lies between them, half their difference may be wrong.
+        # Samples tell of their own moment: over the step one takes their mean, and half their difference may be wrong.
         self._doubt = (abs(self._inertial[0] - before[0]) / 2.0, abs(self._inertial[1] - before[1]) / 2.0)
         self._advance(sample.time_s, tuple((a + b) / 2.0 for a, b in zip(before, self._inertial, strict=True)))
         if self.stands:
