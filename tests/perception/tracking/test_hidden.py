@@ -1,0 +1,45 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tests.perception.tracking.scenes import STEP_S, follow, nothing, pose
+
+from stucksolver.perception.rig import load_rig
+from stucksolver.perception.tracking import ObjectTracker
+from stucksolver.perception.visibility import AZIMUTHS, CELL_M, SeenSpace
+
+LIDAR = load_rig().lidar
+
+
+def everywhere(seen):
+    cells = np.full((AZIMUTHS, int(LIDAR.range_m / CELL_M)), seen)
+    return SeenSpace(cells, np.full(AZIMUTHS, np.inf), np.zeros(AZIMUTHS), (0.0, 0.0))
+
+
+@pytest.mark.parametrize(("free", "kept"), [(True, 0), (False, 1)])
+def test_who_was_not_found_is_kept_unless_its_place_was_seen_to_be_free(free, kept):
+    tracker = ObjectTracker()
+    follow(tracker, lambda _: ((15.0, 0.0), (0.0, 0.0)), 3.0, np.random.default_rng(0))
+    for k in range(20):
+        told = tracker.update(nothing(3.0 + k * STEP_S), pose(3.0 + k * STEP_S), everywhere(free))
+    assert len(told) == kept
+    assert all(track.hidden for track in told)
+
+
+def test_what_lies_below_the_lowest_beam_is_remembered():
+    tracker = ObjectTracker()
+    cone = {"label": 5, "size": (0.4, 0.4, 0.7)}
+    follow(tracker, lambda _: ((6.0, 0.0), (0.0, 0.0)), 3.0, np.random.default_rng(1), **cone)
+    for k in range(50):
+        told = tracker.update(nothing(3.0 + k * STEP_S), pose(3.0 + k * STEP_S, x=4.5))
+    assert len(told) == 1
+
+
+def test_who_is_beyond_range_is_remembered_for_a_while_only():
+    tracker = ObjectTracker()
+    follow(tracker, lambda _: ((30.0, 5.0), (0.0, 0.0)), 3.0, np.random.default_rng(2))
+    lasted = 0
+    for k in range(400):
+        if tracker.update(nothing(3.0 + k * STEP_S), pose(3.0 + k * STEP_S, x=-60.0)):
+            lasted = k * STEP_S
+    assert 25.0 < lasted < 31.0
