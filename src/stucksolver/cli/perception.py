@@ -4,17 +4,25 @@ from __future__ import annotations
 
 import argparse
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 from stucksolver.cli.arguments import Parser, above_zero, add_maps, add_server, at_least, whole
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.words import driver_name
 
+SCORED = ("lidar", "tracking", "localisation", "lights", "attributes", "far")
+TRAINED = ("lidar", "crops", "far")
+NEEDS_CLIENT = "the carla package is not installed, which collecting needs; pip install 'stucksolver[sim]'"
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """What the command is told."""
     parts = parser.add_subparsers(required=True, metavar="PART", parser_class=Parser)
     _add_collect(parts.add_parser("collect", help="drive routes, and record the sensors with the truth beside them"))
+    _add_eval(parts.add_parser("eval", help="run perception on recordings, and score it"))
+    _add_train(parts.add_parser("train", help="train the networks on recordings"))
+    _add_export(parts.add_parser("export", help="put trained networks where perception looks for them"))
 
 
 def run(options: argparse.Namespace) -> int:
@@ -42,7 +50,37 @@ def _add_collect(parser: argparse.ArgumentParser) -> None:
     add_server(parser)
 
 
+def _add_eval(parser: argparse.ArgumentParser) -> None:
+    parser.set_defaults(part=_eval)
+    parser.add_argument("--data", type=Path, required=True, metavar="DIR", help="recordings held out of training")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for scores")
+    parser.add_argument("--only", default="", metavar="PART,PART", help=f"some of {', '.join(SCORED)}")
+    parser.add_argument("--lidar-weights", type=Path, metavar="DIR", help="instead of those that ship")
+    parser.add_argument("--camera-weights", type=Path, metavar="DIR", help="instead of those that ship")
+    parser.add_argument("--threads", type=at_least(1), default=1, help="of a network")
+
+
+def _add_train(parser: argparse.ArgumentParser) -> None:
+    parser.set_defaults(part=_train)
+    parser.add_argument("--data", type=Path, nargs="+", required=True, metavar="DIR", help="recordings to learn from")
+    parser.add_argument("--check", type=Path, nargs="+", required=True, metavar="DIR", help="recordings held out")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="gets a folder for each network")
+    parser.add_argument("--only", default="", metavar="NAME,NAME", help=f"some of {', '.join(TRAINED)}")
+    parser.add_argument("--minutes", type=above_zero, default=8.0, help="of learning, for each network")
+    parser.add_argument("--seed", type=whole, default=1, help="of learning")
+
+
+def _add_export(parser: argparse.ArgumentParser) -> None:
+    parser.set_defaults(part=_export)
+    parser.add_argument("--run", dest="run_folder", type=Path, required=True, metavar="DIR", help="what train wrote")
+    parser.add_argument("--check", type=Path, nargs="+", required=True, metavar="DIR", help="recordings held out")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="instead of where perception looks for them")
+    parser.add_argument("--only", default="", metavar="NAME,NAME", help=f"some of {', '.join(TRAINED)}")
+
+
 def _collect(options: argparse.Namespace) -> int:
+    if find_spec("carla") is None:
+        raise UsageError(NEEDS_CLIENT)
     from stucksolver_eval.arms.make import ArmError
     from stucksolver_eval.files import OutputError
     from stucksolver_eval.perception.collect import CollectSpec, collect
@@ -77,6 +115,58 @@ def _collect(options: argparse.Namespace) -> int:
     for line in found.failed:
         print(f"  {line}")
     return 1 if found.failed else 0
+
+
+def _eval(options: argparse.Namespace) -> int:
+    from stucksolver.perception.recording import RecordingError
+    from stucksolver_eval.files import OutputError
+    from stucksolver_eval.perception.scoring.evaluate import evaluate_perception
+    from stucksolver_eval.perception.scoring.part import Given
+
+    only = _some(options.only, SCORED)
+    given = Given((), options.lidar_weights, options.camera_weights, options.threads)
+    try:
+        found = evaluate_perception(options.data, options.out, only, given)
+    except (RecordingError, OutputError) as error:
+        raise UsageError(str(error)) from error
+    for part, reason in found.left_out.items():
+        print(f"note: {part} was left out: {reason}", file=sys.stderr)
+    print(found.page)
+    return 0 if found.done else 1
+
+
+def _train(options: argparse.Namespace) -> int:
+    from stucksolver_eval.perception.training import TrainingError, TrainSpec, train_networks
+
+    told = (tuple(options.data), tuple(options.check), options.out)
+    try:
+        train_networks(TrainSpec(*told, _some(options.only, TRAINED), options.minutes, options.seed))
+    except TrainingError as error:
+        raise UsageError(str(error)) from error
+    return 0
+
+
+def _export(options: argparse.Namespace) -> int:
+    from stucksolver_eval.files import OutputError
+    from stucksolver_eval.perception.training import TrainingError, export_networks
+
+    only = _some(options.only, TRAINED)
+    try:
+        found = export_networks(options.run_folder, options.check, options.out, only)
+    except (TrainingError, OutputError) as error:
+        raise UsageError(str(error)) from error
+    for folder in dict.fromkeys(found):
+        print(folder)
+    return 0
+
+
+def _some(text: str, known: tuple[str, ...]) -> tuple[str, ...]:
+    """Names that were asked for, each of which must be known."""
+    names = _names(text)
+    strange = [one for one in names if one not in known]
+    if strange:
+        raise UsageError(f"--only {strange[0]}: there is no such part; there are {', '.join(known)}")
+    return names
 
 
 def _names(text: str) -> tuple[str, ...]:

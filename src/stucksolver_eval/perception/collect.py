@@ -16,12 +16,12 @@ from stucksolver_eval.files import require_writable
 from stucksolver_eval.perception.spec import RecordingSpec
 from stucksolver_eval.perception.towns import town_routes
 from stucksolver_eval.results.store import Store
-from stucksolver_eval.routes import Route, WeatherKey
+from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.runner.pool import News, run_tasks
 from stucksolver_eval.runner.suite import load_routes
 from stucksolver_eval.runner.work import Task
-from stucksolver_eval.suites.weathers import PRESETS, weather
+from stucksolver_eval.suites.weathers import PRESETS, weather, weather_name
 
 LOG = ".drives"
 """The folder of outcomes; a route that has one is done."""
@@ -91,15 +91,20 @@ def _routes(spec: CollectSpec) -> tuple[Route, ...]:
         found = town_routes(spec.towns, spec.drives, spec.seed, spec.maps, spec.host, spec.port)
     if not spec.random_weather:
         return found
-    return tuple(dataclasses.replace(one, weathers=_weather(f"{spec.seed}:{one.id}")) for one in found)
+    return tuple(dataclasses.replace(one, weathers=weather(_weather_number(spec, one))) for one in found)
 
 
-def _weather(seed: str) -> tuple[WeatherKey, ...]:
-    return weather(Random(seed).randrange(len(PRESETS)))
+def _weather_number(spec: CollectSpec, route: Route) -> int:
+    return Random(f"{spec.seed}:{route.id}").randrange(len(PRESETS))
 
 
 def _job(spec: CollectSpec, route: Route) -> RouteJob:
-    recording = RecordingSpec(recording_folder(spec, route), every_s=spec.every_s, crowd=not spec.suite)
+    recording = RecordingSpec(
+        recording_folder(spec, route),
+        every_s=spec.every_s,
+        weather=weather_name(_weather_number(spec, route)) if spec.random_weather else "route",
+        crowd=not spec.suite,
+    )
     return RouteJob(
         route=route,
         seed=spec.seed,

@@ -20,5 +20,7 @@ class RecordingSpec:
     every 0.5 s."""
     window_ticks: int = 12
     """How many sweeps a detector may join: half a second of them, and one more."""
+    weather: str = ""
+    """What its weather is called, for whoever sorts recordings."""
     crowd: bool = False
     """Strew vehicles, people, animals and things along the route."""

@@ -48,6 +48,11 @@ _DECIMALS = 3
 
 def weather(number: int) -> tuple[WeatherKey, WeatherKey]:
     """The weather of the route of this number, at its start and at its end."""
-    preset = getattr(carla.WeatherParameters, PRESETS[number * _STEP % len(PRESETS)])
+    preset = getattr(carla.WeatherParameters, weather_name(number))
     values = {name: round(float(getattr(preset, name)), _DECIMALS) for name in FIELDS}
     return WeatherKey(0.0, values), WeatherKey(100.0, values)
+
+
+def weather_name(number: int) -> str:
+    """CARLA's name of the same."""
+    return PRESETS[number * _STEP % len(PRESETS)]

@@ -91,8 +91,8 @@ def match(found: Sequence[Detections], reals: Sequence[Reals], label: int, withi
         rows += _rows(told, true, label, within_m, sample)
     rows.sort(key=lambda row: -row[0])
     score, right, samples, detection, real, range_m = np.array(rows, np.float64).reshape(-1, 6).T
-    indices = (column.astype(np.int64) for column in (samples, detection, real))
-    return Matches(score, right.astype(np.bool_), *indices, range_m, np.concatenate(ranges))
+    sample_, detection_, real_ = (column.astype(np.int64) for column in (samples, detection, real))
+    return Matches(score, right.astype(np.bool_), sample_, detection_, real_, range_m, np.concatenate(ranges))
 
 
 def _rows(

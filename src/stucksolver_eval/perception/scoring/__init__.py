@@ -1,0 +1,1 @@
+"""Runs perception on recordings and scores it, part by part."""

@@ -1,0 +1,69 @@
+"""Scores the LiDAR detector, once for each picture's moment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from stucksolver.perception.measurements import Detections
+from stucksolver_eval.perception.metrics.detection import DetectionScores, LabelScores, detection_scores, mean_of
+from stucksolver_eval.perception.metrics.matching import Reals
+from stucksolver_eval.perception.scoring.part import Given, Part, Watch, figure, percent, plain, table
+from stucksolver_eval.perception.scoring.samples import reals_of, true_pose
+
+
+def score_lidar(given: Given) -> Part:
+    """Sweeps with true poses; raises `WeightsError`."""
+    from stucksolver.perception.lidar.detector import LidarDetector
+    from stucksolver.perception.lidar.sweeps import SweepBuffer
+
+    options = {} if given.lidar_weights is None else {"folder": given.lidar_weights}
+    detector, watch = LidarDetector(threads=given.threads, **options), Watch()
+    found: list[Detections] = []
+    reals: list[Reals] = []
+    for recording in given.recordings:
+        buffer = SweepBuffer()
+        for tick in recording:
+            pose = true_pose(tick)
+            buffer.add(tick.sweep, pose)
+            if tick.jpeg is None:
+                continue
+            with watch("sweeps"):
+                points = buffer.gather(pose)
+            with watch("lidar"):
+                found.append(detector.detect(points, tick.time_s))
+            reals.append(reals_of(tick, points))
+        given.say(f"lidar: {recording.folder.name}")
+    scores = detection_scores(found, reals)
+    return Part(plain(scores), _page(scores), watch.stages_ms)
+
+
+def _page(scores: DetectionScores) -> str:
+    rows = [_row(name, one) for name, one in scores.by_label.items()]
+    of_errors = ("ATE m", "ASE", "AOE rad", "AVE m/s")
+    head = ("class", "objects", "AP", "at 0.5 m", "1 m", "2 m", "4 m", "recall", "precision", *of_errors)
+    rings = [_ring(ring, one) for ring, one in scores.by_ring.items()]
+    names = tuple(scores.by_label)
+    return (
+        f"{scores.samples} samples; mAP {figure(scores.mean_average_precision)}. Recall and precision: of detections "
+        f"with a score of at least 0.5, within 2 m.\n\n{table(head, rows)}\n\n"
+        f"AP by range:\n\n{table(('range', 'mAP', *names), rings)}\n"
+    )
+
+
+def _row(name: str, one: LabelScores) -> tuple[str, ...]:
+    errors = one.errors
+    off = (errors.translation_m, errors.scale, errors.orientation_rad, errors.velocity_mps)
+    return (
+        name,
+        str(one.objects),
+        figure(one.average_precision),
+        *(figure(each) for each in one.at_distances),
+        percent(one.recall),
+        percent(one.precision),
+        *(figure(each, 2) for each in off),
+    )
+
+
+def _ring(ring: tuple[float, float], by_label: Mapping[str, LabelScores]) -> tuple[str, ...]:
+    each = tuple(f"{figure(one.average_precision)} ({one.objects})" for one in by_label.values())
+    return (f"{ring[0]:.0f} to {ring[1]:.0f} m", figure(mean_of(by_label)), *each)

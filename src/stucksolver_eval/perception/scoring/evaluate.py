@@ -1,0 +1,115 @@
+"""Scores perception on recordings: each part by itself, one JSON file and one page."""
+
+from __future__ import annotations
+
+import json
+import platform
+import resource
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TextIO
+
+from stucksolver.perception.camera.weights import WeightsError
+from stucksolver.perception.recording import recordings
+from stucksolver_eval.files import write_text
+from stucksolver_eval.perception.metrics.latency import Latency, latency
+from stucksolver_eval.perception.scoring.detecting import score_lidar
+from stucksolver_eval.perception.scoring.following import score_tracking
+from stucksolver_eval.perception.scoring.locating import score_localisation
+from stucksolver_eval.perception.scoring.part import Given, NothingToScore, Part, figure, plain, table
+from stucksolver_eval.perception.scoring.pictures import score_attributes, score_lights
+from stucksolver_eval.perception.scoring.seeing_far import score_far
+
+JSON, PAGE = "perception.json", "perception.md"
+PARTS: Mapping[str, tuple[str, Callable[[Given], Part]]] = {
+    "lidar": ("Detection by LiDAR", score_lidar),
+    "tracking": ("Tracking", score_tracking),
+    "localisation": ("Localisation", score_localisation),
+    "lights": ("Traffic lights", score_lights),
+    "attributes": ("Kinds, lamps and doors", score_attributes),
+    "far": ("Vehicles far ahead", score_far),
+}
+
+
+@dataclass(frozen=True)
+class Scored:
+    """Which parts were scored, and which were not, with the reason."""
+
+    done: tuple[str, ...]
+    left_out: Mapping[str, str]
+    page: Path
+
+
+def evaluate_perception(
+    folder: Path, out: Path, only: Sequence[str], given: Given | None = None, err: TextIO = sys.stderr
+) -> Scored:
+    """Score the parts named in `only`, or all of them. Raises `RecordingError` and `OutputError`.
+
+    A part whose weights are missing, or for which the recordings have nothing, is left out with the reason.
+    """
+    base = given or Given(())
+    told = replace(base, recordings=recordings(folder), say=lambda line: print(line, file=err, flush=True))
+    done: dict[str, Part] = {}
+    left_out: dict[str, str] = {}
+    for name in only or PARTS:
+        found = _scored(PARTS[name][1], told)
+        if isinstance(found, Part):
+            done[name] = found
+        else:
+            left_out[name] = found
+    stages = _stages(done.values())
+    memory_mib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    data = {
+        "recordings": [one.folder.name for one in told.recordings],
+        "parts": {name: plain(part.data) for name, part in done.items()},
+        "left_out": left_out,
+        "latency_ms": plain(stages),
+        "memory_mib": memory_mib,
+        "threads": told.threads,
+        "machine": f"{platform.machine()}, Python {platform.python_version()}",
+    }
+    write_text(out / JSON, json.dumps(data, indent=1) + "\n")
+    write_text(out / PAGE, _page(len(told.recordings), done, left_out, stages, memory_mib, told.threads))
+    return Scored(tuple(done), left_out, out / PAGE)
+
+
+def _scored(part: Callable[[Given], Part], given: Given) -> Part | str:
+    """The scores of a part, or why there are none."""
+    try:
+        return part(given)
+    except (WeightsError, NothingToScore, ModuleNotFoundError) as error:
+        return str(error)
+
+
+def _stages(parts: Any) -> dict[str, Latency]:
+    times: dict[str, list[float]] = {}
+    for part in parts:
+        for stage, taken in part.stages_ms.items():
+            times.setdefault(stage, []).extend(taken)
+    return {stage: found for stage, taken in times.items() if (found := latency(taken)) is not None}
+
+
+def _page(
+    count: int,
+    done: Mapping[str, Part],
+    left_out: Mapping[str, str],
+    stages: Mapping[str, Latency],
+    memory_mib: float,
+    threads: int,
+) -> str:
+    pieces = [f"# Perception on {count} recordings\n"]
+    pieces += [f"## {PARTS[name][0]}\n\n{part.page}" for name, part in done.items()]
+    rows = [
+        (name, str(one.runs), figure(one.median_ms, 1), figure(one.p95_ms, 1), figure(one.worst_ms, 1))
+        for name, one in stages.items()
+    ]
+    pieces.append(
+        f"## Time and memory\n\n{threads} threads for a network; the process took at most {memory_mib:.0f} MiB, "
+        f"recordings included.\n\n{table(('stage', 'runs', 'median ms', '95 % ms', 'worst ms'), rows)}\n"
+    )
+    if left_out:
+        lines = "\n".join(f"* {name}: {reason}" for name, reason in left_out.items())
+        pieces.append(f"## Left out\n\n{lines}\n")
+    return "\n".join(pieces)

@@ -1,0 +1,101 @@
+"""Scores the detector of far vehicles: how many are found in the picture, by how far away they are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from stucksolver.perception.measurements import CameraFrame, Floats
+from stucksolver.perception.recording import KINDS, Recorded
+from stucksolver.perception.rig import CameraRig
+from stucksolver.scene.objects import MOTOR_VEHICLES
+from stucksolver_eval.perception.metrics.range_recall import RangeBin, recall_by_range
+from stucksolver_eval.perception.metrics.rectangles import matched, overlaps
+from stucksolver_eval.perception.scoring.part import Given, NothingToScore, Part, Watch, percent, plain, table
+from stucksolver_eval.perception.scoring.samples import body_boxes, mask_id, seen_rectangles
+
+BIN_M, FARTHEST_M = 25.0, 200.0
+LEAST_OVERLAP = 0.3
+"""Intersection over union: at 12 px a pixel and a half on each side."""
+LEAST_SHOWN = 0.3
+"""Share of a vehicle's rectangle that its own pixels fill; who is hidden more is not counted."""
+_ANYWAY = 0.1
+"""A detection that overlaps a body that is not counted by so much is not wrong."""
+
+
+def score_far(given: Given) -> Part:
+    """Motor vehicles only. Raises `WeightsError` and `NothingToScore`."""
+    from stucksolver.perception.camera.far import FarDetector
+
+    options = {} if given.camera_weights is None else {"folder": given.camera_weights}
+    detector, watch = FarDetector(threads=given.threads, **options), Watch()
+    ranges: list[float] = []
+    hits: list[bool] = []
+    right = wrong = 0
+    for recording in given.recordings:
+        rig = recording.rig.camera
+        for tick in recording:
+            picture = tick.picture()
+            if picture is None or tick.instances is None:
+                continue
+            with watch("far"):
+                found = detector.detect(CameraFrame(tick.time_s, picture), rig)
+            wanted, away, other = _vehicles(tick, rig)
+            boxes = rectangles(found)[found.label == 0]
+            good, taken = matched(boxes, found.score[found.label == 0], wanted, LEAST_OVERLAP)
+            spared = (overlaps(boxes, np.concatenate([wanted, other])) > _ANYWAY).any(axis=1)
+            right, wrong = right + int(good.sum()), wrong + int((~good & ~spared).sum())
+            ranges += away.tolist()
+            hits += taken.tolist()
+        given.say(f"far: {recording.folder.name}")
+    if not ranges:
+        raise NothingToScore("far: no picture shows a vehicle; collect drives with traffic")
+    bins = recall_by_range(np.array(ranges), np.array(hits, np.bool_), BIN_M, FARTHEST_M)
+    precision = right / (right + wrong) if right + wrong else None
+    data = {"vehicles": len(ranges), "precision": precision, "bins": [{**plain(b), "recall": b.recall} for b in bins]}
+    return Part(data, _page(len(ranges), precision, bins), watch.stages_ms)
+
+
+def rectangles(found: Any) -> Floats:
+    """(n, 4) left, top, right, bottom (px) of `FarDetections`."""
+    half = found.width / 2.0
+    return np.stack([found.column - half, found.row - found.height, found.column + half, found.row], axis=1)
+
+
+def _vehicles(tick: Recorded, rig: CameraRig) -> tuple[Floats, Floats, Floats]:
+    """Rectangles (px) of motor vehicles that show enough, how far each is (m), and rectangles of all other bodies."""
+    from stucksolver.perception.camera.crops import corners_of
+
+    boxes, seen = body_boxes(tick), seen_rectangles(tick)
+    none = np.zeros((0, 4))
+    if not len(boxes):
+        return none, np.zeros(0), none
+    column, row, ahead = (one.reshape(-1, 8) for one in rig.project(corners_of(boxes).reshape(-1, 3)))
+    shown = np.stack([column.min(1), row.min(1), column.max(1), row.max(1)], axis=1)
+    in_view = ahead.min(1) > 1.0
+    counted = np.array([bool(in_view[i]) and _is_counted(tick, i, shown[i], seen) for i in range(len(boxes))])
+    away = np.hypot(boxes[:, 0], boxes[:, 1])
+    return shown[counted], away[counted], shown[in_view & ~counted]
+
+
+def _is_counted(tick: Recorded, i: int, rectangle: Floats, seen: dict[int, tuple[int, int, int, int]]) -> bool:
+    assert tick.instances is not None
+    actor = mask_id(int(tick.truth.actor_id[i]))
+    if KINDS[int(tick.truth.kind[i])] not in MOTOR_VEHICLES or actor not in seen:
+        return False
+    left, top, right, bottom = seen[actor]
+    own = int((tick.instances[top:bottom, left:right] == actor).sum())
+    area = float((rectangle[2] - rectangle[0]) * (rectangle[3] - rectangle[1]))
+    return own >= LEAST_SHOWN * area
+
+
+def _page(vehicles: int, precision: float | None, bins: tuple[RangeBin, ...]) -> str:
+    rows = [
+        (f"{one.nearest_m:.0f} to {one.farthest_m:.0f} m", str(one.objects), str(one.found), percent(one.recall))
+        for one in bins
+    ]
+    return (
+        f"{vehicles} looks at motor vehicles that show at least 6 x 4 pixels; {percent(precision)} of the detections "
+        f"are right.\n\n{table(('distance', 'vehicles', 'found', 'recall'), rows)}\n"
+    )
