@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import carla
 import numpy as np
@@ -48,7 +48,7 @@ _EARLY = 0.8
 _SHOWN_M, _ENOUGH = 15.0, 2
 """If so many from a lane have been seen to take other ways and nobody this one, those farther away than this from the
 junction are not expected to take it."""
-_START_LAG_S = 0.3
+START_LAG_S = 0.3
 _MARGIN_M = 0.3
 
 
@@ -102,6 +102,9 @@ class Moving(NamedTuple):
 class GiveWay:
     """Remembers, for one route, at which junction the ego has set off."""
 
+    shown_m: ClassVar[float] = _SHOWN_M
+    """See `Habits`."""
+
     def __init__(self, meetings: Sequence[Meeting], profile: Profile, model: VehicleModel, pace: Pace = BRISK) -> None:
         self._due = list(meetings)
         self.pace = pace
@@ -110,7 +113,7 @@ class GiveWay:
         self._model = model
         self._going: Meeting | None = None
         self._waited_s = 0.0
-        self._habits = Habits()
+        self._habits = Habits(self.shown_m)
 
     @property
     def going(self) -> bool:
@@ -128,7 +131,7 @@ class GiveWay:
         front = s + half
         while self._due and s - half > self._due[0].last_s:
             self._due.pop(0)
-            self._going, self._waited_s, self._habits = None, 0.0, Habits()
+            self._going, self._waited_s, self._habits = None, 0.0, Habits(self.shown_m)
         if not self._due or self._due[0].wait_s - front > _LOOKS_M + _LOOKS_S * speed:
             return FREE
         meeting, others = self._due[0], _moving(around)
@@ -136,7 +139,9 @@ class GiveWay:
         self._habits.see(under_way)
         coming = [(way, one) for way, one in under_way if _comes(way, one) and self._habits.expect(way, one)]
         top_mps = self._top_mps(motion, coming)
-        own = _Drive(line, _foretold(line, s, speed, top_mps, self._profile, self.pace.bends), self._model)
+        own = _Drive(
+            line, _foretold(line, s, speed, top_mps, self._profile, self.pace.bends, self._lag_s()), self._model
+        )
         place_s = meeting.wait_s if front <= meeting.wait_s else meeting.first_s
         room = place_s - front
         if not _can_stop(speed, room, _HARD_MPS2):
@@ -151,6 +156,10 @@ class GiveWay:
             return GiveWayDecision(room, frozenset())
         look_m = room if front <= meeting.wait_s and _asks_to_look(meeting, line) else None
         return GiveWayDecision(None, found.passing, look_m, found.leader)
+
+    def _lag_s(self) -> float:
+        """How long a standing ego takes to set off (s)."""
+        return START_LAG_S
 
     def _top_mps(self, motion: Moving, coming: Sequence[tuple[MeetingWay, OtherOnWay]]) -> float:
         """The most the ego is going to drive at, with those who come."""
@@ -182,9 +191,13 @@ def _can_stop(speed: float, room: float, deceleration: float) -> bool:
 
 
 class Habits:
-    """Which ways those from each lane have been seen to take at one junction."""
+    """Which ways those from each lane have been seen to take at one junction.
 
-    def __init__(self) -> None:
+    `shown_m`: who is nearer than this to the junction may yet take any of them.
+    """
+
+    def __init__(self, shown_m: float = _SHOWN_M) -> None:
+        self._shown_m = shown_m
         self._took: dict[LaneKey, dict[int, MeetingWay]] = {}
 
     def see(self, seen: Sequence[tuple[MeetingWay, OtherOnWay]]) -> None:
@@ -196,7 +209,7 @@ class Habits:
     def expect(self, way: MeetingWay, other: OtherOnWay) -> bool:
         """May it take this way, as far as one can tell?"""
         took = self._took.get(way.approach, {}).values()
-        near = way.inside_s - other.s - other.half_length < _SHOWN_M
+        near = way.inside_s - other.s - other.half_length < self._shown_m
         return near or len(took) < _ENOUGH or any(one is way for one in took)
 
 
@@ -341,11 +354,13 @@ class _Drive:
         return bool((gap <= 0.0).any())
 
 
-def _foretold(line: Path, s: float, speed: float, top_mps: float, profile: Profile, bends: float) -> Array:
+def _foretold(
+    line: Path, s: float, speed: float, top_mps: float, profile: Profile, bends: float, lag_s: float
+) -> Array:
     """Arc lengths of the ego's centre over the horizon if nothing but the line's bounds holds it back."""
     spacing = float(line.s[1]) if len(line.s) > 1 else 1.0
     bounds, last = line.speed, len(line.speed) - 1
-    found, lag = [], _START_LAG_S if speed < 1.0 else 0.0
+    found, lag = [], lag_s if speed < 1.0 else 0.0
     for k in range(round(HORIZON_S / STEP_S)):
         found.append(s)
         bound = bends * float(bounds[min(int((s + 0.4 * speed) / spacing), last)])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import ClassVar
 
 from stucksolver.stacks.driver.behavior import Profile, toward_gap
 from stucksolver.stacks.driver.concerns import Concerns, Pace
@@ -36,6 +37,7 @@ FASTEST_MPS = 22.0
 class StreamGiveWay(GiveWay):
     """Looks for a gap as one who takes up the stream's pace; see `GiveWay`."""
 
+    shown_m: ClassVar[float] = 4.0
     flow_mps = 0.0
     """Pace of the stream that the ego joins at the junction ahead (m/s); 0 without one."""
     judged: frozenset[int] = frozenset()
@@ -49,6 +51,10 @@ class StreamGiveWay(GiveWay):
             # It has come to the junction first, but the ego has joined ahead of it.
             return found._replace(leader=None)
         return found
+
+    def _lag_s(self) -> float:
+        """None for one that has set off: else it would seem too late with every look, and stop again."""
+        return 0.0 if self.going else super()._lag_s()
 
     def _top_mps(self, motion: Moving, coming: Sequence[tuple[MeetingWay, OtherOnWay]]) -> float:
         pace = pace_of_flow(coming)
