@@ -10,6 +10,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -82,6 +83,18 @@ def train(options: Options) -> list[dict[str, float | str]]:
     store = Store(windows, device)
     _say(f"{sum(one.numel() for one in net.parameters()) / 1e6:.2f} million weights on {device}")
     averaged, steps = _fit(net, store, torch.from_numpy(drawn_how_often(windows)).to(device), options)
+    # Written before the check, which takes long and might be cut off.
+    options.out.mkdir(parents=True, exist_ok=True)
+    weights = {name: value.cpu() for name, value in averaged.state_dict().items()}
+    torch.save({"weights": weights, "widths": options.widths}, options.out / WEIGHTS)
+    card: dict[str, Any] = {
+        "windows": len(windows),
+        "steps": steps,
+        "seed": options.seed,
+        "minutes": options.minutes,
+        "mean_ap": None,
+    }
+    _write(card, options.out)
     del store
     told = judged(found := predicted(averaged, held := Store(held_out, device)), held)
     rows = report(told)
@@ -89,12 +102,8 @@ def train(options: Options) -> list[dict[str, float | str]]:
         _say("  ".join(f"{key} {value}" for key, value in row.items()))
     mean = mean_average_precision(told)
     _say(f"mean AP at 2 m {mean:.4f} in {len(found)} windows after {steps} steps, {time.monotonic() - began:.0f} s")
-    options.out.mkdir(parents=True, exist_ok=True)
-    card = {"labels": LABELS, "calibration": asdict(calibrated(told)), "steps": steps, "mean_ap": mean, "check": rows}
-    card |= {"windows": len(windows), "checked": len(found), "seed": options.seed, "minutes": options.minutes}
-    (options.out / "training.json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
-    weights = {name: value.cpu() for name, value in averaged.state_dict().items()}
-    torch.save({"weights": weights, "widths": options.widths}, options.out / WEIGHTS)
+    card |= {"labels": LABELS, "calibration": asdict(calibrated(told)), "mean_ap": mean, "check": rows}
+    _write(card | {"checked": len(found)}, options.out)
     return rows
 
 
@@ -130,8 +139,9 @@ def _fit(net: PillarNet, store: Store, how_often: Tensor, options: Options) -> t
         maps, boxes = losses(heat, box, targets(batch.boxes, batch.labels))
         optimiser.zero_grad(set_to_none=True)
         (maps + boxes).backward()
-        nn.utils.clip_grad_norm_(net.parameters(), MOST_GRADIENT)
-        optimiser.step()
+        # A step that is not finite would spoil all that was learnt.
+        if torch.isfinite(nn.utils.clip_grad_norm_(net.parameters(), MOST_GRADIENT)):
+            optimiser.step()
         step, since = step + 1, since + 1
         _average(averaged, net, min(EMA_DECAY, step / (step + 9.0)))
         running += torch.stack([maps.detach(), boxes.detach()])
@@ -166,6 +176,10 @@ def _average(averaged: nn.Module, net: nn.Module, decay: float) -> None:
             kept.lerp_(new, 1.0 - decay)
         else:
             kept.copy_(new)
+
+
+def _write(card: dict[str, Any], folder: Path) -> None:
+    (folder / "training.json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
 
 
 def _say(line: str) -> None:
