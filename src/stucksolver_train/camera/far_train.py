@@ -70,7 +70,7 @@ def train(strips: Strips, device: torch.device, *, minutes: float, steps: int | 
         _follow(average, net, min(AVERAGED, step / (step + 10.0)))
         if passed - said >= SAY_EVERY_S:
             said = passed
-            print(f"{passed:6.0f} s  step {step}  loss {float(loss):.3f}", flush=True)
+            print(f"{passed:6.0f} s  step {step}  loss {loss.item():.3f}", flush=True)
     print(f"trained {step} steps of {batch} half strips in {time.monotonic() - start:.0f} s", flush=True)
     average.eval()
     return average
