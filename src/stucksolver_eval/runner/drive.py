@@ -268,5 +268,4 @@ def _recorder(job: RouteJob, setting: Setting) -> DriveRecorder | None:
     from stucksolver_eval.perception.recorder import DriveRecorder
 
     about = {"route": job.route.id, "scenario": job.scenario, "seed": job.seed, "driver": job.arm.driver}
-    weather = dict(job.route.weathers[0].values) if job.route.weathers else {}
-    return DriveRecorder(job.recording, setting, job.seed, {**about, "weather": weather})
+    return DriveRecorder(job.recording, setting, job.seed, {**about, "weather": job.recording.weather})

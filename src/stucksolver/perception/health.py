@@ -1,0 +1,80 @@
+"""Are the data what such sensors give? What is not is not looked at: it grows old, and the guard sees that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stucksolver.perception.measurements import CameraFrame, LidarSweep, Pixels
+from stucksolver.perception.rig import LidarRig
+
+DARK = 3.0
+"""A picture whose mean brightness (0 to 255) is lower shows nothing: at night lamps and sky give more."""
+FLAT = 2.0
+"""And so does one whose brightness varies less."""
+SAME_PICTURES = 3
+"""So many pictures in a row from a moving vehicle without any pixel changed. Simulators' cameras have no noise, so that
+nothing can be told of a vehicle that stands."""
+SAME_SWEEPS = 4
+"""So many sweeps in a row with the very same points: which rays are lost is a matter of chance."""
+FEW_POINTS = 0.15
+"""A sweep with a smaller share of the rays that were cast is one of a sensor that fails."""
+SAMPLED = 16
+"""Every so many pixels of a picture are compared."""
+
+
+@dataclass
+class SensorHealth:
+    """Remembers what came last; `faults` names what is wrong now."""
+
+    rig: LidarRig
+    tick_s: float = 0.05
+    _picture: Pixels | None = None
+    _pictures: int = 0
+    _sweep: tuple[int, float] | None = None
+    _sweeps: int = 0
+    _wrong: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """In a few words each."""
+        return tuple(self._wrong.values())
+
+    def sweep(self, sweep: LidarSweep | None) -> LidarSweep | None:
+        """The sweep, or None where it is not to be believed."""
+        why = self._why_not_sweep(sweep)
+        self._note("LiDAR", why)
+        return None if why else sweep
+
+    def picture(self, frame: CameraFrame, moves: bool) -> CameraFrame | None:
+        """The picture, or None where it is not to be believed. `moves`: does the vehicle?"""
+        why = self._why_not_picture(frame, moves)
+        self._note("camera", why)
+        return None if why else frame
+
+    def _why_not_sweep(self, sweep: LidarSweep | None) -> str:
+        if sweep is None:
+            return "the LiDAR is silent"
+        cast = self.rig.points_per_s * self.tick_s
+        if len(sweep.points) < FEW_POINTS * cast:
+            return f"the LiDAR gives {len(sweep.points)} points for {cast:.0f} rays"
+        mark = (len(sweep.points), float(sweep.points[:, :3].sum(dtype=np.float64)))
+        self._sweeps = self._sweeps + 1 if mark == self._sweep else 0
+        self._sweep = mark
+        return "the LiDAR gives the same points again and again" if self._sweeps >= SAME_SWEEPS else ""
+
+    def _why_not_picture(self, frame: CameraFrame, moves: bool) -> str:
+        sample = frame.rgb[::SAMPLED, ::SAMPLED].copy()
+        same = self._picture is not None and np.array_equal(sample, self._picture)
+        self._pictures = self._pictures + int(moves) if same else 0
+        self._picture = sample
+        if sample.mean() < DARK or sample.std() < FLAT:
+            return "the camera's picture is black or empty"
+        return "the camera gives the same picture again and again" if self._pictures >= SAME_PICTURES else ""
+
+    def _note(self, sensor: str, why: str) -> None:
+        if why:
+            self._wrong[sensor] = why
+        else:
+            self._wrong.pop(sensor, None)

@@ -1,0 +1,117 @@
+"""One cycle of perception after another: sweeps and pictures in, a `Percept` out. Not for two threads at once."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from importlib.util import find_spec
+
+import numpy as np
+
+from stucksolver.perception.camera.attributes import AttributeMemory, AttributeReader, Attributes
+from stucksolver.perception.camera.far import FarDetections, FarDetector
+from stucksolver.perception.camera.lights import LightFilter, LightReader
+from stucksolver.perception.frames import into_vehicle
+from stucksolver.perception.lidar.detector import LidarDetector
+from stucksolver.perception.lidar.sweeps import RECENT_S, SweepBuffer
+from stucksolver.perception.measurements import CameraFrame, Floats, PoseEstimate
+from stucksolver.perception.percept import Look, Percept
+from stucksolver.perception.rig import Rig
+from stucksolver.perception.tracking import ObjectTracker, Track
+from stucksolver.perception.visibility import SeenSpace
+from stucksolver.scene.surroundings import LightState
+
+LIGHT_REACH_M = 100.0
+"""A light's head of 0.3 m is 3 pixels wide there."""
+
+
+NEEDED = ("onnxruntime", "PIL", "scipy", "filterpy")
+
+
+def why_not_here() -> str | None:
+    """What is missing here for perception to run, with the remedy; None where nothing is."""
+    missing = [name for name in NEEDED if find_spec(name) is None]
+    if not missing:
+        return None
+    return f"{', '.join(missing)} not installed; pip install 'stucksolver[perception]'"
+
+
+class Perceiver:
+    """Loads all networks when it is made. Raises `WeightsError` where one cannot be used."""
+
+    def __init__(self, rig: Rig, threads: int = 1) -> None:
+        self._rig = rig
+        self._buffer = SweepBuffer()
+        self._detector = LidarDetector(threads=threads)
+        self._tracker = ObjectTracker(rig)
+        self._attributes, self._memory = AttributeReader(threads=threads), AttributeMemory()
+        self._lights, self._shown = LightReader(threads=threads), LightFilter()
+        self._far = FarDetector(threads=threads)
+        self._last_far: FarDetections | None = None
+        self._picture_s: float | None = None
+        self._stages_ms: dict[str, float] = {}
+
+    def perceive(self, look: Look) -> Percept:
+        """What is around at the time of `look.pose`."""
+        self._stages_ms = {}
+        with self._timed("sweeps"):
+            for sweep, pose in look.sweeps:
+                self._buffer.add(sweep, pose)
+            points = self._buffer.gather(look.pose)
+        with self._timed("lidar"):
+            detections = self._detector.detect(points, look.pose.time_s)
+        with self._timed("visibility"):
+            seen = SeenSpace.from_points(points[points[:, 4] <= RECENT_S], self._rig.lidar)
+        with self._timed("tracking"):
+            tracks = self._tracker.update(detections, look.pose, seen)
+        lights = self._pictured(look, tracks)
+        return Percept(
+            pose=look.pose,
+            tracks=tracks,
+            attributes=self._remembered(tracks, look.pose.time_s),
+            lights=lights,
+            seen=seen,
+            far=self._last_far,
+            picture_time_s=self._picture_s,
+            stages_ms=dict(self._stages_ms),
+        )
+
+    def _pictured(self, look: Look, tracks: tuple[Track, ...]) -> Mapping[int, LightState]:
+        """Look at the new picture, if there is one; what the lights show, as far as is known."""
+        if look.picture is not None and look.picture_pose is not None:
+            self._picture_s = look.picture.time_s
+            with self._timed("attributes"):
+                self._read_attributes(look.picture, look.picture_pose, tracks)
+            with self._timed("lights"):
+                self._read_lights(look.picture, look.picture_pose, look.heads)
+            with self._timed("far"):
+                self._last_far = self._far.detect(look.picture, self._rig.camera)
+        return {light: self._shown.state(light, look.pose.time_s) for light in look.heads}
+
+    def _read_attributes(self, picture: CameraFrame, pose: PoseEstimate, tracks: tuple[Track, ...]) -> None:
+        boxes = into_vehicle(np.array([_box(track) for track in tracks]).reshape(-1, 7), pose)
+        for track, found in zip(tracks, self._attributes.read(picture, self._rig.camera, boxes), strict=True):
+            self._memory.add(track.id, found, picture.time_s)
+
+    def _read_lights(self, picture: CameraFrame, pose: PoseEstimate, heads: Mapping[int, Floats]) -> None:
+        near = {light: into_vehicle(boxes, pose) for light, boxes in heads.items()}
+        reachable = {one: boxes for one, boxes in near.items() if np.hypot(*boxes[:, :2].T).min() < LIGHT_REACH_M}
+        read = self._lights.read(picture, self._rig.camera, list(reachable.values()))
+        for light, (state, confidence) in zip(reachable, read, strict=True):
+            self._shown.add(light, state, confidence, picture.time_s)
+
+    def _remembered(self, tracks: tuple[Track, ...], time_s: float) -> dict[int, Attributes]:
+        found = {track.id: self._memory.of(track.id, time_s) for track in tracks}
+        self._memory.keep(found)
+        return {track: told for track, told in found.items() if told is not None}
+
+    @contextmanager
+    def _timed(self, stage: str) -> Iterator[None]:
+        began = time.perf_counter()
+        yield
+        self._stages_ms[stage] = 1e3 * (time.perf_counter() - began)
+
+
+def _box(track: Track) -> tuple[float, ...]:
+    return track.x_m, track.y_m, track.z_m, track.length_m, track.width_m, track.height_m, track.yaw_rad

@@ -1,0 +1,47 @@
+"""What perception makes of the sensors' data of one moment, and what it is given."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from stucksolver.perception.camera.attributes import Attributes
+from stucksolver.perception.camera.far import FarDetections
+from stucksolver.perception.measurements import CameraFrame, Floats, LidarSweep, PoseEstimate
+from stucksolver.perception.tracking import Track
+from stucksolver.perception.visibility import SeenSpace
+from stucksolver.scene.surroundings import LightState
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """The data of one cycle."""
+
+    pose: PoseEstimate
+    """Of the moment for which the answer is wanted; its time is the percept's."""
+    sweeps: tuple[tuple[LidarSweep, PoseEstimate], ...]
+    """Those since the last cycle, each with the pose at its time."""
+    picture: CameraFrame | None
+    """A new one, if there is one."""
+    picture_pose: PoseEstimate | None
+    heads: Mapping[int, Floats]
+    """Of lights on the map that may be in view: boxes of their heads (k, 7), local frame."""
+
+
+@dataclass(frozen=True, eq=False)
+class Percept:
+    """What is around, as of `pose.time_s`; tracks are in the local frame."""
+
+    pose: PoseEstimate
+    tracks: tuple[Track, ...]
+    attributes: Mapping[int, Attributes]
+    """What the camera tells of a track, by its id; what it never saw is missing."""
+    lights: Mapping[int, LightState]
+    """Lights that were looked for; `UNKNOWN` where nothing certain is seen."""
+    seen: SeenSpace
+    """In the vehicle frame at `pose`."""
+    far: FarDetections | None
+    """Of the last picture."""
+    picture_time_s: float | None
+    stages_ms: Mapping[str, float] = field(default_factory=dict)
+    """How long each step took."""
