@@ -12,7 +12,7 @@ import pytest
 from stucksolver.perception.camera.far import MOST, VERSION, FarDetector, decode
 from stucksolver.perception.camera.far_strip import STRIDE
 from stucksolver.perception.camera.weights import WeightsError
-from stucksolver.perception.measurements import Floats, LidarSweep
+from stucksolver.perception.measurements import LidarSweep, Singles
 from stucksolver.perception.recording import KINDS, Recorded, Truth
 from stucksolver.perception.rig import load_rig
 from stucksolver.scene import ObjectKind
@@ -93,7 +93,7 @@ def tick(kind: ObjectKind, x: float, y: float, yaw: float, shown: float, pitch: 
     )
 
 
-def field(boxes: Floats, name: str) -> float:
+def field(boxes: Singles, name: str) -> float:
     return float(boxes[0, BOX_FIELDS.index(name)])
 
 
