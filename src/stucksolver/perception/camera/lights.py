@@ -22,6 +22,8 @@ LOOKS = 2
 """A state counts after this many looks in a row that agree."""
 FORGET_S = 1.0
 """A light that was not read for so long is unknown."""
+SLACK_S = 0.05
+"""One tick: pictures that come once a second still confirm each other."""
 STATES = (LightState.RED, LightState.YELLOW, LightState.GREEN, LightState.OFF, LightState.UNKNOWN)
 """In the order of `LIGHTS`; a head that cannot be seen says nothing."""
 
@@ -72,7 +74,7 @@ class LightFilter:
         """Take in a look at a light. Looks come in the order of time; one that saw nothing says nothing."""
         if state is not LightState.UNKNOWN:
             kept = self._looks.setdefault(light_id, [])
-            if kept and time_s - kept[-1][0] > FORGET_S:
+            if kept and time_s - kept[-1][0] > FORGET_S + SLACK_S:
                 kept.clear()
             kept.append((time_s, (state, confidence)))
             del kept[:-LOOKS]
