@@ -22,6 +22,8 @@ LONG_VIEW_SHARE = 0.85
 """Of the egos stand where a road can be seen far along; the others anywhere."""
 AXIS_SHARE = 0.75
 """Of the vehicles stand near the axis of view, where houses hide few of them."""
+PITCH_SIGMA_DEG = 0.1
+"""Of the ego's body with respect to the road, as when it brakes."""
 APART_M = 7.5
 SPEEDS_MPS = (0.0, 4.0, 9.0, 14.0, 20.0)
 AWAY_M = 8000.0
@@ -74,7 +76,7 @@ class Places:
         long = random.random() < LONG_VIEW_SHARE
         place = int(random.choice(len(self._rows), p=self._chances if long else None))
         shifted = self._shifted(place, random.normal(0.0, 0.6), random.normal(0.0, 1.5))
-        return replace(shifted, pitch_deg=shifted.pitch_deg + random.normal(0.0, 0.25))
+        return replace(shifted, pitch_deg=shifted.pitch_deg + random.normal(0.0, PITCH_SIGMA_DEG))
 
     def vehicles(self, ego: Posed, total: int, most: int) -> list[Posed]:
         """Poses for `total` vehicles, of which at most `most` are in view and the others away."""
