@@ -19,6 +19,10 @@ SLIP = 0.03
 """Standard deviation of the lateral velocity that the model misses, as a share of the speed: the body slides."""
 SLIP_S = 0.5
 """It keeps its sign for about this time."""
+WHEEL_SHARE = 0.003
+"""The same along the heading: tyres wear and slip, so that wheels tell a distance that is this share wrong,"""
+WHEEL_S = 5.0
+"""and stay wrong for about this time."""
 FIXED_MPS = 0.005
 """What a standing vehicle's position is allowed (m per root of a second), so that the filter stays open to news."""
 
@@ -57,12 +61,13 @@ def onward(
 def disturbance(state: Floats, acceleration_noise: float, rotation_noise: float, dt: float) -> Floats:
     """(6, 6): process noise of a step. The noises are standard deviations of one sample of each sensor."""
     span = abs(dt)
-    side = np.array([-math.sin(state[YAW]), math.cos(state[YAW])])
+    ahead = np.array([math.cos(state[YAW]), math.sin(state[YAW])])
+    side = np.array([-ahead[1], ahead[0]])
     q = np.zeros((STATE, STATE))
-    # Slip that lasts for a while adds up like white noise with twice that time constant (Gauss-Markov process).
-    q[:2, :2] = (
-        np.outer(side, side) * (SLIP * state[SPEED]) ** 2 * 2.0 * SLIP_S * span + np.eye(2) * FIXED_MPS**2 * span
-    )
+    # An error that lasts for a while adds up like white noise of twice that time constant (Gauss-Markov process).
+    aside = (SLIP * state[SPEED]) ** 2 * 2.0 * SLIP_S
+    along = (WHEEL_SHARE * state[SPEED]) ** 2 * 2.0 * WHEEL_S
+    q[:2, :2] = (aside * np.outer(side, side) + along * np.outer(ahead, ahead) + FIXED_MPS**2 * np.eye(2)) * span
     q[YAW, YAW] = (rotation_noise * span) ** 2
     q[SPEED, SPEED] = (acceleration_noise * span) ** 2
     q[GYRO, GYRO] = GYRO_WALK**2 * span
