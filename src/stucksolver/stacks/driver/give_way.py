@@ -41,7 +41,7 @@ _STOPPING_MPS2 = 4.0
 """Who would have to brake harder than this does not stop."""
 _SLOWING_MPS2 = 3.0
 _HARD_MPS2 = 5.0
-_FULL_MPS2 = 7.0
+FULL_MPS2 = 7.0
 _AT_THE_LINE_M = 3.0
 _EARLY = 0.8
 """The ego may need only this share of the time foretold."""
@@ -144,18 +144,22 @@ class GiveWay:
         )
         place_s = meeting.wait_s if front <= meeting.wait_s else meeting.first_s
         room = place_s - front
-        if not _can_stop(speed, room, _HARD_MPS2):
+        if self._must_go(speed, room):
             self._going = meeting
             return self._gone(meeting, own.judge(coming, TO_GO_ON), front, speed)
         going = self._going is meeting
         found = own.judge(coming, TO_GO_ON if going else self._margin())
         self._waited_s += dt_s if speed < _LEAST_MPS and room < _AT_THE_LINE_M else 0.0
-        decided = room < _AT_THE_LINE_M or not _can_stop(speed, room, self._profile.deceleration)
+        decided = room < _AT_THE_LINE_M or not can_stop(speed, room, self._profile.deceleration)
         self._going = None if found.met or not (going or decided) else meeting
         if found.met:
             return GiveWayDecision(room, frozenset())
         look_m = room if front <= meeting.wait_s and _asks_to_look(meeting, line) else None
         return GiveWayDecision(None, found.passing, look_m, found.leader)
+
+    def _must_go(self, speed: float, room: float) -> bool:
+        """Can the ego no longer stop before the others' way, `room` metres ahead?"""
+        return not can_stop(speed, room, _HARD_MPS2)
 
     def _lag_s(self) -> float:
         """How long a standing ego takes to set off (s)."""
@@ -165,11 +169,11 @@ class GiveWay:
         """The most the ego is going to drive at, with those who come."""
         return min(motion.top_mps, pace_of_flow(coming))
 
-    def _gone(self, meeting: Meeting, found: _Met, front: float, speed: float) -> GiveWayDecision:
+    def _gone(self, meeting: Meeting, found: Met, front: float, speed: float) -> GiveWayDecision:
         """Past the place to wait, one still brakes for whoever comes in spite of all, but not in another's way."""
         rooms = [way.route_meets_s - front for way in found.met if self._may_stop_before(way, meeting, front)]
         room = min(rooms, default=-1.0)
-        stops = _can_stop(speed, room, _FULL_MPS2)
+        stops = can_stop(speed, room, FULL_MPS2)
         return GiveWayDecision(room, frozenset()) if stops else GiveWayDecision(None, found.passing, None, found.leader)
 
     def _may_stop_before(self, way: MeetingWay, meeting: Meeting, front: float) -> bool:
@@ -186,7 +190,7 @@ class GiveWay:
         return Margin(*(a + share * (b - a) for a, b in zip(TO_GO, AFTER_WAITING, strict=True)))
 
 
-def _can_stop(speed: float, room: float, deceleration: float) -> bool:
+def can_stop(speed: float, room: float, deceleration: float) -> bool:
     return room >= 0.0 and speed * speed <= 2.0 * deceleration * room
 
 
@@ -213,7 +217,7 @@ class Habits:
         return near or len(took) < _ENOUGH or any(one is way for one in took)
 
 
-class _Met(NamedTuple):
+class Met(NamedTuple):
     """Whom the ego would meet."""
 
     met: tuple[MeetingWay, ...]
@@ -299,7 +303,7 @@ class _Drive:
         self._x, self._y, self._yaw = line.at(s)
         self._model = model
 
-    def judge(self, coming: Sequence[tuple[MeetingWay, OtherOnWay]], margin: Margin) -> _Met:
+    def judge(self, coming: Sequence[tuple[MeetingWay, OtherOnWay]], margin: Margin) -> Met:
         """Whom of those who come would it meet, or come too near to?"""
         met, passing, leaders = list[tuple[MeetingWay, int]](), set[int](), list[LeadVehicle]()
         for way, other in coming:
@@ -311,7 +315,7 @@ class _Drive:
             elif likely:
                 leaders.append(self._leader(way, other))
         clear = passing.difference(actor_id for _, actor_id in met)
-        return _Met(tuple(way for way, _ in met), frozenset(clear), min(leaders, default=None))
+        return Met(tuple(way for way, _ in met), frozenset(clear), min(leaders, default=None))
 
     def _arrives_s(self, way: MeetingWay) -> float:
         """When its front comes to where the ways meet."""

@@ -24,7 +24,7 @@ from stucksolver.stacks.driver.perception import HAZARD_LAMPS, NearbyBodies
 from stucksolver.stacks.driver.route_line import rejoining_length
 from stucksolver.stacks.planner.berth import Berths
 from stucksolver.stacks.planner.blockers import SLOW_SHARE, STANDS_MPS, TOUCHES_M, Blockers
-from stucksolver.stacks.planner.foresight import allowed_acceleration, entering
+from stucksolver.stacks.planner.foresight import TurnRates, allowed_acceleration, entering
 from stucksolver.stacks.planner.lane_changes import ChangeWatch, flow_behind_mps, lane_changes
 from stucksolver.stacks.planner.offsets import Shift, shifted_path
 from stucksolver.stacks.planner.passes import (
@@ -74,6 +74,7 @@ class PlannerDriver(BehaviorDriver):
         """Where the line being driven lies beside the route's, while nothing is passed."""
         self._yields_to: frozenset[int] = frozenset()
         self._blockers = Blockers()
+        self._turning = TurnRates()
         self._pass: Pass | None = None
         self._wait_m: float | None = None
         self._hazard_lamps: frozenset[int] = frozenset()
@@ -277,6 +278,7 @@ class PlannerDriver(BehaviorDriver):
             allowed = min(allowed, self._concerns.wait(self._wait_m - WAITS_M, way.speed))
         if self._pass is None and self._changes.wait_m is not None:
             allowed = min(allowed, self._concerns.stop_line(self._changes.wait_m, way.speed))
+        turning = self._turning.see(around, self._tick_s())
         if self._planner.following or self._holding:
             return allowed
         where = self._planner.where
@@ -286,5 +288,6 @@ class PlannerDriver(BehaviorDriver):
         if self._give_way.going and isinstance(self._give_way, StreamGiveWay):
             # Who sets off in a proven gap does not brake for those against whom it was proven.
             seen = seen.part(~seen.among(self._give_way.judged))
-        known = around.part(np.isin(around.actor_id, seen.actor_id))
-        return allowed_acceleration(path, where, max(way.speed, 0.0), allowed, seen, known, self._model)
+        known = np.isin(around.actor_id, seen.actor_id)
+        speed, others = max(way.speed, 0.0), around.part(known)
+        return allowed_acceleration(path, where, speed, allowed, seen, others, turning[known], self._model)

@@ -28,6 +28,9 @@ BESIDE_M = 0.15
 AFTER_S = 0.25
 """Seconds of the follower's drive kept between it and the ego, when it is the ego that comes in."""
 NEAR_M = 60.0
+_TURNS_S = 2.0
+"""Nobody goes on turning for longer than this, as far as one can tell."""
+_SMOOTHED_S = 0.2
 _DRIFTS_S = 1.2
 """Who moves across the road as it drives along it does less and less of that, with this time constant."""
 _ALIGNED_RAD = math.radians(35.0)
@@ -47,18 +50,20 @@ def allowed_acceleration(
     wished: float,
     bodies: RouteBodies,
     around: NearbyBodies,
+    turning: Array,
     model: VehicleModel,
 ) -> float:
     """The most of `wished` and gentler to harder braking with which the ego meets nobody; the hardest if all do.
 
-    `bodies` are those `around`, in the same order, seen from `path`; `speed` is the ego's.
+    `bodies` are those `around`, in the same order, seen from `path`; `speed` is the ego's, `turning` how fast the
+    others' courses turn (rad/s). It brakes for whom it meets in both forecasts: as the road leads, and as they turn.
     """
     who = _concern_us(bodies, where, model)
     if not who.any():
         return wished
     others, seen = around.part(who), bodies.part(who)
     t = np.arange(0.0, HORIZON_S + 1e-9, STEP_S)[1:]
-    x, y, yaw = _forecast(path, others, seen, t)
+    forecasts = (_along_the_road(path, others, seen, t), _as_they_turn(others, turning[who], t))
     tried = [wished] + [one for one in BRAKING_MPS2 if one < wished]
     half_length = others.half_length + AFTER_S / 2.0 * np.hypot(others.vx, others.vy)
     best, latest = tried[-1], -1.0
@@ -67,14 +72,12 @@ def allowed_acceleration(
         ex, ey, eyaw = path.at(s)
         offset = where.lateral * np.exp(-(s - where.s) / max(4.0, speed))
         ex, ey = ex - offset * np.sin(eyaw), ey + offset * np.cos(eyaw)
-        gap = separation(
-            (ex[:, None], ey[:, None], eyaw[:, None]),
-            (model.half_length + CLEARANCE_M, model.half_width + BESIDE_M),
-            (x, y, yaw),
-            (half_length, others.half_width),
-        )
+        ego = (ex[:, None], ey[:, None], eyaw[:, None])
+        size = (model.half_length + CLEARANCE_M, model.half_width + BESIDE_M)
+        met = [separation(ego, size, one, (half_length, others.half_width)) <= 0.0 for one in forecasts]
         # Who runs into one that stands has had the choice.
-        touches = ((gap <= 0.0) & (v > _MOVES_MPS)[:, None]).any(axis=1)
+        both = met[0] & (v > _MOVES_MPS)[:, None] & met[1].any(axis=0)
+        touches = both.any(axis=1)
         if not touches.any():
             return acceleration
         first = float(t[int(np.argmax(touches))])
@@ -105,7 +108,7 @@ def _concern_us(bodies: RouteBodies, where: Projection, model: VehicleModel) -> 
     return np.asarray(near & ~comes & ~behind & ~leads)
 
 
-def _forecast(path: Path, others: NearbyBodies, seen: RouteBodies, t: Array) -> tuple[Array, Array, Array]:
+def _along_the_road(path: Path, others: NearbyBodies, seen: RouteBodies, t: Array) -> tuple[Array, Array, Array]:
     """Poses (times x bodies): along the ego's way where they drive as it leads, else straight on."""
     gone = t[:, None]
     x, y = others.x + others.vx * gone, others.y + others.vy * gone
@@ -119,6 +122,37 @@ def _forecast(path: Path, others: NearbyBodies, seen: RouteBodies, t: Array) -> 
         x[:, aligned], y[:, aligned] = line_x - d * np.sin(line_yaw), line_y + d * np.cos(line_yaw)
         turned[:, aligned] = line_yaw - path.at(along.s)[2]
     return x, y, others.yaw + turned
+
+
+def _as_they_turn(others: NearbyBodies, rate: Array, t: Array) -> tuple[Array, Array, Array]:
+    """Poses (times x bodies) of those who go on turning as they do (constant turn rate and velocity)."""
+    turned = rate * np.minimum(t, _TURNS_S)[:, None]
+    course = np.arctan2(others.vy, others.vx) + turned
+    step = np.hypot(others.vx, others.vy) * STEP_S
+    x = others.x + np.cumsum(step * np.cos(course), axis=0)
+    y = others.y + np.cumsum(step * np.sin(course), axis=0)
+    return x, y, others.yaw + turned
+
+
+class TurnRates:
+    """How fast the course of each body turns, measured from tick to tick."""
+
+    def __init__(self) -> None:
+        self._seen: dict[int, tuple[float, float]] = {}
+        """Course (rad) and smoothed rate (rad/s)."""
+
+    def see(self, around: NearbyBodies, dt_s: float) -> Array:
+        """The rates of those around, in their order (rad/s); 0 for who stands or is new."""
+        speed = np.hypot(around.vx, around.vy).tolist()
+        course = np.arctan2(around.vy, around.vx).tolist()
+        seen = {}
+        for one, v, now in zip(around.actor_id, speed, course, strict=True):
+            if v > _MOVES_MPS:
+                before, rate = self._seen.get(one, (now, 0.0))
+                measured = math.remainder(now - before, math.tau) / dt_s
+                seen[one] = (now, rate + min(dt_s / _SMOOTHED_S, 1.0) * (measured - rate))
+        self._seen = seen
+        return np.array([seen[one][1] if one in seen else 0.0 for one in around.actor_id], dtype=np.float64)
 
 
 def _driven(s: float, speed: float, acceleration: float, t: Array) -> tuple[Array, Array]:

@@ -12,10 +12,19 @@ from typing import ClassVar
 
 from stucksolver.stacks.driver.behavior import Profile, toward_gap
 from stucksolver.stacks.driver.concerns import Concerns, Pace
-from stucksolver.stacks.driver.give_way import GiveWay, GiveWayDecision, Moving, OtherOnWay, pace_of_flow
+from stucksolver.stacks.driver.give_way import (
+    FULL_MPS2,
+    GiveWay,
+    GiveWayDecision,
+    Met,
+    Moving,
+    OtherOnWay,
+    can_stop,
+    pace_of_flow,
+)
 from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.driver.local_planner import LocalPlanner
-from stucksolver.stacks.driver.meeting_ways import MeetingWay
+from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path
 from stucksolver.stacks.driver.perception import NearbyBodies
@@ -29,6 +38,11 @@ SLOWER_MPS = 0.3
 """So much slower than its leader the ego lets the gap grow."""
 BEHIND_M = 2.0
 """A leader whose rear is farther behind our front than our length and this is no leader."""
+_CREEPS_MPS = 1.0
+_NOSE_M = 1.0
+_SAME_PLACE_M = 0.1
+_HALTS_MPS2 = 2.0
+_STANDS_MPS = 0.05
 _SAME_PACE_MPS = 1.5
 FASTEST_MPS = 22.0
 """No stream is joined at more than this."""
@@ -51,6 +65,27 @@ class StreamGiveWay(GiveWay):
             # It has come to the junction first, but the ego has joined ahead of it.
             return found._replace(leader=None)
         return found
+
+    def _must_go(self, speed: float, room: float) -> bool:
+        """One that has crept up to the others' way, and hardly into it, still waits."""
+        creeps = speed < _CREEPS_MPS and room > -_NOSE_M
+        return not creeps and super()._must_go(speed, room)
+
+    def _gone(self, meeting: Meeting, found: Met, front: float, speed: float) -> GiveWayDecision:
+        """See `GiveWay`; one that would meet somebody stops before the next way that it has not entered yet."""
+        usual = super()._gone(meeting, found, front, speed)
+        if usual.wait_m is not None or not found.met:
+            return usual
+        limit = min((way.route_meets_s for way in found.met if way.route_meets_s > front), default=front)
+        places = {way.route_meets_s for way in meeting.ways if front < way.route_meets_s <= limit}
+        rooms = [place - front for place in places if self._enters_nothing(meeting, front, place)]
+        room = max((one for one in rooms if can_stop(speed, one, FULL_MPS2)), default=None)
+        return usual if room is None else GiveWayDecision(room, frozenset())
+
+    def _enters_nothing(self, meeting: Meeting, front: float, place: float) -> bool:
+        """Would it stop before `place` without standing in a way of those who go first that it is not in already?"""
+        new = [way for way in meeting.ways if way.goes_first and way.route_meets_s > front]
+        return not any(way.route_meets_s < place - _SAME_PLACE_M for way in new)
 
     def _lag_s(self) -> float:
         """None for one that has set off: else it would seem too late with every look, and stop again."""
@@ -79,6 +114,11 @@ class StreamConcerns(Concerns):
     def top_speed(self, limit_kmh: float) -> float:
         """See `Concerns`; the stream's pace where that is faster."""
         return max(super().top_speed(limit_kmh), self.flow_mps)
+
+    def wait(self, distance: float, speed: float) -> float:
+        """See `Concerns`; with less room than wished for, no creeping on."""
+        usual = super().wait(distance, speed)
+        return min(usual, -_HALTS_MPS2) if distance < self._options.stop_line_gap_m and speed > _STANDS_MPS else usual
 
     def hazard(self, hazard: Hazard, speed: float) -> float:
         """See `Concerns`; in a stream the gap to a leader that drives away is not opened by falling behind it."""
