@@ -12,6 +12,7 @@ from typing import TextIO
 
 from stucksolver_eval.arms.make import check_arm
 from stucksolver_eval.arms.spec import ArmSpec
+from stucksolver_eval.drivers.make import USUAL
 from stucksolver_eval.files import require_writable
 from stucksolver_eval.perception.spec import RecordingSpec
 from stucksolver_eval.perception.towns import town_routes
@@ -23,6 +24,7 @@ from stucksolver_eval.runner.suite import load_routes
 from stucksolver_eval.runner.work import Task
 from stucksolver_eval.suites.weathers import PRESETS, weather, weather_name
 
+TEMPERS = ("cautious", "normal", "aggressive")
 LOG = ".drives"
 """The folder of outcomes; a route that has one is done."""
 
@@ -108,13 +110,23 @@ def _job(spec: CollectSpec, route: Route) -> RouteJob:
     return RouteJob(
         route=route,
         seed=spec.seed,
-        arm=ArmSpec(driver=spec.driver),
+        arm=ArmSpec(driver=_driver(spec, route)),
         maps=spec.maps,
+        # A crowd brings its own traffic, of all kinds.
+        background=bool(spec.suite),
         limit_s=spec.limit_s,
         recording=recording,
         host=spec.host,
         port=spec.port,
     )
+
+
+def _driver(spec: CollectSpec, route: Route) -> str:
+    """Random drives have a driver of each temper, and so different speeds."""
+    name, _, temper = spec.driver.partition(":")
+    if spec.suite or temper != USUAL:
+        return spec.driver
+    return f"{name}:{Random(f'{spec.seed}:{route.id}:temper').choice(TEMPERS)}"
 
 
 def _is_done(spec: CollectSpec, store: Store, route: Route) -> bool:

@@ -15,15 +15,21 @@ import carla
 
 from stucksolver.scene import ObjectKind
 from stucksolver.stacks.carla_stack.kinds import kind_of
-from stucksolver_eval.actors.pool import ScenarioActor, lamps
+from stucksolver_eval.actors.cars import Car
+from stucksolver_eval.actors.pool import LIFT_M, ScenarioActor, lamps
+from stucksolver_eval.scenarios.actions.crossing import WALKER_LIFT_M
 from stucksolver_eval.setting import Setting
 
 STEP_M = 9.0
 """Along the route, between two places where something may be put."""
 FIRST_M = 12.0
-LANE_ODDS, SIDE_ODDS, LOW_ODDS = 0.10, 0.85, 0.25
+LANE_ODDS, SIDE_ODDS, LOW_ODDS = 0.12, 0.85, 0.5
 """Of a body in the hero's own lane, of one beside it, and of a low thing on the road, at each place."""
-DRIVERS_EVERY_M = 35.0
+HELD_UP_S, HELD_UP_MPS = 2.5, 0.7
+"""Whoever holds up the hero for so long is taken off the road, so that it gets to see other things."""
+CLEARED_M, CLEARED_WIDE_M = 25.0, 2.5
+"""How far ahead of the hero, and how far to each side of its heading."""
+DRIVERS_EVERY_M = 25.0
 WALK_MPS = (0.0, 0.0, 0.6, 1.2, 1.8, 2.6)
 WISH_MPS = (0.0, 3.0, 5.0, 8.0, 11.0, 14.0)
 TURN_EVERY_S = 4.0
@@ -31,6 +37,10 @@ TURN_EVERY_S = 4.0
 CYCLE_S = (4.0, 14.0)
 """How long a traffic light keeps its state."""
 _TRIES = 4
+_ABOVE_M = 2.0
+"""Bridges are higher."""
+_LIFTS_M = (("static.", 0.0), ("walker.", WALKER_LIFT_M), ("animal.", WALKER_LIFT_M))
+"""What does not fall is put onto the ground; who walks has its origin in its middle."""
 _APART_M = 0.8
 _LOW_KINDS = (ObjectKind.BAG, ObjectKind.LITTER, ObjectKind.DEBRIS)
 _SHARES = (
@@ -38,7 +48,7 @@ _SHARES = (
     (ObjectKind.EMERGENCY, 2.0),
     (ObjectKind.VAN, 2.0),
     (ObjectKind.TRUCK, 2.0),
-    (ObjectKind.BUS, 1.2),
+    (ObjectKind.BUS, 2.0),
     (ObjectKind.SCHOOL_BUS, 0.8),
     (ObjectKind.MOTORCYCLE, 2.0),
     (ObjectKind.BICYCLE, 3.0),
@@ -89,6 +99,8 @@ class Crowd:
         self._taken: list[tuple[float, float, float]] = []
         self._walkers: list[_Walker] = []
         self._lamped: list[_Walker] = []
+        self._cars: dict[int, Car] = {}
+        self._held_up_since_s: float | None = None
         lights = setting.world.get_actors().filter("traffic.traffic_light*")
         self._signals = [_Signal(light) for light in lights]
         setting.cast.look()
@@ -114,6 +126,40 @@ class Crowd:
             if time_s >= signal.next_s:
                 signal.next_s = time_s + self._random.uniform(*CYCLE_S)
                 signal.light.set_state(self._random.choice(_SIGNALS))
+        self._let_hero_on(time_s)
+
+    def _let_hero_on(self, time_s: float) -> None:
+        """Take off whoever holds up the hero, and give it a green light."""
+        hero = self._cast.hero
+        if abs(hero.speed_mps) > HELD_UP_MPS:
+            self._held_up_since_s = None
+            return
+        if self._held_up_since_s is None:
+            self._held_up_since_s = time_s
+        if time_s - self._held_up_since_s < HELD_UP_S:
+            return
+        self._held_up_since_s = time_s
+        cos, sin = math.cos(hero.yaw_rad), math.sin(hero.yaw_rad)
+        for member in list(self._cast.members.values()):
+            at = self._cast.state(member)
+            aside_m = abs((at.y - hero.y) * cos - (at.x - hero.x) * sin)
+            reach_m = CLEARED_WIDE_M + member.half_width_m
+            if 0.0 < hero.ahead_m(at.x, at.y) < CLEARED_M and aside_m < reach_m:
+                self._take_off(member)
+        for signal in self._signals:
+            near = self._setting.hero.get_traffic_light()
+            if near is not None and near.id == signal.light.id:
+                signal.light.set_state(carla.TrafficLightState.Green)
+                signal.next_s = time_s + CYCLE_S[1]
+
+    def _take_off(self, member: ScenarioActor) -> None:
+        self._walkers = [one for one in self._walkers if one.member is not member]
+        self._lamped = [one for one in self._lamped if one.member is not member]
+        car = self._cars.pop(member.id, None)
+        if car is None:
+            self._cast.remove([member])
+        else:
+            self._setting.cars.remove([car])
 
     def _strew(self) -> None:
         """Everything that stands or walks, place by place along the route."""
@@ -128,7 +174,7 @@ class Crowd:
             if self._random.random() < LOW_ODDS:
                 self._put(self._random.choice(_LOW_KINDS), here, self._random.uniform(-1.0, 1.0) * here.lane_width)
             if self._random.random() < LANE_ODDS:
-                self._put(self._some_kind(), here, self._random.uniform(0.35, 0.6) * here.lane_width)
+                self._put(self._some_kind(), here, self._random.uniform(-0.6, 0.6) * here.lane_width)
             s_m += STEP_M * self._random.uniform(0.5, 1.5)
 
     def _beside(self, here: carla.Waypoint) -> float:
@@ -150,7 +196,8 @@ class Crowd:
             if not self._is_free(place.location, _REACH_M.get(kind, 1.0)):
                 right_m *= 1.2
                 continue
-            member = self._cast.spawn(name, place, role="crowd")
+            lift_m = next((up for start, up in _LIFTS_M if name.startswith(start)), LIFT_M)
+            member = self._cast.spawn(name, place, role="crowd", lift_m=lift_m)
             if member is not None:
                 reach = math.hypot(member.half_length_m, member.half_width_m)
                 self._taken.append((place.location.x, place.location.y, reach))
@@ -162,11 +209,18 @@ class Crowd:
         transform, aside = here.transform, here.transform.get_right_vector()
         shift = self._random.uniform(-3.0, 3.0)
         ahead = transform.get_forward_vector()
-        at = transform.location + aside * right_m + ahead * shift
+        at = self._grounded(transform.location + aside * right_m + ahead * shift)
         along = self._random.choice((0.0, 0.0, 0.0, 180.0)) + self._random.gauss(0.0, 6.0)
         anyhow = self._random.uniform(-180.0, 180.0)
         turn = along if kind in _ON_WHEELS and self._random.random() < 0.8 else anyhow
         return carla.Transform(at, carla.Rotation(yaw=transform.rotation.yaw + turn))
+
+    def _grounded(self, at: Any) -> carla.Location:
+        """The ground there: a sidewalk is higher than the road; where there is neither, the height given."""
+        above = carla.Location(at.x, at.y, at.z + _ABOVE_M)
+        world: Any = self._setting.world  # the client's stub lacks this call
+        met = world.ground_projection(above, 2.0 * _ABOVE_M)
+        return carla.Location(at.x, at.y, at.z if met is None else met.location.z)
 
     def _is_free(self, at: carla.Location, reach_m: float) -> bool:
         return all(math.hypot(at.x - x, at.y - y) > reach_m + other + _APART_M for x, y, other in self._taken)
@@ -199,7 +253,9 @@ class Crowd:
             self._taken.append((place.location.x, place.location.y, member.half_length_m))
             self._lamped.append(_Walker(member))
             wish = random.choice(WISH_MPS[1:])
-            setting.cars.drive(member, start, wish, onward=random.choice, offset_m=random.uniform(-0.5, 0.5))
+            self._cars[member.id] = setting.cars.drive(
+                member, start, wish, onward=random.choice, offset_m=random.uniform(-0.5, 0.5)
+            )
 
     def _some_lane(self, here: carla.Waypoint) -> carla.Waypoint:
         lanes = [here, here.get_left_lane(), here.get_right_lane()]
