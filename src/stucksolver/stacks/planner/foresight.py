@@ -21,6 +21,8 @@ STEP_S = 0.2
 HORIZON_S = 4.0
 BRAKING_MPS2 = (0.0, -1.0, -2.0, -3.5, -5.0, -8.0)
 """Accelerations tried besides the one wished for, gentle ones first."""
+CREEPS_MPS = 1.0
+HALTS_MPS2 = 2.0
 CLEARANCE_M = 0.4
 """Kept before and behind the ego's body."""
 BESIDE_M = 0.15
@@ -64,7 +66,9 @@ def allowed_acceleration(
     others, seen = around.part(who), bodies.part(who)
     t = np.arange(0.0, HORIZON_S + 1e-9, STEP_S)[1:]
     forecasts = (_along_the_road(path, others, seen, t), _as_they_turn(others, turning[who], t))
-    tried = [wished] + [one for one in BRAKING_MPS2 if one < wished]
+    # One that hardly moves stops: creeping on would bring it into the others' way by and by.
+    gentlest = min(wished, -HALTS_MPS2) if speed < CREEPS_MPS else wished
+    tried = [wished] + [one for one in BRAKING_MPS2 if one < wished and one <= gentlest]
     half_length = others.half_length + AFTER_S / 2.0 * np.hypot(others.vx, others.vy)
     best, latest = tried[-1], -1.0
     for acceleration in tried:
