@@ -116,23 +116,23 @@ def loss_of(raw: Tensor, boxes: Tensor, shift: Tensor) -> Tensor:
     if not taught.any():
         return loss
     which, place = torch.nonzero(taught, as_tuple=True)
-    cell_x, cell_y = x[which, place].floor().long(), y[which, place].floor().long()
-    own = boxes[which, place]
-    high = (bottom - top)[which, place]
-    size = torch.stack([(right - left)[which, place], high], 1).clamp(min=0.25).log()
-    soft = (high / 2.0).clamp(min=1.0)
-    for dx, dy in AROUND:
-        cx, cy = cell_x + dx, cell_y + dy
-        share = (1.0 if (dx, dy) == (0, 0) else BESIDE) * ((cx >= 0) & (cx < columns) & (cy >= 0) & (cy < rows))
-        told = raw[which, CLASSES:, cy.clamp(0, rows - 1), cx.clamp(0, columns - 1)].float()
-        middle = torch.stack([x[which, place] - cx - 0.5, y[which, place] - cy - 0.5], 1)
-        edge = bottom[which, place] - cy - 0.5
-        error = SIZE_WEIGHT * (told[:, :2] - size).abs().sum(1) + MIDDLE_WEIGHT * (told[:, 2:4] - middle).abs().sum(1)
-        error = error + EDGE_WEIGHT * (told[:, 4] - edge).abs() / soft
-        towards = fn.binary_cross_entropy_with_logits(told[:, 5], own[:, 7].clamp(min=0.0), reduction="none")
-        error = error + TOWARDS_WEIGHT * towards * (own[:, 7] >= 0) * (own[:, 0] < 2)
-        loss = loss + (share * error).sum() / count
-    return loss
+    x, y, bottom = x[which, place], y[which, place], bottom[which, place]
+    sides = torch.stack([(right - left)[which, place], bottom - top[which, place]], 1)
+    around = torch.tensor(AROUND, device=raw.device)
+    cell_x, cell_y = x.floor().long() + around[:, :1], y.floor().long() + around[:, 1:]
+    share = torch.where((around == 0).all(1, keepdim=True), 1.0, BESIDE)
+    share = share * ((cell_x >= 0) & (cell_x < columns) & (cell_y >= 0) & (cell_y < rows))
+    told = raw[which[None], CLASSES:, cell_y.clamp(0, rows - 1), cell_x.clamp(0, columns - 1)].float()
+    middle = torch.stack([x - cell_x - 0.5, y - cell_y - 0.5], 2)
+    error = SIZE_WEIGHT * (told[..., :2] - sides.clamp(min=0.25).log()).abs().sum(2)
+    error = error + MIDDLE_WEIGHT * (told[..., 2:4] - middle).abs().sum(2)
+    # An error of the lower edge matters less on high boxes, which are near.
+    error = error + EDGE_WEIGHT * (told[..., 4] - (bottom - cell_y - 0.5)).abs() / (sides[:, 1] / 2.0).clamp(min=1.0)
+    front, facing = boxes[which, place, 7], boxes[which, place, 0] < 2
+    target = front.clamp(min=0.0).expand_as(share)
+    towards = fn.binary_cross_entropy_with_logits(told[..., 5], target, reduction="none")
+    error = error + TOWARDS_WEIGHT * towards * ((front >= 0) & facing)
+    return loss + (share * error).sum() / count
 
 
 def _targets(
@@ -168,10 +168,7 @@ def _targets(
 
 def _highest(down: Tensor, across: Tensor) -> Tensor:
     """(n, rows, columns): the highest of m products of a column (n, m, rows) and a row (n, m, columns)."""
-    best = torch.zeros(down.shape[0], down.shape[2], across.shape[2], device=down.device)
-    for k in range(down.shape[1]):
-        best = torch.maximum(best, down[:, k, :, None] * across[:, k, None, :])
-    return best
+    return (down[..., :, None] * across[..., None, :]).amax(1)
 
 
 def _focal(logits: Tensor, heat: Tensor, weight: Tensor) -> Tensor:

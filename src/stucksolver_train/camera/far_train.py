@@ -30,7 +30,7 @@ from stucksolver_train.camera.far_net import FarNet, loss_of, scaled
 
 CROP_WIDTH = 800
 """Training takes half the strip's width at a time: more pictures in a batch."""
-TOP_RATE = 4e-3
+TOP_RATE = 3e-3
 """Highest learning rate of the one cycle (Smith, Topin 2019)."""
 WARM_UP = 0.1
 """Share of the time in which the rate rises."""
@@ -145,7 +145,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, required=True, help="where far.onnx, far.json and far-check.md go")
     parser.add_argument("--minutes", type=float, default=4.0, help="of training, without reading and checking")
     parser.add_argument("--steps", type=int, help="instead of minutes")
-    parser.add_argument("--batch", type=int, default=48)
+    parser.add_argument("--batch", type=int, default=64)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     args = parser.parse_args(arguments)
