@@ -10,7 +10,6 @@ Three things end the sight, whichever comes first:
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -190,20 +189,17 @@ class CameraSight:
         """(m,): does the line of sight to each point stay above the road, whose course the points are?"""
         mount = self._rig.mount
         eye = np.array([mount.x_m, mount.y_m, mount.z_m])
-        fine = np.ones(len(points), bool)
+        to = points + np.array([0.0, 0.0, BODY_OFFSETS[-1][1]]) - eye
+        square = np.maximum(np.sum(to[:, :2] ** 2, axis=1), 1e-9)
+        # (seen point, point of the road before it): how far along the line of sight the second lies.
+        share = np.clip(to[:, :2] @ (points[:, :2] - eye[:2]).T / square[:, None], 0.0, 1.0)
+        on_ray = eye + share[..., None] * to[:, None]
+        beside = np.hypot(*np.moveaxis(points[None, :, :2] - on_ray[..., :2], 2, 0)) > CORRIDOR_M
+        below = (on_ray[..., 2] < points[None, :, 2] + EYE_CLEARANCE_M) & (share > 0.0) & (share < 1.0)
         front = points[:, 0] > mount.x_m
-        for k in np.flatnonzero(front & (np.hypot(points[:, 0], points[:, 1]) > NEAR_M)):
-            between = points[:k][front[:k]]
-            if not len(between):
-                continue
-            to = points[k] + np.array([0.0, 0.0, BODY_OFFSETS[-1][1]]) - eye
-            way = math.hypot(to[0], to[1])
-            share = np.clip((between[:, :2] - eye[:2]) @ to[:2] / way**2, 0.0, 1.0)
-            on_ray = eye + share[:, None] * to
-            beside = np.hypot(between[:, 0] - on_ray[:, 0], between[:, 1] - on_ray[:, 1])
-            low = on_ray[:, 2] < between[:, 2] + EYE_CLEARANCE_M
-            fine[k] = not (beside > CORRIDOR_M).any() and not (low & (share > 0.0) & (share < 1.0)).any()
-        return fine
+        before = np.tri(len(points), k=-1, dtype=bool) & front[None]
+        near = ~front | (np.hypot(points[:, 0], points[:, 1]) <= NEAR_M)
+        return np.asarray(near | ~((beside | below) & before).any(axis=1))
 
 
 def wilson_lower(hits: Floats, total: Floats) -> Floats:
