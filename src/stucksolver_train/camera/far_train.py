@@ -37,6 +37,12 @@ WARM_UP = 0.1
 DECAY = 1e-4
 AVERAGED = 0.998
 """The shipped weights are an average over about the last 1 / (1 - this) steps."""
+COLOR, LIGHT = 0.1, 0.2
+"""Standard deviations of the logarithm of each colour's and of the whole brightness."""
+HAZE = 0.06
+"""Of what is added to all pixels, as a share of the mean brightness."""
+NOISE = 1.5
+"""The highest standard deviation of pixels' noise; an unlit car at night stands out by five."""
 SAY_EVERY_S = 5.0
 FAR_M = 60.0
 """A picture with something visible beyond is drawn twice as often."""
@@ -111,13 +117,13 @@ class _Batches:
         return scaled(self._changed(pixels)), boxes, torch.stack([left, top], 1)
 
     def _changed(self, pixels: Tensor) -> Tensor:
-        """Other brightness, contrast, colours, and noise."""
+        """Other brightness, colours, and noise. All is in proportion to the light: night must stay legible."""
         n, device = len(pixels), self._device
         gain = torch.exp(
-            0.25 * torch.randn(n, 3, 1, 1, device=device) * 0.4 + 0.2 * torch.randn(n, 1, 1, 1, device=device)
+            COLOR * torch.randn(n, 3, 1, 1, device=device) + LIGHT * torch.randn(n, 1, 1, 1, device=device)
         )
-        offset = 8.0 * torch.randn(n, 1, 1, 1, device=device)
-        noise = torch.rand(n, 1, 1, 1, device=device) * 4.0
+        offset = HAZE * torch.randn(n, 1, 1, 1, device=device) * pixels.mean(dim=(1, 2, 3), keepdim=True)
+        noise = NOISE * torch.rand(n, 1, 1, 1, device=device)
         return (pixels * gain + offset + noise * torch.randn_like(pixels)).clamp(0.0, 255.0)
 
 
