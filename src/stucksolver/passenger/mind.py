@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from stucksolver.decision import Decision, RecoveryPlan
 from stucksolver.ladder import Assist, Resume
-from stucksolver.passenger.sentences.asking import asked
 from stucksolver.passenger.sentences.plans import doing, will
 from stucksolver.passenger.sentences.reasons import blocked_by, waiting
 from stucksolver.passenger.sentences.refusals import can_not
@@ -20,6 +19,7 @@ FRESH_S = 4.0
 SLOW_MPS = 5 / 3.6
 """As the detector's bound: below it the car stands, or nearly."""
 NEAR_M, LIGHT_M = 45.0, 60.0
+MOVING_MPS = 0.5
 STATES: dict[StateName, str] = {
     StateName.MONITORING: "I am watching the road.",
     StateName.QUERYING: "I am thinking about how to get on.",
@@ -57,11 +57,13 @@ def mind(state: State, status: Status, decided: Event | None, scene: Scene | Non
     question = state.question
     if isinstance(activity, AwaitingApproval) and question is not None:
         whom = "you" if question.to == "passenger" else "the operator"
-        return Mind(_why(activity.answer.decision, scene), f"I wait for an answer from {whom}: {asked(question)}")
+        return Mind(_why(activity.answer.decision, scene), f"I am waiting for an answer from {whom}.")
     if isinstance(activity, AwaitingGap):
         return Mind(_why(activity.answer.decision, scene), f"I will {will(activity.plan)}.")
     if question is not None and question.kind is QuestionKind.ADVICE:
         return Mind(_decided_thought(decided, scene), "I wait for your advice.")
+    if state.escalation.quiet_until_s > status.time_s and status.speed_mps < SLOW_MPS:
+        return Mind(_ahead(scene) or "I am standing.", "I am waiting, as you asked. Tell me when I should try again.")
     fresh = decided is not None and status.time_s - decided.time_s < FRESH_S
     if decided is not None and fresh and status.speed_mps < SLOW_MPS:
         return _decided(decided, scene)
@@ -89,7 +91,22 @@ def _standing(state: State) -> Mind:
 
 def _why(decision: Decision, scene: Scene | None) -> str:
     analysis = decision.analysis
-    return waiting(analysis.wait, scene)[0] if analysis.wait is not None else blocked_by(analysis.cause, scene)
+    if analysis.wait is not None:
+        return waiting(analysis.wait, scene)[0]
+    # Where somebody asks for something, nothing needs to block the car.
+    return blocked_by(analysis.cause, scene) if analysis.cause else _ahead(scene) or blocked_by(None, scene)
+
+
+def _ahead(scene: Scene | None) -> str | None:
+    """Who is ahead; None where nobody is near."""
+    ahead = () if scene is None else scene.in_path_ahead(NEAR_M)
+    if not ahead:
+        return None
+    group = [o.kind for o in ahead if abs(o.speed_along_mps - ahead[0].speed_along_mps) < 1.0]
+    named = nouns(group)
+    if ahead[0].speed_along_mps > MOVING_MPS:
+        return f"I am driving behind {named}."
+    return f"There {'is' if named == nouns(group[:1]) else 'are'} {named} ahead of me."
 
 
 def _decided_thought(decided: Event | None, scene: Scene | None) -> str:
@@ -121,13 +138,18 @@ def _driving(status: Status, scene: Scene | None) -> Mind:
         lights = [c for c in scene.controls if c.kind is ControlKind.TRAFFIC_LIGHT and c.applies is not False]
         if any(c.state is LightState.RED and 0.0 < c.distance_m < LIGHT_M for c in lights):
             return Mind("The light ahead is red.", "I will stop there and wait for green.")
-        ahead = scene.in_path_ahead(NEAR_M)
-        if ahead:
-            group = [o.kind for o in ahead if abs(o.speed_along_mps - ahead[0].speed_along_mps) < 1.0]
-            named = nouns(group)
-            if ahead[0].speed_along_mps > 0.5:
-                return Mind(f"I am driving behind {named}.", "I stay behind, unless you ask me to overtake.")
-            return Mind(f"There is {named} ahead of me.", "I will slow down and look whether I can get past.")
+        here = _ahead(scene)
+        if here is not None:
+            return Mind(here, _about(scene.in_path_ahead(NEAR_M)[0].speed_along_mps > MOVING_MPS, moving))
     if not moving:
         return Mind("I am standing.", "I will drive on when the way is free.")
     return Mind(STATES[StateName.DRIVING], "I will follow our route.")
+
+
+def _about(leader_moves: bool, moving: bool) -> str:
+    """What the car will do about whoever is ahead."""
+    if leader_moves:
+        return "I am staying behind, unless you ask me to overtake."
+    if moving:
+        return "I will slow down and look whether I can get past."
+    return "I am looking whether I can get past."

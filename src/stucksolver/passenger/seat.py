@@ -28,6 +28,9 @@ HOLD_S = 5.0
 """After a passenger has called a stop, others are not heard for so long: nobody overrules it in the same breath."""
 MOVING_MPS = 0.5
 """Slower than this, the car stands."""
+LONGEST_WORD = 45
+"""Characters: as the longest word in English dictionaries. What is longer is none, and the reader of words, which has
+never seen the like, may take it for a yes."""
 CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2066-\u2069\ufeff]+")
 """Control and direction marks, which would make a line look like something else."""
 HEARD = "Heard."
@@ -128,6 +131,8 @@ class Seat:
         text = CONTROL.sub(" ", command.text).strip()
         if not text:
             return False, "You have said nothing."
+        if any(len(word) > LONGEST_WORD for word in text.split()):
+            return False, "I did not understand that."
         if self._held(command.client):
             return False, "Somebody else has just told me to stop. I will listen to others again in a few seconds."
         try:

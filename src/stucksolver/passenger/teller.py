@@ -11,12 +11,13 @@ from stucksolver.passenger.sentences.asking import asked
 from stucksolver.passenger.sentences.plans import doing
 from stucksolver.passenger.sentences.reasons import blocked_by, waiting
 from stucksolver.passenger.sentences.refusals import can_not, given_up
-from stucksolver.passenger.sentences.wishes import ASKED_BACK, NOBODY_READS, NOTHING_TO_STOP, acknowledged
+from stucksolver.passenger.sentences.wishes import ASKED_BACK, NOBODY_READS, NOTHING_TO_STOP, YES_OR_NO, acknowledged
 from stucksolver.passenger.told import Line, Speaker
 from stucksolver.scene import GuidanceIntent
 from stucksolver.scene.reading import REQUESTS
 from stucksolver.solver import Event, EventKind, QuestionKind
-from stucksolver.solver.machine.state import Executing, State
+from stucksolver.solver.machine.guidance import to_be_answered
+from stucksolver.solver.machine.state import AwaitingApproval, Executing, State
 from stucksolver.words import NoReader
 from stucksolver.words.fields import STAYS
 
@@ -116,13 +117,19 @@ class Conversation:
 
     def _asks_back(self, event: Event) -> str:
         self._asked_back = True
-        return NOBODY_READS if self._nobody_reads else ASKED_BACK
+        if self._nobody_reads:
+            return NOBODY_READS
+        state = self._state()
+        asks = state is not None and to_be_answered(state) is not None
+        return YES_OR_NO if asks else ASKED_BACK
 
     def _made_decision(self, event: Event) -> str | None:
         self.decided = event
         decision, verdict = event.decision, event.verdict
-        if self._request is None or decision is None:
-            return None
+        state = self._state()
+        asks = state is not None and isinstance(state.activity, AwaitingApproval)
+        if self._request is None or decision is None or asks:
+            return None  # nobody waits for this, or the question that follows says it
         if verdict is not None and not verdict.accepted:
             return can_not(verdict, event.scene)
         if decision.plan is None:
@@ -152,7 +159,7 @@ class Conversation:
         return "Thank you. I check once more, and then I go." if event.answer else "All right, I leave it."
 
     def _started(self, event: Event) -> str | None:
-        self._request = None
+        self._request = self.decided = None
         state = self._state()
         activity = None if state is None else state.activity
         if not isinstance(activity, Executing):

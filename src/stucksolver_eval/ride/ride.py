@@ -9,10 +9,11 @@ from random import Random
 from typing import TYPE_CHECKING
 
 from stucksolver.ladder import Ladder, find_ladder
-from stucksolver.passenger import Desk
+from stucksolver.passenger import AgreeingReader, Desk
 from stucksolver.solver import StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.driver import DriverOptions
+from stucksolver.words import find_reader
 from stucksolver_eval.background import Background
 from stucksolver_eval.drivers import make_driver
 from stucksolver_eval.ride.cases import RIDES
@@ -59,6 +60,8 @@ class RideSpec:
     clock: str = "wall"
     host: str | None = None
     port: int = 2000
+    tempo: float = 1.0
+    """So many times as fast as the clock on the wall, as far as the machine can."""
     limit_s: float | None = None
     """The ride ends then, wherever the car is (simulated seconds)."""
 
@@ -159,7 +162,11 @@ class _Ride:
         self._driver = driver
         self._stack = CarlaStack(hero, driver, setting.map)
         self._solver = StuckSolver(
-            self._stack.scene, ladder=spec.policy(), clock=spec.clock, on_event=desk.ear(VEHICLE)
+            self._stack.scene,
+            ladder=spec.policy(),
+            clock=spec.clock,
+            on_event=desk.ear(VEHICLE),
+            reader=AgreeingReader(find_reader()),
         )
         self._seat = desk.add(VEHICLE, self._solver, f"{spec.case.replace('_', ' ').capitalize()}, {spec.town}")
         self._view = LiveView(desk, VEHICLE, setting.world, hero)
@@ -171,7 +178,7 @@ class _Ride:
 
     def go(self, wanted: Callable[[], bool]) -> RideOutcome:
         """Until the car stands at its destination, or is not wanted any more."""
-        pace, time_s = Pace(DT_S), 0.0
+        pace, time_s = Pace(DT_S / self._spec.tempo), 0.0
         try:
             while wanted() and not self._arrived and (self._spec.limit_s is None or time_s < self._spec.limit_s):
                 pace.wait()

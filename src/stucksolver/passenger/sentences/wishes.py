@@ -24,6 +24,7 @@ INTENTS: dict[GuidanceIntent, str] = {
     GuidanceIntent.UNLAWFUL: "I can't do that: it is not allowed. I carry on as before.",
 }
 ASKED_BACK = "I did not understand that. Shall I wait, drive on, go round it, or take another way?"
+YES_OR_NO = "I did not understand that. Please answer with yes or no."
 NOBODY_READS = "I cannot read words on this machine. Please use the buttons for yes and no."
 """Where the packages that read words are missing."""
 

@@ -1,0 +1,90 @@
+// Talks to the server. The token never leaves this tab but as a header to the server that the page came from.
+
+const KEPT = "stucksolver-token";
+const RETRY_MS = [500, 1000, 2000, 4000];
+
+// From behind the # of the address, which no server ever sees; then it is taken out of the address.
+export function token() {
+  const told = location.hash.slice(1);
+  if (told) {
+    sessionStorage.setItem(KEPT, told);
+    history.replaceState(null, "", location.pathname);
+  }
+  return sessionStorage.getItem(KEPT) || "";
+}
+
+export function keepToken(text) {
+  sessionStorage.setItem(KEPT, text.trim().replace(/^.*#/, ""));
+}
+
+const client = Array.from(crypto.getRandomValues(new Uint8Array(12)), (byte) => byte.toString(16).padStart(2, "0")).join("");
+
+function headers() {
+  return { authorization: `Bearer ${token()}` };
+}
+
+async function read(answer) {
+  if (answer.ok) return answer.json();
+  let why = `The server answered ${answer.status}.`;
+  try {
+    const { detail } = await answer.json();
+    if (typeof detail === "string") why = detail;
+  } catch {
+    // Not every refusal is JSON; its number is all there is to tell then.
+  }
+  const error = new Error(why);
+  error.status = answer.status;
+  throw error;
+}
+
+export async function get(path) {
+  return read(await fetch(path, { headers: headers(), cache: "no-store" }));
+}
+
+export async function post(path, body = {}) {
+  return read(await fetch(path, {
+    method: "POST",
+    headers: { ...headers(), "content-type": "application/json" },
+    body: JSON.stringify({ ...body, client }),
+  }));
+}
+
+// Calls hear[event](data) for each of the server's events, and comes back when the connection breaks off.
+// `state` is told "open" and "lost". Stop it with stop().
+export function listen(path, hear, state) {
+  const over = new AbortController();
+  (async () => {
+    for (let failed = 0; !over.signal.aborted; failed += 1) {
+      try {
+        const answer = await fetch(path, { headers: headers(), signal: over.signal, cache: "no-store" });
+        if (!answer.ok) throw new Error(`status ${answer.status}`);
+        state("open");
+        failed = -1;
+        await events(answer.body.getReader(), hear);
+      } catch (error) {
+        if (over.signal.aborted) return;
+      }
+      state("lost");
+      await new Promise((wake) => setTimeout(wake, RETRY_MS[Math.min(Math.max(failed, 0), RETRY_MS.length - 1)]));
+    }
+  })();
+  return { stop: () => over.abort() };
+}
+
+// Server-sent events have a blank line between them; ours have one line of data each.
+async function events(reader, hear) {
+  const text = new TextDecoder();
+  let rest = "";
+  for (;;) {
+    const { done, value } = await reader.read();
+    if (done) return;
+    rest += text.decode(value, { stream: true });
+    const whole = rest.split("\n\n");
+    rest = whole.pop();
+    for (const one of whole) {
+      const event = /^event: (.+)$/m.exec(one);
+      const data = /^data: (.*)$/m.exec(one);
+      if (event && data && Object.hasOwn(hear, event[1])) hear[event[1]](data[1]);
+    }
+  }
+}

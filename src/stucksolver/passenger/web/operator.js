@@ -1,0 +1,90 @@
+// The operator's desk: which vehicle is shown, and what waits for an answer.
+
+import { get, post } from "/files/api.js";
+
+const $ = (id) => document.getElementById(id);
+const EVERY_MS = 1500;
+
+function button(label, press) {
+  const made = document.createElement("button");
+  made.type = "button";
+  made.textContent = label;
+  made.addEventListener("click", press);
+  return made;
+}
+
+export class Desk {
+  // `look` is called with the vehicle to show.
+  constructor(look) {
+    this.look = look;
+    this.shown = "";
+    $("desk").hidden = false;
+    $("vehicle").addEventListener("change", () => this.look($("vehicle").value));
+    this.refresh();
+    setInterval(() => this.refresh(), EVERY_MS);
+  }
+
+  async refresh() {
+    try {
+      const [vehicles, queue] = await Promise.all([get("/api/vehicles"), get("/api/queue")]);
+      this.choose(vehicles);
+      this.list(queue);
+    } catch {
+      // The page says by itself when the server is gone; the next look is soon.
+    }
+  }
+
+  choose(vehicles) {
+    const key = JSON.stringify(vehicles);
+    if (key === this.vehicles) return;
+    this.vehicles = key;
+    const chosen = $("vehicle").value;
+    $("vehicle").replaceChildren(...Object.entries(vehicles).map(([id, name]) => {
+      const option = document.createElement("option");
+      option.value = id;
+      option.textContent = name;
+      option.selected = id === chosen;
+      return option;
+    }));
+    if (!chosen && $("vehicle").value) this.look($("vehicle").value);
+  }
+
+  list(queue) {
+    const key = JSON.stringify(queue.map((call) => [call.id, call.text]));
+    if (key === this.shown) return;
+    this.shown = key;
+    if (!queue.length) {
+      const nothing = document.createElement("li");
+      nothing.textContent = "Nobody is waiting.";
+      $("queue").replaceChildren(nothing);
+      return;
+    }
+    $("queue").replaceChildren(...queue.map((call) => this.call(call)));
+  }
+
+  call(call) {
+    const item = document.createElement("li");
+    const name = document.createElement("strong");
+    name.textContent = call.name;
+    const text = document.createElement("p");
+    text.textContent = call.text;
+    const row = document.createElement("div");
+    row.className = "row";
+    row.append(button("Look", () => {
+      $("vehicle").value = call.vehicle;
+      this.look(call.vehicle);
+    }));
+    if (call.kind === "question") {
+      row.append(...[true, false].map((yes) => button(yes ? "Yes" : "No", () => this.answer(call, yes))));
+    } else {
+      row.append(button("Done", () => post(`/api/queue/${encodeURIComponent(call.id)}/close`).then(() => this.refresh())));
+    }
+    item.append(name, text, row);
+    return item;
+  }
+
+  async answer(call, yes) {
+    await post(`/api/vehicles/${encodeURIComponent(call.vehicle)}/answer`, { yes, question_id: call.question_id });
+    this.refresh();
+  }
+}
