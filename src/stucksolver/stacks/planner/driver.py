@@ -285,9 +285,11 @@ class PlannerDriver(BehaviorDriver):
         seen = on_route(path, where.s, around)
         for hazard in entering(seen, where, self._model):
             allowed = min(allowed, self._concerns.hazard(hazard, way.speed))
+        # Who sets off in a proven gap does not brake for those against whom it was proven.
+        proven = self._changes.judged if self._pass is None else frozenset()
         if self._give_way.going and isinstance(self._give_way, StreamGiveWay):
-            # Who sets off in a proven gap does not brake for those against whom it was proven.
-            seen = seen.part(~seen.among(self._give_way.judged))
+            proven |= self._give_way.judged
+        seen = seen.part(~seen.among(proven))
         known = np.isin(around.actor_id, seen.actor_id)
         speed, others = max(way.speed, 0.0), around.part(known)
         return allowed_acceleration(path, where, speed, allowed, seen, others, turning[known], self._model)

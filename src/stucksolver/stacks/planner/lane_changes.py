@@ -115,6 +115,8 @@ class ChangeWatch:
         """Distance from the front bumper to where the ego waits for a gap, at the latest."""
         self.pace_mps = 0.0
         """Of the lane that is to be entered or was entered just now; 0 where there is none."""
+        self.judged: frozenset[int] = frozenset()
+        """Ids of those in that lane against whom a change that is under way was proven."""
 
     def shifts(self) -> list[Shift]:
         """How far the ego's line is from the route's."""
@@ -129,7 +131,7 @@ class ChangeWatch:
 
     def look(self, here: Situation) -> bool:
         """Take a tick into account; whether the shifts have changed."""
-        self.wait_m, self.pace_mps = None, 0.0
+        self.wait_m, self.pace_mps, self.judged = None, 0.0, frozenset()
         while self._due and here.s_m > self._ends(self._due[0]):
             self._due.pop(0)
             self._going = False
@@ -141,6 +143,7 @@ class ChangeWatch:
             return False
         self.pace_mps = lane.pace_mps
         if self._going:
+            self.judged = lane.ids
             return False
         start, length = self._starts.get(change, (change.begins_m, change.length_m))
         last = change.last_m - TIGHT_M - here.model.half_length
@@ -174,6 +177,11 @@ class _Lane:
         near = np.abs(bodies.s - here.s_m) < NEAR_M
         inside = near & (np.abs(self._e - change.lateral_m) < _IN_LANE_M + bodies.aside - 0.9)
         self._others, self._others_e = bodies.part(inside), self._e[inside]
+
+    @property
+    def ids(self) -> frozenset[int]:
+        """Of those in it."""
+        return frozenset(self._others.actor_id.tolist())
 
     @property
     def is_empty(self) -> bool:

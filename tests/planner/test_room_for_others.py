@@ -1,0 +1,73 @@
+"""Room beside doors, and a lane for emergency vehicles."""
+
+from __future__ import annotations
+
+import carla
+import numpy as np
+import pytest
+
+from driver.fakes import box
+from planner_stage import LEFT, RIGHT, LitWorld, drive
+from stucksolver.stacks.driver import DriverOptions
+from stucksolver.stacks.planner import PlannerDriver
+from stucksolver.stacks.planner.berth import DOOR_M
+from stucksolver.stacks.planner.yielding import EMERGENCY_LAMPS
+
+HALF_WIDTH_M = 1.0
+"""Of the ego and of the cars it passes."""
+PARKED_Y = 2 * 3.5 + HALF_WIDTH_M + 0.05
+"""Beside the right lane, up to its edge."""
+
+
+def scene(lane=RIGHT, speed=0.0, x=10.0):
+    world = LitWorld()
+    ego = world.add_ego(x, lane, 0.0, speed)
+    driver = PlannerDriver(ego, "normal", DriverOptions(ignore_traffic_lights=True), world.map)
+    driver.set_destination(carla.Location(380.0, lane, 0.0))
+    return world, ego, driver
+
+
+def test_a_parked_car_is_passed_out_of_reach_of_its_door_and_within_the_lane() -> None:
+    world, ego, driver = scene()
+    world.add("vehicle.a", 120.0, PARKED_Y)
+    seen = np.array(drive(world, ego, driver, 25.0))
+    beside = np.abs(seen[:, 0] - 120.0) < 4.7
+    assert beside.any()
+    free = PARKED_Y - HALF_WIDTH_M - (seen[beside, 1] + HALF_WIDTH_M)
+    assert free.min() > DOOR_M + 0.1
+    assert seen[:, 1].min() - HALF_WIDTH_M > 3.5
+    assert abs(seen[-1, 1] - RIGHT) < 0.1
+
+
+def test_beside_what_has_no_doors_it_keeps_to_the_middle() -> None:
+    world, ego, driver = scene()
+    world.add("static.prop.container", 120.0, PARKED_Y, bounding_box=box(0.6, 0.6, 0.8))
+    seen = np.array(drive(world, ego, driver, 20.0))
+    assert np.abs(seen[:, 1] - RIGHT).max() < 0.1
+
+
+def test_a_car_that_waits_in_the_lane_beside_is_no_parked_car() -> None:
+    world, ego, driver = scene()
+    world.add("vehicle.a", 120.0, LEFT + 0.6)
+    seen = np.array(drive(world, ego, driver, 20.0))
+    assert np.abs(seen[:, 1] - RIGHT).max() < 0.1
+
+
+@pytest.mark.parametrize(("lit", "aside"), [(True, True), (False, False)])
+def test_it_goes_aside_for_blue_lights_behind_it_and_for_nobody_else(lit, aside) -> None:
+    world, ego, driver = scene(LEFT, 8.0, 60.0)
+    other = world.add("vehicle.ford.ambulance", 30.0, LEFT, speed=8.5)
+    world.lamps = {other.id: EMERGENCY_LAMPS if lit else 0}
+    seen = np.array(drive(world, ego, driver, 8.0))
+    assert (seen[-1, 1] > RIGHT - 0.4) == aside
+
+
+def test_it_comes_back_once_the_emergency_vehicle_is_past() -> None:
+    world, ego, driver = scene(LEFT, 8.0, 60.0)
+    other = world.add("vehicle.ford.ambulance", 30.0, LEFT, speed=8.5)
+    world.lamps = {other.id: EMERGENCY_LAMPS}
+    drive(world, ego, driver, 5.0)
+    other.speed = 20.0
+    seen = np.array(drive(world, ego, driver, 16.0))
+    assert seen[:, 1].max() > RIGHT - 0.3
+    assert abs(seen[-1, 1] - LEFT) < 0.3

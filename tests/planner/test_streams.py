@@ -1,0 +1,97 @@
+"""Into a stream: at its pace, behind whoever leads, and not into it without a gap."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+pytest.importorskip("carla")
+
+from stucksolver.stacks.driver.behavior import profile_named
+from stucksolver.stacks.driver.concerns import USUAL
+from stucksolver.stacks.driver.give_way import GiveWayDecision, Met, Moving
+from stucksolver.stacks.driver.hazards import Hazard
+from stucksolver.stacks.driver.local_planner import LocalPlanner
+from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
+from stucksolver.stacks.driver.options import DriverOptions
+from stucksolver.stacks.driver.path import make_path
+from stucksolver.stacks.driver.vehicle_model import VehicleModel
+from stucksolver.stacks.planner.streams import StreamConcerns, StreamGiveWay
+
+np = pytest.importorskip("numpy")
+
+PROFILE, MODEL = profile_named("normal"), VehicleModel(2.4, 1.0, 2.9, 1.2)
+LINE = make_path(np.arange(0.0, 300.0), np.zeros(300), np.full(300, 30.0))
+
+
+def concerns(flow_mps):
+    planner = LocalPlanner(PROFILE.lateral_accel, PROFILE.deceleration)
+    found = StreamConcerns(PROFILE, DriverOptions(), MODEL, planner)
+    found.flow_mps = flow_mps
+    return found
+
+
+def way(meets_s, parts_s, joins=False):
+    """A way that goes first and meets the route there."""
+    s = np.arange(0.0, 100.0)
+    return MeetingWay(
+        x=s,
+        y=s,
+        yaw=0.0 * s,
+        s=s,
+        inside_s=40.0,
+        meets_s=50.0,
+        parts_s=60.0,
+        route_meets_s=meets_s,
+        route_parts_s=parts_s,
+        straight=True,
+        bend_mps=20.0,
+        joins=joins,
+        approach=(1, 0, -1),
+        goes_first=True,
+        lights=(),
+    )
+
+
+def gone(meeting, met, front, speed):
+    found = Met(met, frozenset(), None)
+    return StreamGiveWay([meeting], PROFILE, MODEL)._gone(meeting, found, front, speed)
+
+
+@pytest.mark.parametrize(("flow_mps", "faster"), [(0.0, False), (5.0, False), (12.0, True)])
+def test_a_stream_sets_the_pace_where_it_is_faster_than_the_limit(flow_mps, faster) -> None:
+    wanted = concerns(flow_mps).cruise(LINE, 8.0, 30.0, "right", USUAL)
+    assert (wanted > 0.5) == faster
+
+
+def test_it_does_not_fall_back_behind_a_leader_that_drives_away_in_a_stream() -> None:
+    near = Hazard(1, 5.0, 11.0, False)
+    assert concerns(11.0).hazard(near, 9.0) > 1.0
+    assert concerns(0.0).hazard(near, 9.0) < concerns(11.0).hazard(near, 9.0)
+
+
+@pytest.mark.parametrize(
+    "hazard", [Hazard(1, 5.0, 0.0, False), Hazard(1, 1.0, 11.0, False), Hazard(1, 8.0, 4.0, False)]
+)
+def test_it_brakes_for_what_stands_is_too_near_or_slower_than_the_stream(hazard) -> None:
+    assert concerns(11.0).hazard(hazard, 9.0) == pytest.approx(concerns(0.0).hazard(hazard, 9.0))
+
+
+def test_one_past_the_line_stops_before_the_way_of_somebody_that_it_has_not_entered() -> None:
+    crossed, ahead, joined = way(20.0, 26.0), way(30.0, 40.0), way(42.0, 50.0, joins=True)
+    meeting = Meeting(18.0, (crossed, ahead, joined))
+    assert gone(meeting, (joined,), 24.0, 3.0).wait_m == pytest.approx(6.0)
+    assert gone(meeting, (joined,), 29.5, 9.0) == GiveWayDecision(None, frozenset())
+
+
+def test_one_that_has_crept_up_to_the_others_still_waits() -> None:
+    watch = StreamGiveWay([], PROFILE, MODEL)
+    assert not watch._must_go(0.3, -0.5)
+    assert watch._must_go(4.0, -0.5)
+    assert watch._must_go(0.3, -3.0)
+
+
+def test_nobody_sets_the_pace_on_an_empty_road() -> None:
+    assert StreamGiveWay([], PROFILE, MODEL)._top_mps(Moving(5.0, 8.0), []) == 8.0
+    assert not math.isinf(StreamGiveWay([], PROFILE, MODEL).flow_mps)
