@@ -1,0 +1,57 @@
+"""The network that ships: it loads, it is small and quick, and it says nothing of a picture that shows nothing."""
+
+import time
+
+import numpy as np
+import pytest
+
+from stucksolver.perception.camera.attributes import AttributeReader
+from stucksolver.perception.camera.crop_network import CropNetwork
+from stucksolver.perception.camera.lights import LightReader
+from stucksolver.perception.camera.weights import DATA
+from stucksolver.perception.measurements import CameraFrame
+from stucksolver.perception.rig import load_rig
+from stucksolver.scene.surroundings import LightState
+
+pytest.importorskip("onnxruntime")
+pytest.importorskip("PIL")
+CAMERA = load_rig().camera
+SLOWEST_MS = 120.0
+"""For thirty boxes on one thread; about 16 ms where nobody else computes."""
+
+
+@pytest.fixture(scope="module")
+def network() -> CropNetwork:
+    return CropNetwork()
+
+
+def test_it_is_small() -> None:
+    assert (DATA / "crops.onnx").stat().st_size < 3_000_000
+
+
+@pytest.mark.parametrize("grey", [0, 90, 255])
+def test_nothing_is_said_of_a_picture_without_anything(network: CropNetwork, grey: int) -> None:
+    frame = CameraFrame(0.0, np.full((900, 1600, 3), grey, np.uint8))
+    boxes = np.array([[20.0, 0, 0.8, 4.5, 1.9, 1.6, 0], [12.0, 2, 0.2, 0.4, 0.4, 0.4, 0], [-9.0, 0, 1, 4, 2, 2, 0]])
+    for one in AttributeReader(network=network).read(frame, CAMERA, boxes):
+        assert one.kind is None
+        assert not one.brake_lights
+        assert not one.emergency_lights
+        assert not one.hazard_lights
+        assert not one.door_open
+    head = np.array([[30.0, 0, 5, 0.3, 0.2, 0.66, -np.pi / 2]])
+    assert LightReader(network=network).read(frame, CAMERA, [head]) == ((LightState.UNKNOWN, 0.0),)
+
+
+def test_thirty_boxes_are_read_within_a_cycle(network: CropNetwork) -> None:
+    frame = CameraFrame(0.0, np.random.default_rng(0).integers(0, 255, (900, 1600, 3), dtype=np.uint8))
+    ahead = np.linspace(8.0, 60.0, 30)
+    boxes = np.stack(
+        [ahead, 0 * ahead, 0 * ahead + 0.8, 0 * ahead + 4.5, 0 * ahead + 1.9, 0 * ahead + 1.6, 0 * ahead], 1
+    )
+    reader, times = AttributeReader(network=network), []
+    for _ in range(6):
+        began = time.process_time()
+        reader.read(frame, CAMERA, boxes)
+        times.append(time.process_time() - began)
+    assert 1e3 * min(times) < SLOWEST_MS
