@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from stucksolver_bridge.conversation import limit_of
 
 NONE, TIMERS = "none", "timers"
+AGENT, PLANNER = "agent", "planner"
 
 
 class ConfigError(ValueError):
@@ -19,7 +20,7 @@ class Config(NamedTuple):
     """What drives, and who helps."""
 
     recovery: str = NONE
-    """`none`: BehaviorAgent alone; `timers`: it tries one thing after the other; otherwise a reasoner by its words:
+    """`none`: the driver alone; `timers`: it tries one thing after the other; otherwise a reasoner by its words:
     `rules`, `openai:MODEL`, `recorded:FOLDER`."""
     reasoner: str | None = None
     """A second reasoner, of the ladder's rung `model`."""
@@ -28,7 +29,9 @@ class Config(NamedTuple):
     path: str = ""
     """Where that Python finds stucksolver, if it is not installed there."""
     behavior: str = "normal"
-    """BehaviorAgent's: `cautious`, `normal` or `aggressive`."""
+    """The driver's: `cautious`, `normal` or `aggressive`."""
+    driver: str = AGENT
+    """`agent`: CARLA's BehaviorAgent; `planner`: our own, where the evaluator's Python has stucksolver."""
     obstacles: bool = True
     """Show BehaviorAgent the standing things around it, which it does not look for by itself."""
     ladder: str = "evaluation"
@@ -102,6 +105,8 @@ def checked(given: dict[str, Any], path: str) -> Config:
     if config.recovery not in (NONE, TIMERS) and not config.python:
         remedy = "name a Python 3.10 to 3.12 that has stucksolver"
         raise ConfigError(f"{path}: recovery {config.recovery!r} needs the field 'python': {remedy}")
+    if config.driver not in (AGENT, PLANNER):
+        raise ConfigError(f"{path}: unknown driver {config.driver!r}; there are {AGENT} and {PLANNER}")
     if config.python and not os.access(config.python, os.X_OK):
         raise ConfigError(f"{path}: python {config.python!r} cannot be run")
     return config

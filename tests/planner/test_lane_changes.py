@@ -5,8 +5,8 @@ from __future__ import annotations
 import carla
 import numpy as np
 import pytest
-
 from planner_stage import LEFT, RIGHT, LitWorld, drive
+
 from stucksolver.stacks.driver import DriverOptions
 from stucksolver.stacks.planner import PlannerDriver
 from stucksolver.stacks.planner.lane_changes import lane_changes

@@ -5,9 +5,9 @@ from __future__ import annotations
 import carla
 import numpy as np
 import pytest
+from planner_stage import LEFT, RIGHT, LitWorld, drive
 
 from driver.fakes import box
-from planner_stage import LEFT, RIGHT, LitWorld, drive
 from stucksolver.stacks.driver import DriverOptions
 from stucksolver.stacks.planner import PlannerDriver
 from stucksolver.stacks.planner.berth import DOOR_M

@@ -1,5 +1,7 @@
 """BehaviorAgent with StuckSolver for `leaderboard_evaluator.py --agent THIS_FILE --agent-config CONFIG.json`.
 
+Our own planner drives in place of BehaviorAgent where the configuration says so.
+
 Runs where the evaluator runs (Python 3.8 with CARLA 0.9.15, or later); the solver is a process of its own. CARLA's
 `agents` package, the leaderboard and scenario_runner must be on the path, as the evaluator itself demands.
 
@@ -26,7 +28,8 @@ from srunner.scenariomanager.carla_data_provider import CarlaDataProvider  # noq
 
 from stucksolver_bridge.agent_driver import AgentDriver  # noqa: E402
 from stucksolver_bridge.agent_plan import make_agent  # noqa: E402
-from stucksolver_bridge.entry_config import NONE, TIMERS, Config, read_config  # noqa: E402
+from stucksolver_bridge.entry_config import NONE, PLANNER, TIMERS, Config, read_config  # noqa: E402
+from stucksolver_bridge.own_planner import OwnPlanner  # noqa: E402
 from stucksolver_bridge.recovery import Recovery  # noqa: E402
 from stucksolver_bridge.speaker import Speaker  # noqa: E402
 from stucksolver_bridge.timers import Timers  # noqa: E402
@@ -46,7 +49,7 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
     """Made anew for each route."""
 
     def setup(self, path_to_conf_file: str) -> None:
-        """Raises `ConfigError` and `SolverError`, which the evaluator reports as an agent that could not be set up."""
+        """Raises `ConfigError`, `PlannerError` or `SolverError`: for the evaluator, an agent not set up."""
         self.track = Track.SENSORS
         self._config, self._name = read_config(path_to_conf_file)
         self._metrics: dict[str, Any] = {}
@@ -98,9 +101,12 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
 
     def _begin(self, config: Config) -> None:
         hero, carla_map = self.hero_actor, CarlaDataProvider.get_map()
-        agent = make_agent(BehaviorAgent, hero, config.behavior, carla_map)
-        # The evaluator ends the route, at a place that is no agent's business.
-        self._driver = AgentDriver(agent, carla, config.obstacles, keeps_going=True)
+        if config.driver == PLANNER:
+            self._driver = OwnPlanner(hero, config.behavior, carla_map)
+        else:
+            agent = make_agent(BehaviorAgent, hero, config.behavior, carla_map)
+            # The evaluator ends the route, at a place that is no agent's business.
+            self._driver = AgentDriver(agent, carla, config.obstacles, keeps_going=True)
         plan = [(carla_map.get_waypoint(transform.location), option) for transform, option in self._dense_plan]
         self._driver.set_plan(plan)
         if config.recovery == NONE:

@@ -1,4 +1,4 @@
-"""`attach`: CARLA's BehaviorAgent with StuckSolver beside it, used as before."""
+"""`attach`: CARLA's BehaviorAgent, or a driver of ours, with StuckSolver beside it, used as before."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from stucksolver.decision import CONTINUE, Directive
 from stucksolver.scene import Scene, Surroundings
 from stucksolver.solver import StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
+from stucksolver.stacks.driver import BehaviorDriver, RoutePoint
 from stucksolver_bridge import AgentDriver
+from stucksolver_bridge.agent_driver import filled
 
 Obstacles = bool | Callable[[], Iterable[Any]]
 
@@ -21,6 +23,7 @@ Obstacles = bool | Callable[[], Iterable[Any]]
 def attach(agent: Any, *, obstacles: Obstacles = True, **solver: Any) -> AttachedAgent:
     """A BehaviorAgent (CARLA's `agents` package, 0.9.13 and later) that gets itself moving again.
 
+    A driver of ours (`stucksolver.stacks.planner.PlannerDriver`) is taken as well.
     The agent may have a plan already, or be given one through what is returned. `obstacles`: it looks for vehicles
     and walkers only; True lists the standing things around it among the vehicles that it is shown, False does not, and
     a function returns what your perception has found (`stucksolver_bridge.shown.ShownWorld` says what is asked of
@@ -36,7 +39,9 @@ class AttachedAgent:
 
     def __init__(self, agent: Any, obstacles: Obstacles, solver: dict[str, Any]) -> None:
         self.agent = agent
-        self.driver = AgentDriver(agent, carla, obstacles)
+        self.driver: AgentDriver | BehaviorDriver = (
+            agent if isinstance(agent, BehaviorDriver) else AgentDriver(agent, carla, obstacles)
+        )
         self.directive: Directive | None = CONTINUE
         """What the solver said on the last tick; None where it said nothing."""
         self.fault: str | None = None
@@ -49,7 +54,7 @@ class AttachedAgent:
     def run_step(self, debug: bool = False) -> Any:
         """This tick's `carla.VehicleControl`, not applied."""
         if self._stack is None:
-            return self.agent.run_step(debug)
+            return self.driver.run_step() if self.driver is self.agent else self.agent.run_step(debug)
         self.directive = self._asked(self._stack)
         return self._stack.perform(self.directive)
 
@@ -75,7 +80,10 @@ class AttachedAgent:
     def set_global_plan(self, plan: Any, stop_waypoint_creation: bool = True, clean_queue: bool = True) -> None:
         """As the agent's own."""
         self.driver.release()
-        self.agent.set_global_plan(plan, stop_waypoint_creation, clean_queue)
+        if isinstance(self.driver, BehaviorDriver):
+            self.driver.set_route([RoutePoint(*point) for point in filled(plan)])
+        else:
+            self.agent.set_global_plan(plan, stop_waypoint_creation, clean_queue)
         self._take_plan()
 
     def done(self) -> bool:
@@ -95,7 +103,8 @@ class AttachedAgent:
 
     def _take_plan(self) -> None:
         """The agent has another plan, or its first."""
-        self.driver.note_plan()
+        if isinstance(self.driver, AgentDriver):
+            self.driver.note_plan()
         if not self.driver.route:
             return
         if self._stack is None:

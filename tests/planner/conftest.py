@@ -1,0 +1,5 @@
+"""The planner drives CARLA's vehicles."""
+
+import pytest
+
+pytest.importorskip("carla")
