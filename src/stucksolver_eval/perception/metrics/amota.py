@@ -48,6 +48,14 @@ def thresholds(
     return found
 
 
+def best_threshold(
+    drives: Sequence[Sequence[TrackedFrame]], within_m: float, levels: int = LEVELS
+) -> tuple[float, MotCounts] | None:
+    """The threshold with the highest MOTA, and its counts, as nuScenes tells MOTA; None without objects or tracks."""
+    told = [(score, counts) for score, counts in thresholds(drives, within_m, levels) if counts.mota is not None]
+    return max(told, key=lambda one: -np.inf if one[1].mota is None else one[1].mota, default=None)
+
+
 def _motar(counts: MotCounts, recall: float) -> float:
     errors = counts.switches + counts.false_positives + counts.misses - (1.0 - recall) * counts.objects
     return min(max(0.0, 1.0 - errors / (recall * counts.objects)), 1.0)

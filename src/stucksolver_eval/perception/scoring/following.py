@@ -10,7 +10,7 @@ import numpy as np
 
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.recording import Recorded, Recording
-from stucksolver_eval.perception.metrics.amota import amota
+from stucksolver_eval.perception.metrics.amota import amota, best_threshold
 from stucksolver_eval.perception.metrics.clear_mot import MotCounts, TrackedFrame, assign, clear_mot
 from stucksolver_eval.perception.metrics.matching import ANY_LABEL, Reals
 from stucksolver_eval.perception.scoring.part import Given, NothingToScore, Part, Watch, figure, plain, table
@@ -29,6 +29,11 @@ class LabelTracking:
 
     counts: MotCounts
     mota: float | None
+    """Of all tracks that the tracker tells of."""
+    best_mota: float | None
+    """At the threshold of confidence where it is highest, as nuScenes has it."""
+    best_at: float | None
+    """That threshold."""
     motp_m: float | None
     recall: float | None
     amota: float | None
@@ -116,9 +121,12 @@ def _of_label(drives: Sequence[Sequence[_Look]], label: int) -> LabelTracking:
     frames = [_frames(looks, label) for looks in drives]
     counts = sum((clear_mot(one, WITHIN_M) for one in frames), MotCounts())
     errors = [error for looks, one in zip(drives, frames, strict=True) for error in _velocity_errors(looks, one, label)]
+    best = best_threshold(frames, WITHIN_M)
     return LabelTracking(
         counts=counts,
         mota=counts.mota,
+        best_mota=None if best is None else best[1].mota,
+        best_at=None if best is None else best[0],
         motp_m=counts.motp_m,
         recall=counts.recall,
         amota=amota(frames, WITHIN_M),
@@ -166,13 +174,27 @@ def _velocity_errors(looks: Sequence[_Look], frames: Sequence[TrackedFrame], lab
 
 
 def _page(data: dict[str, Any]) -> str:
-    head = ("class", "objects", "MOTA", "AMOTA", "MOTP m", "recall", "switches", "false", "velocity RMS m/s")
+    head = (
+        "class",
+        "objects",
+        "MOTA",
+        "best MOTA",
+        "at",
+        "AMOTA",
+        "MOTP m",
+        "recall",
+        "switches",
+        "false",
+        "velocity RMS m/s",
+    )
     total = data["counts"]
     rows = [
         (
             name,
             str(one.counts.objects),
             figure(one.mota),
+            figure(one.best_mota),
+            figure(one.best_at, 2),
             figure(one.amota),
             figure(one.motp_m, 2),
             figure(one.recall),
