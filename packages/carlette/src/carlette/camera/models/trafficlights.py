@@ -7,6 +7,7 @@ from functools import lru_cache
 
 from carlette.camera.models.mesh import Builder, Color, Mesh, Point
 from carlette.camera.rendering import tags
+from carlette.geometry import Vector
 
 CASE: Color = (34, 36, 38)
 POST: Color = (96, 100, 104)
@@ -14,6 +15,8 @@ ARM_Z_M = 5.35
 POST_HEAD_Z_M = 2.75
 LONGEST_ARM_M = 10.0
 REPEATER_HEAD: Point = (0.0, 0.14, 3.0)
+HEAD_HALF = Vector(0.31, 0.2, 0.66)
+"""Half the size of a head's box, back plate and hoods included."""
 LAMPS: tuple[tuple[Color, Color], ...] = (
     ((255, 36, 24), (70, 18, 16)),
     ((255, 190, 20), (72, 56, 14)),

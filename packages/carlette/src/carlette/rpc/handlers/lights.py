@@ -5,7 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from carlette.camera.environment.repeaters import repeaters_of
+from carlette.camera.models.mesh import Point
+from carlette.camera.models.trafficlights import HEAD_HALF, REPEATER_HEAD, heads
 from carlette.errors import RequestError
+from carlette.geometry import Box, Vector
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import Session
 from carlette.wire import encode
@@ -77,7 +81,16 @@ def get_group_traffic_lights(session: Session, actor_id: int) -> list[int]:
 
 @methods.value("get_light_boxes")
 def get_light_boxes(session: Session, actor_id: int) -> Any:
-    """Boxes of the lamps in the world; the lamps have no shape of their own here."""
+    """Boxes of the heads in the world, as the cameras draw them, those of a second post included."""
     light = session.light(actor_id, "get_light_boxes")
     pose = session.world.pose(light)
-    return [encode.box(light.box._replace(center=pose.apply(light.box.center), rotation=pose.rotation))]
+    places = [*heads(round(light.box.center.x, 1)), *_repeated(session, light.index)]
+    boxes = (Box(pose.apply(Vector(*place)), HEAD_HALF, pose.rotation) for place in places)
+    return [encode.box(one) for one in boxes]
+
+
+def _repeated(session: Session, index: int) -> list[Point]:
+    foot = repeaters_of(session.world.roads)[index]
+    if foot is None:
+        return []
+    return [(foot[0] + REPEATER_HEAD[0], foot[1] + REPEATER_HEAD[1], foot[2] + REPEATER_HEAD[2])]
