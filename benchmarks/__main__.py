@@ -9,6 +9,7 @@ import json
 NAMES = (
     "solver_overhead",
     "addon_overhead",
+    "driver_ticks",
     "query_overhead",
     "carlette_ticks",
     "carlette_forks",

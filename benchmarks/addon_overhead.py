@@ -65,7 +65,8 @@ class Times(dict[str, list[float]]):
         return result
 
 
-def _drive(client: carla.Client, ticks: int) -> Times:
+def busy_town(client: carla.Client) -> tuple[carla.World, carla.Vehicle, carla.Location]:
+    """A synchronous world with an ego at rest in a street, `CARS` cars of the TrafficManager around, and a goal."""
     world = client.get_world()
     settings = world.get_settings()
     settings.synchronous_mode, settings.fixed_delta_seconds = True, STEP_S
@@ -85,8 +86,14 @@ def _drive(client: carla.Client, ticks: int) -> Times:
     manager.set_random_device_seed(1)
     for car in cars:
         car.set_autopilot(True, manager.get_port())
+    return world, ego, site.destination.transform.location
+
+
+def _drive(client: carla.Client, ticks: int) -> Times:
+    world, ego, goal = busy_town(client)
+    carla_map = world.get_map()
     driver = BehaviorDriver(ego, carla_map=carla_map)
-    driver.set_destination(site.destination.transform.location)
+    driver.set_destination(goal)
     stack = CarlaStack(ego, driver, carla_map)
     times = Times()
     with StuckSolver(stack.scene, clock="lockstep") as solver:
