@@ -28,6 +28,8 @@ LEAST_SCORE = 0.05
 PRECISION = 0.95
 """The threshold is the lowest with which so many of the vehicles beyond 40 m are right."""
 FROM_M, TO_M = 40.0, 200.0
+FAR_PX = 45.0
+"""Cars beyond 40 m are lower in the picture."""
 LEAST_SLACK_PX = 4.0
 SLACK = 0.5
 """A detection is right where its lower middle is within this share of the box's sides, or `LEAST_SLACK_PX`."""
@@ -169,7 +171,7 @@ def _judged(boxes: NDArray[np.float32]) -> NDArray[np.bool_]:
 def _threshold(pictures: Sequence[_Matched]) -> float:
     scores, right = [np.zeros(0)], [np.zeros(0, bool)]
     for one in pictures:
-        far = (one.found.label == 0) & (one.truth != -2) & (one.found.height < 60.0)
+        far = (one.found.label == 0) & (one.truth != -2) & (one.found.height < FAR_PX)
         scores.append(one.found.score[far])
         right.append(one.truth[far] >= 0)
     score, good = np.concatenate(scores), np.concatenate(right)

@@ -27,8 +27,8 @@ LEAST_PX = 6
 """Pixels that an actor must show to count as seen."""
 LEAST_SHARE = 0.3
 """Of it must be seen; of what is more hidden nothing is taught, neither that it is there nor that it is not."""
-LARGEST_PX = 120.0
-"""Higher boxes are near and belong to others; nothing is taught of them."""
+LARGEST_PX = 72.0
+"""Higher boxes (cars nearer than 24 m, buses nearer than 50 m) are the LiDAR's business; nothing is taught of them."""
 NEAREST_M = 1.0
 AHEAD_M = 18.0
 """What is nearer is left to the LiDAR: nothing is taught of it."""

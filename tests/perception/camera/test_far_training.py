@@ -98,6 +98,7 @@ def test_boxes_stay_on_their_cars_when_strips_are_cut_shifted_and_turned() -> No
 def test_a_detection_is_matched_once_and_a_second_one_beside_it_is_false() -> None:
     raw = perfect(60, 420, 72, 430)[0]
     raw[0, 6, 18] = 4.0
+    raw[CLASSES : CLASSES + 2, 6, 18] = 0.0
     found = decode(torch.sigmoid(raw[:CLASSES]).numpy(), raw[CLASSES:].numpy(), 0.0, TOP, 0.5, np.zeros(2))
     assert _match(found, padded(box(0, 60, 420, 72, 430)), 0).truth.tolist() == [0, -1]
     assert _match(found, padded(box(0, 300, 420, 312, 430)), 0).truth.tolist() == [-1, -1]

@@ -18,6 +18,8 @@ VERSION = 1
 """Of the network's inputs and outputs, and of what its card holds."""
 MOST = 60
 """Detections kept of a picture."""
+SAME_IOU = 0.5
+"""Of two boxes that share so much (intersection over union) the less sure one is a second peak of the same thing."""
 LOG_LIMIT = 5.0
 """Of a size's logarithm in cells: a wild output must not overflow."""
 
@@ -109,7 +111,7 @@ def decode(
     label, y, x, score = label[best], y[best], x[best], score[best]
     told = rest[:, y, x].astype(np.float64)
     size = np.exp(np.minimum(told[:2], LOG_LIMIT)) * STRIDE
-    return FarDetections(
+    found = FarDetections(
         time_s=time_s,
         column=(x + 0.5 + told[2]) * STRIDE,
         row=(y + 0.5 + told[4]) * STRIDE + top,
@@ -120,3 +122,19 @@ def decode(
         towards=1.0 / (1.0 + np.exp(-told[5])),
         look=look,
     )
+    return found.part(_single(found))
+
+
+def _single(found: FarDetections) -> NDArray[np.bool_]:
+    """(n,): which detections are no second ones of what a surer one shows, whatever their labels."""
+    left, right = found.column - found.width / 2.0, found.column + found.width / 2.0
+    top, bottom = found.row - found.height, found.row
+    wide = np.minimum(right[:, None], right) - np.maximum(left[:, None], left)
+    high = np.minimum(bottom[:, None], bottom) - np.maximum(top[:, None], top)
+    shared = np.maximum(wide, 0.0) * np.maximum(high, 0.0)
+    area = found.width * found.height
+    same = shared > SAME_IOU * (area[:, None] + area - shared)
+    kept = np.ones(len(found), bool)
+    for k in range(1, len(found)):
+        kept[k] = not (same[k, :k] & kept[:k]).any()
+    return kept
