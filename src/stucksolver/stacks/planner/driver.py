@@ -21,12 +21,13 @@ from stucksolver.stacks.driver.hazards import nearest_hazards, sweep
 from stucksolver.stacks.driver.meeting_ways import Meeting
 from stucksolver.stacks.driver.path import Path
 from stucksolver.stacks.driver.perception import HAZARD_LAMPS, NearbyBodies
+from stucksolver.stacks.driver.pull_out import BESIDE_M as ROADSIDE_M
 from stucksolver.stacks.driver.route_line import rejoining_length
 from stucksolver.stacks.planner.berth import Berths
 from stucksolver.stacks.planner.blockers import SLOW_SHARE, STANDS_MPS, TOUCHES_M, Blockers
 from stucksolver.stacks.planner.foresight import TurnRates, allowed_acceleration, entering
-from stucksolver.stacks.planner.lane_changes import ChangeWatch, flow_behind_mps, lane_changes
-from stucksolver.stacks.planner.offsets import Shift, shifted_path
+from stucksolver.stacks.planner.lane_changes import SLOWER_MPS2, ChangeWatch, flow_behind_mps, lane_changes
+from stucksolver.stacks.planner.offsets import Shift, offset_of, shifted_path
 from stucksolver.stacks.planner.passes import (
     ROOM_AFTER_M,
     Pass,
@@ -115,7 +116,11 @@ class PlannerDriver(BehaviorDriver):
 
     @property
     def _at_the_roadside(self) -> bool:
-        return self._pass is None and super()._at_the_roadside
+        """Beside its lane without having meant to be there."""
+        if self._pass is not None or not super()._at_the_roadside:
+            return False
+        meant = float(offset_of(self._shifts, np.array([self._planner.route_s]))[0])
+        return abs(self._planner.beside_m - meant) > ROADSIDE_M
 
     def _decide(self, motion: Motion, around: NearbyBodies) -> None:
         planner, line = self._planner, self._planner.route_line
@@ -132,7 +137,7 @@ class PlannerDriver(BehaviorDriver):
             self._go_on(line, here, motion)
         elif not self._makes_room(line, here, motion):
             self._look_for_a_way(line, here, motion, around, now_s)
-            if self._pass is None and not super()._at_the_roadside:
+            if self._pass is None and not self._at_the_roadside:
                 self._keep_its_place(line, here, motion)
         self._keep_pace(here)
 
@@ -210,7 +215,7 @@ class PlannerDriver(BehaviorDriver):
             if is_clear(here, way):
                 path = self._path(line, here, way)
                 if self._meets_nothing(path, motion, around):
-                    self._pass = way
+                    self._pass, self._shifts = way, []
                     self._planner.take(path, motion.pose)
                     self._wait_m = None
                     return
@@ -276,11 +281,12 @@ class PlannerDriver(BehaviorDriver):
         allowed = super()._acceleration(path, way, around)
         if self._wait_m is not None:
             allowed = min(allowed, self._concerns.wait(self._wait_m - WAITS_M, way.speed))
-        if self._pass is None and self._changes.wait_m is not None:
-            allowed = min(allowed, self._concerns.stop_line(self._changes.wait_m, way.speed))
         turning = self._turning.see(around, self._tick_s())
         if self._planner.following or self._holding:
             return allowed
+        if self._pass is None and self._changes.wait_m is not None:
+            slips_back = max(self._changes.most_mps - way.speed, -SLOWER_MPS2)
+            allowed = min(allowed, slips_back, self._concerns.stop_line(self._changes.wait_m, way.speed))
         where = self._planner.where
         seen = on_route(path, where.s, around)
         for hazard in entering(seen, where, self._model):

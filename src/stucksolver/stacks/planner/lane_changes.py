@@ -5,6 +5,7 @@ Arc lengths along the route's line in metres; `e` is an offset from the lane tha
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -27,6 +28,8 @@ TIGHT_M = 12.0
 """The shortest way from lane to lane."""
 NEAR_M = 60.0
 """Who is farther away in the lane beside says nothing about its pace."""
+SLIPS_BACK_MPS = 2.0
+"""So much slower than the lane beside the ego drives while it looks for a gap in it."""
 STEP_S = 0.2
 HORIZON_S = 6.0
 KEEP_M = 1.5
@@ -42,6 +45,7 @@ _HELD_S = 1.5
 _LOOKS_S = 1.5
 _PUT_OFF_M = 25.0
 _MOVES_MPS = 0.5
+_SAME_M = 1.0
 
 
 @dataclass(frozen=True)
@@ -114,7 +118,9 @@ class ChangeWatch:
         self.wait_m: float | None = None
         """Distance from the front bumper to where the ego waits for a gap, at the latest."""
         self.pace_mps = 0.0
-        """Of the lane that is to be entered or was entered just now; 0 where there is none."""
+        """Of the lane that is being entered; 0 where none is."""
+        self.most_mps = math.inf
+        """No quicker than this while it looks for a gap: abreast of others at their pace none would ever come."""
         self.judged: frozenset[int] = frozenset()
         """Ids of those in that lane against whom a change that is under way was proven."""
 
@@ -129,38 +135,35 @@ class ChangeWatch:
                 found.append(Shift(-change.lateral_m, *own, start, start + length))
         return found
 
-    def look(self, here: Situation) -> bool:
-        """Take a tick into account; whether the shifts have changed."""
-        self.wait_m, self.pace_mps, self.judged = None, 0.0, frozenset()
+    def look(self, here: Situation) -> None:
+        """Take a tick into account."""
+        self.wait_m, self.pace_mps, self.most_mps, self.judged = None, 0.0, math.inf, frozenset()
         while self._due and here.s_m > self._ends(self._due[0]):
             self._due.pop(0)
             self._going = False
         if not self._due:
-            return False
+            return
         change = self._due[0]
         lane = _Lane(here, change)
         if here.s_m < max(change.first_m, change.begins_m - EARLY_M) or lane.is_empty:
-            return False
-        self.pace_mps = lane.pace_mps
+            return
         if self._going:
-            self.judged = lane.ids
-            return False
+            self.pace_mps, self.judged = lane.pace_mps, lane.ids
+            return
         start, length = self._starts.get(change, (change.begins_m, change.length_m))
         last = change.last_m - TIGHT_M - here.model.half_length
         left = max(last - here.s_m, 0.0)
         gentle = min(rejoining_length(change.lateral_m, here.speed_mps), max(left, TIGHT_M))
         if lane.is_clear(gentle):
             self._going = True
-            if abs(here.s_m - start) < 1.0:
-                return False
-            self._starts[change] = (here.s_m, gentle)
-            return True
+            if abs(here.s_m - start) >= _SAME_M:
+                self._starts[change] = (here.s_m, gentle)
+            return
         if here.s_m > start - _LOOKS_S * here.speed_mps or start != change.begins_m:
             self.wait_m = left
+            self.most_mps = max(lane.pace_mps - SLIPS_BACK_MPS, SLIPS_BACK_MPS)
         if start < last and here.s_m > start - _LOOKS_S * here.speed_mps - 2.0:
             self._starts[change] = (min(max(start, here.s_m) + _PUT_OFF_M, last), max(length, TIGHT_M))
-            return True
-        return False
 
     def _ends(self, change: LaneChange) -> float:
         start, length = self._starts.get(change, (change.begins_m, change.length_m))

@@ -8,7 +8,7 @@ is a straight line in it, and proposals arise from what is in the way.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +27,8 @@ BESIDE_VULNERABLE_M = 0.9
 """Kept beside people and two-wheelers."""
 BESIDE_M = 0.5
 """Kept beside everything else."""
+BESIDE_DOORS_M = 1.1
+"""Kept, where there is room, beside vehicles that stand: a door that opens, and a hand's breadth."""
 ROOM_BEFORE_M = 1.5
 """Between the bumpers when the lane is left."""
 ROOM_AFTER_M = 4.0
@@ -53,6 +55,7 @@ TWO_WHEELER_M = 0.55
 """Half as wide as this, at most, is a bicycle or a motorcycle."""
 _ONCOMING_COST_S = 4.0
 _PER_METRE_COST_S = 0.3
+_DOORS_COST_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,8 @@ class Pass:
     """Ids of what is passed."""
     ends_m: float
     """Where that ends."""
+    by_doors: bool = False
+    """Would a door that opens reach into its way?"""
 
     def offset_at(self, s: Array, start_offset_m: float) -> Array:
         """Offsets at arc lengths `s`, from `start_offset_m` where it begins."""
@@ -125,14 +130,16 @@ def proposals(here: Situation, group: Flags) -> Iterator[Pass]:
     start = float((bodies.s - bodies.along).min())
     vulnerable = bodies.is_walker | (bodies.aside < TWO_WHEELER_M)
     keep = np.where(vulnerable, BESIDE_VULNERABLE_M, BESIDE_M) + model.half_width
+    parked = ~vulnerable & (bodies.speed < _STANDS_MPS) & (bodies.along > bodies.aside)
+    wide = np.where(parked, BESIDE_DOORS_M + model.half_width, keep)
     speed = min(here.cruise_mps, PASSING_MPS)
     for side in (-1, 1):
-        edge = float((side * bodies.d + bodies.aside + keep).max())
-        for offset in (edge, *_lane_middles(here, start, side, edge)):
+        edge, beyond = (float((side * bodies.d + bodies.aside + one).max()) for one in (keep, wide))
+        for offset in dict.fromkeys((edge, beyond, *_lane_middles(here, start, side, edge))):
             for share in TIGHTER:
                 found = _pass(here, bodies, side * offset, share, speed)
                 if found is not None:
-                    yield found
+                    yield replace(found, by_doors=offset < beyond)
 
 
 def _lane_middles(here: Situation, s_m: float, side: int, least_m: float) -> Iterator[float]:
@@ -210,9 +217,10 @@ def is_clear(here: Situation, way: Pass, share: float = 1.0) -> bool:
 
 
 def cost_s(here: Situation, way: Pass) -> float:
-    """What a pass costs, in seconds: its time, exposure to oncoming traffic, and how far it swings out."""
+    """What a pass costs, in seconds: its time, exposure to oncoming traffic and doors, and how far it swings out."""
     drive = rollout(here, way)
-    return float(drive.t[-1]) + _ONCOMING_COST_S * way.oncoming + _PER_METRE_COST_S * abs(way.offset_m)
+    exposed_s = _ONCOMING_COST_S * way.oncoming + _DOORS_COST_S * way.by_doors
+    return float(drive.t[-1]) + exposed_s + _PER_METRE_COST_S * abs(way.offset_m)
 
 
 def pass_path(line: Path, here: Situation, way: Pass, lateral_accel: float, deceleration: float) -> Path:
