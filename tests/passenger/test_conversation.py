@@ -88,18 +88,39 @@ def test_what_cannot_be_done_is_refused_with_its_reason():
     assert not moves(sitting)
 
 
-def test_the_button_stop_ends_the_plan_under_way():
-    sitting = Sitting(parked())
+def going_round(seconds):
+    """A ride on which the plan has been driven for so long, from 20 m before the parked car."""
+    sitting = Sitting(parked(x=50.0, cruise_mps=0.0))
     sitting.until(lambda now: now.question is not None)
     sitting.answer(True)
     sitting.until(lambda now: "executing" in now.state)
+    sitting.drive(seconds)
     assert sitting.press("stop").taken
-    sitting.until(lambda now: "executing" not in now.state, limit_s=5.0)
+    return sitting
+
+
+def test_the_button_stop_ends_the_plan_under_way():
+    sitting = going_round(1.0)
+    sitting.until(lambda now: "executing" not in now.state, limit_s=3.0)
     assert "I have ended that, as you asked." in sitting.car()
-    x = sitting.world.x
     sitting.drive(10.0)
-    assert sitting.world.x < x + 3.0
+    assert sitting.world.x < 55.0
     assert sitting.now.intention == "I am waiting, as you asked. Tell me when I should try again."
+
+
+def test_where_a_stop_would_not_be_safe_the_plan_is_finished_and_the_car_says_so():
+    sitting = going_round(4.0)
+    sitting.until(lambda now: "executing" not in now.state)
+    assert "I could not stop safely half-way, so I have finished it." in sitting.car()
+    assert "I have ended that, as you asked." not in sitting.car()
+
+
+def test_the_same_refusal_is_told_once():
+    sitting = Sitting(parked(sight_m=40.0))
+    sitting.say("please go round it")
+    sitting.drive(20.0)
+    told = [line for line in sitting.car() if line.startswith("I can't")]
+    assert told and len(told) == len(set(told))
 
 
 def test_unclear_words_are_asked_back_once():
@@ -134,7 +155,7 @@ def test_without_a_reader_of_words_the_car_says_so():
     sitting = Sitting(parked(), reader=NoReader())
     sitting.say("please go round it")
     sitting.drive(1.0)
-    assert sitting.car()[-1].startswith("I cannot read words on this machine.")
+    assert sitting.car()[-1].startswith("I could not read your words.")
 
 
 def test_the_end_of_the_ride_is_told_and_nothing_is_heard_after_it():

@@ -72,7 +72,7 @@ def mind(state: State, status: Status, decided: Event | None, scene: Scene | Non
 
 def _executing(activity: Executing) -> Mind:
     if activity.withdrawn:
-        return Mind("I am ending this as soon as that is safe.", "Then I will wait.")
+        return Mind("I am ending this as soon as that is safe.", "Where a stop would not be safe, I finish first.")
     plan = activity.execution.plan
     moving = [one for one in plan.behaviors if not one.stands_still]
     return Mind(doing((moving or list(plan.behaviors))[0]), "Then I will drive on along our route.")

@@ -72,6 +72,7 @@ class Seat:
     def tick(self, status: Status, look: Callable[[], Scene | None] | None = None) -> None:
         """Hand words on, and tell people how things stand. `look` makes a scene; it is called once a second."""
         self._time_s = status.time_s
+        self._conversation.progress_m = status.progress_m
         self._conversation.moving = status.speed_mps > MOVING_MPS
         self._hand_on()
         self._consent()

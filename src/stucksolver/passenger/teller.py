@@ -23,6 +23,9 @@ from stucksolver.words.fields import STAYS
 
 KEPT = 200
 """Lines of a conversation that are kept."""
+FINISHED_M = 5.0
+"""A plan that went on for so long after it was taken back was past the point where it could be stopped."""
+FINISHED = "I could not stop safely half-way, so I have finished it."
 OPEN_ENDED = (GuidanceIntent.UNCLEAR, GuidanceIntent.YES)
 """Words that the solver asks back, once."""
 
@@ -46,7 +49,12 @@ class Conversation:
         self._withdrawn = False
         """Was the plan under way taken back by words?"""
         self.moving = False
-        """Does the car move? Kept by whoever drives it."""
+        """Does the car move? This and the next are kept by whoever drives it."""
+        self.progress_m = 0.0
+        self._withdrawn_m = 0.0
+        """Progress at which a plan was taken back."""
+        self._replied: set[str] = set()
+        """What has been said to the words that count now; it is not said again."""
         self.readings = 0
         """How many words have been read."""
         self.decided: Event | None = None
@@ -83,6 +91,7 @@ class Conversation:
         reading = event.reading
         assert reading is not None
         self.readings += 1
+        self._replied.clear()
         self._mark_read(event, reading.told)
         self._withdrawn = False
         self._nobody_reads = reading.reader == NoReader.name
@@ -94,7 +103,7 @@ class Conversation:
             self._request, self._asked_back, self.stays = None, False, reading.intent
             state = self._state()
             if state is not None and isinstance(state.activity, Executing) and state.activity.withdrawn:
-                self._withdrawn = True
+                self._withdrawn, self._withdrawn_m = True, self.progress_m
                 return "All right. I am ending this as soon as that is safe."
             if self.moving and reading.intent in (GuidanceIntent.WAIT, GuidanceIntent.CANCEL):
                 return NOTHING_TO_STOP
@@ -125,19 +134,15 @@ class Conversation:
 
     def _made_decision(self, event: Event) -> str | None:
         self.decided = event
-        decision, verdict = event.decision, event.verdict
         state = self._state()
         asks = state is not None and isinstance(state.activity, AwaitingApproval)
-        if self._request is None or decision is None or asks:
+        if self._request is None or asks:
             return None  # nobody waits for this, or the question that follows says it
-        if verdict is not None and not verdict.accepted:
-            return can_not(verdict, event.scene)
-        if decision.plan is None:
-            wait = decision.analysis.wait
-            if wait is not None:
-                return "I can't do that now. " + " ".join(waiting(wait, event.scene))
-            return f"I can't do that now. {blocked_by(decision.analysis.cause, event.scene)}"
-        return None
+        text = _why_not(event)
+        if text is None or text in self._replied:
+            return None
+        self._replied.add(text)
+        return text
 
     def _asked(self, event: Event) -> str | None:
         question = event.question
@@ -172,7 +177,8 @@ class Conversation:
 
     def _aborted(self, event: Event) -> str:
         if self._withdrawn:
-            return "I have ended that, as you asked."
+            went_on = self.progress_m - self._withdrawn_m > FINISHED_M
+            return FINISHED if went_on else "I have ended that, as you asked."
         state = self._state()
         attempts = () if state is None else state.history.attempts
         return given_up(attempts[-1].codes if attempts else ())
@@ -190,6 +196,21 @@ class Conversation:
             line = Line(number=self._number, time_s=round(time_s, 2), speaker=speaker, text=text)
             self._lines.append(line)
             return line
+
+
+def _why_not(event: Event) -> str | None:
+    """Why a decision does not do what was asked for; None where it does."""
+    decision, verdict = event.decision, event.verdict
+    if decision is None:
+        return None
+    if verdict is not None and not verdict.accepted:
+        return can_not(verdict, event.scene)
+    if decision.plan is not None:
+        return None
+    wait = decision.analysis.wait
+    if wait is not None:
+        return "I can't do that now. " + " ".join(waiting(wait, event.scene))
+    return f"I can't do that now. {blocked_by(decision.analysis.cause, event.scene)}"
 
 
 Handler = Callable[[Conversation, Event], "str | None"]

@@ -161,12 +161,14 @@ class _Ride:
         driver = make_driver(spec.driver, setting.client, hero, setting.map, line.points, DriverOptions())
         self._driver = driver
         self._stack = CarlaStack(hero, driver, setting.map)
+        reader = AgreeingReader(find_reader())
+        reader.read("hello", "")  # it loads at its first words, and nobody is to wait for that on the way
         self._solver = StuckSolver(
             self._stack.scene,
             ladder=spec.policy(),
             clock=spec.clock,
             on_event=desk.ear(VEHICLE),
-            reader=AgreeingReader(find_reader()),
+            reader=reader,
         )
         self._seat = desk.add(VEHICLE, self._solver, f"{spec.case.replace('_', ' ').capitalize()}, {spec.town}")
         self._view = LiveView(desk, VEHICLE, setting.world, hero)

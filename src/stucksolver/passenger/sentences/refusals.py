@@ -26,7 +26,7 @@ REFUSALS: dict[RejectCode, Refusal] = {
     RejectCode.STALE: Refusal("I do not see well enough at the moment", "I will try when I see clearly again."),
     RejectCode.UNSOUND: Refusal("what I see does not add up at the moment", "I will try when I see clearly again."),
     RejectCode.PRECONDITION: Refusal("that cannot be done here", OTHERWISE),
-    RejectCode.APPROVAL: Refusal("somebody has to agree to that first", "I will ask."),
+    RejectCode.APPROVAL: Refusal("it would not be safe at the moment", AGAIN),  # else a yes is asked for
     RejectCode.NO_PATH: Refusal("there is no room for it here", OTHERWISE),
     RejectCode.COLLISION: Refusal("{who} is in the way", GONE),
     RejectCode.GAP: Refusal("{who} is too close", "I will try when there is more room."),
@@ -42,7 +42,7 @@ REFUSALS: dict[RejectCode, Refusal] = {
     RejectCode.OFF_ROAD: Refusal("I would have to leave the road", OTHERWISE),
     RejectCode.DOOR: Refusal("a car door may open there", "I will try when there is more room."),
     RejectCode.OFF_ROUTE: Refusal("that leads too far away from our route", OTHERWISE),
-    RejectCode.AUTHORITY: Refusal("only the operator may allow that", "I will ask."),
+    RejectCode.AUTHORITY: Refusal("only the operator may allow that", OTHERWISE),
     RejectCode.WAIT_FIRST: Refusal("{who} may drive on by itself", AGAIN),
     RejectCode.NOT_PASSABLE: Refusal("I am not sure that it is safe to drive over it", OTHERWISE),
     RejectCode.LEAVES_LANE: Refusal("there is no room for it in my lane", OTHERWISE),

@@ -25,8 +25,8 @@ INTENTS: dict[GuidanceIntent, str] = {
 }
 ASKED_BACK = "I did not understand that. Shall I wait, drive on, go round it, or take another way?"
 YES_OR_NO = "I did not understand that. Please answer with yes or no."
-NOBODY_READS = "I cannot read words on this machine. Please use the buttons for yes and no."
-"""Where the packages that read words are missing."""
+NOBODY_READS = "I could not read your words. Please try again, or use the buttons."
+"""Where the reader of words was too late, failed, or is not installed."""
 
 NOTHING_TO_STOP = "All right, I begin nothing new. I keep to our route; ask me to pull over if I should stop."
 """For a call to stop while no plan runs and the car drives: its own driver goes on."""

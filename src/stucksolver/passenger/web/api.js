@@ -1,17 +1,21 @@
 // Talks to the server. The token never leaves this tab but as a header to the server that the page came from.
 
 const KEPT = "stucksolver-token";
+const TOKEN = /^#([po]\..+)$/;
 const RETRY_MS = [500, 1000, 2000, 4000];
 
 // From behind the # of the address, which no server ever sees; then it is taken out of the address.
 export function token() {
-  const told = location.hash.slice(1);
+  const told = TOKEN.exec(location.hash);
   if (told) {
-    sessionStorage.setItem(KEPT, told);
+    sessionStorage.setItem(KEPT, told[1]);
     history.replaceState(null, "", location.pathname);
   }
   return sessionStorage.getItem(KEPT) || "";
 }
+
+// Does the address bring another token?
+export const tokenTold = () => TOKEN.test(location.hash);
 
 export function keepToken(text) {
   sessionStorage.setItem(KEPT, text.trim().replace(/^.*#/, ""));

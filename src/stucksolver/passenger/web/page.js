@@ -1,6 +1,6 @@
 // Puts the page together.
 
-import { get, keepToken, listen, token } from "/files/api.js";
+import { get, keepToken, listen, token, tokenTold } from "/files/api.js";
 import { Desk } from "/files/operator.js";
 import { Talk } from "/files/talk.js";
 import { View, canDraw } from "/files/view.js";
@@ -96,5 +96,7 @@ function enter(why) {
   $("code").focus();
 }
 
-addEventListener("hashchange", () => location.reload());
+addEventListener("hashchange", () => {
+  if (tokenTold()) location.reload();
+});
 begin();

@@ -85,7 +85,7 @@ export class Talk {
   line(line) {
     let shown = this.lines.get(line.number);
     if (!shown) {
-      shown = document.createElement("li");
+      shown = document.createElement("p");
       shown.className = line.speaker;
       const who = document.createElement("span");
       who.className = "who";
