@@ -29,6 +29,7 @@ def concerns(flow_mps):
     planner = LocalPlanner(PROFILE.lateral_accel, PROFILE.deceleration)
     found = StreamConcerns(PROFILE, DriverOptions(), MODEL, planner)
     found.flow_mps = flow_mps
+    found.cruise(LINE, 8.0, 30.0, "", USUAL)
     return found
 
 
@@ -69,6 +70,11 @@ def test_it_does_not_fall_back_behind_a_leader_that_drives_away_in_a_stream() ->
     near = Hazard(1, 5.0, 11.0, False)
     assert concerns(11.0).hazard(near, 9.0) > 1.0
     assert concerns(0.0).hazard(near, 9.0) < concerns(11.0).hazard(near, 9.0)
+
+
+def test_in_traffic_that_keeps_to_the_limit_the_usual_gap_is_kept() -> None:
+    near = Hazard(1, 4.0, 7.5, False)
+    assert concerns(7.4).hazard(near, 7.0) == pytest.approx(concerns(0.0).hazard(near, 7.0))
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ from stucksolver.stacks.driver.route_line import rejoining_length
 from stucksolver.stacks.planner.berth import Berths
 from stucksolver.stacks.planner.blockers import SLOW_SHARE, STANDS_MPS, TOUCHES_M, Blockers
 from stucksolver.stacks.planner.foresight import TurnRates, allowed_acceleration, entering
-from stucksolver.stacks.planner.lane_changes import SLOWER_MPS2, ChangeWatch, flow_behind_mps, lane_changes
+from stucksolver.stacks.planner.lane_changes import SLOWER_MPS2, ChangeWatch, lane_changes
 from stucksolver.stacks.planner.offsets import Shift, offset_of, shifted_path
 from stucksolver.stacks.planner.passes import (
     ROOM_AFTER_M,
@@ -40,7 +40,7 @@ from stucksolver.stacks.planner.passes import (
 )
 from stucksolver.stacks.planner.route_bodies import AHEAD_M, on_route
 from stucksolver.stacks.planner.sides import Sides, sides_of
-from stucksolver.stacks.planner.streams import FASTEST_MPS, HURRIED, StreamConcerns, StreamGiveWay
+from stucksolver.stacks.planner.streams import FASTEST_MPS, HURRIED, StreamConcerns, StreamGiveWay, pace_behind_mps
 from stucksolver.stacks.planner.yielding import EMERGENCY_LAMPS, STRETCH_M, aside, comes_behind, is_past, may_return
 
 WAITS_M = 8.0
@@ -157,8 +157,7 @@ class PlannerDriver(BehaviorDriver):
     def _keep_pace(self, here: Situation) -> None:
         """Drive no slower than the stream that the ego joins, or whoever comes up behind."""
         stream = self._give_way.flow_mps if isinstance(self._give_way, StreamGiveWay) and self._give_way.going else 0.0
-        behind = flow_behind_mps(here.bodies, here.s_m, here.d_m, here.speed_mps, here.model.half_length)
-        self._streams.flow_mps = min(max(stream, behind, self._changes.pace_mps), FASTEST_MPS)
+        self._streams.flow_mps = min(max(stream, pace_behind_mps(here), self._changes.pace_mps), FASTEST_MPS)
 
     def _makes_room(self, line: Path, here: Situation, motion: Motion) -> bool:
         """Does the ego go aside for an emergency vehicle behind it, from now on?"""

@@ -17,7 +17,6 @@ from stucksolver.stacks.driver.path import Array, Path
 from stucksolver.stacks.driver.route_line import LEAST_STEP_M, change_length, rejoining_length, smooth_step
 from stucksolver.stacks.planner.offsets import Shift
 from stucksolver.stacks.planner.passes import Situation
-from stucksolver.stacks.planner.route_bodies import RouteBodies
 
 if TYPE_CHECKING:
     import carla
@@ -223,11 +222,3 @@ class _Lane:
             held = min(here.speed_mps, slowest) if slowest < here.speed_mps else slowest
             v = np.minimum(v, held + FASTER_MPS2 * late)
         return np.asarray(np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1]) / 2.0 * STEP_S)]))
-
-
-def flow_behind_mps(bodies: RouteBodies, s_m: float, d_m: float, speed_mps: float, half_length_m: float) -> float:
-    """How fast whoever comes up close behind in the ego's lane drives (m/s); 0 where nobody does."""
-    gap = s_m - half_length_m - bodies.s - bodies.along
-    closing = bodies.vs - speed_mps
-    comes = (np.abs(bodies.d - d_m) < _IN_LANE_M) & (gap > -1.0) & (closing > 0.0) & (gap < 4.0 + 4.0 * closing)
-    return float(bodies.vs[comes].max()) if comes.any() else 0.0

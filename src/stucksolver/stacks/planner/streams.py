@@ -10,6 +10,8 @@ import math
 from collections.abc import Sequence
 from typing import ClassVar
 
+import numpy as np
+
 from stucksolver.stacks.driver.behavior import Profile, toward_gap
 from stucksolver.stacks.driver.concerns import Concerns, Pace
 from stucksolver.stacks.driver.give_way import (
@@ -29,15 +31,22 @@ from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path
 from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
+from stucksolver.stacks.planner.passes import Situation
 
 HURRIED = Pace(2.0, 1.4)
 """How one drives into a gap of a stream: up to 4 m/s² onwards, and some 4 m/s² sideways."""
 LEAST_GAP_M = 2.5
 """Bumper gap to who is ahead in a stream, while whoever is behind comes up."""
-SLOWER_MPS = 0.3
+SLOWER_MPS = 0.4
 """So much slower than its leader the ego lets the gap grow."""
 BEHIND_M = 2.0
 """A leader whose rear is farther behind our front than our length and this is no leader."""
+FOLLOWS_S = 2.0
+"""Who is nearer behind than this follows the ego, besides `FOLLOWS_M`."""
+COMES_S = 4.0
+"""Who will be there within this time is about to, besides `FOLLOWS_M`."""
+FOLLOWS_M = 4.0
+_IN_LANE_M = 1.3
 _CREEPS_MPS = 1.0
 _NOSE_M = 1.0
 _SAME_PLACE_M = 0.1
@@ -105,11 +114,14 @@ class StreamConcerns(Concerns):
         super().__init__(profile, options, model, planner)
         self.flow_mps = 0.0
         """Pace of the stream that the ego joins or has just joined (m/s); 0 without one."""
+        self._joins = False
+        """Is that faster than the limit, as of the last look at the cruising speed?"""
 
     def cruise(self, path: Path, speed: float, limit_kmh: float, command: str, pace: Pace) -> float:
         """Keep to the path's bounds and to the limit, or to the pace of the stream where that is faster."""
-        joins = self.flow_mps > super().top_speed(limit_kmh)
-        return super().cruise(path, speed, limit_kmh, "" if joins else command, HURRIED if joins else pace)
+        self._joins = self.flow_mps > super().top_speed(limit_kmh)
+        command, pace = ("", HURRIED) if self._joins else (command, pace)
+        return super().cruise(path, speed, limit_kmh, command, pace)
 
     def top_speed(self, limit_kmh: float) -> float:
         """See `Concerns`; the stream's pace where that is faster."""
@@ -130,8 +142,21 @@ class StreamConcerns(Concerns):
         return max(super().behind(gap, lead_speed, speed), self._close_behind(gap, lead_speed, speed))
 
     def _close_behind(self, gap: float, lead_speed: float, speed: float) -> float:
-        """Up to nearly the leader's speed where that is a stream's; the gap then grows by itself."""
-        in_stream = 0.0 < self.flow_mps < lead_speed + _SAME_PACE_MPS
-        if not in_stream or gap < LEAST_GAP_M:
+        """Up to nearly the speed of a leader that drives away in a fast stream; the gap then grows by itself."""
+        leaves = lead_speed > speed + SLOWER_MPS and lead_speed + _SAME_PACE_MPS > self.flow_mps
+        if not (self._joins and leaves) or gap < LEAST_GAP_M:
             return -math.inf
         return toward_gap(speed, gap - LEAST_GAP_M, lead_speed - SLOWER_MPS, self._profile.deceleration, 0.0)
+
+
+def pace_behind_mps(here: Situation) -> float:
+    """How fast whoever follows in the ego's lane, or soon will, drives (m/s); 0 where nobody does.
+
+    One that kept to its own pace until it is closed up on, and fell back to it as soon as it is not, would be hit.
+    """
+    bodies = here.bodies
+    gap = here.s_m - here.model.half_length - bodies.s - bodies.along
+    closing = np.maximum(bodies.vs - here.speed_mps, 0.0)
+    near = np.maximum(FOLLOWS_S * bodies.vs, COMES_S * closing) + FOLLOWS_M
+    follows = (np.abs(bodies.d - here.d_m) < _IN_LANE_M) & (gap > -1.0) & (gap < near) & ~bodies.is_walker
+    return max(float(bodies.vs[follows].max()), 0.0) if follows.any() else 0.0
