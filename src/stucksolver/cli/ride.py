@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
     from stucksolver.passenger import Desk, LinkError
     from stucksolver.stacks.driver import RouteError
     from stucksolver_eval.cases.case import CaseError
-    from stucksolver_eval.drivers.make import DriverNameError
+    from stucksolver_eval.drivers.make import DriverNameError, check_driver
     from stucksolver_eval.ride import RideSpec, drive_ride, find_ride
     from stucksolver_eval.ride.ride import VEHICLE, RideError
     from stucksolver_eval.scenarios.base import ScenarioError, Unsupported
@@ -75,8 +75,10 @@ def run(options: argparse.Namespace) -> int:
     )
     try:
         spec.policy()
+        check_driver(spec.driver)
+        page = page_server(options)
         route = find_ride(spec)
-        with page_server(options) as server, Desk(server.address) as desk:
+        with page as server, Desk(server.address) as desk:
             outcome = drive_ride(spec, route, desk, begun=lambda: tell_page(server, VEHICLE, options.listen))
             print(f"{'arrived' if outcome.arrived else 'ended'} after {outcome.duration_s:.0f} s; {_pace(outcome)}")
             if not options.once:
@@ -122,6 +124,7 @@ def page_server(options: argparse.Namespace) -> PassengerServer:
         drawing=DRAWING,
     )
     try:
+        page.check()
         page.bound().close()
         return PassengerServer(page)
     except PageError as error:
