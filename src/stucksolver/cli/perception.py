@@ -18,7 +18,7 @@ NEEDS_CLIENT = "the carla package is not installed, which collecting needs; pip 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """What the command is told."""
-    parts = parser.add_subparsers(required=True, metavar="PART", parser_class=Parser)
+    parts = parser.add_subparsers(required=True, metavar="PART", help="what to do", parser_class=Parser)
     _add_collect(parts.add_parser("collect", help="drive routes, and record the sensors with the truth beside them"))
     _add_eval(parts.add_parser("eval", help="run perception on recordings, and score it"))
     _add_train(parts.add_parser("train", help="train the networks on recordings"))

@@ -1,1 +1,1 @@
-"""Recordings of drives with the truth beside them, and the scores of perception on them."""
+"""Collecting recordings, training on them, and the scores of perception."""

@@ -14,8 +14,8 @@ from stucksolver_eval.arms.make import check_arm
 from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.drivers.make import USUAL
 from stucksolver_eval.files import require_writable
-from stucksolver_eval.perception.spec import RecordingSpec
 from stucksolver_eval.perception.towns import town_routes
+from stucksolver_eval.recording.spec import RecordingSpec
 from stucksolver_eval.results.store import Store
 from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.job import RouteJob

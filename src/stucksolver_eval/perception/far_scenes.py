@@ -28,7 +28,7 @@ from stucksolver.perception.measurements import LidarSweep
 from stucksolver.perception.recording import Recorded, RecordingWriter
 from stucksolver.perception.rig import CameraRig, load_rig
 from stucksolver_eval.perception.far_places import AWAY_M, Places, Posed
-from stucksolver_eval.perception.truth import TruthReader, ego_pose
+from stucksolver_eval.recording.truth import TruthReader, ego_pose
 from stucksolver_eval.server import carlette_server, connect, set_synchronous
 
 TOWNS = ("interurban", "motorway", "Town04", "Town01", "Town02", "Town10HD")

@@ -37,8 +37,8 @@ from stucksolver_eval.setting import Setting
 if TYPE_CHECKING:
     import carla
 
-    from stucksolver_eval.perception.crowd import Crowd
-    from stucksolver_eval.perception.recorder import DriveRecorder
+    from stucksolver_eval.recording.crowd import Crowd
+    from stucksolver_eval.recording.recorder import DriveRecorder
 
 DT_S = 0.05
 HERO = "vehicle.lincoln.mkz_2020"
@@ -257,7 +257,7 @@ def _replay(job: RouteJob, setting: Setting, arm: Arm) -> ReplayKeeper | None:
 def _crowd(job: RouteJob, setting: Setting) -> Crowd | None:
     if job.recording is None or not job.recording.crowd:
         return None
-    from stucksolver_eval.perception.crowd import Crowd
+    from stucksolver_eval.recording.crowd import Crowd
 
     return Crowd(setting, job.seed)
 
@@ -265,7 +265,7 @@ def _crowd(job: RouteJob, setting: Setting) -> Crowd | None:
 def _recorder(job: RouteJob, setting: Setting) -> DriveRecorder | None:
     if job.recording is None:
         return None
-    from stucksolver_eval.perception.recorder import DriveRecorder
+    from stucksolver_eval.recording.recorder import DriveRecorder
 
     about = {"route": job.route.id, "scenario": job.scenario, "seed": job.seed, "driver": job.arm.driver}
     return DriveRecorder(job.recording, setting, job.seed, {**about, "weather": job.recording.weather})

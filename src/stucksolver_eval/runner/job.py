@@ -8,7 +8,7 @@ from typing import Literal
 
 from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.guidance.script import Line
-from stucksolver_eval.perception.spec import RecordingSpec
+from stucksolver_eval.recording.spec import RecordingSpec
 from stucksolver_eval.routes import Route
 
 Replays = Literal["none", "failed", "all"]

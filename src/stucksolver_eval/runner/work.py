@@ -100,7 +100,7 @@ def _driven(store: Store, job: RouteJob, theirs: Connection) -> RouteOutcome | N
     from stucksolver.stacks.driver import RouteError
     from stucksolver_eval.arms import carries_camera
     from stucksolver_eval.drivers import AgentError, carries_sensors
-    from stucksolver_eval.perception.mounted import RecordingSensorError
+    from stucksolver_eval.recording.mounted import RecordingSensorError
     from stucksolver_eval.runner.drive import DriveError, drive_route
     from stucksolver_eval.scenarios.base import ScenarioError, Unsupported
 

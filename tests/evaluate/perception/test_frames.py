@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stucksolver.perception.rig import Mount
-from stucksolver_eval.perception.geodetic import EARTH_RADIUS_M, GeoReference
-from stucksolver_eval.perception.mounted import imu_row, instance_ids, lidar_points, placed
+from stucksolver_eval.recording.geodetic import EARTH_RADIUS_M, GeoReference
+from stucksolver_eval.recording.mounted import imu_row, instance_ids, lidar_points, placed
 
 
 def test_a_point_to_the_right_of_the_sensor_is_to_our_right_and_as_high_as_the_mount() -> None:

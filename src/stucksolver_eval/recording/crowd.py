@@ -7,6 +7,7 @@ lanes, shoulders and sidewalks. All of it belongs to the run's cast, which takes
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from random import Random
 from typing import Any
@@ -20,36 +21,38 @@ from stucksolver_eval.actors.pool import LIFT_M, ScenarioActor, lamps
 from stucksolver_eval.scenarios.actions.crossing import WALKER_LIFT_M
 from stucksolver_eval.setting import Setting
 
-STEP_M = 9.0
-"""Along the route, between two places where something may be put."""
 FIRST_M = 12.0
-LANE_ODDS, SIDE_ODDS, LOW_ODDS = 0.12, 0.85, 0.5
-"""Of a body in the hero's own lane, of one beside it, and of a low thing on the road, at each place."""
+"""Along the route, where the crowd begins."""
+BESIDE_PER_M, IN_LANE_PER_M, LOW_PER_M = 0.28, 0.015, 0.06
+"""How many bodies stand beside the hero's lane, how many in it, and how many low things lie on the road."""
 HELD_UP_S, HELD_UP_MPS = 2.5, 0.7
 """Whoever holds up the hero for so long is taken off the road, so that it gets to see other things."""
 CLEARED_M, CLEARED_WIDE_M = 25.0, 2.5
 """How far ahead of the hero, and how far to each side of its heading."""
 DRIVERS_EVERY_M = 25.0
+DOOR_ODDS = 0.5
+"""That a standing vehicle, where its kind has doors that open, has one open."""
 WALK_MPS = (0.0, 0.0, 0.6, 1.2, 1.8, 2.6)
 WISH_MPS = (0.0, 3.0, 5.0, 8.0, 11.0, 14.0)
 TURN_EVERY_S = 4.0
 """Walkers choose another way, lamps another state."""
 CYCLE_S = (4.0, 14.0)
 """How long a traffic light keeps its state."""
-_TRIES = 4
+_TRIES = 12
 _ABOVE_M = 2.0
 """Bridges are higher."""
 _LIFTS_M = (("static.", 0.0), ("walker.", WALKER_LIFT_M), ("animal.", WALKER_LIFT_M))
 """What does not fall is put onto the ground; who walks has its origin in its middle."""
-_APART_M = 0.8
-_LOW_KINDS = (ObjectKind.BAG, ObjectKind.LITTER, ObjectKind.DEBRIS)
+_APART_M = 0.5
+_SMALL_REACH_M = 0.8
+_LOW_SHARES = ((ObjectKind.BAG, 1.0), (ObjectKind.LITTER, 1.0), (ObjectKind.DEBRIS, 2.0))
 _SHARES = (
     (ObjectKind.CAR, 5.0),
     (ObjectKind.EMERGENCY, 2.0),
     (ObjectKind.VAN, 2.0),
     (ObjectKind.TRUCK, 2.0),
     (ObjectKind.BUS, 2.0),
-    (ObjectKind.SCHOOL_BUS, 0.8),
+    (ObjectKind.SCHOOL_BUS, 1.0),
     (ObjectKind.MOTORCYCLE, 2.0),
     (ObjectKind.BICYCLE, 3.0),
     (ObjectKind.PEDESTRIAN, 5.0),
@@ -162,45 +165,46 @@ class Crowd:
             self._setting.cars.remove([car])
 
     def _strew(self) -> None:
-        """Everything that stands or walks, place by place along the route."""
+        """Everything that stands or walks, at random places along the route."""
         line = self._setting.route
-        s_m = FIRST_M
-        while s_m < line.length_m:
-            here = line.at(s_m)
-            if self._random.random() < SIDE_ODDS:
-                self._put(self._some_kind(), here, self._beside(here))
-            if self._random.random() < SIDE_ODDS:
-                self._put(self._some_kind(), here, -self._beside(here))
-            if self._random.random() < LOW_ODDS:
-                self._put(self._random.choice(_LOW_KINDS), here, self._random.uniform(-1.0, 1.0) * here.lane_width)
-            if self._random.random() < LANE_ODDS:
-                self._put(self._some_kind(), here, self._random.uniform(-0.6, 0.6) * here.lane_width)
-            s_m += STEP_M * self._random.uniform(0.5, 1.5)
+        along_m = max(line.length_m - FIRST_M, 0.0)
+        for kind in self._deck(_SHARES, round(along_m * BESIDE_PER_M)):
+            self._put(
+                kind, lambda here: self._random.choice((-1, 1)) * self._random.uniform(0.9, 3.2) * here.lane_width
+            )
+        for kind in self._deck(_SHARES, round(along_m * IN_LANE_PER_M)):
+            self._put(kind, lambda here: self._random.uniform(-0.6, 0.6) * here.lane_width)
+        for kind in self._deck(_LOW_SHARES, round(along_m * LOW_PER_M)):
+            self._put(kind, lambda here: self._random.uniform(-1.2, 1.2) * here.lane_width)
 
-    def _beside(self, here: carla.Waypoint) -> float:
-        """Metres to the right of the lane's middle: the next lane, the shoulder, the sidewalk, or beyond."""
-        return self._random.choice((0.9, 1.1, 1.4, 1.8, 2.4, 3.2)) * here.lane_width
+    def _deck(self, shares: Sequence[tuple[ObjectKind, float]], count: int) -> list[ObjectKind]:
+        """So many kinds in these shares, the largest bodies first, as they find room only while there is much."""
+        known = [(kind, share) for kind, share in shares if self._kinds.get(kind)]
+        total = sum(share for _, share in known)
+        deck: list[ObjectKind] = []
+        for kind, share in known:
+            wanted = count * share / total
+            deck += [kind] * (int(wanted) + (self._random.random() < wanted % 1.0))
+        self._random.shuffle(deck)
+        return sorted(deck, key=lambda kind: -_REACH_M.get(kind, 0.0))
 
-    def _some_kind(self) -> ObjectKind:
-        kinds = [(kind, share) for kind, share in _SHARES if self._kinds.get(kind)]
-        return self._random.choices([kind for kind, _ in kinds], [share for _, share in kinds])[0]
+    def _put(self, kind: ObjectKind, right_m: Callable[[carla.Waypoint], float]) -> None:
+        """Put one of a kind down where there is room; where there is none after some tries, nothing.
 
-    def _put(self, kind: ObjectKind, here: carla.Waypoint, right_m: float) -> None:
-        """Put one of a kind down where there is room; where there is none after some tries, nothing."""
-        names = self._kinds.get(kind)
-        if not names:
-            return
-        name = self._random.choice(names)
+        `right_m` draws how far to the right of the middle of a lane.
+        """
+        name = self._random.choice(self._kinds[kind])
+        line, reach_m = self._setting.route, _REACH_M.get(kind, _SMALL_REACH_M)
         for _ in range(_TRIES):
-            place = self._spot(here, right_m + self._random.uniform(-0.4, 0.4), kind)
-            if not self._is_free(place.location, _REACH_M.get(kind, 1.0)):
-                right_m *= 1.2
+            here = line.at(self._random.uniform(FIRST_M, line.length_m))
+            place = self._spot(here, right_m(here), kind)
+            if not self._is_free(place.location, reach_m):
                 continue
             lift_m = next((up for start, up in _LIFTS_M if name.startswith(start)), LIFT_M)
             member = self._cast.spawn(name, place, role="crowd", lift_m=lift_m)
             if member is not None:
-                reach = math.hypot(member.half_length_m, member.half_width_m)
-                self._taken.append((place.location.x, place.location.y, reach))
+                reach_m = min(math.hypot(member.half_length_m, member.half_width_m), reach_m)
+                self._taken.append((place.location.x, place.location.y, reach_m))
                 self._settle(member, kind)
                 return
 
@@ -232,7 +236,7 @@ class Crowd:
         elif kind in _ON_WHEELS:
             self._cast.hold(member)
             self._lamped.append(_Walker(member))
-            if self._random.random() < 0.25 and member.actor.attributes.get("has_dynamic_doors") == "true":
+            if self._random.random() < DOOR_ODDS and member.actor.attributes.get("has_dynamic_doors") == "true":
                 self._cast.open_door(member, getattr(carla.VehicleDoor, self._random.choice(_DOORS)))
 
     def _send_off(self) -> None:
@@ -292,6 +296,8 @@ _ON_WHEELS = (
 )
 _ON_FEET = (ObjectKind.PEDESTRIAN, ObjectKind.FLAGGER, ObjectKind.ANIMAL)
 _REACH_M = {
+    ObjectKind.MOTORCYCLE: 1.1,
+    ObjectKind.BICYCLE: 1.0,
     ObjectKind.CAR: 2.2,
     ObjectKind.EMERGENCY: 2.8,
     ObjectKind.VAN: 2.8,
@@ -315,9 +321,11 @@ def _by_kind(library: Any) -> dict[ObjectKind, list[str]]:
 
 
 def _public(blueprint: carla.ActorBlueprint) -> dict[str, str]:
+    """What a blueprint says of itself, as the attributes of its actors will."""
     names = ("special_type", "base_type", "number_of_wheels")
-    return {
-        name: str(blueprint.get_attribute(name).recommended_values[0])
-        for name in names
-        if blueprint.has_attribute(name) and blueprint.get_attribute(name).recommended_values
-    }
+    return {name: _text(blueprint.get_attribute(name)) for name in names if blueprint.has_attribute(name)}
+
+
+def _text(attribute: carla.ActorAttribute) -> str:
+    whole = attribute.type == carla.ActorAttributeType.Int
+    return str(attribute.as_int()) if whole else str(attribute.as_str())

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from stucksolver.perception.measurements import Floats, Singles
 from stucksolver.perception.rig import Mount, Rig
-from stucksolver_eval.perception.geodetic import EARTH_RADIUS_M, GeoReference
+from stucksolver_eval.recording.geodetic import EARTH_RADIUS_M, GeoReference
 
 DATA_LIMIT_S = 60.0
 """For a sensor's data of one tick; the first pictures of a town take longest."""

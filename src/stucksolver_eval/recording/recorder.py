@@ -9,9 +9,9 @@ import numpy as np
 from stucksolver.perception.measurements import LidarSweep
 from stucksolver.perception.recording import Recorded, RecordingWriter
 from stucksolver.perception.rig import load_rig
-from stucksolver_eval.perception.mounted import RecordingSensors
-from stucksolver_eval.perception.spec import RecordingSpec
-from stucksolver_eval.perception.truth import LightsReader, TruthReader, ego_pose, in_snapshot
+from stucksolver_eval.recording.mounted import RecordingSensors
+from stucksolver_eval.recording.spec import RecordingSpec
+from stucksolver_eval.recording.truth import LightsReader, TruthReader, ego_pose, in_snapshot
 from stucksolver_eval.setting import Setting
 
 SETTLE_S = 2.0
