@@ -45,6 +45,7 @@ _LIFTS_M = (("static.", 0.0), ("walker.", WALKER_LIFT_M), ("animal.", WALKER_LIF
 """What does not fall is put onto the ground; who walks has its origin in its middle."""
 _APART_M = 0.5
 _SMALL_REACH_M = 0.8
+Shares = Sequence[tuple[ObjectKind, float]]
 _LOW_SHARES = ((ObjectKind.BAG, 1.0), (ObjectKind.LITTER, 1.0), (ObjectKind.DEBRIS, 2.0))
 _SHARES = (
     (ObjectKind.CAR, 5.0),
@@ -177,16 +178,8 @@ class Crowd:
         for kind in self._deck(_LOW_SHARES, round(along_m * LOW_PER_M)):
             self._put(kind, lambda here: self._random.uniform(-1.2, 1.2) * here.lane_width)
 
-    def _deck(self, shares: Sequence[tuple[ObjectKind, float]], count: int) -> list[ObjectKind]:
-        """So many kinds in these shares, the largest bodies first, as they find room only while there is much."""
-        known = [(kind, share) for kind, share in shares if self._kinds.get(kind)]
-        total = sum(share for _, share in known)
-        deck: list[ObjectKind] = []
-        for kind, share in known:
-            wanted = count * share / total
-            deck += [kind] * (int(wanted) + (self._random.random() < wanted % 1.0))
-        self._random.shuffle(deck)
-        return sorted(deck, key=lambda kind: -_REACH_M.get(kind, 0.0))
+    def _deck(self, shares: Shares, count: int) -> list[ObjectKind]:
+        return deal([(kind, share) for kind, share in shares if self._kinds.get(kind)], count, self._random)
 
     def _put(self, kind: ObjectKind, right_m: Callable[[carla.Waypoint], float]) -> None:
         """Put one of a kind down where there is room; where there is none after some tries, nothing.
@@ -306,6 +299,17 @@ _REACH_M = {
     ObjectKind.SCHOOL_BUS: 4.5,
 }
 """Room that a body needs, as a circle that is smaller than its length: bodies stand in rows."""
+
+
+def deal(shares: Shares, count: int, chance: Random) -> list[ObjectKind]:
+    """So many kinds in these shares, the largest bodies first, as they find room only while there is much."""
+    total = sum(share for _, share in shares)
+    deck: list[ObjectKind] = []
+    for kind, share in shares:
+        wanted = count * share / total
+        deck += [kind] * (int(wanted) + (chance.random() < wanted % 1.0))
+    chance.shuffle(deck)
+    return sorted(deck, key=lambda kind: -_REACH_M.get(kind, 0.0))
 
 
 def _by_kind(library: Any) -> dict[ObjectKind, list[str]]:

@@ -1,0 +1,33 @@
+"""The crowd along a random route."""
+
+from __future__ import annotations
+
+from random import Random
+from types import SimpleNamespace
+
+import carla
+
+from stucksolver.scene import ObjectKind
+from stucksolver_eval.perception.towns import FARTHEST_M, NEAREST_M, _route
+from stucksolver_eval.recording.crowd import _SHARES, deal
+
+
+def test_every_kind_is_dealt_as_often_as_its_share_says_give_or_take_one() -> None:
+    dealt = deal(_SHARES, 100, Random(1))
+    total = sum(share for _, share in _SHARES)
+    for kind, share in _SHARES:
+        assert abs(dealt.count(kind) - 100 * share / total) < 1.0
+
+
+def test_the_largest_are_dealt_first() -> None:
+    dealt = deal(((ObjectKind.CONE, 1.0), (ObjectKind.SCHOOL_BUS, 1.0), (ObjectKind.CAR, 1.0)), 6, Random(1))
+    assert dealt == [ObjectKind.SCHOOL_BUS] * 2 + [ObjectKind.CAR] * 2 + [ObjectKind.CONE] * 2
+
+
+def test_a_random_route_is_neither_short_nor_long_and_the_same_for_the_same_seed() -> None:
+    spots = [SimpleNamespace(location=carla.Location(90.0 * k, 0.0, 0.0)) for k in range(20)]
+    for seed in range(20):
+        route = _route("Town01", spots, seed, Random(seed))
+        start, end = route.waypoints
+        assert NEAREST_M < abs(start.x_m - end.x_m) < FARTHEST_M
+        assert route == _route("Town01", spots, seed, Random(seed))
