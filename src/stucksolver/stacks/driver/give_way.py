@@ -191,6 +191,7 @@ class GiveWay:
 
 
 def can_stop(speed: float, room: float, deceleration: float) -> bool:
+    """Is there room (m) enough to stop from a speed (m/s) with that deceleration (m/s²)?"""
     return room >= 0.0 and speed * speed <= 2.0 * deceleration * room
 
 
