@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
+
 import pytest
 
 pytest.importorskip("fastapi")
@@ -108,14 +110,13 @@ def test_a_car_that_has_left_says_so(serving):
 
 
 def test_more_than_a_page_can_say_is_refused_for_a_while(serving):
-    codes = [serving.say("hello", client="one").status_code for _ in range(int(COMMANDS.burst) + 3)]
-    assert codes == [200] * int(COMMANDS.burst) + [429] * 3
+    codes = [serving.say("hello", client="one").status_code for _ in range(4 * int(COMMANDS.burst))]
+    assert codes[: int(COMMANDS.burst)] == [200] * int(COMMANDS.burst)
+    assert 429 in codes
 
 
 def test_a_stop_is_heard_however_much_was_said_before(serving):
-    for i in range(60):
-        serving.say("hello", client=f"c{i}")
-    assert serving.say("hello", client="another").status_code == 429
+    assert 429 in [serving.say("hello", client=f"c{i}").status_code for i in range(60)]
     assert serving.post("/api/vehicles/car-1/stop").status_code == 200
     assert serving.commands[-1].kind is CommandKind.STOP
 
@@ -132,10 +133,13 @@ def test_only_so_many_pages_are_served_at_once(serving):
     from stucksolver.passenger.server.limits import Limiter
 
     access = Access(serving.tokens, serving.board, Limiter())
-    for _ in range(STREAMS):
-        access.open_stream()
-    with pytest.raises(HTTPException, match="503"):
-        access.open_stream()
+    with ExitStack() as pages:
+        for _ in range(STREAMS):
+            access.may_stream()
+            pages.enter_context(access.one_stream())
+        with pytest.raises(HTTPException, match="503"):
+            access.may_stream()
+    access.may_stream()
 
 
 def test_the_openapi_document_has_every_call_and_asks_for_the_token(serving):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from fastapi import HTTPException, Request
@@ -83,8 +85,16 @@ class Access:
         if not allowed:
             raise too_much()
 
-    def open_stream(self) -> None:
+    def may_stream(self) -> None:
         """Raises `HTTPException` 503 where too many pages are open."""
         if self.streams >= STREAMS:
             raise HTTPException(503, "Too many pages are open. Please close one.", {"retry-after": "10"})
+
+    @contextmanager
+    def one_stream(self) -> Iterator[None]:
+        """For as long as a page is open."""
         self.streams += 1
+        try:
+            yield
+        finally:
+            self.streams -= 1

@@ -15,7 +15,7 @@ from fastapi.responses import PlainTextResponse, StreamingResponse
 from stucksolver.ladder.moves import Person
 from stucksolver.passenger.frames import Topic
 from stucksolver.passenger.roles import Holder, Tokens
-from stucksolver.passenger.server.access import Access
+from stucksolver.passenger.server.access import NOT_YOURS, Access
 from stucksolver.passenger.server.board import Board, Vehicle
 from stucksolver.passenger.server.bodies import Answer, Me, Presser, Reply, Words
 from stucksolver.passenger.server.hub import Hub
@@ -93,15 +93,14 @@ def _add_reading(app: FastAPI, access: Access) -> None:
         """Server-sent events: `now` (as above), and with `pictures` also `scenery`, `view` and `picture`."""
         holder = access.holder(request)
         if not holder.may_use(vehicle_id):
-            raise HTTPException(403, "This token is not for this vehicle.")
-        access.open_stream()
+            raise HTTPException(403, NOT_YOURS)
+        access.may_stream()
 
         async def sending() -> AsyncIterator[str]:
-            try:
+            # Counted here and not above: who hangs up before the first line never gets here.
+            with access.one_stream():
                 async for text in events(board, vehicle_id, pictures, request.is_disconnected):
                     yield text
-            finally:
-                access.streams -= 1
 
         return StreamingResponse(sending(), media_type="text/event-stream")
 

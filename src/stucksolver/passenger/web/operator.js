@@ -77,14 +77,24 @@ export class Desk {
     if (call.kind === "question") {
       row.append(...[true, false].map((yes) => button(yes ? "Yes" : "No", () => this.answer(call, yes))));
     } else {
-      row.append(button("Done", () => post(`/api/queue/${encodeURIComponent(call.id)}/close`).then(() => this.refresh())));
+      row.append(button("Done", () => this.done(`/api/queue/${encodeURIComponent(call.id)}/close`)));
     }
     item.append(name, text, row);
     return item;
   }
 
-  async answer(call, yes) {
-    await post(`/api/vehicles/${encodeURIComponent(call.vehicle)}/answer`, { yes, question_id: call.question_id });
+  answer(call, yes) {
+    const { vehicle, question_id } = call;
+    return this.done(`/api/vehicles/${encodeURIComponent(vehicle)}/answer`, { yes, question_id });
+  }
+
+  // The queue as it is afterwards shows whether it worked; why not is told where other outcomes are.
+  async done(path, body) {
+    try {
+      await post(path, body);
+    } catch (error) {
+      $("outcome").textContent = error.message;
+    }
     this.refresh();
   }
 }
