@@ -11,7 +11,7 @@ from stucksolver.stacks.driver.path import make_path
 from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 from stucksolver.stacks.planner.blockers import Blockers
-from stucksolver.stacks.planner.passes import Situation, group_of, is_clear, pass_path, proposals, rollout
+from stucksolver.stacks.planner.passes import Situation, cost_s, group_of, is_clear, pass_path, proposals, rollout
 from stucksolver.stacks.planner.route_bodies import on_route
 from stucksolver.stacks.planner.sides import Sides
 
@@ -107,6 +107,18 @@ def test_what_stands_close_behind_is_passed_with_it_and_what_is_farther_is_not()
     far = situation((65.0, 0.0, 2.4, 0.9, 0.0, 0.0), (85.0, 0.0, 2.4, 0.9, 0.0, 0.0))
     assert group_of(close, 0, 1.7).sum() == 2
     assert group_of(far, 0, 1.7).sum() == 1
+
+
+def test_a_parked_vehicle_is_passed_beyond_its_door_where_there_is_room_and_a_bicycle_is_not_taken_for_one() -> None:
+    def nearest(row, **lanes):
+        here = situation(row, **lanes)
+        return min(ways(here), key=lambda way: cost_s(here, way))
+
+    parked = nearest((65.0, 0.0, 2.4, 0.9, 0.0, 0.0), left_same=3.5, left_oncoming=0.0)
+    assert abs(parked.offset_m) - 0.9 - 1.0 > 1.0
+    narrow = nearest((65.0, 0.0, 2.4, 0.9, 0.0, 0.0), left_oncoming=1.9)
+    assert narrow.by_doors
+    assert not nearest((65.0, 0.0, 0.9, 0.3, 0.0, 0.0)).by_doors
 
 
 def test_the_path_is_the_line_with_the_pass_in_it() -> None:

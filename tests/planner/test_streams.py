@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
-
-pytest.importorskip("carla")
 
 from stucksolver.stacks.driver.behavior import profile_named
 from stucksolver.stacks.driver.concerns import USUAL
@@ -17,9 +16,10 @@ from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import make_path
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
-from stucksolver.stacks.planner.streams import StreamConcerns, StreamGiveWay
-
-np = pytest.importorskip("numpy")
+from stucksolver.stacks.planner.passes import Situation
+from stucksolver.stacks.planner.route_bodies import RouteBodies
+from stucksolver.stacks.planner.sides import Sides
+from stucksolver.stacks.planner.streams import StreamConcerns, StreamGiveWay, pace_behind_mps
 
 PROFILE, MODEL = profile_named("normal"), VehicleModel(2.4, 1.0, 2.9, 1.2)
 LINE = make_path(np.arange(0.0, 300.0), np.zeros(300), np.full(300, 30.0))
@@ -101,3 +101,23 @@ def test_one_that_has_crept_up_to_the_others_still_waits() -> None:
 def test_nobody_sets_the_pace_on_an_empty_road() -> None:
     assert StreamGiveWay([], PROFILE, MODEL)._top_mps(Moving(5.0, 8.0), []) == 8.0
     assert not math.isinf(StreamGiveWay([], PROFILE, MODEL).flow_mps)
+
+
+@pytest.mark.parametrize(
+    ("gap_m", "aside_m", "speed", "pace"),
+    [
+        (8.0, 0.0, 11.0, 11.0),
+        (20.0, 0.0, 11.0, 11.0),
+        (60.0, 0.0, 11.0, 0.0),
+        (8.0, 3.5, 11.0, 0.0),
+        (-20.0, 0.0, 11.0, 0.0),
+    ],
+)
+def test_the_pace_of_who_follows_closely_in_the_same_lane_is_kept(gap_m, aside_m, speed, pace) -> None:
+    x = 100.0 - 4.8 - gap_m
+    zero, flags = np.zeros(1), np.zeros(1, np.bool_)
+    bodies = RouteBodies(
+        np.array([5]), flags, np.array([x]), np.array([aside_m]), zero + 2.4, zero + 0.9, zero + 11.0, zero
+    )
+    sides = Sides(np.arange(0.0, 300.0), np.tile([1.75, 3.5, 0.0, 3.5], (300, 1)))
+    assert pace_behind_mps(Situation(100.0, 0.0, 10.9, 7.5, bodies, sides, MODEL)) == pace
