@@ -12,7 +12,7 @@ from stucksolver.cli.errors import UsageError
 from stucksolver.cli.score import show_scores, show_sweep
 from stucksolver.cli.words import clock_name, driver_name
 
-PERCEPTIONS = ("privileged",)
+PERCEPTIONS = ("privileged", "sensors")
 REPLAYS = ("none", "failed", "all")
 INTERRUPTED = "interrupted; what has been driven is kept: the same command with --resume goes on"
 
@@ -36,6 +36,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     add_clock(parser)
     parser.add_argument("--perception", default="privileged", choices=PERCEPTIONS, help="where scenes come from")
+    parser.add_argument(
+        "--sensor-fault",
+        default="",
+        metavar="NAME",
+        help="experiment: a sensor that fails on the way, such as lidar-missing",
+    )
     parser.add_argument("--jobs", type=at_least(1), default=2, help="routes driven at a time")
     parser.add_argument("--seed", type=whole, default=1, help="of traffic and wordings")
     parser.add_argument("--seeds", metavar="N,N", help="several of them, in place of --seed")
@@ -91,6 +97,7 @@ def run(options: argparse.Namespace) -> int:
                 reasoner=options.reasoner,
                 clock=_clock(options.clock),
                 perception=options.perception,
+                sensor_fault=options.sensor_fault,
                 ladder=options.ladder,
                 guarded=not options.unguarded,
                 heedless=options.heedless,

@@ -11,7 +11,7 @@ from stucksolver.perception.measurements import Floats, PoseEstimate
 
 def into_vehicle(boxes: Floats, pose: PoseEstimate) -> Floats:
     """Boxes (n, k) of the local frame, x, y, z first and the yaw last, in the vehicle frame; the rest is kept."""
-    moved = boxes.copy()
+    moved: Floats = boxes.copy()
     c, n = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
     dx, dy = boxes[:, 0] - pose.x_m, boxes[:, 1] - pose.y_m
     moved[:, 0], moved[:, 1] = dx * c + dy * n, dy * c - dx * n

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stucksolver.detect import DetectorSettings
 from stucksolver.ladder import find_ladder
@@ -14,10 +14,11 @@ from stucksolver.reason.registry import ReasonerNameError
 from stucksolver.record import Recorder
 from stucksolver.solver import StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
-from stucksolver.stacks.carla_stack.camera import FrontCamera
+from stucksolver.stacks.carla_stack.camera import FrontCamera, GivesPicture
+from stucksolver.stacks.carla_stack.interface import EgoVehicle
 from stucksolver_eval.arms.arm import Arm, DriverAlone
 from stucksolver_eval.arms.solver_arm import Listener, SolverArm
-from stucksolver_eval.arms.spec import ArmSpec
+from stucksolver_eval.arms.spec import SENSORS, ArmSpec
 from stucksolver_eval.arms.timed import TimedReasoner
 from stucksolver_eval.arms.timers import TimersArm
 from stucksolver_eval.arms.unguarded import Unguarded
@@ -42,6 +43,7 @@ def check_arm(spec: ArmSpec) -> None:
         check_driver(spec.driver)
     except DriverNameError as error:
         raise ArmError(str(error)) from error
+    _check_perception(spec)
     if spec.recovery not in (NONE, TIMERS):
         _reasoner(spec.recovery, 0)
     elif not spec.guarded:
@@ -50,6 +52,22 @@ def check_arm(spec: ArmSpec) -> None:
         raise ArmError(f"--reasoner {spec.reasoner} goes with a recovery that asks it, not with {spec.recovery!r}")
     if spec.reasoner:
         _reasoner(spec.reasoner, 0)
+
+
+def _check_perception(spec: ArmSpec) -> None:
+    if spec.perception == SENSORS:
+        from stucksolver.perception.perceiver import why_not_here
+
+        why = why_not_here()
+        if why:
+            raise ArmError(f"--perception sensors: {why}")
+    if spec.sensor_fault:
+        from stucksolver.stacks.sensed.faults import FAULTS
+
+        if spec.perception != SENSORS:
+            raise ArmError("--sensor-fault goes with --perception sensors")
+        if spec.sensor_fault not in FAULTS:
+            raise ArmError(f"unknown sensor fault {spec.sensor_fault!r}; there are {', '.join(FAULTS)}")
 
 
 def preflight_arm(spec: ArmSpec) -> tuple[str, ...]:
@@ -71,7 +89,7 @@ def carries_camera(spec: ArmSpec) -> bool:
 
 def make_arm(
     spec: ArmSpec,
-    ego: carla.Vehicle,
+    ego: EgoVehicle,
     driver: RouteDriver,
     carla_map: carla.Map,
     line: RouteLine,
@@ -90,7 +108,7 @@ def make_arm(
     rules = TimedReasoner(_reasoner(spec.recovery, seed, exchanges))
     model = TimedReasoner(_reasoner(spec.reasoner, seed, exchanges)) if spec.reasoner else None
     recorder = None if records is None else Recorder(records)
-    camera = FrontCamera(ego) if carries_camera(spec) else None
+    camera = _camera(ego) if carries_camera(spec) else None
     stack = CarlaStack(ego, driver, carla_map, camera=camera)
 
     def make(listener: Listener) -> StuckSolver:
@@ -107,6 +125,13 @@ def make_arm(
         )
 
     return SolverArm(stack, [rules] if model is None else [rules, model], make, recorder, camera)
+
+
+def _camera(ego: Any) -> GivesPicture:
+    """The vehicle's own, where it sees by its own sensors."""
+    eyes = getattr(ego, "perceiver", None)
+    found: GivesPicture = FrontCamera(ego) if eyes is None else eyes.camera()
+    return found
 
 
 def _reasoner(words: str, seed: int, exchanges: Path | None = None) -> Reasoner:

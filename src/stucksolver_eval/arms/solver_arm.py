@@ -9,7 +9,7 @@ from stucksolver.decision import Directive, SafeStop
 from stucksolver.record import Recorder
 from stucksolver.solver import Event, EventKind, StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
-from stucksolver.stacks.carla_stack.camera import FrontCamera
+from stucksolver.stacks.carla_stack.camera import GivesPicture
 from stucksolver_eval.arms.arm import ArmLog, Now
 from stucksolver_eval.arms.timed import TimedReasoner
 from stucksolver_eval.results.outcome import InterventionRecord, QueryOutcome, QueryRecord, came_to
@@ -28,7 +28,7 @@ class SolverArm:
         reasoners: Sequence[TimedReasoner],
         make_solver: Callable[[Listener], StuckSolver],
         recorder: Recorder | None = None,
-        camera: FrontCamera | None = None,
+        camera: GivesPicture | None = None,
     ) -> None:
         self._stack = stack
         self._camera = camera

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+
+PRIVILEGED, SENSORS = PERCEPTIONS = ("privileged", "sensors")
+"""Where driver and helper know the world from: the simulator's ground truth, or the rig's sensors."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +23,9 @@ class ArmSpec:
     recovery: str = "none"
     reasoner: str = ""
     clock: str = "lockstep"
-    perception: str = "privileged"
+    perception: str = PRIVILEGED
+    sensor_fault: str = ""
+    """Experiment: a sensor that fails on the way, one of `stucksolver.stacks.sensed.FAULTS`."""
     ladder: Path | None = None
     detector: dict[str, float] = field(default_factory=dict)
     guarded: bool = True
@@ -31,6 +36,8 @@ class ArmSpec:
     @property
     def name(self) -> str:
         """What tables call it."""
+        if self.sensor_fault:
+            return f"{replace(self, sensor_fault='').name}, {self.sensor_fault}"
         if self.recovery == "none":
             return "driver alone"
         helped = f"{self.recovery} + {self.reasoner}" if self.reasoner else self.recovery

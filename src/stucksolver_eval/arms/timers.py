@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from stucksolver.decision import Directive
+from stucksolver.stacks.carla_stack.interface import EgoVehicle
 from stucksolver.stacks.driver import DrivePoint
 from stucksolver_eval.arms.arm import ArmLog, Now
 from stucksolver_eval.criteria.base import STANDING_MPS
@@ -20,7 +21,7 @@ from stucksolver_eval.results.outcome import InterventionRecord
 from stucksolver_eval.routes.line import RouteLine
 
 if TYPE_CHECKING:
-    import carla
+    pass
 
 WAIT_S = 8.0
 REVERSE_S = 15.0
@@ -49,7 +50,7 @@ class _Action:
 class TimersArm:
     """Timers count the time in which less than `GOING_M` of new progress was made since the car came to a stand."""
 
-    def __init__(self, ego: carla.Vehicle, driver: RouteDriver, line: RouteLine) -> None:
+    def __init__(self, ego: EgoVehicle, driver: RouteDriver, line: RouteLine) -> None:
         self._ego, self._driver, self._line = ego, driver, line
         self._actions = (
             _Action(WAIT_S, "wait", list),

@@ -16,6 +16,8 @@ from stucksolver_eval.drivers.leaderboard import LeaderboardAgent, is_leaderboar
 if TYPE_CHECKING:
     import carla
 
+    from stucksolver.stacks.sensed import SensedVehicle
+
 OURS = {"behavior": BehaviorDriver, "planner": PlannerDriver}
 USUAL = "normal"
 
@@ -48,15 +50,19 @@ def make_driver(
     carla_map: carla.Map,
     route: Sequence[RoutePoint],
     options: DriverOptions,
+    sensed: SensedVehicle | None = None,
 ) -> RouteDriver:
-    """A driver with its route. Raises `DriverNameError`, `AgentError`, and whatever an agent of the user's raises."""
+    """A driver with its route. Ours, and the one that drives plans for an agent, see by `sensed` where it is given; an
+    agent of the user's has the hero itself. Raises `DriverNameError`, `AgentError`, and whatever such an agent raises.
+    """
     name, _, profile = words.partition(":")
+    ego: Any = sensed or hero
     if name in OURS:
-        driver = OURS[name](hero, profile or USUAL, options, carla_map=carla_map)
+        driver = OURS[name](ego, profile or USUAL, options, carla_map=carla_map)
         driver.set_route(route)
         return driver
     made, config = _loaded(words)
-    helper = BehaviorDriver(hero, USUAL, options, carla_map=carla_map)
+    helper = BehaviorDriver(ego, USUAL, options, carla_map=carla_map)
     if is_leaderboard_agent(made):
         agent = LeaderboardAgent(made, config, client, hero, carla_map)
     else:

@@ -99,6 +99,7 @@ def _driven(store: Store, job: RouteJob, theirs: Connection) -> RouteOutcome | N
     """Drive and write; gives the outcome of a route that could not be driven."""
     from stucksolver.stacks.driver import RouteError
     from stucksolver_eval.arms import carries_camera
+    from stucksolver_eval.arms.spec import SENSORS
     from stucksolver_eval.drivers import AgentError, carries_sensors
     from stucksolver_eval.recording.mounted import RecordingSensorError
     from stucksolver_eval.runner.drive import DriveError, drive_route
@@ -107,6 +108,7 @@ def _driven(store: Store, job: RouteJob, theirs: Connection) -> RouteOutcome | N
     try:
         place = (job.route.town, job.maps, job.seed, job.host, job.port)
         sensing = carries_camera(job.arm) or carries_sensors(job.arm.driver) or job.recording is not None
+        sensing = sensing or job.arm.perception == SENSORS
         with open_server(*place, scenery=sensing) as server, watched(server, theirs):
             store.write_driven(job.route, job.seed, drive_route(job, server, theirs.send))
             return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from stucksolver.scene import CameraImage
 
@@ -17,6 +17,16 @@ FOV_DEG = 90.0
 PERIOD_S = 0.5
 """A picture costs a simulator more than a tick; a vehicle that stands sees little new."""
 QUALITY = 80
+
+
+class GivesPicture(Protocol):
+    """Has the front camera's latest picture."""
+
+    def image(self) -> CameraImage | None:
+        """The latest picture; None before the first."""
+
+    def close(self) -> None:
+        """End the sensor."""
 
 
 class FrontCamera:
@@ -66,7 +76,11 @@ def _encoded(raw: Any) -> CameraImage:
     """JPEG of a BGRA image."""
     from PIL import Image
 
-    picture = Image.frombuffer("RGB", (raw.width, raw.height), bytes(raw.raw_data), "raw", "BGRX", 0, 1)
+    return as_jpeg(Image.frombuffer("RGB", (raw.width, raw.height), bytes(raw.raw_data), "raw", "BGRX", 0, 1))
+
+
+def as_jpeg(picture: Any) -> CameraImage:
+    """A `PIL.Image` as it is told in a scene."""
     file = io.BytesIO()
     picture.save(file, "JPEG", quality=QUALITY)
-    return CameraImage(width=raw.width, height=raw.height, jpeg=base64.b64encode(file.getvalue()))
+    return CameraImage(width=picture.width, height=picture.height, jpeg=base64.b64encode(file.getvalue()))

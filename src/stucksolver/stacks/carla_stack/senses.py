@@ -25,7 +25,7 @@ from stucksolver.scene import (
 from stucksolver.scene.build import build_scene
 from stucksolver.scene.frenet import road_frame
 from stucksolver.scene.view import FrenetScene
-from stucksolver.stacks.carla_stack.camera import FrontCamera
+from stucksolver.stacks.carla_stack.camera import GivesPicture
 from stucksolver.stacks.carla_stack.contact import footprint
 from stucksolver.stacks.carla_stack.controls import RouteControls
 from stucksolver.stacks.carla_stack.frames import to_local, to_world, yaw_to_local
@@ -59,7 +59,7 @@ class CarlaSenses:
         driver: HasRoute,
         carla_map: carla.Map | None = None,
         range_m: float = RANGE_M,
-        camera: FrontCamera | None = None,
+        camera: GivesPicture | None = None,
     ) -> None:
         self._vehicle = vehicle
         self._follows = driver

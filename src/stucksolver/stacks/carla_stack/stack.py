@@ -8,7 +8,7 @@ import carla
 
 from stucksolver.decision import Continue, Directive, Execute, Replan, SafeStop
 from stucksolver.decision.behaviors import HazardLights
-from stucksolver.stacks.carla_stack.camera import FrontCamera
+from stucksolver.stacks.carla_stack.camera import GivesPicture
 from stucksolver.stacks.carla_stack.frames import to_local, to_world
 from stucksolver.stacks.carla_stack.interface import EgoVehicle
 from stucksolver.stacks.carla_stack.orders import Orders
@@ -37,7 +37,7 @@ class CarlaStack(CarlaSenses):
         driver: Driver,
         carla_map: carla.Map | None = None,
         range_m: float = RANGE_M,
-        camera: FrontCamera | None = None,
+        camera: GivesPicture | None = None,
     ) -> None:
         super().__init__(vehicle, driver, carla_map, range_m, camera)
         self._driver = driver

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stucksolver.perception.measurements import CameraFrame, GnssFix, ImuSample, LidarSweep, Singles
+from stucksolver.perception.measurements import CameraFrame, GnssFix, ImuSample, LidarSweep, Singles, WheelSpeed
 from stucksolver.perception.rig import Mount, Rig
 from stucksolver.stacks.sensed.georeference import EARTH_RADIUS_M, GeoReference
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 PICTURE_EVERY_S = 0.2
 """Lamps and lights change no quicker than a few times a second."""
+STANDS_MPS = 0.02
+"""Slower, no tooth of a wheel's counter passes between two ticks."""
 WAIT_S = 30.0
 """For a tick's data; the first pictures of a town take longest."""
 
@@ -35,6 +37,7 @@ class Measured:
     picture: CameraFrame | None
     imu: ImuSample | None
     fix: GnssFix | None
+    wheels: WheelSpeed
     silent: tuple[str, ...] = ()
     """Sensors that were due and said nothing."""
 
@@ -42,7 +45,8 @@ class Measured:
 class SensorSuite:
     """Call `read` once after each tick of the world, `close` in the end. Raises `SensorError`.
 
-    With `waits` each tick's data are waited for, as in a world that waits for us; without, what has come is taken.
+    `seed` is of the wheels' noise; the other sensors' is the simulator's. With `waits` each tick's data are waited
+    for, as in a world that waits for us; without, what has come is taken.
     """
 
     def __init__(
@@ -52,12 +56,14 @@ class SensorSuite:
         rig: Rig,
         *,
         waits: bool = True,
+        seed: int = 0,
         picture_every_s: float = PICTURE_EVERY_S,
     ) -> None:
         self._world = vehicle.get_world()
         self._vehicle = vehicle
         self._rig = rig
         self._waits = waits
+        self._random = np.random.default_rng(seed)
         self._geo = GeoReference(carla_map.to_opendrive())
         self._lidar_to_vehicle = rig.lidar.mount.to_vehicle().astype(np.float32)
         self._sensors: dict[str, _Sensor] = {}
@@ -107,6 +113,7 @@ class SensorSuite:
             picture=None if raw["camera"] is None else self._picture(raw["camera"], time_s),
             imu=None if raw["IMU"] is None else _imu(raw["IMU"], time_s),
             fix=None if raw["GNSS"] is None else self._fix(raw["GNSS"], time_s),
+            wheels=self._wheels(time_s),
             silent=silent,
         )
 
@@ -138,7 +145,12 @@ class SensorSuite:
 
     def _points(self, raw: Any) -> Singles:
         """(n, 4) in the vehicle frame, from CARLA's left-handed frame of the sensor."""
-        points = np.frombuffer(raw.raw_data, np.float32).reshape(-1, 4).copy()
+        if int(raw.channels) != self._rig.lidar.channels:
+            raise SensorError(
+                f"the LiDAR has {raw.channels} channels, the rig says {self._rig.lidar.channels}: "
+                "give the rig file of this LiDAR, and weights trained for it"
+            )
+        points: Singles = np.frombuffer(raw.raw_data, np.float32).reshape(-1, 4).copy()
         points[:, 1] *= -1.0
         turned = self._lidar_to_vehicle
         points[:, :3] = points[:, :3] @ turned[:3, :3].T + turned[:3, 3]
@@ -153,6 +165,14 @@ class SensorSuite:
             )
         pixels = np.frombuffer(raw.raw_data, np.uint8).reshape(raw.height, raw.width, 4)
         return CameraFrame(time_s, np.ascontiguousarray(pixels[:, :, 2::-1]))
+
+    def _wheels(self, time_s: float) -> WheelSpeed:
+        """CARLA has no such sensor: as the leaderboard's speedometer this is the client's velocity, with our noise."""
+        velocity, ahead = self._vehicle.get_velocity(), self._vehicle.get_transform().get_forward_vector()
+        speed = velocity.x * ahead.x + velocity.y * ahead.y + velocity.z * ahead.z
+        noise = self._random.normal(0.0, self._rig.wheel_speed_noise_mps)
+        # A counter of teeth that stand still counts nothing.
+        return WheelSpeed(time_s, speed + noise if abs(speed) > STANDS_MPS else 0.0)
 
     def _fix(self, raw: Any, time_s: float) -> GnssFix:
         x, y = self._geo.local(float(raw.latitude), float(raw.longitude))

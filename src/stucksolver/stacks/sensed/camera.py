@@ -1,0 +1,34 @@
+"""The rig's front camera as reasoners are shown it: its latest picture, in the size that all reasoners get."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stucksolver.perception.measurements import CameraFrame
+from stucksolver.scene import CameraImage
+from stucksolver.stacks.carla_stack.camera import HEIGHT, WIDTH, as_jpeg
+
+if TYPE_CHECKING:
+    from stucksolver.stacks.sensed.eyes import Eyes
+
+
+class SensedCamera:
+    """See `GivesPicture`. The sensor is the eyes' own."""
+
+    def __init__(self, eyes: Eyes) -> None:
+        self._eyes = eyes
+        self._made: tuple[CameraFrame, CameraImage] | None = None
+
+    def image(self) -> CameraImage | None:
+        """The latest picture; None before the first."""
+        from PIL import Image
+
+        frame = self._eyes.picture
+        if frame is None:
+            return None
+        if self._made is None or self._made[0] is not frame:
+            self._made = (frame, as_jpeg(Image.fromarray(frame.rgb).resize((WIDTH, HEIGHT), Image.Resampling.BOX)))
+        return self._made[1]
+
+    def close(self) -> None:
+        """The eyes end their sensors themselves."""

@@ -1,0 +1,247 @@
+"""The eyes of one ego: sensors read on every tick, perception beside the loop, its newest result with its age.
+
+In a world that waits for us (`paced`) a result is taken up exactly `DELAY_S` after its data, however long it took, so
+that a drive can be repeated. In one that does not, it is taken up when it is there; where perception falls behind,
+its results are older, `lagging` says so, and the guard sees the age.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import deque
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any
+
+import carla
+import numpy as np
+
+from stucksolver.perception.health import SensorHealth
+from stucksolver.perception.localisation import Localiser
+from stucksolver.perception.measurements import CameraFrame, Floats, LidarSweep, PoseEstimate
+from stucksolver.perception.perceiver import LIGHT_REACH_M, Perceiver
+from stucksolver.perception.percept import Look, Percept
+from stucksolver.perception.rig import Rig, load_rig
+from stucksolver.scene.surroundings import LightState
+from stucksolver.stacks.sensed.camera import SensedCamera
+from stucksolver.stacks.sensed.faults import SensorFault
+from stucksolver.stacks.sensed.sight import SensedSight
+from stucksolver.stacks.sensed.suite import Measured, SensorError, SensorSuite
+from stucksolver.stacks.sensed.tracked import SensedBodies, SensedTracker, lamps_of, stand_ins
+from stucksolver.stacks.sensed.vehicle import SensedVehicle
+from stucksolver.stacks.sensed.world import SensedWorld
+
+if TYPE_CHECKING:
+    from stucksolver.scene.frenet import RoadFrame
+PERIOD_S = 0.1
+"""Ten results a second: one for each turn of the LiDAR."""
+DELAY_S = 0.1
+"""From data to result in a world that waits: what perception takes on two cores, and a tick."""
+LAGS_S = 0.3
+"""Results older than this mean that perception has fallen behind."""
+MOVES_MPS = 0.5
+BLIND_S = 0.6
+"""Whoever has seen nothing for so long brakes: a little more than the age that the guard accepts."""
+DARK_AGE_S = 60.0
+"""The age of what was never seen."""
+TICK_S = 1e-6
+
+
+class Eyes:
+    """Call `tick` once after each tick of the world. `vehicle` is what drivers and `CarlaStack` are given.
+
+    Raises `SensorError` and `WeightsError` when it is made, and `SensorError` from `tick`. There is a pose after the
+    first tick; let some more go by before anybody drives, so that it is a good one.
+    """
+
+    pose: PoseEstimate
+    """Where the ego is thought to be on this tick."""
+
+    perception = "sensors"
+
+    def __init__(
+        self,
+        vehicle: carla.Vehicle,
+        carla_map: carla.Map,
+        rig: Rig | None = None,
+        *,
+        paced: bool = True,
+        threads: int = 1,
+        seed: int = 0,
+        fault: SensorFault | None = None,
+    ) -> None:
+        self._rig = rig or load_rig()
+        self._perceiver = Perceiver(self._rig, threads)
+        self._localiser = Localiser(self._rig)
+        self._suite = SensorSuite(vehicle, carla_map, self._rig, waits=paced, seed=seed)
+        self._paced = paced
+        self._hero = vehicle
+        self._heads = _heads(vehicle.get_world())
+        self._worker = ThreadPoolExecutor(1, "perception")
+        self._sweeps: list[tuple[LidarSweep, PoseEstimate]] = []
+        self._picture: tuple[CameraFrame, PoseEstimate] | None = None
+        self._under_way: deque[tuple[float, Future[Percept]]] = deque()
+        self._begun_s = -np.inf
+        self._lags = False
+        self.picture: CameraFrame | None = None
+        """The camera's latest; None before the first."""
+        self.percept: Percept | None = None
+        """The newest result; None before the first."""
+        self.now_s = 0.0
+        self.health = SensorHealth(self._rig.lidar)
+        self._fault = fault
+        self._began_s = float(vehicle.get_world().get_snapshot().timestamp.elapsed_seconds)
+        self.vehicle = SensedVehicle(vehicle, carla_map, self, SensedWorld(vehicle.get_world(), carla_map, self))
+
+    # ---- each tick
+
+    def tick(self) -> None:
+        """Take in this tick's measurements; begin a cycle of perception where one is due; take up a finished one."""
+        measured = self._suite.read()
+        self.now_s = float(self._hero.get_world().get_snapshot().timestamp.elapsed_seconds)
+        if self._fault is not None:
+            measured = self._fault.after(measured, self.now_s - self._began_s)
+        self._locate(measured)
+        self._take_in(measured)
+        if self.now_s - self._begun_s >= PERIOD_S - TICK_S and self._sweeps and (self._paced or not self._under_way):
+            self._begin()
+        self._take_up()
+        self._say_lag()
+
+    def close(self) -> None:
+        """The drive is over."""
+        self._suite.close()
+        self._worker.shutdown(wait=True, cancel_futures=True)
+
+    def _locate(self, measured: Measured) -> None:
+        if measured.imu is not None:
+            self._localiser.imu(measured.imu)
+        self._localiser.wheel(measured.wheels)
+        if measured.fix is not None:
+            self._localiser.gnss(measured.fix)
+        if not self._localiser.ready:
+            raise SensorError("IMU and GNSS gave nothing in the first tick: the vehicle does not know where it is")
+        self.pose = self._localiser.estimate(self.now_s)
+
+    def _take_in(self, measured: Measured) -> None:
+        sweep = self.health.sweep(measured.sweep)
+        if sweep is not None:
+            self._sweeps.append((sweep, self.pose))
+        if measured.picture is None:
+            return
+        moves = abs(self.pose.speed_mps) > MOVES_MPS
+        picture = self.health.picture(measured.picture, moves)
+        if picture is not None:
+            self._picture, self.picture = (picture, self.pose), picture
+
+    def _begin(self) -> None:
+        picture, self._picture = self._picture, None
+        look = Look(
+            pose=self.pose,
+            sweeps=tuple(self._sweeps),
+            picture=None if picture is None else picture[0],
+            picture_pose=None if picture is None else picture[1],
+            heads=self._near_heads(),
+        )
+        self._sweeps = []
+        self._begun_s = self.now_s
+        self._under_way.append((self.now_s, self._worker.submit(self._perceiver.perceive, look)))
+
+    def _take_up(self) -> None:
+        while self._under_way:
+            since_s, future = self._under_way[0]
+            due = self.now_s - since_s >= DELAY_S - TICK_S if self._paced else future.done()
+            if not due:
+                return
+            self._under_way.popleft()
+            self.percept = future.result()
+
+    def _say_lag(self) -> None:
+        lags = not self._paced and self.percept is not None and self.age_s(self.now_s) > LAGS_S
+        if lags and not self._lags:
+            print(
+                f"stucksolver: perception has fallen behind: its last result is {self.age_s(self.now_s):.2f} s old; "
+                "give it more cores, or a smaller rig",
+                file=sys.stderr,
+                flush=True,
+            )
+        self._lags = lags
+
+    def _near_heads(self) -> dict[int, Floats]:
+        """Lights within reach of the camera."""
+        x, y = self.pose.x_m, self.pose.y_m
+        away = {light: np.hypot(boxes[:, 0] - x, boxes[:, 1] - y).min() for light, boxes in self._heads.items()}
+        return {light: self._heads[light] for light, gap_m in away.items() if gap_m < LIGHT_REACH_M}
+
+    # ---- asked by the stack
+
+    def age_s(self, now_s: float) -> float:
+        """Of the newest result's data."""
+        return DARK_AGE_S if self.percept is None else now_s - self.percept.pose.time_s
+
+    @property
+    def blind(self) -> bool:
+        """Is the newest result too old to drive by?"""
+        return self.age_s(self.now_s) > BLIND_S
+
+    def checked(self, control: carla.VehicleControl) -> carla.VehicleControl:
+        """What may be applied of a control: full braking, with the wheels as they are, for whoever is blind."""
+        if not self.blind:
+            return control
+        return carla.VehicleControl(steer=control.steer, brake=1.0, reverse=control.reverse)
+
+    @property
+    def position_sd_m(self) -> float:
+        """Standard deviation of the ego's place, in whichever direction it is largest."""
+        return float(np.sqrt(np.linalg.eigvalsh(self.pose.covariance[:2, :2])[-1]))
+
+    @property
+    def lagging(self) -> bool:
+        """Has perception fallen behind?"""
+        return self._lags
+
+    def light(self, light_id: int) -> LightState:
+        """What a light on the map was last seen to show; unknown where nothing certain was seen."""
+        if self.percept is None:
+            return LightState.UNKNOWN
+        return self.percept.lights.get(light_id, LightState.UNKNOWN)
+
+    def within(self, range_m: float) -> SensedBodies:
+        """Bodies for a driver; its range is what the sensors have."""
+        return SensedBodies(self, range_m)
+
+    def tracker(self) -> SensedTracker:
+        """Objects for the solver."""
+        return SensedTracker(self)
+
+    def camera(self) -> SensedCamera:
+        """The front camera's picture for scenes."""
+        return SensedCamera(self)
+
+    def sight_lines(self, frame: RoadFrame) -> SensedSight:
+        """How far lanes are seen, on one road geometry."""
+        return SensedSight(self, frame)
+
+    def actors(self, ids: Sequence[int]) -> list[Any]:
+        """Stand-ins for `carla.Actor`s: what kind of thing the tracks with these ids are."""
+        return [] if self.percept is None else stand_ins(self.percept, ids)
+
+    def lamps(self) -> dict[int, int]:
+        """Lamps of tracked vehicles, as bits of `carla.VehicleLightState`."""
+        return {} if self.percept is None else lamps_of(self.percept)
+
+
+def _heads(world: carla.World) -> Mapping[int, Floats]:
+    """Boxes of the heads of all lights, by the light's id: (k, 7) middle, half sizes and yaw in the local frame.
+
+    They stand still and are known beforehand, as a high-definition map has them.
+    """
+    found: dict[int, Floats] = {}
+    for light in world.get_actors().filter("*traffic_light*"):
+        rows = []
+        for box in light.get_light_boxes():
+            at, half = box.location, box.extent
+            rows.append((at.x, -at.y, at.z, half.x, half.y, half.z, -np.radians(box.rotation.yaw)))
+        if rows:
+            found[int(light.id)] = np.array(rows)
+    return found

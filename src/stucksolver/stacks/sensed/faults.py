@@ -1,0 +1,140 @@
+"""Sensors that fail on purpose, to see that a drive with them ends in waiting and asking, never in a collision."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from stucksolver.perception.measurements import CameraFrame, LidarSweep
+from stucksolver.stacks.sensed.suite import Measured
+
+TURNED_RAD = math.radians(2.0)
+SALTED = 0.05
+"""Share of the lens that is covered."""
+GRAIN_PX = 24
+"""Size of a grain of salt on the picture: it lies on the lens, far out of focus."""
+STRAY_POINTS = 400
+"""Points of a sweep that come from nothing, such as spray."""
+STRAY_REACH_M = 30.0
+JUMP_M = 8.0
+"""How far fixes are off after reflections between houses."""
+
+
+class SensorFault:
+    """Changes the measurements of each tick from `since_s` on. Raises `ValueError` for an unknown name."""
+
+    def __init__(self, name: str, since_s: float = 0.0, seed: int = 0) -> None:
+        if name not in FAULTS:
+            raise ValueError(f"unknown sensor fault {name!r}; there are {', '.join(FAULTS)}")
+        self._change = FAULTS[name]
+        self._since_s = since_s
+        self.random = np.random.default_rng(seed)
+        self.kept: Measured | None = None
+        """The last measurements before the fault began."""
+
+    def after(self, measured: Measured, time_s: float) -> Measured:
+        """What arrives of a tick's measurements; `time_s` since the drive began."""
+        if time_s < self._since_s:
+            kept = self.kept
+            picture = measured.picture or (None if kept is None else kept.picture)
+            self.kept = replace(measured, picture=picture)
+            return measured
+        return self._change(self, measured)
+
+
+def _lidar_missing(fault: SensorFault, now: Measured) -> Measured:
+    return replace(now, sweep=None, silent=(*now.silent, "LiDAR"))
+
+
+def _lidar_frozen(fault: SensorFault, now: Measured) -> Measured:
+    """The same sweep over and over, each time as if it were new."""
+    if now.sweep is None or fault.kept is None or fault.kept.sweep is None:
+        return now
+    return replace(now, sweep=LidarSweep(now.sweep.time_s, fault.kept.sweep.points))
+
+
+def _lidar_turned(fault: SensorFault, now: Measured) -> Measured:
+    """Its mount has given way by two degrees."""
+    if now.sweep is None:
+        return now
+    points = now.sweep.points.copy()
+    c, n = math.cos(TURNED_RAD), math.sin(TURNED_RAD)
+    x, y = points[:, 0].copy(), points[:, 1].copy()
+    points[:, 0], points[:, 1] = c * x - n * y, n * x + c * y
+    return replace(now, sweep=LidarSweep(now.sweep.time_s, points))
+
+
+def _lidar_sparse(fault: SensorFault, now: Measured) -> Measured:
+    """Three lasers of four have failed."""
+    if now.sweep is None:
+        return now
+    left = now.sweep.points[fault.random.random(len(now.sweep.points)) < 0.25]
+    return replace(now, sweep=LidarSweep(now.sweep.time_s, left))
+
+
+def _lidar_spray(fault: SensorFault, now: Measured) -> Measured:
+    if now.sweep is None:
+        return now
+    way = fault.random.uniform(-math.pi, math.pi, STRAY_POINTS)
+    far = fault.random.uniform(2.0, STRAY_REACH_M, STRAY_POINTS)
+    stray = np.stack([far * np.cos(way), far * np.sin(way), fault.random.uniform(0.0, 2.0, STRAY_POINTS)], axis=1)
+    rows = np.concatenate([stray, np.full((STRAY_POINTS, 1), 0.1)], axis=1).astype(np.float32)
+    return replace(now, sweep=LidarSweep(now.sweep.time_s, np.concatenate([now.sweep.points, rows])))
+
+
+def _camera_missing(fault: SensorFault, now: Measured) -> Measured:
+    return replace(now, picture=None, silent=(*now.silent, "camera"))
+
+
+def _camera_black(fault: SensorFault, now: Measured) -> Measured:
+    if now.picture is None:
+        return now
+    return replace(now, picture=CameraFrame(now.picture.time_s, np.zeros_like(now.picture.rgb)))
+
+
+def _camera_frozen(fault: SensorFault, now: Measured) -> Measured:
+    if now.picture is None or fault.kept is None or fault.kept.picture is None:
+        return now
+    return replace(now, picture=CameraFrame(now.picture.time_s, fault.kept.picture.rgb))
+
+
+def _camera_salted(fault: SensorFault, now: Measured) -> Measured:
+    """Grey grains, always in the same places."""
+    if now.picture is None:
+        return now
+    rows, columns = now.picture.rgb.shape[:2]
+    grid = np.random.default_rng(1).random((rows // GRAIN_PX + 1, columns // GRAIN_PX + 1)) < SALTED
+    grains = np.kron(grid, np.ones((GRAIN_PX, GRAIN_PX), bool))[:rows, :columns]
+    rgb = now.picture.rgb.copy()
+    rgb[grains] = 200
+    return replace(now, picture=CameraFrame(now.picture.time_s, rgb))
+
+
+def _gnss_missing(fault: SensorFault, now: Measured) -> Measured:
+    return replace(now, fix=None, silent=(*now.silent, "GNSS"))
+
+
+def _gnss_jumping(fault: SensorFault, now: Measured) -> Measured:
+    if now.fix is None:
+        return now
+    dx, dy = fault.random.normal(0.0, JUMP_M, 2)
+    return replace(now, fix=replace(now.fix, x_m=now.fix.x_m + dx, y_m=now.fix.y_m + dy))
+
+
+FAULTS: dict[str, Callable[[SensorFault, Measured], Measured]] = {
+    "lidar-missing": _lidar_missing,
+    "lidar-frozen": _lidar_frozen,
+    "lidar-turned": _lidar_turned,
+    "lidar-sparse": _lidar_sparse,
+    "lidar-spray": _lidar_spray,
+    "camera-missing": _camera_missing,
+    "camera-black": _camera_black,
+    "camera-frozen": _camera_frozen,
+    "camera-salted": _camera_salted,
+    "gnss-missing": _gnss_missing,
+    "gnss-jumping": _gnss_jumping,
+}
+"""Each changes one tick's measurements."""

@@ -1,0 +1,210 @@
+"""Tracks as the stack is told of them: bodies for a driver in CARLA's world, objects for the solver, kinds, lamps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stucksolver.perception.camera.attributes import Attributes
+from stucksolver.perception.labels import KIND_OF_LABEL, LABEL_OF_KIND
+from stucksolver.perception.percept import Percept
+from stucksolver.perception.tracking import Track
+from stucksolver.scene import ObjectKind, TrackedObject
+from stucksolver.scene.objects import ON_FOOT
+from stucksolver.stacks.carla_stack.contact import Footprint, Pushing
+from stucksolver.stacks.driver.perception import HAZARD_LAMPS, NearbyBodies
+
+if TYPE_CHECKING:
+    from stucksolver.stacks.sensed.eyes import Eyes
+
+LEFT_BLINKER = 32
+RIGHT_BLINKER = 16
+BRAKE = 8
+SPECIAL = 512
+"""Bits of `carla.VehicleLightState`."""
+UNFORESEEN_MPS2 = 2.0
+"""Standard deviation of an acceleration between the last look and now: a car that brakes or sets off."""
+SURE_KIND = 0.6
+"""A kind that is less sure than this is unknown."""
+_TYPE_IDS = {
+    ObjectKind.SCHOOL_BUS: "vehicle.sensed.school_bus",
+    ObjectKind.PEDESTRIAN: "walker.sensed",
+    ObjectKind.FLAGGER: "walker.sensed",
+    ObjectKind.ANIMAL: "animal.sensed",
+    ObjectKind.CONE: "static.prop.cone",
+    ObjectKind.BARRIER: "static.prop.barrier",
+    ObjectKind.CROSSING_GATE: "static.prop.crossinggate",
+    ObjectKind.BAG: "static.prop.plasticbag",
+    ObjectKind.LITTER: "static.prop.garbage",
+    ObjectKind.DEBRIS: "static.prop.rock",
+    ObjectKind.PROP: "static.prop.sensed",
+    ObjectKind.UNKNOWN: "static.prop.sensed",
+}
+"""Blueprints after which `kinds.kind_of` finds the kind again, for drivers that ask the world what a thing is."""
+
+
+class SensedBodies:
+    """See `SeesBodies`."""
+
+    def __init__(self, eyes: Eyes, range_m: float) -> None:
+        self._eyes, self._range_m = eyes, range_m
+
+    def read(self, ego_x: float, ego_y: float) -> NearbyBodies:
+        """All tracks within range of a point of CARLA's world, brought forward to this tick."""
+        found = bodies(self._eyes.percept, self._eyes.now_s)
+        return found.part((np.abs(found.x - ego_x) < self._range_m) & (np.abs(found.y - ego_y) < self._range_m))
+
+
+class SensedTracker:
+    """See `carla_stack.tracker.Tracker`: the same questions, answered by the sensors."""
+
+    def __init__(self, eyes: Eyes) -> None:
+        self._eyes = eyes
+        self._pushing = Pushing()
+        self._pushed: frozenset[int] = frozenset()
+
+    @property
+    def pushes(self) -> bool:
+        """Did the ego push something along at the last look?"""
+        return bool(self._pushing.now)
+
+    def watch(self, ego: Footprint, now_s: float) -> NearbyBodies:
+        """Look around and note what the ego pushes."""
+        seen = bodies(self._eyes.percept, now_s)
+        self._pushed = self._pushing.look(ego, seen)
+        return seen
+
+    def update(self, ego: Footprint, now_s: float) -> tuple[TrackedObject, ...]:
+        """Everything tracked, in the local frame."""
+        self.watch(ego, now_s)
+        percept = self._eyes.percept
+        if percept is None:
+            return ()
+        told = percept.attributes
+        return tuple(_object(one, told.get(one.id), now_s, one.id in self._pushed) for one in percept.tracks)
+
+    def read_lights(self, now_s: float) -> None:
+        """Lamps come with each picture."""
+
+
+def bodies(percept: Percept | None, now_s: float) -> NearbyBodies:
+    """Tracks at a moment as boxes in CARLA's world."""
+    tracks = () if percept is None else percept.tracks
+    moved = [brought_forward(track, now_s) for track in tracks]
+    rows = [
+        (
+            one.x_m,
+            -one.y_m,
+            -one.yaw_rad,
+            one.length_m / 2.0,
+            one.width_m / 2.0,
+            one.z_m - one.height_m / 2.0,
+            one.z_m + one.height_m / 2.0,
+            one.vx_mps,
+            -one.vy_mps,
+        )
+        for one in moved
+    ]
+    columns = np.array(rows, dtype=np.float64).reshape(len(rows), 9).T
+    x, y, yaw, half_length, half_width, bottom, top, vx, vy = columns
+    return NearbyBodies(
+        actor_id=tuple(one.id for one in moved),
+        is_walker=np.array([KIND_OF_LABEL[one.label] in ON_FOOT for one in moved], dtype=np.bool_),
+        x=x,
+        y=y,
+        yaw=yaw,
+        half_length=half_length,
+        half_width=half_width,
+        bottom=bottom,
+        top=top,
+        vx=vx,
+        vy=vy,
+    )
+
+
+def brought_forward(track: Track, now_s: float) -> Track:
+    """The same object a moment later: it goes on as it did, give or take `UNFORESEEN_MPS2`."""
+    passed_s = now_s - track.time_s
+    if passed_s <= 0.0:
+        return track
+    covariance = track.covariance.copy()
+    covariance[:2, :2] += passed_s**2 * covariance[3:, 3:]
+    if track.standing_since_s is None:
+        covariance[:2, :2] += np.eye(2) * (UNFORESEEN_MPS2 * passed_s**2 / 2.0) ** 2
+    x, y = track.x_m + track.vx_mps * passed_s, track.y_m + track.vy_mps * passed_s
+    return replace(track, time_s=now_s, x_m=x, y_m=y, covariance=covariance)
+
+
+def _position_sd_m(track: Track) -> float:
+    """In whichever direction it is largest."""
+    return float(np.sqrt(max(np.linalg.eigvalsh(track.covariance[:2, :2])[-1], 0.0)))
+
+
+def kind_of_track(track: Track, told: Attributes | None) -> tuple[ObjectKind, float]:
+    """What a track is, and how surely. The LiDAR's class stands where the camera says nothing finer.
+
+    Where the two disagree nobody knows: of the two, none is more trustworthy.
+    """
+    coarse, sure = KIND_OF_LABEL[track.label], float(track.label_confidence)
+    if told is not None and told.kind is not None:
+        if LABEL_OF_KIND.get(told.kind) == track.label:
+            return told.kind, float(told.kind_confidence)
+        if told.kind is not ObjectKind.PROP:
+            return ObjectKind.UNKNOWN, min(sure, float(told.kind_confidence))
+    return (coarse, sure) if sure >= SURE_KIND else (ObjectKind.UNKNOWN, sure)
+
+
+def _object(track: Track, told: Attributes | None, now_s: float, pushed: bool) -> TrackedObject:
+    kind, sure = kind_of_track(track, told)
+    here = brought_forward(track, now_s)
+    return TrackedObject(
+        id=str(track.id),
+        kind=kind,
+        x_m=here.x_m,
+        y_m=here.y_m,
+        yaw_rad=here.yaw_rad,
+        vx_mps=here.vx_mps,
+        vy_mps=here.vy_mps,
+        length_m=here.length_m,
+        width_m=here.width_m,
+        height_m=here.height_m,
+        stationary_s=here.stationary_s,
+        moved_s_ago=here.moved_s_ago,
+        seen_for_s=here.seen_for_s,
+        pushed=pushed,
+        kind_confidence=sure,
+        position_sd_m=_position_sd_m(here),
+        hazard_lights=None if told is None else told.hazard_lights,
+        emergency_lights=None if told is None else told.emergency_lights,
+        brake_lights=None if told is None else told.brake_lights,
+    )
+
+
+def stand_ins(percept: Percept, ids: Sequence[int]) -> list[Any]:
+    """What kind of thing each of these tracks is, in the words of CARLA's blueprints."""
+    found = []
+    for track in percept.tracks:
+        if track.id in ids:
+            kind, _ = kind_of_track(track, percept.attributes.get(track.id))
+            special = {"special_type": "emergency"} if kind is ObjectKind.EMERGENCY else {}
+            type_id = _TYPE_IDS.get(kind, "vehicle.sensed")
+            attributes = {"base_type": kind.value, **special}
+            found.append(SimpleNamespace(id=track.id, type_id=type_id, attributes=attributes, parent=None))
+    return found
+
+
+def lamps_of(percept: Percept) -> dict[int, int]:
+    """Lamps by track, as bits of `carla.VehicleLightState`; what is not known is off."""
+    return {track: _bits(told) for track, told in percept.attributes.items()}
+
+
+def _bits(told: Attributes) -> int:
+    bits = HAZARD_LAMPS if told.hazard_lights else 0
+    bits |= LEFT_BLINKER if told.left_blinker else 0
+    bits |= RIGHT_BLINKER if told.right_blinker else 0
+    bits |= BRAKE if told.brake_lights else 0
+    return bits | (SPECIAL if told.emergency_lights else 0)
