@@ -8,13 +8,15 @@ import pytest
 from planner_stage import LEFT, RIGHT, LitWorld, drive
 
 from driver.fakes import box
+from stucksolver.scene.boxes import separation
 from stucksolver.stacks.driver import DriverOptions
 from stucksolver.stacks.planner import PlannerDriver
 from stucksolver.stacks.planner.berth import DOOR_M
 from stucksolver.stacks.planner.yielding import EMERGENCY_LAMPS
 
-HALF_WIDTH_M = 1.0
-"""Of the ego and of the cars it passes."""
+SIZE = (2.35, 1.0)
+"""Half length and half width of the ego and of the cars it passes (m)."""
+HALF_WIDTH_M = SIZE[1]
 PARKED_Y = 2 * 3.5 + HALF_WIDTH_M + 0.05
 """Beside the right lane, up to its edge."""
 
@@ -71,3 +73,14 @@ def test_it_comes_back_once_the_emergency_vehicle_is_past() -> None:
     seen = np.array(drive(world, ego, driver, 16.0))
     assert seen[:, 1].max() > RIGHT - 0.3
     assert abs(seen[-1, 1] - LEFT) < 0.3
+
+
+def test_it_gets_out_from_between_parked_cars_without_touching_them() -> None:
+    world, ego, driver = scene(PARKED_Y + 0.3, 0.0, 60.0)
+    driver.set_destination(carla.Location(380.0, RIGHT, 0.0), carla.Location(60.0, RIGHT, 0.0))
+    cars = [world.add("vehicle.a", 60.0 + away, PARKED_Y + 0.3) for away in (-10.0, 10.0)]
+    for _ in range(300):
+        drive(world, ego, driver, 0.05)
+        assert all(separation((ego.x, ego.y, ego.yaw), SIZE, (car.x, car.y, 0.0), SIZE) > 0.0 for car in cars)
+    assert ego.x > 90.0
+    assert abs(ego.y - RIGHT) < 0.3

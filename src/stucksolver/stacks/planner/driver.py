@@ -50,6 +50,8 @@ SWEPT_M = 25.0
 _SWEEP_MARGIN_M = 0.25
 _REACH_M = 1.8
 _ON_LINE_M = 0.3
+_ON_WAY_M = 0.4
+"""One that is farther from where it means to be, such as on its way out of a parking place, takes no other way."""
 _LATER_M = 1.0
 _ONCE_BEGUN = 0.4
 
@@ -119,8 +121,11 @@ class PlannerDriver(BehaviorDriver):
         """Beside its lane without having meant to be there."""
         if self._pass is not None or not super()._at_the_roadside:
             return False
-        meant = float(offset_of(self._shifts, np.array([self._planner.route_s]))[0])
-        return abs(self._planner.beside_m - meant) > ROADSIDE_M
+        return abs(self._planner.beside_m - self._meant_m()) > ROADSIDE_M
+
+    def _meant_m(self) -> float:
+        """How far beside its route's line the ego means to be."""
+        return float(offset_of(self._shifts, np.array([self._planner.route_s]))[0])
 
     def _decide(self, motion: Motion, around: NearbyBodies) -> None:
         planner, line = self._planner, self._planner.route_line
@@ -137,7 +142,7 @@ class PlannerDriver(BehaviorDriver):
             self._go_on(line, here, motion)
         elif not self._makes_room(line, here, motion):
             self._look_for_a_way(line, here, motion, around, now_s)
-            if self._pass is None and not self._at_the_roadside:
+            if self._pass is None and abs(here.d_m - self._meant_m()) < _ON_WAY_M:
                 self._keep_its_place(line, here, motion)
         self._keep_pace(here)
 
