@@ -9,7 +9,7 @@ from planner_stage import LEFT, RIGHT, LitWorld, drive
 
 from driver.fakes import box
 from stucksolver.scene.boxes import separation
-from stucksolver.stacks.driver import DriverOptions
+from stucksolver.stacks.driver import BehaviorDriver, DriverOptions
 from stucksolver.stacks.planner import PlannerDriver
 from stucksolver.stacks.planner.berth import DOOR_M
 from stucksolver.stacks.planner.yielding import EMERGENCY_LAMPS
@@ -75,12 +75,19 @@ def test_it_comes_back_once_the_emergency_vehicle_is_past() -> None:
     assert abs(seen[-1, 1] - LEFT) < 0.3
 
 
-def test_it_gets_out_from_between_parked_cars_without_touching_them() -> None:
-    world, ego, driver = scene(PARKED_Y + 0.3, 0.0, 60.0)
-    driver.set_destination(carla.Location(380.0, RIGHT, 0.0), carla.Location(60.0, RIGHT, 0.0))
-    cars = [world.add("vehicle.a", 60.0 + away, PARKED_Y + 0.3) for away in (-10.0, 10.0)]
-    for _ in range(300):
-        drive(world, ego, driver, 0.05)
-        assert all(separation((ego.x, ego.y, ego.yaw), SIZE, (car.x, car.y, 0.0), SIZE) > 0.0 for car in cars)
-    assert ego.x > 90.0
-    assert abs(ego.y - RIGHT) < 0.3
+def test_its_way_out_from_between_parked_cars_is_that_of_the_first_driver() -> None:
+    ways = []
+    for kind in (BehaviorDriver, PlannerDriver):
+        world = LitWorld()
+        ego = world.add_ego(60.0, PARKED_Y + 0.3)
+        cars = [world.add("vehicle.a", 60.0 + away, PARKED_Y + 0.3) for away in (-10.0, 10.0)]
+        driver = kind(ego, "normal", DriverOptions(ignore_traffic_lights=True), world.map)
+        driver.set_destination(carla.Location(380.0, RIGHT, 0.0), carla.Location(60.0, RIGHT, 0.0))
+        out = []
+        for _ in range(300):
+            drive(world, ego, driver, 0.05)
+            out.append((ego.x, ego.y))
+            assert all(separation((ego.x, ego.y, ego.yaw), SIZE, (car.x, car.y, 0.0), SIZE) > 0.0 for car in cars)
+        assert abs(ego.y - RIGHT) < 0.3
+        ways.append([place for place in out if place[1] > RIGHT + 0.45])
+    assert ways[0] == ways[1]
