@@ -1,4 +1,4 @@
-"""The planner on routes of `dev` that its elder brother does not finish."""
+"""The planner on routes of `bench220`, without an infraction."""
 
 from __future__ import annotations
 
@@ -15,11 +15,26 @@ pytestmark = pytest.mark.integration
 
 @pytest.mark.parametrize("route", ["1000", "1042", "1242"])
 def test_it_goes_round_what_blocks_its_lane_without_touching_anything(route, tmp_path) -> None:
+    assert driven(route, tmp_path) == ("1", "")
+
+
+@pytest.mark.parametrize("route", ["1400", "1431"])
+def test_it_gives_doors_room_and_lets_an_emergency_vehicle_past(route, tmp_path) -> None:
+    assert driven(route, tmp_path) == ("1", "")
+
+
+@pytest.mark.parametrize("route", ["1084", "1132", "1184"])
+def test_it_joins_and_crosses_streams_that_brake_for_nobody(route, tmp_path) -> None:
+    assert driven(route, tmp_path) == ("1", "")
+
+
+def driven(route, tmp_path):
+    """Success and infractions of a route of bench220, as its table has them."""
     command = "import sys; from stucksolver.cli import main; sys.exit(main())"
-    words = ["evaluate", "--suite", "dev", "--routes", route, "--recovery", "none", "--driver", "planner"]
+    words = ["evaluate", "--suite", "bench220", "--routes", route, "--recovery", "none", "--driver", "planner"]
     more = ["--jobs", "1", "--replays", "none", "--out", str(tmp_path / "out")]
     done = subprocess.run([sys.executable, "-c", command, *words, *more], capture_output=True, text=True, timeout=280)
     assert done.returncode == 0, done.stderr[-2000:]
     with (tmp_path / "out" / "routes.csv").open(encoding="utf-8") as file:
         (row,) = csv.DictReader(file)
-    assert (row["success"], row["infractions"]) == ("1", "")
+    return row["success"], row["infractions"]
