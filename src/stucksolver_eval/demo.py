@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from stucksolver_eval.arms.make import check_arm
-from stucksolver_eval.arms.spec import ArmSpec
+from stucksolver_eval.arms.spec import PRIVILEGED, SENSORS, ArmSpec
 from stucksolver_eval.files import require_writable
 from stucksolver_eval.guidance import Line, When
 from stucksolver_eval.report import write_report
@@ -47,6 +47,11 @@ SITUATIONS = (PARKED_CAR, CYCLISTS)
 ARMS = ((PARKED_CAR, ALONE), (PARKED_CAR, HELPED), (CYCLISTS, HELPED), (CYCLISTS, GUIDED))
 SPOKEN = ((PARKED_CAR, GUIDED), (CYCLISTS, GUIDED))
 
+SEEN_BY = {
+    PRIVILEGED: "perception: privileged – scenes are built from the simulator's ground truth, not from sensors.",
+    SENSORS: "perception: sensors – driver and solver know the world by camera, LiDAR, GNSS, IMU and wheels alone.",
+}
+
 
 @dataclass(frozen=True)
 class DemoSpec:
@@ -64,6 +69,8 @@ class DemoSpec:
     port: int = 2000
     say: str | None = None
     """What a passenger says in place of the demonstration's own words; then both streets are driven with it alone."""
+    perception: str = PRIVILEGED
+    """Where driver and solver know the world from, one of `arms.spec.PERCEPTIONS`."""
 
     @property
     def arms(self) -> tuple[tuple[Situation, str], ...]:
@@ -116,7 +123,8 @@ def _progress(say: Callable[[str], None], label: str, elapsed_s: float) -> None:
 
 
 def _arm(spec: DemoSpec, arm: str) -> ArmSpec:
-    return ArmSpec(driver=spec.driver, recovery="none" if arm == ALONE else "rules", clock=spec.clock)
+    recovery = "none" if arm == ALONE else "rules"
+    return ArmSpec(driver=spec.driver, recovery=recovery, clock=spec.clock, perception=spec.perception)
 
 
 def _job(spec: DemoSpec, route: Route, arm: str) -> RouteJob:
@@ -139,6 +147,6 @@ def _notes(spec: DemoSpec) -> list[str]:
     simulator = f"{spec.host}:{spec.port}" if spec.host else "carlette, the embedded simulator"
     return [
         f"Seed {spec.seed}, driver {spec.driver}, clock {spec.clock}, simulator: {simulator}.",
-        "perception: privileged – scenes are built from the simulator's ground truth, not from sensors.",
+        SEEN_BY[spec.perception],
         "A solid line may be crossed past a stationary obstruction without asking (the evaluation profile).",
     ]

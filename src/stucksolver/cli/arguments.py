@@ -55,6 +55,20 @@ def add_clock(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--clock", default="lockstep", help="lockstep, latency:SECONDS or latency:measured")
 
 
+PERCEPTIONS = ("privileged", "sensors")
+"""Where the world is known from: ground truth, or the rig's sensors."""
+
+
+def add_perception(parser: argparse.ArgumentParser) -> None:
+    """Where driver and solver know the world from."""
+    parser.add_argument(
+        "--perception",
+        default=PERCEPTIONS[0],
+        choices=PERCEPTIONS,
+        help="the simulator's ground truth, or camera, LiDAR, GNSS, IMU and wheels",
+    )
+
+
 def add_map(parser: argparse.ArgumentParser, usual: str) -> None:
     """Where to drive."""
     parser.add_argument("--map", default=usual, help="a town's name or an OpenDRIVE file")

@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from stucksolver.cli.arguments import add_clock, add_map, add_server, at_least, whole
+from stucksolver.cli.arguments import add_clock, add_map, add_perception, add_server, at_least, whole
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.words import clock_name, driver_name
 from stucksolver.scene import MAX_WORDS
@@ -31,6 +31,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="cars that come towards us where there is one lane each way",
     )
     add_clock(parser)
+    add_perception(parser)
     parser.add_argument(
         "--say", metavar="WORDS", help="what a passenger says in both streets, instead of our own script"
     )
@@ -62,6 +63,7 @@ def run(options: argparse.Namespace) -> int:
         host=options.host,
         port=options.port,
         say=_words(options.say),
+        perception=options.perception,
     )
     try:
         runs, report = demo(spec, _say)

@@ -7,12 +7,11 @@ import shlex
 import sys
 from pathlib import Path
 
-from stucksolver.cli.arguments import add_clock, add_maps, add_server, at_least, whole
+from stucksolver.cli.arguments import add_clock, add_maps, add_perception, add_server, at_least, whole
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.score import show_scores, show_sweep
 from stucksolver.cli.words import clock_name, driver_name
 
-PERCEPTIONS = ("privileged", "sensors")
 REPLAYS = ("none", "failed", "all")
 INTERRUPTED = "interrupted; what has been driven is kept: the same command with --resume goes on"
 
@@ -35,7 +34,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--guidance", type=Path, metavar="SCRIPT", help="what a passenger says where: a file, or shipped"
     )
     add_clock(parser)
-    parser.add_argument("--perception", default="privileged", choices=PERCEPTIONS, help="where scenes come from")
+    add_perception(parser)
     parser.add_argument(
         "--sensor-fault",
         default="",

@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-from stucksolver.cli.arguments import above_zero, port
+from stucksolver.cli.arguments import PERCEPTIONS, above_zero, add_perception, port
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.ladder import chosen_ladder
 from stucksolver.record import RecordError
@@ -21,6 +21,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--host", default="127.0.0.1", help="of the server")
     parser.add_argument("--port", type=port, default=2000, help="of the server")
     parser.add_argument("--role", default="hero", help="role name of the car")
+    add_perception(parser)
     parser.add_argument("--out", type=Path, help="folder for the records; without it nothing is written")
     parser.add_argument("--ladder", default="default", help="a profile or a file")
     parser.add_argument("--seconds", type=above_zero, help="end after this much wall time (default: until Ctrl-C)")
@@ -37,7 +38,8 @@ def run(options: argparse.Namespace) -> int:
         if options.out is not None:
             require_writable(options.out)
         client = connect(remote_server(options.host, options.port), 10.0)
-        watching = Watching(client.get_world(), options.role, ladder, options.out, lambda event: None)
+        sensors = options.perception != PERCEPTIONS[0]
+        watching = Watching(client.get_world(), options.role, ladder, options.out, lambda event: None, sensors)
     except (ServerError, NoSuchCar, OutputError) as error:
         raise UsageError(str(error)) from error
     line, until = _Line(), None if options.seconds is None else time.monotonic() + options.seconds

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import traceback
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import carla
 
@@ -17,27 +17,30 @@ from stucksolver.stacks.driver import BehaviorDriver, RoutePoint
 from stucksolver_bridge import AgentDriver
 from stucksolver_bridge.agent_driver import filled
 
+if TYPE_CHECKING:
+    from stucksolver.stacks.sensed import Eyes
+
 Obstacles = bool | Callable[[], Iterable[Any]]
 
 
-def attach(agent: Any, *, obstacles: Obstacles = True, **solver: Any) -> AttachedAgent:
+def attach(agent: Any, *, obstacles: Obstacles = True, eyes: Eyes | None = None, **solver: Any) -> AttachedAgent:
     """A BehaviorAgent (CARLA's `agents` package, 0.9.13 and later) that gets itself moving again.
 
     A driver of ours (`stucksolver.stacks.planner.PlannerDriver`) is taken as well.
     The agent may have a plan already, or be given one through what is returned. `obstacles`: it looks for vehicles
     and walkers only; True lists the standing things around it among the vehicles that it is shown, False does not, and
     a function returns what your perception has found (`stucksolver_bridge.shown.ShownWorld` says what is asked of
-    them). All other arguments are those of `StuckSolver`.
+    them). `eyes` (`stucksolver.stacks.sensed.Eyes` on the agent's vehicle): the solver knows the world by sensors, and
+    the vehicle brakes where they fail; the agent itself looks as it always does. All other arguments are those of
+    `StuckSolver`.
     """
-    return AttachedAgent(agent, obstacles, solver)
+    return AttachedAgent(agent, obstacles, eyes, solver)
 
 
 class AttachedAgent:
     """Has the agent's own methods; its decisions are replaced only while a plan runs."""
 
-    perception = "privileged"
-
-    def __init__(self, agent: Any, obstacles: Obstacles, solver: dict[str, Any]) -> None:
+    def __init__(self, agent: Any, obstacles: Obstacles, eyes: Eyes | None, solver: dict[str, Any]) -> None:
         self.agent = agent
         self.driver: AgentDriver | BehaviorDriver = (
             agent if isinstance(agent, BehaviorDriver) else AgentDriver(agent, carla, obstacles)
@@ -47,12 +50,20 @@ class AttachedAgent:
         self.fault: str | None = None
         """Why the solver is not asked any more; None while all is well."""
         self.solver = StuckSolver(self._scene, **solver)
-        self._vehicle, self._map = agent._vehicle, agent._map
+        self._eyes = eyes
+        self.perception = "privileged" if eyes is None else eyes.perception
+        self._vehicle, self._map = agent._vehicle if eyes is None else eyes.vehicle, agent._map
         self._stack: CarlaStack | None = None
         self._take_plan()
 
     def run_step(self, debug: bool = False) -> Any:
         """This tick's `carla.VehicleControl`, not applied."""
+        if self._eyes is None:
+            return self._step(debug)
+        self._eyes.tick()
+        return self._eyes.checked(self._step(debug))
+
+    def _step(self, debug: bool) -> Any:
         if self._stack is None:
             return self.driver.run_step() if self.driver is self.agent else self.agent.run_step(debug)
         self.directive = self._asked(self._stack)

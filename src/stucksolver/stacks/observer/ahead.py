@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from stucksolver.stacks.carla_stack.interface import EgoVehicle
 from stucksolver.stacks.driver import RoutePoint
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ LENGTH_M = 400
 class Ahead:
     """The assumed route of a car that somebody else drives."""
 
-    def __init__(self, vehicle: carla.Vehicle, carla_map: carla.Map) -> None:
+    def __init__(self, vehicle: EgoVehicle, carla_map: carla.Map) -> None:
         self._vehicle = vehicle
         self._map = carla_map
         self.route: Sequence[RoutePoint] = ()

@@ -11,7 +11,7 @@ from stucksolver.stacks.carla_stack.interface import EgoVehicle
 from stucksolver.stacks.observer.ahead import LENGTH_M, Ahead
 
 if TYPE_CHECKING:
-    import carla
+    pass
 
 OFF_M = 2.5
 """Further than this beside its assumed route, the car drives another one: it turned, or changed lane."""
@@ -26,7 +26,7 @@ class ObservedStack(CarlaSenses):
     tells of standstills, not of circling, and there is no destination.
     """
 
-    def __init__(self, vehicle: carla.Vehicle) -> None:
+    def __init__(self, vehicle: EgoVehicle) -> None:
         carla_map = vehicle.get_world().get_map()
         self._ahead = Ahead(vehicle, carla_map)
         self._seen_at = _place(vehicle)

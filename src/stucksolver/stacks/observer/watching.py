@@ -1,4 +1,7 @@
-"""Watches a running car: detects, reasons, checks, records. It never acts, ticks, or changes a setting."""
+"""Watches a running car: detects, reasons, checks, records. It never acts, ticks, or changes a setting.
+
+With `sensors` it puts up a rig of sensors on the car, which take no part in anything, and knows the world by these.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +18,12 @@ from stucksolver.stacks.observer.observed import ObservedStack
 if TYPE_CHECKING:
     import carla
 
+    from stucksolver.stacks.sensed import Eyes
+
 TICK_LIMIT_S = 10.0
 """A world that does not go on for so long stands still."""
+LOOKING_TICKS = 20
+"""Ticks of sensors' data before the first look, so that the pose is a good one."""
 
 
 class NoSuchCar(RuntimeError):
@@ -41,13 +48,20 @@ class Watching:
     """
 
     def __init__(
-        self, world: carla.World, role: str, ladder: Ladder, out: Path | None, heard: Callable[[Event], None]
+        self,
+        world: carla.World,
+        role: str,
+        ladder: Ladder,
+        out: Path | None,
+        heard: Callable[[Event], None],
+        sensors: bool = False,
     ) -> None:
         self._world = world
         # A client that has just come knows of nobody before the next tick.
         self._await_tick()
         self._car = find_car(world, role)
-        self._stack = ObservedStack(self._car)
+        self._eyes = self._open_eyes() if sensors else None
+        self._stack = ObservedStack(self._car if self._eyes is None else self._eyes.vehicle)
         self._recorder = None if out is None else Recorder(out)
         self._heard = heard
         self.solver = StuckSolver(
@@ -67,6 +81,8 @@ class Watching:
         self._await_tick()
         if not self._car.is_alive:
             raise NoSuchCar("the watched car is gone")
+        if self._eyes is not None:
+            self._eyes.tick()
         status = self._stack.status()
         self.solver.step(status, self._stack.surroundings)
         if status.speed_mps > self._moving_mps:
@@ -83,6 +99,7 @@ class Watching:
     def close(self) -> None:
         """Nobody wants to look on any more. Raises `RecordError` where a record could not be written."""
         self.solver.close()
+        self._shut_eyes()
         if self._recorder is not None:
             self._recorder.close()
             if self._recorder.error is not None:
@@ -91,8 +108,27 @@ class Watching:
     def break_off(self) -> None:
         """Looking on failed: the record of an intervention under way ends where it is."""
         self.solver.close()
+        self._shut_eyes()
         if self._recorder is not None:
             self._recorder.break_off()
+
+    def _open_eyes(self) -> Eyes:
+        """Until there is a pose. Raises `NoSuchCar` where the sensors say nothing."""
+        from stucksolver.stacks.sensed import Eyes, SensorError
+
+        eyes = Eyes(self._car, self._world.get_map(), paced=False)
+        try:
+            for _ in range(LOOKING_TICKS):
+                self._await_tick()
+                eyes.tick()
+        except SensorError as error:
+            eyes.close()
+            raise NoSuchCar(str(error)) from error
+        return eyes
+
+    def _shut_eyes(self) -> None:
+        if self._eyes is not None:
+            self._eyes.close()
 
     def _await_tick(self) -> None:
         try:
