@@ -9,6 +9,7 @@ import numpy as np
 from stucksolver.perception.measurements import LidarSweep
 from stucksolver.perception.recording import Recorded, RecordingWriter
 from stucksolver.perception.rig import load_rig
+from stucksolver.stacks.sensed.readings import wheel_speed_mps
 from stucksolver_eval.recording.mounted import RecordingSensors
 from stucksolver_eval.recording.spec import RecordingSpec
 from stucksolver_eval.recording.truth import LightsReader, TruthReader, ego_pose, in_snapshot
@@ -18,14 +19,12 @@ SETTLE_S = 2.0
 """Until everyone who was put down stands, and the first pictures have come."""
 PICTURE_S = 0.5
 """Between two pictures where all ticks are kept."""
-STANDS_MPS = 0.02
-"""Slower, a counter of the wheels' teeth counts nothing, and so errs in nothing."""
 
 
 class DriveRecorder:
     """Make it once everyone is there, call `tick` after every tick of the world, `close` in the end.
 
-    Raises `RecordingSensorError`, also from `tick`.
+    Raises `SensorError`, also from `tick`.
     """
 
     def __init__(self, spec: RecordingSpec, setting: Setting, seed: int, about: dict[str, object]) -> None:
@@ -55,7 +54,6 @@ class DriveRecorder:
             return
         pose = ego_pose(in_snapshot(snapshot, self._setting.hero.id))
         speed_mps, has_picture = float(pose[6]), to_picture == 0
-        noise_mps = self._random.normal(0.0, self._rig.wheel_speed_noise_mps)
         self._writer.add(
             Recorded(
                 time_s=time_s,
@@ -63,7 +61,7 @@ class DriveRecorder:
                 sweep=LidarSweep(time_s, self._sensors.points(frame)),
                 imu=self._sensors.imu(frame),
                 gnss=self._sensors.gnss(frame),
-                wheel_mps=speed_mps + noise_mps if abs(speed_mps) > STANDS_MPS else 0.0,
+                wheel_mps=wheel_speed_mps(speed_mps, self._rig.wheel_speed_noise_mps, self._random),
                 truth=self._truth.read(snapshot),
                 lights=self._lights.read(float(pose[0]), float(pose[1])) if has_picture else None,
                 jpeg=self._sensors.jpeg(frame) if has_picture else None,

@@ -98,10 +98,10 @@ def _work(task: Task, theirs: Connection) -> None:
 def _driven(store: Store, job: RouteJob, theirs: Connection) -> RouteOutcome | None:
     """Drive and write; gives the outcome of a route that could not be driven."""
     from stucksolver.stacks.driver import RouteError
+    from stucksolver.stacks.sensed.mounting import SensorError
     from stucksolver_eval.arms import carries_camera
     from stucksolver_eval.arms.spec import SENSORS
     from stucksolver_eval.drivers import AgentError, carries_sensors
-    from stucksolver_eval.recording.mounted import RecordingSensorError
     from stucksolver_eval.runner.drive import DriveError, drive_route
     from stucksolver_eval.scenarios.base import ScenarioError, Unsupported
 
@@ -116,7 +116,7 @@ def _driven(store: Store, job: RouteJob, theirs: Connection) -> RouteOutcome | N
         return _not_driven(job, "unsupported", str(error))
     except (ScenarioError, DriveError, RouteError) as error:
         return _not_driven(job, "invalid", str(error))
-    except (ServerError, RecordError, AgentError, RecordingSensorError) as error:
+    except (ServerError, RecordError, AgentError, SensorError) as error:
         return _not_driven(job, "crashed", str(error))
     except (BrokenPipeError, OutputError):
         raise

@@ -2,7 +2,7 @@
 
 from stucksolver.stacks.sensed.eyes import Eyes
 from stucksolver.stacks.sensed.faults import FAULTS, SensorFault
-from stucksolver.stacks.sensed.suite import SensorError
+from stucksolver.stacks.sensed.mounting import SensorError
 from stucksolver.stacks.sensed.vehicle import SensedVehicle
 
 __all__ = ["FAULTS", "Eyes", "SensedVehicle", "SensorError", "SensorFault"]

@@ -25,8 +25,9 @@ from stucksolver.perception.rig import Rig, load_rig
 from stucksolver.scene.surroundings import LightState
 from stucksolver.stacks.sensed.camera import SensedCamera
 from stucksolver.stacks.sensed.faults import SensorFault
+from stucksolver.stacks.sensed.mounting import SensorError
 from stucksolver.stacks.sensed.sight import SensedSight
-from stucksolver.stacks.sensed.suite import Measured, SensorError, SensorSuite
+from stucksolver.stacks.sensed.suite import Measured, SensorSuite
 from stucksolver.stacks.sensed.tracked import SensedBodies, SensedTracker, lamps_of, stand_ins
 from stucksolver.stacks.sensed.vehicle import SensedVehicle
 from stucksolver.stacks.sensed.world import SensedWorld

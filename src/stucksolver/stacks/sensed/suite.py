@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import contextlib
 import queue
 import time
 from dataclasses import dataclass
@@ -10,23 +10,27 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stucksolver.perception.measurements import CameraFrame, GnssFix, ImuSample, LidarSweep, Singles, WheelSpeed
-from stucksolver.perception.rig import Mount, Rig
-from stucksolver.stacks.sensed.georeference import EARTH_RADIUS_M, GeoReference
+from stucksolver.perception.measurements import CameraFrame, GnssFix, ImuSample, LidarSweep, WheelSpeed
+from stucksolver.perception.rig import Rig
+from stucksolver.stacks.sensed.georeference import GeoReference
+from stucksolver.stacks.sensed.mounting import (
+    SensorError,
+    SensorSetup,
+    camera_setup,
+    gnss_setup,
+    imu_setup,
+    lidar_setup,
+    mount_sensor,
+)
+from stucksolver.stacks.sensed.readings import camera_rgb, gnss_fix, imu_sample, lidar_points, wheel_speed_mps
 
 if TYPE_CHECKING:
     import carla
 
 PICTURE_EVERY_S = 0.2
 """Lamps and lights change no quicker than a few times a second."""
-STANDS_MPS = 0.02
-"""Slower, no tooth of a wheel's counter passes between two ticks."""
 WAIT_S = 30.0
 """For a tick's data; the first pictures of a town take longest."""
-
-
-class SensorError(RuntimeError):
-    """A sensor of the rig cannot be put up, or says nothing; the message names it and the remedy."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +49,8 @@ class Measured:
 class SensorSuite:
     """Call `read` once after each tick of the world, `close` in the end. Raises `SensorError`.
 
-    `seed` is of the wheels' noise; the other sensors' is the simulator's. With `waits` each tick's data are waited
-    for, as in a world that waits for us; without, what has come is taken.
+    `seed` is of the noise of wheels, IMU and GNSS; the LiDAR's is the simulator's. With `waits` each tick's data are
+    waited for, as in a world that waits for us; without, what has come is taken.
     """
 
     def __init__(
@@ -65,43 +69,19 @@ class SensorSuite:
         self._waits = waits
         self._random = np.random.default_rng(seed)
         self._geo = GeoReference(carla_map.to_opendrive())
-        self._lidar_to_vehicle = rig.lidar.mount.to_vehicle().astype(np.float32)
+        self._lidar_to_vehicle = rig.lidar.mount.to_vehicle()
         self._sensors: dict[str, _Sensor] = {}
-        lidar, camera = rig.lidar, rig.camera
         try:
-            self._put(
-                "LiDAR",
-                "sensor.lidar.ray_cast",
-                lidar.mount,
-                {
-                    "channels": lidar.channels,
-                    "range": lidar.range_m,
-                    "rotation_frequency": lidar.turns_per_s,
-                    "points_per_second": lidar.points_per_s,
-                    "upper_fov": lidar.upper_deg,
-                    "lower_fov": lidar.lower_deg,
-                    "atmosphere_attenuation_rate": lidar.attenuation_per_m,
-                    "dropoff_general_rate": lidar.dropoff_general,
-                    "dropoff_intensity_limit": lidar.dropoff_intensity_limit,
-                    "dropoff_zero_intensity": lidar.dropoff_zero_intensity,
-                    "noise_stddev": lidar.noise_m,
-                },
-            )
-            size = {"image_size_x": camera.width_px, "image_size_y": camera.height_px, "fov": camera.fov_deg}
-            self._put("camera", "sensor.camera.rgb", camera.mount, {**size, "sensor_tick": picture_every_s})
-            centre, noise = Mount(x_m=0.0, y_m=0.0, z_m=0.0), rig.imu_acceleration_noise_mps2
-            turning = rig.imu_rotation_noise_rps
-            shaken = {f"noise_accel_stddev_{axis}": noise for axis in "xyz"}
-            shaken |= {f"noise_gyro_stddev_{axis}": turning for axis in "xyz"}
-            self._put("IMU", "sensor.other.imu", centre, shaken)
-            degrees = math.degrees(rig.gnss_noise_m / EARTH_RADIUS_M)
-            self._put("GNSS", "sensor.other.gnss", centre, {"noise_lat_stddev": degrees, "noise_lon_stddev": degrees})
+            self._put("LiDAR", lidar_setup(rig))
+            self._put("camera", camera_setup(rig, picture_every_s))
+            self._put("IMU", imu_setup(rig, seed))
+            self._put("GNSS", gnss_setup(rig, seed))
         except SensorError:
             self.close()
             raise
 
     def read(self) -> Measured:
-        """Of the world's present tick. Raises `SensorError` where the picture has another size than the rig's."""
+        """Of the world's present tick. Raises `SensorError` where picture or sweep are not of this rig."""
         snapshot = self._world.get_snapshot()
         frame = int(snapshot.frame)
         time_s = float(snapshot.timestamp.elapsed_seconds)
@@ -109,10 +89,10 @@ class SensorSuite:
         raw = {name: sensor.take(frame, until) for name, sensor in self._sensors.items()}
         silent = tuple(name for name, sensor in self._sensors.items() if raw[name] is None and sensor.is_due(frame))
         return Measured(
-            sweep=None if raw["LiDAR"] is None else LidarSweep(time_s, self._points(raw["LiDAR"])),
+            sweep=None if raw["LiDAR"] is None else self._sweep(raw["LiDAR"], time_s),
             picture=None if raw["camera"] is None else self._picture(raw["camera"], time_s),
-            imu=None if raw["IMU"] is None else _imu(raw["IMU"], time_s),
-            fix=None if raw["GNSS"] is None else self._fix(raw["GNSS"], time_s),
+            imu=None if raw["IMU"] is None else imu_sample(raw["IMU"], time_s),
+            fix=None if raw["GNSS"] is None else gnss_fix(raw["GNSS"], self._geo, time_s),
             wheels=self._wheels(time_s),
             silent=silent,
         )
@@ -123,68 +103,33 @@ class SensorSuite:
             sensor.close()
         self._sensors.clear()
 
-    def _put(self, name: str, kind: str, mount: Mount, settings: dict[str, float]) -> None:
-        import carla
+    def _put(self, name: str, setup: SensorSetup) -> None:
+        actor = mount_sensor(self._vehicle, setup)
+        self._sensors[name] = _Sensor(actor, setup.attributes.get("sensor_tick", 0.0))
 
-        found = list(self._world.get_blueprint_library().filter(kind))
-        if not found:
-            raise SensorError(f"this simulator has no {kind}, which the rig's {name} needs")
-        for attribute, value in settings.items():
-            if not found[0].has_attribute(attribute):
-                raise SensorError(
-                    f"{kind} of this simulator has no attribute {attribute}: it cannot be the rig's {name}"
-                )
-            found[0].set_attribute(attribute, str(value))
-        place = carla.Transform(
-            carla.Location(mount.x_m, -mount.y_m, mount.z_m),
-            carla.Rotation(yaw=-mount.yaw_deg, pitch=-mount.pitch_deg, roll=mount.roll_deg),
-        )
-        actor = self._world.spawn_actor(found[0], place, attach_to=self._vehicle)
-        tick_s = settings.get("sensor_tick", 0.0)
-        self._sensors[name] = _Sensor(actor, tick_s)
-
-    def _points(self, raw: Any) -> Singles:
-        """(n, 4) in the vehicle frame, from CARLA's left-handed frame of the sensor."""
-        if int(raw.channels) != self._rig.lidar.channels:
+    def _sweep(self, raw: carla.LidarMeasurement, time_s: float) -> LidarSweep:
+        told: Any = raw  # the client's stub lacks `channels`
+        if int(told.channels) != self._rig.lidar.channels:
             raise SensorError(
-                f"the LiDAR has {raw.channels} channels, the rig says {self._rig.lidar.channels}: "
+                f"the LiDAR has {told.channels} channels, the rig says {self._rig.lidar.channels}: "
                 "give the rig file of this LiDAR, and weights trained for it"
             )
-        points: Singles = np.frombuffer(raw.raw_data, np.float32).reshape(-1, 4).copy()
-        points[:, 1] *= -1.0
-        turned = self._lidar_to_vehicle
-        points[:, :3] = points[:, :3] @ turned[:3, :3].T + turned[:3, 3]
-        return points
+        return LidarSweep(time_s, lidar_points(raw, self._lidar_to_vehicle))
 
-    def _picture(self, raw: Any, time_s: float) -> CameraFrame:
+    def _picture(self, raw: carla.Image, time_s: float) -> CameraFrame:
         wanted = (self._rig.camera.width_px, self._rig.camera.height_px)
         if (raw.width, raw.height) != wanted:
             raise SensorError(
                 f"the camera's picture is {raw.width} x {raw.height}, the rig says {wanted[0]} x {wanted[1]}: "
                 "give the rig file of this camera"
             )
-        pixels = np.frombuffer(raw.raw_data, np.uint8).reshape(raw.height, raw.width, 4)
-        return CameraFrame(time_s, np.ascontiguousarray(pixels[:, :, 2::-1]))
+        return CameraFrame(time_s, camera_rgb(raw))
 
     def _wheels(self, time_s: float) -> WheelSpeed:
-        """CARLA has no such sensor: as the leaderboard's speedometer this is the client's velocity, with our noise."""
+        """As the leaderboard's speedometer this is the client's velocity, with our noise."""
         velocity, ahead = self._vehicle.get_velocity(), self._vehicle.get_transform().get_forward_vector()
-        speed = velocity.x * ahead.x + velocity.y * ahead.y + velocity.z * ahead.z
-        noise = self._random.normal(0.0, self._rig.wheel_speed_noise_mps)
-        # A counter of teeth that stand still counts nothing.
-        return WheelSpeed(time_s, speed + noise if abs(speed) > STANDS_MPS else 0.0)
-
-    def _fix(self, raw: Any, time_s: float) -> GnssFix:
-        x, y = self._geo.local(float(raw.latitude), float(raw.longitude))
-        return GnssFix(time_s, x, y, float(raw.altitude))
-
-
-def _imu(raw: Any, time_s: float) -> ImuSample:
-    """CARLA's axes are left-handed (y right), so that turns about x and z change their sign; its compass counts
-    clockwise from north, which is the local frame's y."""
-    a, g = raw.accelerometer, raw.gyroscope
-    compass = math.remainder(math.pi / 2.0 - float(raw.compass), math.tau)
-    return ImuSample(time_s, (a.x, -a.y, a.z), (-g.x, g.y, -g.z), compass)
+        speed_mps = velocity.x * ahead.x + velocity.y * ahead.y + velocity.z * ahead.z
+        return WheelSpeed(time_s, wheel_speed_mps(speed_mps, self._rig.wheel_speed_noise_mps, self._random))
 
 
 class _Sensor:
@@ -227,5 +172,6 @@ class _Sensor:
 
     def close(self) -> None:
         """End it; the simulator may be gone already."""
-        self._actor.stop()
-        self._actor.destroy()
+        with contextlib.suppress(RuntimeError):
+            self._actor.stop()
+            self._actor.destroy()

@@ -1,0 +1,66 @@
+"""What CARLA's sensors measure, in the frames of our perception.
+
+CARLA measures in a left-handed frame (x ahead, y right, z up). A vector is turned over by its y. A turn rate is a
+pseudovector of that frame (v = w x r), so that its x and z change their signs instead.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stucksolver.perception.measurements import Floats, GnssFix, ImuSample, Pixels, Singles
+from stucksolver.stacks.sensed.georeference import GeoReference
+
+if TYPE_CHECKING:
+    import carla
+
+STANDS_MPS = 0.02
+"""Slower, no tooth of a wheel's counter passes between two ticks."""
+
+
+def lidar_points(measured: carla.LidarMeasurement, to_vehicle: Floats) -> Singles:
+    """(n, 4): x, y, z (m) in the vehicle frame, and intensity.
+
+    `to_vehicle` is the (4, 4) matrix of the LiDAR's mount, see `Mount.to_vehicle`.
+    """
+    points: Singles = np.frombuffer(measured.raw_data, np.float32).reshape(-1, 4).copy()
+    points[:, 1] *= -1.0
+    turn, shift = to_vehicle[:3, :3].astype(np.float32), to_vehicle[:3, 3].astype(np.float32)
+    points[:, :3] = points[:, :3] @ turn.T + shift
+    return points
+
+
+def camera_pixels(measured: carla.Image) -> Pixels:
+    """(height, width, 4): BGRA, as a camera sends it; not a copy."""
+    return np.frombuffer(measured.raw_data, np.uint8).reshape(measured.height, measured.width, 4)
+
+
+def camera_rgb(measured: carla.Image) -> Pixels:
+    """(height, width, 3): a picture."""
+    return np.ascontiguousarray(camera_pixels(measured)[:, :, 2::-1])
+
+
+def imu_sample(measured: carla.IMUMeasurement, time_s: float) -> ImuSample:
+    """CARLA's compass is 0 to the north, which is the local frame's y, and grows to the east (rad)."""
+    a, w = measured.accelerometer, measured.gyroscope
+    compass_rad = math.remainder(math.pi / 2.0 - measured.compass, math.tau)
+    return ImuSample(time_s, (a.x, -a.y, a.z), (-w.x, w.y, -w.z), compass_rad)
+
+
+def gnss_fix(measured: carla.GnssMeasurement, geo: GeoReference, time_s: float) -> GnssFix:
+    """A fix on the map that `geo` belongs to."""
+    x_m, y_m = geo.local(measured.latitude, measured.longitude)
+    return GnssFix(time_s, x_m, y_m, measured.altitude)
+
+
+def wheel_speed_mps(speed_mps: float, noise_mps: float, random: np.random.Generator) -> float:
+    """What the wheels tell of a true speed, with Gaussian noise. CARLA has no such sensor.
+
+    A number is drawn in any case, so that what follows does not hang on who stood when.
+    """
+    noise = float(random.normal(0.0, noise_mps))
+    # A counter of teeth that stand still counts nothing, and so errs in nothing.
+    return speed_mps + noise if abs(speed_mps) > STANDS_MPS else 0.0
