@@ -204,7 +204,7 @@ def test_an_operator_answers_from_the_queue(ride, look, server):
     expect(mine.locator("#lines")).to_contain_text("I have asked the operator")
     expect(mine.locator("#yes")).to_be_disabled()
     call = theirs.locator("#queue li", has_text="parked car blocks")
-    call.get_by_role("button", name="Yes").click()
+    call.get_by_role("button", name="Yes").first.click()
     expect(mine.locator("#lines")).to_contain_text("I am going round it on the left.")
 
 

@@ -5,10 +5,12 @@ import { get, post } from "/files/api.js";
 const $ = (id) => document.getElementById(id);
 const EVERY_MS = 1500;
 
-function button(label, press) {
+// `about`: whom it concerns, for those who hear the button and do not see where it stands.
+function button(label, about, press) {
   const made = document.createElement("button");
   made.type = "button";
   made.textContent = label;
+  made.setAttribute("aria-label", `${label}: ${about}`);
   made.addEventListener("click", press);
   return made;
 }
@@ -19,6 +21,8 @@ export class Desk {
     this.look = look;
     this.shown = "";
     $("desk").hidden = false;
+    $("title").textContent = "Operator’s desk";
+    document.title = "Operator’s desk";
     $("vehicle").addEventListener("change", () => this.look($("vehicle").value));
     this.refresh();
     setInterval(() => this.refresh(), EVERY_MS);
@@ -70,14 +74,14 @@ export class Desk {
     text.textContent = call.text;
     const row = document.createElement("div");
     row.className = "row";
-    row.append(button("Look", () => {
+    row.append(button("Look", call.name, () => {
       $("vehicle").value = call.vehicle;
       this.look(call.vehicle);
     }));
     if (call.kind === "question") {
-      row.append(...[true, false].map((yes) => button(yes ? "Yes" : "No", () => this.answer(call, yes))));
+      row.append(...[true, false].map((yes) => button(yes ? "Yes" : "No", call.name, () => this.answer(call, yes))));
     } else {
-      row.append(button("Done", () => this.done(`/api/queue/${encodeURIComponent(call.id)}/close`)));
+      row.append(button("Done", call.name, () => this.done(`/api/queue/${encodeURIComponent(call.id)}/close`)));
     }
     item.append(name, text, row);
     return item;
