@@ -11,7 +11,11 @@ import numpy as np
 
 from stucksolver.perception.camera.attributes import AttributeMemory, AttributeReader, Attributes
 from stucksolver.perception.camera.far import FarDetections, FarDetector
+from stucksolver.perception.camera.far_range import RangeModel, far_places
+from stucksolver.perception.camera.far_sight import CameraSight, SightModel
 from stucksolver.perception.camera.lights import LightFilter, LightReader
+from stucksolver.perception.far_tracking import FarTracker
+from stucksolver.perception.far_view import FarLook, FarView, blockers_of
 from stucksolver.perception.frames import into_vehicle
 from stucksolver.perception.lidar.detector import LidarDetector
 from stucksolver.perception.lidar.sweeps import RECENT_S, SweepBuffer
@@ -48,7 +52,10 @@ class Perceiver:
         self._attributes, self._memory = AttributeReader(threads=threads), AttributeMemory()
         self._lights, self._shown = LightReader(threads=threads), LightFilter()
         self._far = FarDetector(threads=threads)
-        self._last_far: FarDetections | None = None
+        self._ranges = RangeModel.from_card(self._far.card)
+        self._far_tracker = FarTracker(rig.camera, self._ranges)
+        recall = SightModel.from_card(self._far.card)
+        self._view = FarView((), CameraSight(rig.camera, recall), recall)
         self._picture_s: float | None = None
         self._stages_ms: dict[str, float] = {}
 
@@ -66,14 +73,19 @@ class Perceiver:
         with self._timed("tracking"):
             tracks = self._tracker.update(detections, look.pose, seen)
         lights = self._pictured(look, tracks)
+        with self._timed("far_tracks"):
+            far_tracks = self._far_tracker.tracks(look.pose.time_s, tracks)
+        newest = self._view.looks[0].found if self._view.looks else None
         return Percept(
             pose=look.pose,
             tracks=tracks,
             attributes=self._remembered(tracks, look.pose.time_s),
             lights=lights,
             seen=seen,
-            far=self._last_far,
+            far=newest,
             picture_time_s=self._picture_s,
+            far_tracks=far_tracks,
+            far_view=self._view if newest is not None else None,
             stages_ms=dict(self._stages_ms),
         )
 
@@ -86,8 +98,17 @@ class Perceiver:
             with self._timed("lights"):
                 self._read_lights(look.picture, look.picture_pose, look.heads)
             with self._timed("far"):
-                self._last_far = self._far.detect(look.picture, self._rig.camera)
+                found = self._far.detect(look.picture, self._rig.camera)
+            with self._timed("far_view"):
+                self._follow(found, look.picture_pose, tracks)
         return {light: self._shown.state(light, look.pose.time_s) for light in look.heads}
+
+    def _follow(self, found: FarDetections, pose: PoseEstimate, tracks: tuple[Track, ...]) -> None:
+        """Take in what was found far ahead."""
+        self._far_tracker.update(found, pose, tracks)
+        places = far_places(found, self._rig.camera, self._ranges)
+        blockers = blockers_of(tracks, found, places, self._rig.camera, pose)
+        self._view = self._view.with_look(FarLook(found, pose, blockers))
 
     def _read_attributes(self, picture: CameraFrame, pose: PoseEstimate, tracks: tuple[Track, ...]) -> None:
         boxes = into_vehicle(np.array([_box(track) for track in tracks]).reshape(-1, 7), pose)

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 
 from stucksolver.perception.camera.attributes import Attributes
 from stucksolver.perception.camera.far import FarDetections
+from stucksolver.perception.far_tracking import FarTrack
+from stucksolver.perception.far_view import FarView
 from stucksolver.perception.measurements import CameraFrame, Floats, LidarSweep, PoseEstimate
 from stucksolver.perception.tracking import Track
 from stucksolver.perception.visibility import SeenSpace
@@ -43,5 +45,9 @@ class Percept:
     far: FarDetections | None
     """Of the last picture."""
     picture_time_s: float | None
+    far_tracks: tuple[FarTrack, ...] = ()
+    """Vehicles that only the camera follows, as of `pose.time_s`; those that the LiDAR follows too are in `tracks`."""
+    far_view: FarView | None = None
+    """What the last pictures showed; None before the first."""
     stages_ms: Mapping[str, float] = field(default_factory=dict)
     """How long each step took."""

@@ -1,12 +1,22 @@
-"""How far lanes are seen by the sensors: the LiDAR's free space, and ahead of it the camera's."""
+"""How far lanes are seen by the sensors: the LiDAR's free space, and ahead of it the camera's.
+
+The LiDAR is asked first. Where its sight along a lane ends because no ray came back from the ground, the camera goes
+on: as far as its detector would have found a vehicle (`perception/far_view.py`). Where it ends at something tall that
+stands in the way, or anything tall stands nearer in the direction of a place, the camera is not asked: the two would
+have to see past the same thing. Behind there is no camera.
+"""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stucksolver.perception.frames import points_into_vehicle
+from stucksolver.perception.measurements import Floats
+from stucksolver.perception.percept import Percept
+from stucksolver.perception.visibility import AZIMUTHS, SeenSpace
 from stucksolver.scene import LaneKind, LaneSight
 from stucksolver.scene.frenet import Lane, RoadFrame
 from stucksolver.scene.objects import TrackedObject
@@ -17,6 +27,10 @@ if TYPE_CHECKING:
 
 STEP_M = 1.0
 RANGE_M = 200.0
+FASTEST_SHARE = 1.2
+"""Others drive so much of the lane's limit: the guard's margins are for those who keep it, sight is for all."""
+UNKNOWN_LIMIT_MPS = 100.0 / 3.6
+"""Where the map has no limit: that of country roads."""
 
 
 class SensedSight:
@@ -36,14 +50,40 @@ class SensedSight:
                 continue
             ahead = self._line(lane, np.arange(ego_s, min(lane.end_m, ego_s + RANGE_M), STEP_M))
             behind = self._line(lane, np.arange(ego_s, max(lane.start_m, ego_s - RANGE_M), -STEP_M))
-            seen_m = percept.seen.seen_along(ahead) if len(ahead) > 1 else 0.0
-            back_m = percept.seen.seen_along(behind) if len(behind) > 1 else 0.0
+            limit = lane.strip.speed_limit_mps or UNKNOWN_LIMIT_MPS
+            seen_m = seen_ahead_m(percept, ahead, FASTEST_SHARE * limit)
+            back_m = percept.seen.seen_along(points_into_vehicle(behind, percept.pose)) if len(behind) > 1 else 0.0
             found.append(LaneSight(lane_id=lane.strip.id, ahead_m=round(seen_m, 1), behind_m=round(back_m, 1)))
         return tuple(found)
 
-    def _line(self, lane: Lane, stations: np.ndarray) -> np.ndarray:
-        """(k, 2) places of the lane's centre in the vehicle frame of the newest result."""
-        percept = self._eyes.percept
-        assert percept is not None
+    def _line(self, lane: Lane, stations: Floats) -> Floats:
+        """(k, 2) places of the lane's centre in the local frame."""
         x, y, _ = self._frame.to_local(stations, np.interp(stations, lane.s, lane.centre))
-        return points_into_vehicle(np.stack([x, y], axis=1), percept.pose)
+        return np.stack([x, y], axis=1)
+
+
+def seen_ahead_m(percept: Percept, line: Floats, fastest_mps: float) -> float:
+    """Metres of a lane (its middle (k, 2) in the local frame, from beside the ego on) in which nobody is, as seen now.
+
+    `fastest_mps`: of vehicles in the lane.
+    """
+    if len(line) < 2:
+        return 0.0
+    course = points_into_vehicle(line, percept.pose)
+    by_lidar_m = percept.seen.seen_along(course)
+    if percept.far_view is None:
+        return by_lidar_m
+    by_both_m = percept.far_view.seen_m(line, by_lidar_m, fastest_mps, percept.pose.time_s)
+    return max(by_lidar_m, min(by_both_m, unblocked_m(percept.seen, course, by_lidar_m)))
+
+
+def unblocked_m(seen: SeenSpace, course: Floats, from_m: float) -> float:
+    """Metres of a line (k, 2; vehicle frame) up to where the LiDAR found something tall that stands nearer.
+
+    Looked for only beyond `from_m`. What lies in one bin of directions with something tall counts as behind it.
+    """
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(course, axis=0).T))])
+    dx, dy = course[:, 0] - seen.origin[0], course[:, 1] - seen.origin[1]
+    bins = ((np.arctan2(dy, dx) + math.pi) / math.tau * AZIMUTHS).astype(np.int64) % AZIMUTHS
+    behind = (seen.blocked_m[bins] <= np.hypot(dx, dy)) & (along > from_m)
+    return float(along[max(int(behind.argmax()) - 1, 0)]) if behind.any() else float(along[-1])

@@ -17,6 +17,7 @@ from stucksolver.scene import ObjectKind, TrackedObject
 from stucksolver.scene.objects import ON_FOOT
 from stucksolver.stacks.carla_stack.contact import Footprint, Pushing
 from stucksolver.stacks.driver.perception import HAZARD_LAMPS, NearbyBodies
+from stucksolver.stacks.sensed.far_told import TRACK_LABELS, FarOnLanes
 
 if TYPE_CHECKING:
     from stucksolver.stacks.sensed.eyes import Eyes
@@ -52,10 +53,12 @@ class SensedBodies:
 
     def __init__(self, eyes: Eyes, range_m: float) -> None:
         self._eyes, self._range_m = eyes, range_m
+        self._far = FarOnLanes(eyes.vehicle.get_world().get_map())
 
     def read(self, ego_x: float, ego_y: float) -> NearbyBodies:
         """All tracks within range of a point of CARLA's world, brought forward to this tick."""
-        found = bodies(self._eyes.percept, self._eyes.now_s)
+        percept = self._eyes.percept
+        found = bodies(percept, self._eyes.now_s, self._far.told(percept))
         return found.part((np.abs(found.x - ego_x) < self._range_m) & (np.abs(found.y - ego_y) < self._range_m))
 
 
@@ -64,6 +67,7 @@ class SensedTracker:
 
     def __init__(self, eyes: Eyes) -> None:
         self._eyes = eyes
+        self._far = FarOnLanes(eyes.vehicle.get_world().get_map())
         self._pushing = Pushing()
         self._pushed: frozenset[int] = frozenset()
 
@@ -85,16 +89,17 @@ class SensedTracker:
         if percept is None:
             return ()
         told = percept.attributes
-        return tuple(_object(one, told.get(one.id), now_s, one.id in self._pushed) for one in percept.tracks)
+        tracks = (*percept.tracks, *self._far.told(percept))
+        return tuple(_object(one, told.get(one.id), now_s, one.id in self._pushed) for one in tracks)
 
     def read_lights(self, now_s: float) -> None:
         """Lamps come with each picture."""
 
 
-def bodies(percept: Percept | None, now_s: float) -> NearbyBodies:
-    """Tracks at a moment as boxes in CARLA's world."""
+def bodies(percept: Percept | None, now_s: float, far: Sequence[Track] = ()) -> NearbyBodies:
+    """Tracks at a moment as boxes in CARLA's world; `far`: those that only the camera follows."""
     tracks = () if percept is None else percept.tracks
-    moved = [brought_forward(track, now_s) for track in tracks]
+    moved = [brought_forward(track, now_s) for track in (*tracks, *far)]
     rows = [
         (
             one.x_m,
@@ -194,6 +199,10 @@ def stand_ins(percept: Percept, ids: Sequence[int]) -> list[Any]:
             type_id = _TYPE_IDS.get(kind, "vehicle.sensed")
             attributes = {"base_type": kind.value, **special}
             found.append(SimpleNamespace(id=track.id, type_id=type_id, attributes=attributes, parent=None))
+    for far in percept.far_tracks:
+        if far.id in ids:
+            attributes = {"base_type": KIND_OF_LABEL[TRACK_LABELS[far.label]].value}
+            found.append(SimpleNamespace(id=far.id, type_id="vehicle.sensed", attributes=attributes, parent=None))
     return found
 
 

@@ -1,0 +1,302 @@
+"""Follows vehicles that only the camera sees: how far away each is and how fast it comes nearer, picture by picture.
+
+A range by one picture is off by a tenth and more, and mostly in the same way in each picture: the vehicle is larger
+than usual, or the road slopes. What is left between pictures is small. A filter therefore takes only the latter for
+noise, so that the rate is soon known; the former is added to what is told (`FarTrack.range_sd_m`, `rate_sd_mps`).
+
+The state has one dimension, along the line of sight. At these ranges a lane of the road is nearly parallel to it; who
+tells others of these tracks puts them on the lane (`stacks/sensed/far_told.py`). The ego's own way is taken out by its
+poses, so that the rate is one over ground.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stucksolver.perception.camera.far import FarDetections
+from stucksolver.perception.camera.far_range import COLUMN_SIGMA_PX, RangeModel, far_places
+from stucksolver.perception.measurements import Floats, PoseEstimate
+from stucksolver.perception.rig import CameraRig
+from stucksolver.perception.tracking import Track
+
+FIRST_ID = 1_000_000
+"""Ids begin here, far above those of the LiDAR's tracks."""
+LABELS = (0, 1)
+"""Vehicles and two-wheelers (`far_strip.LABELS`). People this far away matter to nobody who drives at town speeds."""
+NEAREST_M = 40.0
+"""Nearer detections begin no track: the LiDAR finds nearly all there, and one in eight of the camera's is wrong."""
+NOISE_SHARE = 0.05
+"""Standard deviation of a range between one picture and the next, as a share of the range."""
+RATE_SD_MPS = 15.0
+"""Before a rate is measured: 95 % of vehicles are slower than twice this, 108 km/h."""
+ACCELERATION_MPS2 = 2.0
+"""Standard deviation of the acceleration, as the LiDAR's tracker has it for vehicles."""
+ASIDE_M = 1.5
+"""How far a vehicle moves across the line of sight between two pictures, with bends."""
+GATE = 3.0
+"""A detection belongs to a track within so many standard deviations in range and in bearing."""
+SAME_SDS = 2.5
+SAME_M = 6.0
+SAME_ASIDE_M = 2.0
+"""A track of the LiDAR so many standard deviations, or metres, away in range and so far aside is the same vehicle."""
+CONFIRMING_HITS = 2
+LOST_S = 2.0
+"""A track ends when it has not been found for so long. Long, since a vehicle that was missed goes on coming."""
+LEAST_TOWARDS, MOST_ODDS = 0.02, 4.0
+"""No look says more than 0.98, and all together no more than this logarithm of odds: looks repeat their mistakes."""
+
+
+@dataclass(frozen=True, eq=False)
+class FarTrack:
+    """One vehicle that the camera follows, at `time_s`."""
+
+    id: int
+    """Never that of a LiDAR's track; never given twice by one tracker."""
+    time_s: float
+    label: int
+    """Index into `far_strip.LABELS`."""
+    score: float
+    """Mean of its detections' scores."""
+    x_m: float
+    y_m: float
+    """Its middle by the most likely range, local frame."""
+    bearing_rad: float
+    """Direction in the local frame from the camera to it."""
+    range_m: float
+    """From the camera."""
+    range_sd_m: float
+    rate_mps: float
+    """Velocity over ground along the bearing; negative towards the ego."""
+    rate_sd_mps: float
+    towards: float
+    """Probability that its front is what is seen."""
+    first_seen_s: float
+    last_seen_s: float
+    hits: int
+
+
+@dataclass(eq=False)
+class _Body:
+    id: int
+    x: Floats
+    """(2,): range (m), rate over ground (m/s)."""
+    p: Floats
+    time_s: float
+    bearing: float
+    """Local frame."""
+    at: Floats
+    """(2,): where the camera was at `time_s`, local frame."""
+    label: int
+    first_seen_s: float
+    last_seen_s: float
+    bias: float
+    """Standard deviation of what is wrong with all its ranges alike, as a share of the range."""
+    own_mps: float
+    """The ego's speed along the bearing, at the last detection."""
+    scores: float = 0.0
+    odds: float = 0.0
+    hits: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """Detections of one picture that may be vehicles far away; equal lengths."""
+
+    time_s: float
+    at: Floats
+    """(2,): where the camera was, local frame."""
+    range_m: Floats
+    sd_m: Floats
+    bearing: Floats
+    label: Floats
+    score: Floats
+    towards: Floats
+    own_mps: Floats
+    """The ego's speed along the bearing."""
+
+
+class FarTracker:
+    """Call `update` with each picture's detections, and `tracks` whenever they are wanted."""
+
+    def __init__(self, rig: CameraRig, model: RangeModel) -> None:
+        # Its first import takes a while: not in the first look.
+        import filterpy.kalman  # type: ignore[import-untyped]  # noqa: F401
+
+        self._rig, self._model = rig, model
+        self._bodies: list[_Body] = []
+        self._next = FIRST_ID
+        self._with_own: set[int] = set()
+
+    def update(self, found: FarDetections, pose: PoseEstimate, lidar: Sequence[Track]) -> None:
+        """Take in one picture.
+
+        Args:
+            found: Of `FarDetector.detect`; later than before.
+            pose: Where the vehicle was at `found.time_s`.
+            lidar: What the LiDAR follows at about the same time; each explains at most one detection, which is then
+                left to it.
+        """
+        seen = self._seen(found, pose)
+        for body in self._bodies:
+            _predict(body, seen.time_s, seen.at)
+        explained = _same(seen.bearing, seen.range_m, seen.sd_m, lidar, seen.at, seen.time_s)
+        self._with_own = {lidar[k].id for k in explained.values()}
+        left = [j for j in range(len(seen.range_m)) if j not in explained]
+        taken = self._assign(seen, left)
+        for i, j in taken.items():
+            _update(self._bodies[i], seen, j)
+        for j in set(left) - set(taken.values()):
+            if seen.range_m[j] >= NEAREST_M:
+                self._bodies.append(_born(self._next, seen, j))
+                self._next += 1
+        self._bodies = [body for body in self._bodies if seen.time_s - body.last_seen_s <= LOST_S]
+
+    def tracks(self, time_s: float, lidar: Sequence[Track]) -> tuple[FarTrack, ...]:
+        """Everything followed, at a time (s) not before the last picture.
+
+        A track at whose place the LiDAR follows something now, for which the last picture had no detection of its own,
+        is handed over: it is told no more.
+        """
+        if not self._bodies:
+            return ()
+        told = [_told(body, time_s) for body in self._bodies]
+        others = [track for track in lidar if track.id not in self._with_own]
+        bearing, range_m, sd_m = np.array([(one.bearing_rad, one.range_m, one.range_sd_m) for one in told]).T
+        handed = _same(bearing, range_m, sd_m, others, self._bodies[0].at, time_s)
+        self._bodies = [body for i, body in enumerate(self._bodies) if i not in handed]
+        # A vehicle that was found once may be none.
+        return tuple(one for i, one in enumerate(told) if i not in handed and one.hits >= CONFIRMING_HITS)
+
+    def _seen(self, found: FarDetections, pose: PoseEstimate) -> _Seen:
+        part = found.part(np.isin(found.label, LABELS))
+        places, mount = far_places(part, self._rig, self._model), self._rig.mount
+        away = places.xy - np.array([mount.x_m, mount.y_m])
+        c, n = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+        at = np.array([pose.x_m + c * mount.x_m - n * mount.y_m, pose.y_m + n * mount.x_m + c * mount.y_m])
+        bearing = np.arctan2(away[:, 1], away[:, 0]) + pose.yaw_rad
+        ranges = (places.range_m, places.range_sigma_m, bearing)
+        own = pose.speed_mps * np.cos(bearing - pose.yaw_rad)
+        return _Seen(part.time_s, at, *ranges, part.label.astype(float), part.score, part.towards, own)
+
+    def _assign(self, seen: _Seen, left: list[int]) -> dict[int, int]:
+        """Which detection belongs to which body, both by index."""
+        if not self._bodies or not left:
+            return {}
+        state = np.array([(b.x[0], math.sqrt(b.p[0, 0]), b.bearing) for b in self._bodies])
+        place, sd, bearing = (state[:, k, None] for k in range(3))
+        range_m = seen.range_m[left]
+        along = (place - range_m) / np.hypot(sd, NOISE_SHARE * range_m)
+        aside = COLUMN_SIGMA_PX / self._rig.focal_px + ASIDE_M / np.maximum(place, 1.0)
+        across = _wrapped(bearing - seen.bearing[left]) / aside
+        cost = along**2 + across**2
+        return {i: left[j] for i, j in _pairs(np.where((abs(along) < GATE) & (abs(across) < GATE), cost, np.inf))}
+
+
+def _same(
+    bearing: Floats, range_m: Floats, sd_m: Floats, lidar: Sequence[Track], at: Floats, time_s: float
+) -> dict[int, int]:
+    """Which of some far things are which of the LiDAR's tracks, by index; each at most one of the other."""
+    if not len(range_m) or not lidar:
+        return {}
+    rows = [(t.x_m + t.vx_mps * (time_s - t.time_s), t.y_m + t.vy_mps * (time_s - t.time_s)) for t in lidar]
+    away = np.array(rows) - at
+    place = np.hypot(away[:, 0], away[:, 1])[None]
+    aside = np.abs(_wrapped(bearing[:, None] - np.arctan2(away[:, 1], away[:, 0])[None])) * place
+    along = np.abs(range_m[:, None] - place)
+    reach = np.maximum(SAME_SDS * sd_m, SAME_M)[:, None]
+    return dict(_pairs(np.where((aside < SAME_ASIDE_M) & (along < reach), along / reach + aside, np.inf)))
+
+
+def _pairs(cost: Floats) -> Iterable[tuple[int, int]]:
+    """Rows and columns that belong together, the cheapest pair first; infinite costs never."""
+    cost = cost.copy()
+    while cost.size and np.isfinite(cost).any():
+        i, j = (int(k) for k in np.unravel_index(int(cost.argmin()), cost.shape))
+        yield i, j
+        cost[i], cost[:, j] = np.inf, np.inf
+
+
+def _born(number: int, seen: _Seen, j: int) -> _Body:
+    range_m = float(seen.range_m[j])
+    p = np.diag([(NOISE_SHARE * range_m) ** 2, RATE_SD_MPS**2])
+    body = _Body(
+        number,
+        np.array([range_m, 0.0]),
+        p,
+        seen.time_s,
+        float(seen.bearing[j]),
+        seen.at,
+        int(seen.label[j]),
+        seen.time_s,
+        seen.time_s,
+        float(seen.sd_m[j]) / range_m,
+        float(seen.own_mps[j]),
+    )
+    _note(body, seen, j)
+    return body
+
+
+def _transition(dt: float) -> tuple[Floats, Floats]:
+    """Matrix and process noise of a step of `dt` s: constant velocity, disturbed by white noise."""
+    power = ACCELERATION_MPS2**2
+    return np.array([[1.0, dt], [0.0, 1.0]]), power * np.array([[dt**3 / 3.0, dt**2 / 2.0], [dt**2 / 2.0, dt]])
+
+
+def _predict(body: _Body, time_s: float, at: Floats) -> None:
+    """Bring a body forward to a time at which the camera is at another place."""
+    from filterpy.kalman import predict as kalman_predict
+
+    body.x, body.p = kalman_predict(body.x, body.p, *_transition(time_s - body.time_s))
+    line = np.array([math.cos(body.bearing), math.sin(body.bearing)])
+    away = body.at + float(body.x[0]) * line - at
+    body.x = np.array([math.hypot(*away), body.x[1]])
+    body.bearing, body.at, body.time_s = math.atan2(away[1], away[0]), at, time_s
+
+
+def _update(body: _Body, seen: _Seen, j: int) -> None:
+    from filterpy.kalman import update as kalman_update
+
+    range_m = float(seen.range_m[j])
+    noise = (NOISE_SHARE * range_m) ** 2
+    body.x, body.p = kalman_update(body.x, body.p, range_m, noise, np.array([[1.0, 0.0]]))
+    body.bearing, body.last_seen_s, body.own_mps = float(seen.bearing[j]), seen.time_s, float(seen.own_mps[j])
+    body.bias += (float(seen.sd_m[j]) / range_m - body.bias) / (body.hits + 1)
+    _note(body, seen, j)
+
+
+def _note(body: _Body, seen: _Seen, j: int) -> None:
+    share = min(max(float(seen.towards[j]), LEAST_TOWARDS), 1.0 - LEAST_TOWARDS)
+    body.odds = min(MOST_ODDS, max(-MOST_ODDS, body.odds + math.log(share / (1.0 - share))))
+    body.scores, body.hits = body.scores + float(seen.score[j]), body.hits + 1
+
+
+def _told(body: _Body, time_s: float) -> FarTrack:
+    ahead = replace(body)
+    _predict(ahead, time_s, body.at)
+    range_m, rate = max(float(ahead.x[0]), 1.0), float(ahead.x[1])
+    # A range that is off by some share makes the speed at which it shrinks be off by the same share.
+    return FarTrack(
+        id=body.id,
+        time_s=time_s,
+        label=body.label,
+        score=body.scores / body.hits,
+        x_m=float(ahead.at[0]) + range_m * math.cos(ahead.bearing),
+        y_m=float(ahead.at[1]) + range_m * math.sin(ahead.bearing),
+        bearing_rad=ahead.bearing,
+        range_m=range_m,
+        range_sd_m=math.hypot(math.sqrt(ahead.p[0, 0]), body.bias * range_m),
+        rate_mps=rate,
+        rate_sd_mps=math.hypot(math.sqrt(ahead.p[1, 1]), body.bias * (rate - body.own_mps)),
+        towards=1.0 / (1.0 + math.exp(-body.odds)),
+        first_seen_s=body.first_seen_s,
+        last_seen_s=body.last_seen_s,
+        hits=body.hits,
+    )
+
+
+def _wrapped(angle: Floats) -> Floats:
+    return np.remainder(angle + math.pi, math.tau) - math.pi

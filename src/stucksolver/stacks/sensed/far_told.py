@@ -1,0 +1,132 @@
+"""Vehicles that only the camera follows, as drivers and the solver are told of them: on lanes of the map.
+
+A range by the camera is off by a tenth, and the rate is measured only after a second or two. What is told is therefore
+not the likeliest, but what is worse for whoever wants to use a lane:
+
+* Its place is on the middle of its lane, two standard deviations of the range nearer than measured.
+* Who is in a lane that leads towards us comes, as quickly as measured and two standard deviations more; before a rate
+  is measured this is the speed of the quickest traffic. It is told otherwise only when it surely goes away from us.
+* Who is in a lane that leads away from us is told of once its rate is known well enough, with that rate; before,
+  nothing is claimed of it, but sight ends there. It comes towards us only if the rate leaves no doubt.
+* In a junction lanes overlap: there the camera's word on whether it sees a front decides between the two.
+* Who is on no lane that runs along the line of sight is not told of: its way cannot be measured. Sight ends there, too.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import carla
+import numpy as np
+
+from stucksolver.perception.far_tracking import FarTrack
+from stucksolver.perception.percept import Percept
+from stucksolver.perception.tracking import Track
+
+SURE_SDS = 2.0
+SURELY_MPS = 1.0
+"""Who surely goes one way does so with at least this rate, two standard deviations taken off."""
+KNOWN_SD_MPS = 3.0
+"""Standard deviation of a rate that is known well enough."""
+FASTEST_MPS = 36.0
+"""130 km/h: nobody is told to be quicker than traffic on motorways."""
+ALONG_COS = math.cos(math.radians(30.0))
+"""A lane at a larger angle to the line of sight crosses it."""
+BESIDE_M = 1.0
+"""Who is so far beyond a lane's border may still be in it."""
+NEAREST_M = 20.0
+"""Nobody is told to be nearer than this: there the LiDAR sees everything."""
+LATERAL_SD_M = 0.4
+"""Twice this on either side, and a car takes all of a usual lane."""
+YAW_SD_RAD = 0.1
+SIZES_M = ((4.6, 1.9, 1.6), (2.0, 0.8, 1.6))
+"""Length, width and height of a usual one of each label of `far_strip.LABELS`."""
+TRACK_LABELS = (0, 2)
+"""The same in `stucksolver.perception.labels.LABELS`: a car, a two-wheeler."""
+
+
+class FarOnLanes:
+    """Of one map. `told` keeps its last answer, since it is asked several times for each percept."""
+
+    def __init__(self, carla_map: carla.Map) -> None:
+        self._map = carla_map
+        self._last: tuple[Percept | None, tuple[Track, ...]] = (None, ())
+
+    def told(self, percept: Percept | None) -> tuple[Track, ...]:
+        """As tracks like those of the LiDAR, at the time of the percept."""
+        if percept is not self._last[0]:
+            found = () if percept is None else percept.far_tracks
+            tracks = (as_told(one, self._map, percept.pose.z_m if percept else 0.0) for one in found)
+            self._last = (percept, tuple(track for track in tracks if track is not None))
+        return self._last[1]
+
+
+def as_told(far: FarTrack, carla_map: Any, height_m: float) -> Track | None:
+    """One of them on its lane; None where nothing is claimed. `height_m`: of the ego's place, local frame."""
+    waypoint = carla_map.get_waypoint(carla.Location(far.x_m, -far.y_m, height_m))
+    if waypoint is None:
+        return None
+    x, y, yaw = _place(waypoint)
+    beside = abs((far.y_m - y) * math.cos(yaw) - (far.x_m - x) * math.sin(yaw))
+    along = math.cos(yaw - far.bearing_rad)
+    if beside > waypoint.lane_width / 2.0 + BESIDE_M or abs(along) < ALONG_COS:
+        return None
+    rate = _rate_told(far, far.towards > 0.5 if waypoint.is_junction else along < 0.0)
+    if rate is None:
+        return None
+    nearer_m = min(SURE_SDS * far.range_sd_m, max(far.range_m - NEAREST_M, 0.0))
+    x, y, yaw = _place(_shifted(waypoint, nearer_m, along < 0.0))
+    # The lane's direction as seen from the ego: away from it, whichever way its traffic goes.
+    away = yaw if along > 0.0 else yaw + math.pi
+    return _track(far, x, y, height_m, away, rate)
+
+
+def _rate_told(far: FarTrack, comes: bool) -> float | None:
+    """Velocity over ground away from the ego, to be told of; None where nothing is claimed."""
+    least, most = far.rate_mps - SURE_SDS * far.rate_sd_mps, far.rate_mps + SURE_SDS * far.rate_sd_mps
+    if (comes and least < SURELY_MPS) or most < -SURELY_MPS:
+        return max(min(least, 0.0), -FASTEST_MPS)
+    return max(far.rate_mps, 0.0) if far.rate_sd_mps < KNOWN_SD_MPS else None
+
+
+def _shifted(waypoint: Any, metres: float, with_lane: bool) -> Any:
+    """The place on a lane so much further along it, or back; the same where the lane does not go on."""
+    if metres < 1.0:
+        return waypoint
+    found = waypoint.next(metres) if with_lane else waypoint.previous(metres)
+    return found[0] if found else waypoint
+
+
+def _place(waypoint: Any) -> tuple[float, float, float]:
+    """x, y (m) and direction (rad) in the local frame."""
+    transform = waypoint.transform
+    return float(transform.location.x), -float(transform.location.y), -math.radians(transform.rotation.yaw)
+
+
+def _track(far: FarTrack, x: float, y: float, height_m: float, away: float, rate: float) -> Track:
+    length, width, height = SIZES_M[far.label]
+    front = away if rate >= 0.0 else away + math.pi
+    return Track(
+        id=far.id,
+        time_s=far.time_s,
+        label=TRACK_LABELS[far.label],
+        label_confidence=far.score,
+        confidence=far.score,
+        x_m=x,
+        y_m=y,
+        z_m=height_m + height / 2.0,
+        yaw_rad=math.remainder(front, math.tau),
+        vx_mps=rate * math.cos(away),
+        vy_mps=rate * math.sin(away),
+        length_m=length,
+        width_m=width,
+        height_m=height,
+        covariance=np.diag([LATERAL_SD_M, LATERAL_SD_M, YAW_SD_RAD, far.rate_sd_mps, far.rate_sd_mps]) ** 2,
+        first_seen_s=far.first_seen_s,
+        last_seen_s=far.last_seen_s,
+        hits=far.hits,
+        hidden=far.last_seen_s < far.time_s,
+        standing_since_s=None,
+        moved_at_s=None,
+    )
