@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from stucksolver_eval.aboard import PassengerSpec
 from stucksolver_eval.arms.make import check_arm
 from stucksolver_eval.arms.spec import PRIVILEGED, SENSORS, ArmSpec
 from stucksolver_eval.files import require_writable
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 SAY_S = 8.0
 """When the passenger speaks, since the start."""
 WORDS = "please overtake them"
+VEHICLE = "car-1"
+"""What the car is called where a passenger talks to it."""
 ALONE, HELPED, GUIDED = "driver alone", "StuckSolver", "StuckSolver + passenger"
 FRAME_EVERY_S = 0.1
 KINDS = {"one_lane": "one lane each way", "multi_lane": "several lanes"}
@@ -71,6 +74,9 @@ class DemoSpec:
     """What a passenger says in place of the demonstration's own words; then both streets are driven with it alone."""
     perception: str = PRIVILEGED
     """Where driver and solver know the world from, one of `arms.spec.PERCEPTIONS`."""
+
+    passenger: Path | None = None
+    """Where a passenger server is found by desks: people talk to the car where StuckSolver helps, in their own time."""
 
     @property
     def arms(self) -> tuple[tuple[Situation, str], ...]:
@@ -138,6 +144,7 @@ def _job(spec: DemoSpec, route: Route, arm: str) -> RouteJob:
         replays="all",
         background=False,
         frame_every_s=FRAME_EVERY_S,
+        passenger=None if spec.passenger is None else PassengerSpec(spec.passenger, VEHICLE, f"Demonstration: {arm}"),
         host=spec.host,
         port=spec.port,
     )

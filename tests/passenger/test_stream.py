@@ -31,6 +31,7 @@ def test_a_slow_page_gets_the_newest_and_nothing_is_kept_for_it():
     async def run():
         here = board()
         stream = events(here, "car-1", True, always_there)
+        assert await anext(stream) == 'event: hello\ndata: "Car 1"\n\n'
         here.take(view(1), lambda data: None)
         first = await anext(stream)
         for number in range(2, 500):
@@ -48,7 +49,8 @@ def test_who_wants_no_pictures_gets_words_only():
         here.take(view(1), lambda data: None)
         here.take(Frame(Topic.PICTURE, "car-1", b"abcd"), lambda data: None)
         here.take(Frame(Topic.SCENERY, "car-1", b"{}"), lambda data: None)
-        return await anext(events(here, "car-1", False, always_there))
+        stream = events(here, "car-1", False, always_there)
+        return [await anext(stream) for _ in range(2)][1]
 
     assert asyncio.run(run()) == "event: scenery\ndata: {}\n\n"
 
@@ -58,12 +60,13 @@ def test_a_car_that_comes_again_is_shown_from_the_start():
         here = board()
         here.take(Frame(Topic.SCENERY, "car-1", b"[1]"), lambda data: None)
         stream = events(here, "car-1", True, always_there)
-        await anext(stream)
-        here.take(Frame(Topic.HELLO, "car-1", b"Car 1"), lambda data: None)
+        before = [await anext(stream) for _ in range(2)]
+        here.take(Frame(Topic.HELLO, "car-1", b"Car 1, again"), lambda data: None)
         here.take(Frame(Topic.SCENERY, "car-1", b"[2]"), lambda data: None)
-        return await anext(stream)
+        return before + [await anext(stream) for _ in range(2)]
 
-    assert "[2]" in asyncio.run(run())
+    told = asyncio.run(run())
+    assert "[1]" in told[1] and "Car 1, again" in told[2] and "[2]" in told[3]
 
 
 def test_a_page_that_has_gone_is_not_served_any_more():

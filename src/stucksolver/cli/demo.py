@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from stucksolver.cli.arguments import add_clock, add_map, add_perception, add_server, at_least, whole
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.ride import add_page, page_server, tell_page
 from stucksolver.cli.words import clock_name, driver_name
 from stucksolver.scene import MAX_WORDS
 from stucksolver.words import NoReader, find_reader
@@ -36,6 +39,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--say", metavar="WORDS", help="what a passenger says in both streets, instead of our own script"
     )
     parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder for results")
+    parser.add_argument(
+        "--passenger", action="store_true", help="drive at the pace of the clock, with a page to talk to the car"
+    )
+    add_page(parser)
     add_server(parser)
 
 
@@ -43,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
     """Run it, print the table, say where the report is. Raises `UsageError` for what cannot be done."""
     # Not before: these need CARLA's client package, and help does not.
     from stucksolver_eval.arms.make import ArmError
-    from stucksolver_eval.demo import DemoSpec, demo
+    from stucksolver_eval.demo import VEHICLE, DemoSpec, demo
     from stucksolver_eval.files import OutputError
     from stucksolver_eval.report import ReportError
     from stucksolver_eval.runner.process import RunError
@@ -66,7 +73,12 @@ def run(options: argparse.Namespace) -> int:
         perception=options.perception,
     )
     try:
-        runs, report = demo(spec, _say)
+        with contextlib.ExitStack() as page:
+            if options.passenger:
+                server = page.enter_context(page_server(options))
+                tell_page(server, VEHICLE, options.listen)
+                spec = replace(spec, passenger=server.address)
+            runs, report = demo(spec, _say)
     except (ArmError, RunError, StreetError, ServerError, OutputError, ReportError) as error:
         _end_line()
         raise UsageError(str(error)) from error

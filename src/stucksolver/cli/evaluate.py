@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import shlex
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from stucksolver.cli.arguments import add_clock, add_maps, add_perception, add_server, at_least, whole
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.ride import add_page, page_server
 from stucksolver.cli.score import show_scores, show_sweep
 from stucksolver.cli.words import clock_name, driver_name
 
@@ -59,6 +62,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--heedless", action="store_true", help="experiment: on a plan's path the driver brakes for nobody by itself"
     )
     add_maps(parser)
+    parser.add_argument(
+        "--passenger", action="store_true", help="drive at the pace of the clock, with a page to talk to the cars"
+    )
+    add_page(parser)
     add_server(parser)
     parser.add_argument("--cluster", metavar="ADDRESS", help="run the routes on the workers of a dask scheduler")
     parser.add_argument(
@@ -115,9 +122,16 @@ def run(options: argparse.Namespace) -> int:
             cluster=options.cluster,
             command="stucksolver " + shlex.join(sys.argv[1:]),
         )
+        if options.passenger and (options.sweep or options.cluster):
+            raise UsageError("--passenger is for one evaluation on this machine: leave out --sweep and --cluster")
         if options.sweep:
             return show_sweep(run_sweep(spec, parse_sweep(options.sweep)), spec.out)
-        return show_scores([evaluate(spec).folder])
+        with contextlib.ExitStack() as page:
+            if options.passenger:
+                server = page.enter_context(page_server(options))
+                print(f"all cars: {server.url(server.tokens.operator())}", file=sys.stderr, flush=True)
+                spec = replace(spec, passenger=server.address)
+            return show_scores([evaluate(spec).folder])
     except KeyboardInterrupt:
         print(f"\n{INTERRUPTED}", file=sys.stderr)
         return 130

@@ -22,7 +22,7 @@ class Topic(str, Enum):
     """What a frame is about. Of `NOW`, `VIEW` and `PICTURE` only the newest counts."""
 
     HELLO = "hello"
-    """A vehicle joins: its name, as text."""
+    """A vehicle joins: its name, as text. A page is told so, too: what it has shown of it is of another drive."""
     SCENERY = "scenery"
     """What stands still in the view from above."""
     NOW = "now"

@@ -43,6 +43,16 @@ class SolverArm:
         self._decided: Event | None = None
         self._solver = make_solver(self._hear)
 
+    @property
+    def solver(self) -> StuckSolver:
+        """Who helps the driver."""
+        return self._solver
+
+    @property
+    def stack(self) -> CarlaStack:
+        """The vehicle as the solver meets it."""
+        return self._stack
+
     def listen(self, listener: Listener) -> None:
         """Someone else who wants to hear the solver's events."""
         self._heard.append(listener)

@@ -1,5 +1,10 @@
 """One HTML file that shows runs: a table, synchronised replays, and every decision with its reasons."""
 
+from pathlib import Path
+
 from stucksolver_eval.report.write import ReportError, write_report
 
-__all__ = ["ReportError", "write_report"]
+ASSETS = Path(__file__).parent / "assets"
+"""The scripts and colours of a replay, with which the passenger's page draws, too."""
+
+__all__ = ["ASSETS", "ReportError", "write_report"]

@@ -2,6 +2,5 @@
 
 from stucksolver_eval.ride.cases import RIDES, RideCase
 from stucksolver_eval.ride.ride import RideOutcome, RideSpec, drive_ride, find_ride
-from stucksolver_eval.ride.view import DRAWING
 
-__all__ = ["DRAWING", "RIDES", "RideCase", "RideOutcome", "RideSpec", "drive_ride", "find_ride"]
+__all__ = ["RIDES", "RideCase", "RideOutcome", "RideSpec", "drive_ride", "find_ride"]

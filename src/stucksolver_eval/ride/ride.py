@@ -14,11 +14,10 @@ from stucksolver.solver import StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.driver import DriverOptions
 from stucksolver.words import find_reader
+from stucksolver_eval.aboard import LiveView, Pace, Pictures
 from stucksolver_eval.background import Background
 from stucksolver_eval.drivers import make_driver
 from stucksolver_eval.ride.cases import RIDES
-from stucksolver_eval.ride.pace import Pace
-from stucksolver_eval.ride.view import LiveView, Pictures
 from stucksolver_eval.routes import Route
 from stucksolver_eval.routes.line import RouteLine
 from stucksolver_eval.scenarios.play import Play

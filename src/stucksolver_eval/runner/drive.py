@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from stucksolver.solver import Event
 from stucksolver.stacks.driver import DriverOptions, RoutePoint
+from stucksolver_eval.aboard import Aboard
 from stucksolver_eval.arms import make_arm
 from stucksolver_eval.arms.arm import Arm, Now
 from stucksolver_eval.arms.solver_arm import SolverArm
@@ -126,6 +127,7 @@ class _Drive:
         self._replay = _replay(job, setting, self._arm)
         self._crowd = _crowd(job, setting)
         self._recorder = _recorder(job, setting)
+        self._aboard = _aboard(job, setting, self._arm)
         self._events: list[Event] = []
         if job.events and isinstance(self._arm, SolverArm):
             self._arm.listen(self._hear)
@@ -151,6 +153,8 @@ class _Drive:
             return self._driven(failure or None, time.monotonic() - began)
         finally:
             self._jury.close()
+            if self._aboard is not None:
+                self._aboard.close()
             if self._recorder is not None:
                 self._recorder.close()
             if isinstance(self._driver, GuestDriver):
@@ -193,6 +197,8 @@ class _Drive:
         self._hero.apply_control(self._play.noise(control))
         if self._replay is not None:
             self._replay.tick(now, self._arm.directive)
+        if self._aboard is not None:
+            self._aboard.tick(time_s, self._arm.directive)
         return None
 
     def _hear(self, event: Event) -> None:
@@ -273,6 +279,12 @@ def _eyes(job: RouteJob, hero: carla.Vehicle, carla_map: carla.Map) -> Eyes | No
 
     fault = SensorFault(job.arm.sensor_fault, FAULT_FROM_S, job.seed) if job.arm.sensor_fault else None
     return Eyes(hero, carla_map, seed=job.seed, fault=fault)
+
+
+def _aboard(job: RouteJob, setting: Setting, arm: Arm) -> Aboard | None:
+    if job.passenger is None or not isinstance(arm, SolverArm):
+        return None
+    return Aboard(job.passenger, setting, arm)
 
 
 def _replay(job: RouteJob, setting: Setting, arm: Arm) -> ReplayKeeper | None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from stucksolver.ladder import find_ladder
 from stucksolver.reason.llm.prompt import prompt_name
 from stucksolver.reason.make import sees
+from stucksolver_eval.aboard import PassengerSpec
 from stucksolver_eval.arms.make import check_arm, preflight_arm
 from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.files import require_writable
@@ -45,6 +46,8 @@ class EvaluationSpec:
     host: str | None = None
     port: int = 2000
     cluster: str | None = None
+    passenger: Path | None = None
+    """Where a passenger server is found by desks: people talk to the cars, which drive in their time."""
     command: str = ""
 
 
@@ -127,9 +130,14 @@ def _job(spec: EvaluationSpec, store: Store, route: Route, seed: int, script: Sc
         maps=spec.maps,
         replays=spec.replays,
         records=store.interventions(route, seed) if spec.record else None,
+        passenger=None if spec.passenger is None else _passenger(spec.passenger, route, seed),
         host=spec.host,
         port=spec.port,
     )
+
+
+def _passenger(address: Path, route: Route, seed: int) -> PassengerSpec:
+    return PassengerSpec(address, f"route-{route.id}-{seed}"[:40], f"Route {route.id}, seed {seed}")
 
 
 def manifest_of(spec: EvaluationSpec, routes: tuple[Route, ...]) -> Manifest:

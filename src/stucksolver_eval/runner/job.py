@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from stucksolver_eval.aboard import PassengerSpec
 from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.guidance.script import Line
 from stucksolver_eval.recording.spec import RecordingSpec
@@ -36,6 +37,8 @@ class RouteJob:
     frame_every_s: float = 0.2
     recording: RecordingSpec | None = None
     """Sensors' data and the truth are kept of the drive, to train perception on."""
+    passenger: PassengerSpec | None = None
+    """People talk to the car meanwhile, where StuckSolver helps: it is driven at the pace of the clock on the wall."""
     host: str | None = None
     port: int = 2000
 

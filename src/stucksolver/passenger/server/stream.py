@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable
+from json import dumps
 
 from stucksolver.passenger.frames import Topic
 from stucksolver.passenger.server.board import Board, Vehicle
@@ -27,6 +28,8 @@ async def events(
         vehicle = board.vehicle(vehicle_id)
         if vehicle is not here:
             here, sent = vehicle, {}  # it has come, or come again: everything is new
+            if vehicle is not None:
+                yield _event(Topic.HELLO, dumps(vehicle.name))
         news = [] if vehicle is None else [topic for topic in wanted if _is_new(vehicle, topic, sent)]
         if vehicle is not None and news:
             text = "".join(_event(topic, vehicle.shown[topic][1]) for topic in news)

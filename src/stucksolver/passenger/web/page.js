@@ -28,6 +28,10 @@ function due(what) {
 }
 
 const hear = {
+  hello: (data) => {
+    $("name").textContent = JSON.parse(data);
+    talk.forget();
+  },
   now: (data) => talk.show(JSON.parse(data)),
   scenery: (data) => {
     if (!view) return;

@@ -32,11 +32,16 @@ export class Talk {
   begin(vehicle, role) {
     this.vehicle = vehicle;
     this.role = role;
+    this.forget();
+    $("tell").hidden = role !== "operator";
+    $("help").hidden = role === "operator";
+  }
+
+  // Another drive begins.
+  forget() {
     this.lines.clear();
     this.last = 0;
     $("lines").replaceChildren();
-    $("tell").hidden = role !== "operator";
-    $("help").hidden = role === "operator";
   }
 
   // Everything about the car, as the API's `Now` has it.

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import stucksolver_eval.report
 from stucksolver.decision import CONTINUE, Directive
 from stucksolver.passenger import Desk
 from stucksolver.stacks.carla_stack.camera import FrontCamera
@@ -19,8 +17,6 @@ from stucksolver_eval.routes.line import RouteLine
 if TYPE_CHECKING:
     import carla
 
-DRAWING = Path(stucksolver_eval.report.__file__).parent / "assets"
-"""The scripts with which reports draw their replays: the page draws with the same."""
 FRAME_EVERY_S = 0.1
 PICTURE_EVERY_S = 0.2
 

@@ -1,0 +1,53 @@
+"""A drive of the runner's with people who talk to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stucksolver.decision import Directive
+from stucksolver.passenger import Desk
+from stucksolver_eval.aboard.pace import Pace
+from stucksolver_eval.aboard.view import LiveView, Pictures
+from stucksolver_eval.setting import Setting
+
+if TYPE_CHECKING:
+    from stucksolver_eval.arms.solver_arm import SolverArm
+
+
+@dataclass(frozen=True)
+class PassengerSpec:
+    """`address`: of the passenger server, as desks find it. `vehicle`, `name`: what the car is called there."""
+
+    address: Path
+    vehicle: str
+    name: str
+
+
+class Aboard:
+    """From the begin of a drive to its end; the drive then goes at the pace of the clock on the wall."""
+
+    def __init__(self, spec: PassengerSpec, setting: Setting, arm: SolverArm) -> None:
+        self._spec, self._arm = spec, arm
+        self._desk = desk = Desk(spec.address)
+        arm.listen(desk.ear(spec.vehicle))
+        self._seat = desk.add(spec.vehicle, arm.solver, spec.name)
+        self._view = LiveView(desk, spec.vehicle, setting.world, setting.hero)
+        self._view.show_scenery(setting.map, setting.route)
+        self._pictures = Pictures(lambda jpeg: desk.show_picture(spec.vehicle, jpeg), setting.hero)
+        self._pace = Pace(setting.dt_s)
+
+    def tick(self, time_s: float, directive: Directive | None) -> None:
+        """After the arm's step; sleeps until the next tick of the world is due."""
+        status = self._arm.stack.status()
+        self._seat.tick(status, self._arm.stack.scene)
+        self._view.tick(time_s, status.speed_mps, directive)
+        self._pace.wait()
+
+    def close(self) -> None:
+        """The drive is over; the page stays."""
+        self._pictures.close()
+        self._seat.end()
+        self._desk.leave(self._spec.vehicle)
+        self._desk.close()
