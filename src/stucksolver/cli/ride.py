@@ -110,7 +110,7 @@ def page_server(options: argparse.Namespace) -> PassengerServer:
         raise UsageError(MISSING) from error
     from stucksolver.passenger import PageError, PageOptions, PassengerServer
     from stucksolver.words import NoReader, find_reader
-    from stucksolver_eval.ride import DRAWING
+    from stucksolver_eval.report import ASSETS
 
     reader = find_reader()
     if isinstance(reader, NoReader):
@@ -121,7 +121,7 @@ def page_server(options: argparse.Namespace) -> PassengerServer:
         cert=options.cert,
         key=options.key,
         names=tuple(options.page_name),
-        drawing=DRAWING,
+        drawing=ASSETS,
     )
     try:
         page.check()
