@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from stucksolver.perception.measurements import Floats, LidarSweep, Singles
+from stucksolver.perception.lidar.sweeps import SweepBuffer
+from stucksolver.perception.measurements import Floats, LidarSweep, PoseEstimate, Singles
 from stucksolver.perception.rig import load_rig
 
 RIG = load_rig().lidar
@@ -37,12 +38,12 @@ def scan(boxes: Floats, time_s: float, seed: int = 0) -> LidarSweep:
 
 
 def seconds(boxes_at: "list[Floats]", seed: int = 0) -> Singles:
-    """(n, 5): the sweeps of consecutive ticks as `SweepBuffer.gather` has them, the newest first."""
-    parts = []
-    for i, boxes in enumerate(reversed(boxes_at)):
-        points = scan(boxes, TICK_S * (len(boxes_at) - 1 - i), seed).points
-        parts.append(np.concatenate([points, np.full((len(points), 1), TICK_S * i, np.float32)], axis=1))
-    return np.concatenate(parts)
+    """(n, 5): the sweeps of consecutive ticks, gathered as for the detector, seen by a vehicle that stands."""
+    buffer = SweepBuffer()
+    for i, boxes in enumerate(boxes_at):
+        pose = PoseEstimate(TICK_S * i, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.eye(4))
+        buffer.add(scan(boxes, TICK_S * i, seed), pose)
+    return buffer.gather(pose)
 
 
 def _hit(box: Floats, start: Floats, rays: Floats) -> Floats:
