@@ -31,6 +31,10 @@ PICTURE_EVERY_S = 0.2
 """Lamps and lights change no quicker than a few times a second."""
 WAIT_S = 30.0
 """For a tick's data; the first pictures of a town take longest."""
+MOST_BEHIND = 2
+"""In a world that does not wait a measurement so many ticks old is still taken, where newer ones have come, too."""
+EARLY_S = 1e-6
+"""Sums of ticks miss a multiple of a period by less than this."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +90,8 @@ class SensorSuite:
         frame = int(snapshot.frame)
         time_s = float(snapshot.timestamp.elapsed_seconds)
         until = time.monotonic() + (WAIT_S if self._waits else 0.0)
-        raw = {name: sensor.take(frame, until) for name, sensor in self._sensors.items()}
-        silent = tuple(name for name, sensor in self._sensors.items() if raw[name] is None and sensor.is_due(frame))
+        raw = {name: sensor.take(frame, time_s, until) for name, sensor in self._sensors.items()}
+        silent = tuple(name for name, sensor in self._sensors.items() if raw[name] is None and sensor.is_due(time_s))
         return Measured(
             sweep=None if raw["LiDAR"] is None else self._sweep(raw["LiDAR"], time_s),
             picture=None if raw["camera"] is None else self._picture(raw["camera"], time_s),
@@ -135,40 +139,45 @@ class SensorSuite:
 class _Sensor:
     """One sensor's data by frame."""
 
-    def __init__(self, actor: Any, tick_s: float) -> None:
+    def __init__(self, actor: Any, period_s: float) -> None:
         self._actor = actor
-        self._tick_s = tick_s
+        self._period_s = period_s
         self._came: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._held: Any | None = None
-        self._last: int | None = None
-        self._every = 1
+        self._due_s: float | None = None
         actor.listen(self._came.put)
 
-    def is_due(self, frame: int) -> bool:
-        """Should it have measured in this frame? It is due every `sensor_tick` from its first measurement on."""
-        return self._last is None or frame - self._last >= self._every
+    def is_due(self, time_s: float) -> bool:
+        """Should it have measured by now? From its first measurement on it does so once in each period."""
+        return self._due_s is None or time_s >= self._due_s - EARLY_S
 
-    def take(self, frame: int, until: float) -> Any | None:
+    def take(self, frame: int, time_s: float, until: float) -> Any | None:
         """The measurement of a frame, waited for until then where it is due; None where there is none."""
         while True:
             if self._held is None:
                 left = until - time.monotonic()
+                due = self.is_due(time_s)
                 try:
-                    due = self.is_due(frame) and left > 0.0
-                    self._held = self._came.get(timeout=left) if due else self._came.get_nowait()
+                    self._held = self._came.get(timeout=left) if due and left > 0.0 else self._came.get_nowait()
                 except queue.Empty:
+                    if due:
+                        self._due_s = None
                     return None
             if int(self._held.frame) > frame:
                 return None
             found, self._held = self._held, None
-            if int(found.frame) == frame or until - time.monotonic() <= 0.0:
-                self._note(int(found.frame))
+            behind = frame - int(found.frame)
+            # Whoever reads more slowly than the world ticks leaves some out, else he would fall behind more and more.
+            is_fresh = behind <= MOST_BEHIND or self._came.empty()
+            if behind == 0 or (is_fresh and time.monotonic() >= until):
+                self._note(float(found.timestamp))
                 return found
 
-    def _note(self, frame: int) -> None:
-        if self._tick_s > 0.0 and self._last is not None:
-            self._every = max(frame - self._last, 1)
-        self._last = frame
+    def _note(self, time_s: float) -> None:
+        if self._due_s is None:
+            self._due_s = time_s
+        # Where ticks do not divide the period it comes late, but is no later the next time for that.
+        self._due_s = max(self._due_s + self._period_s, time_s)
 
     def close(self) -> None:
         """End it; the simulator may be gone already."""
