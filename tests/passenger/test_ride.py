@@ -71,3 +71,9 @@ def test_what_cannot_be_done_is_one_line_with_the_remedy(arguments, why, capsys)
     assert main(["ride", *arguments]) == 2
     told = capsys.readouterr().err
     assert told.startswith("error: ") and why in told and told.count("\n") == 1
+
+
+def test_an_evaluation_with_a_passenger_is_one_on_this_machine(tmp_path, capsys):
+    told = ["evaluate", "--suite", "dev", "--out", str(tmp_path), "--passenger", "--cluster", "tcp://nowhere:1"]
+    assert main(told) == 2
+    assert "leave out --sweep and --cluster" in capsys.readouterr().err
