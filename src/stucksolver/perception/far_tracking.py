@@ -192,8 +192,10 @@ class FarTracker:
         along = (place - range_m) / np.hypot(sd, NOISE_SHARE * range_m)
         aside = COLUMN_SIGMA_PX / self._rig.focal_px + ASIDE_M / np.maximum(place, 1.0)
         across = _wrapped(bearing - seen.bearing[left]) / aside
+        # One that is further off than noise explains, but no further than ranges can be wrong, begins no second track.
+        near = (abs(along) < GATE) | (abs(place - range_m) < SAME_SDS * seen.sd_m[left])
         cost = along**2 + across**2
-        return {i: left[j] for i, j in _pairs(np.where((abs(along) < GATE) & (abs(across) < GATE), cost, np.inf))}
+        return {i: left[j] for i, j in _pairs(np.where(near & (abs(across) < GATE), cost, np.inf))}
 
 
 def _same(
@@ -261,7 +263,8 @@ def _update(body: _Body, seen: _Seen, j: int) -> None:
     from filterpy.kalman import update as kalman_update
 
     range_m = float(seen.range_m[j])
-    noise = (NOISE_SHARE * range_m) ** 2
+    # What is further off than noise explains counts for less.
+    noise = max((NOISE_SHARE * range_m) ** 2, (range_m - float(body.x[0])) ** 2 / GATE**2)
     body.x, body.p = kalman_update(body.x, body.p, range_m, noise, np.array([[1.0, 0.0]]))
     body.bearing, body.last_seen_s, body.own_mps = float(seen.bearing[j]), seen.time_s, float(seen.own_mps[j])
     body.bias += (float(seen.sd_m[j]) / range_m - body.bias) / (body.hits + 1)

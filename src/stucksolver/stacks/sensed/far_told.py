@@ -23,6 +23,7 @@ import numpy as np
 from stucksolver.perception.far_tracking import FarTrack
 from stucksolver.perception.percept import Percept
 from stucksolver.perception.tracking import Track
+from stucksolver.stacks.carla_stack.frames import to_local, to_world, yaw_to_local
 
 SURE_SDS = 2.0
 SURELY_MPS = 1.0
@@ -64,7 +65,7 @@ class FarOnLanes:
 
 def as_told(far: FarTrack, carla_map: Any, height_m: float) -> Track | None:
     """One of them on its lane; None where nothing is claimed. `height_m`: of the ego's place, local frame."""
-    waypoint = carla_map.get_waypoint(carla.Location(far.x_m, -far.y_m, height_m))
+    waypoint = carla_map.get_waypoint(carla.Location(*to_world(far.x_m, far.y_m), height_m))
     if waypoint is None:
         return None
     x, y, yaw = _place(waypoint)
@@ -101,7 +102,7 @@ def _shifted(waypoint: Any, metres: float, with_lane: bool) -> Any:
 def _place(waypoint: Any) -> tuple[float, float, float]:
     """x, y (m) and direction (rad) in the local frame."""
     transform = waypoint.transform
-    return float(transform.location.x), -float(transform.location.y), -math.radians(transform.rotation.yaw)
+    return *to_local(transform.location), yaw_to_local(transform.rotation.yaw)
 
 
 def _track(far: FarTrack, x: float, y: float, height_m: float, away: float, rate: float) -> Track:
