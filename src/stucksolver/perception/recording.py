@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from stucksolver.perception.measurements import Floats, LidarSweep, Pixels
 from stucksolver.perception.rig import Rig
@@ -136,11 +137,18 @@ class Recording:
             about = json.loads((folder / "drive.json").read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise RecordingError(f"{folder}: this folder is not a recording ({error})") from error
+        if not isinstance(about, dict):
+            raise RecordingError(f"{folder}: this folder is not a recording (its drive.json holds no table)")
         if about.get("version") != VERSION:
             raise RecordingError(
                 f"{folder}: recorded in format {about.get('version')}, this is {VERSION}; record it again"
             )
-        self.rig = Rig.model_validate(about.pop("rig"))
+        try:
+            self.rig = Rig.model_validate(about.pop("rig", None))
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(str(part) for part in ("rig", *first["loc"]))
+            raise RecordingError(f"{folder}: drive.json: {place}: {first['msg']}; record it again") from error
         self.about: dict[str, Any] = about
         self._files = sorted(folder.glob("[0-9]*.npz"))
 

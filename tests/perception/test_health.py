@@ -1,0 +1,104 @@
+"""Data that no working sensor gives are not believed, and what is wrong is said; healthy data pass."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stucksolver.perception.health import FEW_POINTS, SAME_PICTURES, SAME_SWEEPS, SensorHealth
+from stucksolver.perception.measurements import CameraFrame, LidarSweep
+from stucksolver.perception.rig import load_rig
+
+RIG = load_rig().lidar
+TICK_S = 0.05
+CAST = round(RIG.points_per_s * TICK_S)
+NOISE = np.random.default_rng(0)
+
+
+@pytest.fixture
+def health():
+    return SensorHealth(RIG, TICK_S)
+
+
+def sweep(share=0.5):
+    """A new one, with points for this share of the rays."""
+    return LidarSweep(0.0, NOISE.uniform(-50.0, 50.0, (round(share * CAST), 4)).astype(np.float32))
+
+
+def picture(low=0, high=255):
+    """A new one of this brightness."""
+    return CameraFrame(0.0, NOISE.integers(low, high, (90, 160, 3), np.uint8))
+
+
+def test_healthy_data_pass_as_they_are(health):
+    for _ in range(20):
+        points, shown = sweep(), picture()
+        assert health.sweep(points) is points
+        assert health.picture(shown, moves=True) is shown
+    assert health.faults == ()
+
+
+def test_a_night_with_some_lamps_is_no_fault(health):
+    dark = picture(0, 6)
+    dark.rgb[40:50, 60:90] = 250
+    assert health.picture(dark, moves=True) is dark
+
+
+@pytest.mark.parametrize(("low", "high"), [(0, 1), (120, 121)], ids=["black", "grey"])
+def test_an_empty_picture_is_not_believed(health, low, high):
+    assert health.picture(picture(low, high), moves=False) is None
+    assert health.faults == ("the camera's picture is black or empty",)
+
+
+def test_a_picture_that_stays_the_same_while_the_car_moves_is_not_believed(health):
+    frozen = picture()
+    believed = [health.picture(frozen, moves=True) is not None for _ in range(SAME_PICTURES + 3)]
+    assert believed == [True] * SAME_PICTURES + [False] * 3
+    assert health.faults == ("the camera gives the same picture again and again",)
+
+
+def test_a_picture_that_stays_the_same_while_the_car_stands_is_believed(health):
+    frozen = picture()
+    assert all(health.picture(frozen, moves=False) is frozen for _ in range(10 * SAME_PICTURES))
+
+
+def test_pictures_of_a_car_that_stops_and_goes_are_believed_as_long_as_they_change_while_it_goes(health):
+    standing = picture()
+    for _ in range(10):
+        assert all(health.picture(standing, moves=False) for _ in range(5))
+        standing = picture()
+        assert health.picture(standing, moves=True) is standing
+
+
+def test_a_silent_lidar_is_named(health):
+    assert health.sweep(None) is None
+    assert health.faults == ("the LiDAR is silent",)
+
+
+def test_a_sparse_sweep_is_not_believed_and_its_points_are_counted(health):
+    few = sweep(0.5 * FEW_POINTS)
+    assert health.sweep(few) is None
+    assert health.faults == (f"the LiDAR gives {len(few.points)} points for {CAST} rays",)
+
+
+def test_a_sweep_of_few_points_that_are_still_enough_is_believed(health):
+    enough = sweep(1.1 * FEW_POINTS)
+    assert health.sweep(enough) is enough
+
+
+def test_a_sweep_that_comes_again_and_again_is_not_believed(health):
+    frozen = sweep()
+    believed = [health.sweep(LidarSweep(TICK_S * k, frozen.points)) is not None for k in range(SAME_SWEEPS + 3)]
+    assert believed == [True] * SAME_SWEEPS + [False] * 3
+    assert health.faults == ("the LiDAR gives the same points again and again",)
+
+
+def test_a_sensor_that_works_again_is_believed_at_once(health):
+    frozen = sweep()
+    for _ in range(SAME_SWEEPS + 1):
+        health.sweep(frozen)
+    health.picture(picture(0, 1), moves=True)
+    assert len(health.faults) == 2
+    assert health.sweep(sweep()) is not None
+    assert health.picture(picture(), moves=True) is not None
+    assert health.faults == ()
