@@ -11,6 +11,7 @@ from stucksolver.perception.camera.far_sight import CameraSight, SightModel
 from stucksolver.perception.far_view import FRESH_S, FarLook, FarView, blockers_of
 from stucksolver.perception.measurements import Floats, PoseEstimate
 from stucksolver.perception.rig import load_rig
+from stucksolver.perception.tracking import Track
 
 CAMERA = load_rig().camera
 DAY = np.array([150.0, 30.0])
@@ -34,6 +35,15 @@ def nobody(time_s: float) -> FarDetections:
 
 def pose(time_s: float) -> PoseEstimate:
     return PoseEstimate(time_s, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.eye(4))
+
+
+def standing(x: float, y: float) -> Track:
+    place = {"x_m": x, "y_m": y, "z_m": 0.8, "yaw_rad": 0.0, "vx_mps": 0.0, "vy_mps": 0.0}
+    size = {"length_m": 4.5, "width_m": 1.9, "height_m": 1.6}
+    seen = {"first_seen_s": 0.0, "last_seen_s": 1.0, "hits": 5, "hidden": False}
+    return Track(
+        1, 1.0, 0, 0.9, 0.9, **place, **size, **seen, covariance=np.eye(5), standing_since_s=0.0, moved_at_s=None
+    )
 
 
 def view(*times: float, recall: SightModel | None = None, blockers: Floats = NOTHING) -> FarView:
@@ -112,6 +122,14 @@ def test_a_vehicle_that_was_found_hides_from_the_nearest_place_where_it_can_be()
     assert box[1] == pytest.approx(2.8)
     seen = view(1.0, blockers=box[None]).seen_m(LINE, 50.0, 20.0, 1.0)
     assert 70.0 < seen < 90.0
+
+
+def test_only_who_reaches_into_the_picture_can_hide() -> None:
+    places = [(30.0, 3.0), (30.0, 24.0), (30.0, 40.0), (3.0, 1.0), (2.0, 5.0), (-10.0, 0.0)]
+    tracks = [standing(x, y) for x, y in places]
+    none = FarPlaces(np.zeros(0), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 2)))
+    boxes = blockers_of(tracks, nobody(1.0), none, CAMERA, pose(1.0))
+    assert [(x, y) for x, y in boxes[:, :2]] == [(30.0, 3.0), (30.0, 24.0), (3.0, 1.0), (2.0, 5.0)]
 
 
 def test_only_looks_that_can_still_count_are_kept() -> None:

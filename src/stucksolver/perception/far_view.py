@@ -129,7 +129,12 @@ def blockers_of(
     wide = found.width / rig.focal_px * near_m
     rest = (np.full(len(found), HIGH_M / 2.0), np.full(len(found), DEPTH_M), wide, np.full(len(found), HIGH_M))
     own = np.column_stack([xy, *rest, np.arctan2(places.xy[:, 1], places.xy[:, 0])])
-    return np.concatenate([known, own])
+    every = np.concatenate([known, own])
+    # Who is behind the lens, or wholly outside of the angle of view, hides nothing.
+    reach = np.hypot(every[:, 3], every[:, 4]) / 2.0
+    ahead = every[:, 0] - rig.mount.x_m + reach
+    edge = ahead * rig.width_px / (2.0 * rig.focal_px)
+    return np.asarray(every[(ahead > 0.0) & (np.abs(every[:, 1] - rig.mount.y_m) - reach < edge + reach)])
 
 
 def _first(line: Floats, metres: float) -> Floats:
