@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver.perception.measurements import Floats
+from stucksolver.perception.measurements import Detections, Floats
 from stucksolver.perception.tracking.body import Body
 from stucksolver.perception.tracking.groups import GROUP_OF_LABEL
 from stucksolver.perception.tracking.noise import Measured
@@ -16,6 +16,10 @@ assumed; what keeps two bodies apart is the whole assignment, and that bodies ca
 OTHER_GROUP = 36.0
 """What it costs to take a detection of another group: a cyclist called a car for one look stays one object."""
 NEVER = 1e6
+INSIDE = 0.9
+"""Share of a box within which there can be no second middle."""
+SAME_PLACE_M = 0.35
+"""Nor can there be one this near."""
 
 
 def assign(bodies: list[Body], seen: Measured) -> list[tuple[int, int]]:
@@ -37,16 +41,34 @@ def assign(bodies: list[Body], seen: Measured) -> list[tuple[int, int]]:
     return [(int(i), int(j)) for i, j in zip(rows, columns, strict=True) if allowed[i, j]]
 
 
-def part_of_another(bodies: list[Body], seen: Measured, j: int) -> bool:
-    """Does the middle of a detection lie in the box of one of these bodies? Then it is no second object."""
-    x, y = seen.z[j, :2]
+def inside_another(bodies: list[Body], x: float, y: float) -> bool:
+    """Does a place lie in the box of one of these bodies? Then there is no second object, of whatever kind."""
     for body in bodies:
         cos, sin = np.cos(body.x[3]), np.sin(body.x[3])
         dx, dy = x - body.x[0], y - body.x[1]
-        inside = abs(dx * cos + dy * sin) < body.size[0] / 2 and abs(dy * cos - dx * sin) < body.size[1] / 2
-        if inside and GROUP_OF_LABEL[body.label] == GROUP_OF_LABEL[seen.label[j]]:
+        if abs(dx * cos + dy * sin) < body.size[0] / 2 and abs(dy * cos - dx * sin) < body.size[1] / 2:
             return True
     return False
+
+
+def one_for_each_place(detections: Detections) -> NDArray[np.int64]:
+    """Indices of the detections that remain when no middle lies in the box of a better one, of whatever label.
+
+    The detector compares what it finds within one group of labels only: a parked bicycle is a `two_wheeler` and a weaker
+    `barrier` at once. Nobody walks within a car, and no cone stands in one.
+    """
+    order = np.argsort(-detections.score, kind="stable")
+    center, size, yaw = detections.center[order], detections.size[order], detections.yaw[order]
+    dx, dy = (center[None, :, axis] - center[:, None, axis] for axis in (0, 1))
+    cos, sin = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
+    along, across = np.abs(dx * cos + dy * sin), np.abs(dy * cos - dx * sin)
+    inside = (along < INSIDE * size[:, None, 0] / 2) & (across < INSIDE * size[:, None, 1] / 2)
+    near = np.hypot(dx, dy) < SAME_PLACE_M
+    kept = np.ones(len(order), np.bool_)
+    for i in range(len(order)):
+        if kept[i]:
+            kept[i + 1 :] &= ~(inside | near)[i, i + 1 :]
+    return np.asarray(order[kept], np.int64)
 
 
 def _distances(bodies: list[Body], seen: Measured) -> tuple[Floats, Floats]:

@@ -11,7 +11,7 @@ from stucksolver.perception.labels import LABELS
 from stucksolver.perception.measurements import Floats
 from stucksolver.perception.tracking.groups import GROUP_OF_LABEL, GROUPS, Group
 from stucksolver.perception.tracking.motion import ALARM, SAMPLES, Motion
-from stucksolver.perception.tracking.noise import Measured
+from stucksolver.perception.tracking.noise import VELOCITY_LOOKS, Measured
 from stucksolver.perception.tracking.track import Track
 
 STATE = 6
@@ -59,6 +59,10 @@ class Body:
     hits: int = 0
     odds: float = 0.0
     """Logarithm of the odds that it exists."""
+    scores: float = 0.0
+    """Sum of the scores of all its detections."""
+    strength: float = 0.0
+    """Running mean of the scores of the last looks, where a miss counts as 0."""
     hidden: bool = False
     motion: Motion = Motion.UNDECIDED
     standing_since_s: float | None = None
@@ -157,11 +161,11 @@ def update(body: Body, seen: Measured, i: int) -> None:
     """Take in the detection that was assigned to a body."""
     from filterpy.kalman import update as kalman_update
 
-    z, noise = seen.z[i].copy(), seen.noise[i]
+    z, noise = seen.z[i].copy(), seen.noise[i].copy()
+    noise[4:, 4:] *= VELOCITY_LOOKS
     _regain(body, seen, i)
     z[3] = body.x[3] + _same_heading(body, float(z[3]), float(seen.score[i]))
     if body.motion is Motion.STANDING:
-        noise = noise.copy()
         z[4:], noise[4:, 4:] = 0.0, np.eye(2) * STANDING_VELOCITY_MPS**2
     body.x, body.p = kalman_update(body.x, body.p, z, noise, np.eye(STATE))
     if body.heading_votes < 0.0:

@@ -20,12 +20,22 @@ FOUND_NEAR = 0.6
 """Probability that a visible object is detected in one look. Lower than a detector's recall, because misses come in
 rows: five looks at one object are not five independent chances."""
 FOUND_FAR = 0.35
+FOUND_UNSURE = 0.25
+"""The same where something stands, or no ray came back, and nothing nearer hides it: the detector had its points and
+called them nothing. Walls and hedges that were once taken for something end by this."""
 GONE = -1.5
 """Log-odds of existence below which a track ends (18 %)."""
 UNCONFIRMED_S = 0.35
 """Who was seen only once is given up after this time."""
 SURE_HIT = 0.95
 """No single detection says more than this."""
+STRENGTH_GAIN = 0.2
+"""Of the running mean of scores: about the last five looks."""
+HEADROOM = 1.5
+"""By so much the log-odds may exceed those of the mean score: what is found in every second look only, and weakly,
+never becomes certain."""
+NEARER_M = 0.5
+"""What hides an object is at least this much nearer than its front."""
 OCCLUSION_MARGIN = 0.8
 """Share of an object's width that must be covered by a nearer one for it to count as hidden."""
 
@@ -33,14 +43,18 @@ OCCLUSION_MARGIN = 0.8
 def hit(body: Body, score: float) -> None:
     """A detection with this score was assigned."""
     share = min(SURE_HIT, max(0.05, score))
-    body.odds = min(CERTAIN, body.odds + math.log(share / (1.0 - share)) + 1.0)
+    body.strength = score if body.hits <= 1 else body.strength + STRENGTH_GAIN * (score - body.strength)
+    mean = min(SURE_HIT, max(0.05, body.strength))
+    most = min(CERTAIN, math.log(mean / (1.0 - mean)) + HEADROOM)
+    body.odds = min(most, body.odds + math.log(share / (1.0 - share)) + 1.0)
 
 
-def miss(body: Body, distance_m: float) -> None:
-    """It could have been detected and was not."""
+def miss(body: Body, distance_m: float, free: bool) -> None:
+    """It could have been detected and was not. `free`: its place was seen to be free, or another takes it."""
     far = min(1.0, distance_m / body.group.range_m)
-    found = FOUND_NEAR + (FOUND_FAR - FOUND_NEAR) * far
+    found = FOUND_NEAR + (FOUND_FAR - FOUND_NEAR) * far if free else FOUND_UNSURE
     body.hidden = False
+    body.strength *= 1.0 - STRENGTH_GAIN
     body.odds += math.log(1.0 - found)
 
 
@@ -55,11 +69,12 @@ def ended(body: Body, now_s: float, confirmed: bool) -> bool:
 
 def undetectable(
     bodies: list[Body], others: list[Body], pose: PoseEstimate, lidar: LidarRig, space: SeenSpace | None
-) -> NDArray[np.bool_]:
-    """(bodies,): out of the LiDAR's cone or range, or hidden by something nearer among `others`.
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """(bodies,) each: could it not be detected, and is its place known to be free?
 
-    With `space`, what was seen to be free decides: an object whose middle lies in seen space would have been in the
-    way of the rays that passed there.
+    It could not where it is out of the LiDAR's cone or range, or where something nearer hides it: a tall return in
+    `space`, or without `space` one of `others`. An object whose middle lies in seen space would have been in the way
+    of the rays that passed there; without `space` every place is held to be free.
     """
     x, y, size = _in_sensor(bodies, pose, lidar)
     distance = np.hypot(x, y)
@@ -68,12 +83,16 @@ def undetectable(
     # The lowest beam passes over what is low and near.
     lowest = up - np.maximum(0.0, distance - size[:, 0] / 2) * math.tan(math.radians(-lidar.lower_deg))
     hidden: NDArray[np.bool_] = (distance > np.minimum(reach, lidar.range_m)) | (lowest > size[:, 2])
+    free: NDArray[np.bool_] = np.ones(len(bodies), np.bool_)
     if space is not None:
-        mount = lidar.mount
-        return np.asarray(hidden | ~space.seen(x + mount.x_m, y + mount.y_m))
+        mount, count = lidar.mount, len(space.blocked_m)
+        free = space.seen(x + mount.x_m, y + mount.y_m)
+        bins = ((np.arctan2(y, x) + math.pi) / math.tau * count).astype(np.int64) % count
+        front = distance - np.hypot(size[:, 0], size[:, 1]) / 2 - NEARER_M
+        return hidden | (~free & (space.blocked_m[bins] < front)), free
     if others:
         hidden |= _shadowed(x, y, size, *_in_sensor(others, pose, lidar), up)
-    return hidden
+    return hidden, free
 
 
 def _in_sensor(bodies: list[Body], pose: PoseEstimate, lidar: LidarRig) -> tuple[Floats, Floats, Floats]:

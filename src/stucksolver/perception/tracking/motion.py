@@ -32,8 +32,8 @@ FALSE_ALARM = 1e-5
 share most of their data, so that there are about two independent ones a second."""
 ALARM = -2.0 * float(np.log(FALSE_ALARM))
 """The same as a limit of chi-square with 2 degrees of freedom."""
-SHARED_VELOCITY_MPS = 0.05
-"""Standard deviation of the error that all velocities of one object share."""
+SHARED_VELOCITY_MPS = 1.0
+"""Standard deviation of the error that all velocities of one parked vehicle share (see `noise.py`)."""
 FREE = 1e6
 """Variance of what is unknown (m²)."""
 REST_S = 1.0

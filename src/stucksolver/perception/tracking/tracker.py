@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     from stucksolver.perception.visibility import SeenSpace
 
 CONFIRMING_HITS = 2
-"""A track is told of after this many detections,"""
+"""A track is told of after this many detections"""
+CONFIRMING_SCORE = 0.99
+"""whose scores sum up to this,"""
 SURE_SCORE = 0.7
 """or after one with at least this score,"""
 SURE_RANGE_M = 20.0
@@ -58,7 +60,7 @@ class ObjectTracker:
         Returns:
             All confirmed tracks at `detections.time_s`, in the local frame, also those who are hidden at the moment.
         """
-        seen = measured(detections, pose)
+        seen = measured(detections.part(association.one_for_each_place(detections)), pose)
         for body in self._bodies:
             predict(body, seen.time_s)
         pairs = association.assign(self._bodies, seen)
@@ -90,22 +92,25 @@ class ObjectTracker:
         score = float(seen.score[j])
         existence.hit(body, score)
         near = seen.range_m[j] < SURE_RANGE_M and score >= SURE_SCORE
-        if body.hits >= CONFIRMING_HITS or near:
+        body.scores += score
+        if (body.hits >= CONFIRMING_HITS and body.scores >= CONFIRMING_SCORE) or near:
             self._confirmed.add(body.id)
 
     def _miss(self, missed: list[Body], found: list[Body], pose: PoseEstimate, space: SeenSpace | None) -> None:
         if not missed:
             return
-        hidden = existence.undetectable(missed, found, pose, self._lidar, space)
-        for body, excused in zip(missed, hidden.tolist(), strict=True):
-            if excused:
+        hidden, free = existence.undetectable(missed, found, pose, self._lidar, space)
+        for body, excused, seen_free in zip(missed, hidden.tolist(), free.tolist(), strict=True):
+            taken = association.inside_another(found, float(body.x[0]), float(body.x[1]))
+            if excused and not taken:
                 body.hidden = True
             else:
-                existence.miss(body, math.hypot(body.x[0] - pose.x_m, body.x[1] - pose.y_m))
+                away = math.hypot(body.x[0] - pose.x_m, body.x[1] - pose.y_m)
+                existence.miss(body, away, seen_free or taken)
 
     def _bear(self, seen: Measured, left: list[int], found: list[Body]) -> None:
         for j in left:
-            if seen.score[j] < BIRTH_SCORE or association.part_of_another(found, seen, j):
+            if seen.score[j] < BIRTH_SCORE or association.inside_another(found, *seen.z[j, :2].tolist()):
                 continue
             body = born(self._next, seen, j)
             self._next += 1
