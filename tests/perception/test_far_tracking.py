@@ -127,6 +127,23 @@ def test_a_track_ends_when_the_lidar_finds_the_vehicle_even_between_pictures() -
     assert tracker.tracks(2.1, ()) == ()
 
 
+def test_a_track_ends_when_the_lidar_takes_its_detection() -> None:
+    tracker, (track,) = followed(lambda t: 80.0 - 10.0 * t, 2.0)
+    known = (lidar(59.0, 3.0, 2.2),)
+    tracker.update(picture(2.2, 58.0), pose(2.2), known)
+    assert track.id not in [one.id for one in tracker.tracks(2.2, known)]
+
+
+def test_a_track_does_not_go_over_to_a_vehicle_in_the_next_lane() -> None:
+    tracker, (track,) = followed(lambda t: 80.0, 1.0)
+    for k in range(1, 4):
+        t = 1.0 + k * PICTURE_S
+        tracker.update(picture(t, 80.0 - 10.0 * (t - 1.0), aside=0.05 + 3.5 / 80.0), pose(t), ())
+    told = tracker.tracks(1.6, ())
+    assert [one.hits for one in told if one.id == track.id] == [track.hits]
+    assert len(told) == 2
+
+
 def test_a_second_vehicle_behind_one_that_the_lidar_follows_stays_followed() -> None:
     tracker = FarTracker(CAMERA, MODEL)
     for k in range(5):

@@ -35,8 +35,8 @@ RATE_SD_MPS = 15.0
 """Before a rate is measured: 95 % of vehicles are slower than twice this, 108 km/h."""
 ACCELERATION_MPS2 = 2.0
 """Standard deviation of the acceleration, as the LiDAR's tracker has it for vehicles."""
-ASIDE_M = 1.5
-"""How far a vehicle moves across the line of sight between two pictures, with bends."""
+ASIDE_M = 0.7
+"""How far a vehicle moves across the line of sight between two pictures, with bends: three times this is not a lane."""
 GATE = 3.0
 """A detection belongs to a track within so many standard deviations in range and in bearing."""
 SAME_SDS = 2.5
@@ -158,18 +158,15 @@ class FarTracker:
     def tracks(self, time_s: float, lidar: Sequence[Track]) -> tuple[FarTrack, ...]:
         """Everything followed, at a time (s) not before the last picture.
 
-        A track at whose place the LiDAR follows something now, for which the last picture had no detection of its own,
-        is handed over: it is told no more.
+        A track at whose place the LiDAR follows something now is handed over: it is told no more. If the last picture
+        showed both the LiDAR's and another vehicle there, the track is the other one, and stays.
         """
-        if not self._bodies:
-            return ()
-        told = [_told(body, time_s) for body in self._bodies]
-        others = [track for track in lidar if track.id not in self._with_own]
-        bearing, range_m, sd_m = np.array([(one.bearing_rad, one.range_m, one.range_sd_m) for one in told]).T
-        handed = _same(bearing, range_m, sd_m, others, self._bodies[0].at, time_s)
-        self._bodies = [body for i, body in enumerate(self._bodies) if i not in handed]
+        without_own = [track for track in lidar if track.id not in self._with_own]
+        shown = [body for body in self._bodies if body.last_seen_s == body.time_s]
+        rest = [body for body in self._bodies if body.last_seen_s != body.time_s]
+        self._bodies = _left_over(shown, without_own, time_s) + _left_over(rest, lidar, time_s)
         # A vehicle that was found once may be none.
-        return tuple(one for i, one in enumerate(told) if i not in handed and one.hits >= CONFIRMING_HITS)
+        return tuple(_told(body, time_s) for body in self._bodies if body.hits >= CONFIRMING_HITS)
 
     def _seen(self, found: FarDetections, pose: PoseEstimate) -> _Seen:
         part = found.part(np.isin(found.label, LABELS))
@@ -196,6 +193,16 @@ class FarTracker:
         near = (abs(along) < GATE) | (abs(place - range_m) < SAME_SDS * seen.sd_m[left])
         cost = along**2 + across**2
         return {i: left[j] for i, j in _pairs(np.where(near & (abs(across) < GATE), cost, np.inf))}
+
+
+def _left_over(bodies: list[_Body], lidar: Sequence[Track], time_s: float) -> list[_Body]:
+    """Those at whose place the LiDAR follows nothing."""
+    if not bodies or not lidar:
+        return bodies
+    told = [_told(body, time_s) for body in bodies]
+    bearing, range_m, sd_m = np.array([(one.bearing_rad, one.range_m, one.range_sd_m) for one in told]).T
+    handed = _same(bearing, range_m, sd_m, lidar, bodies[0].at, time_s)
+    return [body for i, body in enumerate(bodies) if i not in handed]
 
 
 def _same(
