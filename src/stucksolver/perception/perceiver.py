@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from stucksolver.perception.camera.far import FarDetections, FarDetector
 from stucksolver.perception.camera.far_range import RangeModel, far_places
 from stucksolver.perception.camera.far_sight import CameraSight, SightModel
 from stucksolver.perception.camera.lights import LightFilter, LightReader
+from stucksolver.perception.camera.weights import WeightsError
 from stucksolver.perception.far_tracking import FarTracker
 from stucksolver.perception.far_view import FarLook, FarView, blockers_of
 from stucksolver.perception.frames import into_vehicle
@@ -21,7 +23,7 @@ from stucksolver.perception.lidar.detector import LidarDetector
 from stucksolver.perception.lidar.sweeps import RECENT_S, SweepBuffer
 from stucksolver.perception.measurements import CameraFrame, Floats, PoseEstimate
 from stucksolver.perception.percept import Look, Percept
-from stucksolver.perception.rig import Rig
+from stucksolver.perception.rig import SHIPPED, Rig, RigError, load_rig
 from stucksolver.perception.tracking import ObjectTracker, Track
 from stucksolver.perception.visibility import SeenSpace
 from stucksolver.scene.surroundings import LightState
@@ -33,12 +35,16 @@ LIGHT_REACH_M = 100.0
 NEEDED = ("onnxruntime", "PIL", "scipy", "filterpy")
 
 
-def why_not_here() -> str | None:
-    """What is missing here for perception to run, with the remedy; None where nothing is."""
+def why_not_here(rig_file: Path = SHIPPED) -> str | None:
+    """What keeps perception from running here, with the remedy; None where nothing does. Loads all networks once."""
     missing = [name for name in NEEDED if find_spec(name) is None]
-    if not missing:
-        return None
-    return f"{', '.join(missing)} not installed; pip install 'stucksolver[perception]'"
+    if missing:
+        return f"{', '.join(missing)} not installed; pip install 'stucksolver[perception]'"
+    try:
+        Perceiver(load_rig(rig_file))
+    except (RigError, WeightsError) as error:
+        return str(error)
+    return None
 
 
 class Perceiver:

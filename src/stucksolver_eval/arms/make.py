@@ -58,6 +58,7 @@ def _check_perception(spec: ArmSpec) -> None:
     if spec.perception == SENSORS:
         from stucksolver.perception.perceiver import why_not_here
 
+        # All weights are loaded once before anything is driven.
         why = why_not_here()
         if why:
             raise ArmError(f"--perception sensors: {why}")

@@ -11,6 +11,7 @@ import sys
 from collections import deque
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import carla
@@ -40,7 +41,10 @@ DELAY_S = 0.1
 """From data to result in a world that waits: what perception takes on two cores, and a tick."""
 LAGS_S = 0.3
 """Results older than this mean that perception has fallen behind."""
+SEARCH_ABOVE_M = 0.5
+"""The road's height is looked for from a little above the last one, so that a bridge is not taken for the road."""
 MOVES_MPS = 0.5
+"""Slower, a camera without noise may well show the same picture twice."""
 BLIND_S = 0.6
 """Whoever has seen nothing for so long brakes: a little more than the age that the guard accepts."""
 DARK_AGE_S = 60.0
@@ -76,6 +80,9 @@ class Eyes:
         self._localiser = Localiser(self._rig)
         self._suite = SensorSuite(vehicle, carla_map, self._rig, waits=paced, seed=seed)
         self._paced = paced
+        self._map = carla_map
+        self._height_m = float(vehicle.get_location().z)
+        """Of the road, known from the start as the route is."""
         self._hero = vehicle
         self._heads = _heads(vehicle.get_world())
         self._worker = ThreadPoolExecutor(1, "perception")
@@ -92,7 +99,7 @@ class Eyes:
         self.health = SensorHealth(self._rig.lidar)
         self._fault = fault
         self._began_s = float(vehicle.get_world().get_snapshot().timestamp.elapsed_seconds)
-        self.vehicle = SensedVehicle(vehicle, carla_map, self, SensedWorld(vehicle.get_world(), carla_map, self))
+        self.vehicle = SensedVehicle(vehicle, self, SensedWorld(vehicle.get_world(), carla_map, self))
 
     # ---- each tick
 
@@ -122,7 +129,14 @@ class Eyes:
             self._localiser.gnss(measured.fix)
         if not self._localiser.ready:
             raise SensorError("IMU and GNSS gave nothing in the first tick: the vehicle does not know where it is")
-        self.pose = self._localiser.estimate(self.now_s)
+        pose = self._localiser.estimate(self.now_s)
+        self._height_m = self._road_height_m(pose.x_m, pose.y_m)
+        self.pose = replace(pose, z_m=self._height_m)
+
+    def _road_height_m(self, x_m: float, y_m: float) -> float:
+        """By the map: satellites tell heights worse than anything else, and a vehicle stands on its road."""
+        waypoint = self._map.get_waypoint(carla.Location(x_m, -y_m, self._height_m + SEARCH_ABOVE_M))
+        return self._height_m if waypoint is None else float(waypoint.transform.location.z)
 
     def _take_in(self, measured: Measured) -> None:
         sweep = self.health.sweep(measured.sweep)

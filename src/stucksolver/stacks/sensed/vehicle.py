@@ -7,27 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 import carla
 
-from stucksolver.perception.measurements import PoseEstimate
-
 if TYPE_CHECKING:
     from stucksolver.stacks.sensed.eyes import Eyes
     from stucksolver.stacks.sensed.world import SensedWorld
-
-SEARCH_ABOVE_M = 0.5
-"""The road's height is looked for from a little above the last one, so that a bridge is not taken for the road."""
 
 
 class SensedVehicle:
     """Place and motion are estimates; size, wheels and lamps are the vehicle's own, which it knows of itself."""
 
-    def __init__(self, vehicle: carla.Vehicle, carla_map: carla.Map, eyes: Eyes, world: SensedWorld) -> None:
-        self._vehicle, self._map, self._eyes, self._world = vehicle, carla_map, eyes, world
+    def __init__(self, vehicle: carla.Vehicle, eyes: Eyes, world: SensedWorld) -> None:
+        self._vehicle, self._eyes, self._world = vehicle, eyes, world
         self.id = int(vehicle.id)
         self.bounding_box = vehicle.bounding_box
         self.perceiver = eyes
         """Drivers that look for bodies themselves ask this instead of the client."""
-        self._height_m = float(vehicle.get_location().z)
-        self._limit_kmh = 0.0
 
     def get_world(self) -> Any:
         """As sensed."""
@@ -36,8 +29,7 @@ class SensedVehicle:
     def get_location(self) -> carla.Location:
         """Of its reference point; its height is the road's."""
         pose = self._eyes.pose
-        self._height_m = self._road_height_m(pose)
-        return carla.Location(pose.x_m, -pose.y_m, self._height_m)
+        return carla.Location(pose.x_m, -pose.y_m, pose.z_m)
 
     def get_transform(self) -> carla.Transform:
         """Place and heading, upright."""
@@ -75,8 +67,3 @@ class SensedVehicle:
 
     def get_traffic_light(self) -> None:
         """None, see `is_at_traffic_light`."""
-
-    def _road_height_m(self, pose: PoseEstimate) -> float:
-        place = carla.Location(pose.x_m, -pose.y_m, self._height_m + SEARCH_ABOVE_M)
-        waypoint = self._map.get_waypoint(place)
-        return self._height_m if waypoint is None else float(waypoint.transform.location.z)
