@@ -18,7 +18,7 @@ from stucksolver_eval.server import carlette_server, connect, set_synchronous
 
 pytestmark = pytest.mark.integration
 
-AHEAD_M = 18.0
+AHEAD_M = 13.0
 TICKS = 60
 CAR = "vehicle.tesla.model3"
 

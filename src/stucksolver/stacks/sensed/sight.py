@@ -4,12 +4,17 @@ The LiDAR is asked first. Where its sight along a lane ends because no ray came 
 on: as far as its detector would have found a vehicle (`perception/far_view.py`). Where it ends at something tall that
 stands in the way, or anything tall stands nearer in the direction of a place, the camera is not asked: the two would
 have to see past the same thing. Behind there is no camera.
+
+A stretch that was seen a moment ago is still known to be free but for who may have come in since: from beyond its end,
+no quicker than the lane's vehicles. (Who comes in from the side is a tracked object.) So a car that passes by, or lost
+points of one turn, do not end a plan.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections import deque
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -31,6 +36,16 @@ FASTEST_SHARE = 1.2
 """Others drive so much of the lane's limit: the guard's margins are for those who keep it, sight is for all."""
 UNKNOWN_LIMIT_MPS = 100.0 / 3.6
 """Where the map has no limit: that of country roads."""
+REMEMBERED_S = 1.0
+"""A lane that nobody has seen for longer is not known."""
+
+
+class _Seen(NamedTuple):
+    """One lane as seen at one moment: the arc lengths between which it was free."""
+
+    time_s: float
+    end_s: float
+    start_s: float
 
 
 class SensedSight:
@@ -38,6 +53,8 @@ class SensedSight:
 
     def __init__(self, eyes: Eyes, frame: RoadFrame) -> None:
         self._eyes, self._frame = eyes, frame
+        self._known: dict[str, deque[_Seen]] = {}
+        """What was seen of each lane lately, oldest first."""
 
     def of_lanes(self, ego: EgoState, ego_s: float, objects: tuple[TrackedObject, ...]) -> tuple[LaneSight, ...]:
         """For each driving lane beside the ego: the length seen without a break, ahead and behind."""
@@ -50,11 +67,25 @@ class SensedSight:
                 continue
             ahead = self._line(lane, np.arange(ego_s, min(lane.end_m, ego_s + RANGE_M), STEP_M))
             behind = self._line(lane, np.arange(ego_s, max(lane.start_m, ego_s - RANGE_M), -STEP_M))
-            limit = lane.strip.speed_limit_mps or UNKNOWN_LIMIT_MPS
-            seen_m = seen_ahead_m(percept, ahead, FASTEST_SHARE * limit)
+            fastest_mps = FASTEST_SHARE * (lane.strip.speed_limit_mps or UNKNOWN_LIMIT_MPS)
+            seen_m = seen_ahead_m(percept, ahead, fastest_mps)
             back_m = percept.seen.seen_along(points_into_vehicle(behind, percept.pose)) if len(behind) > 1 else 0.0
-            found.append(LaneSight(lane_id=lane.strip.id, ahead_m=round(seen_m, 1), behind_m=round(back_m, 1)))
+            now = _Seen(percept.pose.time_s, ego_s + seen_m, ego_s - back_m)
+            end_s, start_s = self._remembered(lane.strip.id, now, fastest_mps)
+            told = (round(max(end_s - ego_s, 0.0), 1), round(max(ego_s - start_s, 0.0), 1))
+            found.append(LaneSight(lane_id=lane.strip.id, ahead_m=told[0], behind_m=told[1]))
         return tuple(found)
+
+    def _remembered(self, lane_id: str, now: _Seen, fastest_mps: float) -> tuple[float, float]:
+        """Arc lengths up to which the lane is known to be free, ahead and behind."""
+        known = self._known.setdefault(lane_id, deque())
+        known.append(now)
+        while known[0].time_s < now.time_s - REMEMBERED_S:
+            known.popleft()
+        came_m = [fastest_mps * (now.time_s - one.time_s) for one in known]
+        ahead = max(one.end_s - gone for one, gone in zip(known, came_m, strict=True))
+        behind = min(one.start_s + gone for one, gone in zip(known, came_m, strict=True))
+        return ahead, behind
 
     def _line(self, lane: Lane, stations: Floats) -> Floats:
         """(k, 2) places of the lane's centre in the local frame."""
