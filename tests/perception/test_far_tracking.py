@@ -79,7 +79,7 @@ def test_before_a_rate_is_measured_any_rate_is_possible() -> None:
 def test_the_rate_of_who_comes_is_soon_known() -> None:
     (track,) = followed(lambda t: 150.0 - 15.0 * t, 3.0)[1]
     assert track.rate_mps == pytest.approx(-15.0, abs=1.5)
-    assert track.rate_sd_mps < 4.0
+    assert track.rate_sd_mps < RATE_SD_MPS / 2.5
     assert track.range_m == pytest.approx(105.0, rel=0.03)
 
 

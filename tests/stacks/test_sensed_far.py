@@ -97,7 +97,13 @@ def test_who_stands_in_an_oncoming_lane_is_told_to_come_by_no_more_than_the_erro
 
 
 def test_who_surely_goes_away_in_an_oncoming_lane_goes_away() -> None:
-    assert told(far(100.0, ONCOMING_D, rate=8.0, rate_sd=1.5))[2] == pytest.approx(8.0, abs=0.1)
+    goes = replace(far(100.0, ONCOMING_D, rate=8.0, rate_sd=1.5), hits=10)
+    assert told(goes)[2] == pytest.approx(8.0, abs=0.1)
+
+
+def test_a_few_looks_make_nobody_go_away_in_an_oncoming_lane() -> None:
+    goes = replace(far(100.0, ONCOMING_D, rate=20.0, rate_sd=4.0), hits=3)
+    assert told(goes)[2] == pytest.approx(0.0, abs=0.1)
 
 
 def test_nothing_is_claimed_of_who_drives_ahead_until_its_rate_is_known() -> None:

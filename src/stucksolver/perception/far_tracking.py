@@ -1,8 +1,9 @@
 """Follows vehicles that only the camera sees: how far away each is and how fast it comes nearer, picture by picture.
 
 A range by one picture is off by a tenth and more, and mostly in the same way in each picture: the vehicle is larger
-than usual, or the road slopes. What is left between pictures is small. A filter therefore takes only the latter for
-noise, so that the rate is soon known; the former is added to what is told (`FarTrack.range_sd_m`, `rate_sd_mps`).
+than usual, or the road slopes. What is left between pictures is small, with a slow drift as when more of a vehicle
+comes into view. A filter takes only these two for noise, so that the rate is known after a second or two; the error that
+all pictures share is added to what is told (`FarTrack.range_sd_m`, `rate_sd_mps`).
 
 The state has one dimension, along the line of sight. At these ranges a lane of the road is nearly parallel to it; who
 tells others of these tracks puts them on the lane (`stacks/sensed/far_told.py`). The ego's own way is taken out by its
@@ -31,6 +32,8 @@ NEAREST_M = 40.0
 """Nearer detections begin no track: the LiDAR finds nearly all there, and one in eight of the camera's is wrong."""
 NOISE_SHARE = 0.05
 """Standard deviation of a range between one picture and the next, as a share of the range."""
+DRIFT_SHARE = 0.05
+"""Standard deviation of how far ranges of one vehicle drift in a second, as a share: more of it comes into view."""
 RATE_SD_MPS = 15.0
 """Before a rate is measured: 95 % of vehicles are slower than twice this, 108 km/h."""
 ACCELERATION_MPS2 = 2.0
@@ -249,17 +252,18 @@ def _born(number: int, seen: _Seen, j: int) -> _Body:
     return body
 
 
-def _transition(dt: float) -> tuple[Floats, Floats]:
-    """Matrix and process noise of a step of `dt` s: constant velocity, disturbed by white noise."""
-    power = ACCELERATION_MPS2**2
-    return np.array([[1.0, dt], [0.0, 1.0]]), power * np.array([[dt**3 / 3.0, dt**2 / 2.0], [dt**2 / 2.0, dt]])
+def _transition(dt: float, range_m: float) -> tuple[Floats, Floats]:
+    """Matrix and process noise of a step of `dt` s: constant velocity, disturbed by white noise; ranges drift."""
+    noise = ACCELERATION_MPS2**2 * np.array([[dt**3 / 3.0, dt**2 / 2.0], [dt**2 / 2.0, dt]])
+    noise[0, 0] += (DRIFT_SHARE * range_m) ** 2 * dt
+    return np.array([[1.0, dt], [0.0, 1.0]]), noise
 
 
 def _predict(body: _Body, time_s: float, at: Floats) -> None:
     """Bring a body forward to a time at which the camera is at another place."""
     from filterpy.kalman import predict as kalman_predict
 
-    body.x, body.p = kalman_predict(body.x, body.p, *_transition(time_s - body.time_s))
+    body.x, body.p = kalman_predict(body.x, body.p, *_transition(time_s - body.time_s, float(body.x[0])))
     line = np.array([math.cos(body.bearing), math.sin(body.bearing)])
     away = body.at + float(body.x[0]) * line - at
     body.x = np.array([math.hypot(*away), body.x[1]])

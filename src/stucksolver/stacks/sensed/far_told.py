@@ -30,6 +30,8 @@ SURELY_MPS = 1.0
 """Who surely goes one way does so with at least this rate, two standard deviations taken off."""
 KNOWN_SD_MPS = 3.0
 """Standard deviation of a rate that is known well enough."""
+MEASURED_HITS = 8
+"""Detections, a second and a half of them, before who is in a lane that leads towards us is believed to go away."""
 FASTEST_MPS = 36.0
 """130 km/h: nobody is told to be quicker than traffic on motorways."""
 ALONG_COS = math.cos(math.radians(30.0))
@@ -86,7 +88,8 @@ def as_told(far: FarTrack, carla_map: Any, height_m: float) -> Track | None:
 def _rate_told(far: FarTrack, comes: bool) -> float | None:
     """Velocity over ground away from the ego, to be told of; None where nothing is claimed."""
     least, most = far.rate_mps - SURE_SDS * far.rate_sd_mps, far.rate_mps + SURE_SDS * far.rate_sd_mps
-    if (comes and least < SURELY_MPS) or most < -SURELY_MPS:
+    goes_away = least > SURELY_MPS and far.hits >= MEASURED_HITS
+    if (comes and not goes_away) or most < -SURELY_MPS:
         return max(min(least, 0.0), -FASTEST_MPS)
     return max(far.rate_mps, 0.0) if far.rate_sd_mps < KNOWN_SD_MPS else None
 
