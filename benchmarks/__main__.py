@@ -11,6 +11,7 @@ NAMES = (
     "addon_overhead",
     "driver_ticks",
     "query_overhead",
+    "perception_stages",
     "carlette_ticks",
     "carlette_forks",
     "carlette_camera",

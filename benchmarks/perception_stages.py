@@ -1,0 +1,60 @@
+"""What each stage of perception takes (ms), among standing cars in carlette's grid town, and as a ratio to its cycle.
+
+Perception works ten times a second, the camera's stages five times; `cycle` is what one cycle takes with its share of a
+picture. `of_its_time` is that over the 100 ms that it has: below 1 it keeps up on one core.
+"""
+
+from __future__ import annotations
+
+import resource
+import statistics
+
+import carla
+
+from stucksolver.stacks.sensed import Eyes
+from stucksolver_eval.server import carlette_server, connect, set_synchronous
+
+STEP_S = 0.05
+PERIOD_MS = 100.0
+CARS = 25
+PICTURED = ("attributes", "lights", "far", "far_view")
+PICTURE_SHARE = 0.5
+
+
+def run(smoke: bool) -> dict[str, float]:
+    """Medians of each stage, of the whole cycle, and the memory of this process (MB)."""
+    with carlette_server("grid_town", scenery=True) as server:
+        world = connect(server, 30.0).get_world()
+        set_synchronous(world, STEP_S)
+        ego = _street(world)
+        times: dict[str, list[float]] = {}
+        eyes = Eyes(ego, world.get_map())
+        try:
+            ego.apply_control(carla.VehicleControl(throttle=0.4))
+            for _ in range(20 if smoke else 200):
+                world.tick()
+                before = eyes.percept
+                eyes.tick()
+                if eyes.percept is not None and eyes.percept is not before:
+                    for stage, took in eyes.percept.stages_ms.items():
+                        times.setdefault(stage, []).append(took)
+        finally:
+            eyes.close()
+    figures = {f"{stage}_ms": statistics.median(took) for stage, took in times.items()}
+    cycle = sum(
+        value * (PICTURE_SHARE if name.removesuffix("_ms") in PICTURED else 1.0) for name, value in figures.items()
+    )
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    return {**figures, "cycle_ms": cycle, "of_its_time": cycle / PERIOD_MS, "process_mb": memory}
+
+
+def _street(world: carla.World) -> carla.Vehicle:
+    """The ego, and cars that stand around it."""
+    library, spots = world.get_blueprint_library(), world.get_map().get_spawn_points()
+    ego: carla.Vehicle = world.spawn_actor(library.find("vehicle.lincoln.mkz_2020"), spots[0])
+    here = spots[0].location
+    near = sorted(spots[1:], key=lambda one: one.location.distance(here))[:CARS]
+    for spot in near:
+        world.try_spawn_actor(library.find("vehicle.tesla.model3"), spot)
+    world.tick()
+    return ego
