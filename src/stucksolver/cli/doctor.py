@@ -23,6 +23,7 @@ State = Literal["ok", "absent", "missing", "broken"]
 """`absent`: not there, and only needed for what it says."""
 CARLA_PORT = 2000
 ANSWERS_S = 20.0
+PERCEPTION = ("numpy", "onnxruntime", "PIL", "scipy", "filterpy")
 FREE_MIB = 500
 """A demonstration writes a few MiB, an evaluation of 220 routes a few hundred."""
 
@@ -126,6 +127,18 @@ def _words() -> Iterator[Finding]:
     yield Finding("reader of words", "ok", f'{reader.name}; "please go round it" is read as {reading.told}')
 
 
+def _perception() -> Iterator[Finding]:
+    what = "perception by sensors"
+    missing = [name for name in PERCEPTION if importlib.util.find_spec(name) is None]
+    if missing:
+        yield Finding(what, "absent", f"{', '.join(missing)} not installed", "pip install 'stucksolver[perception]'")
+        return
+    from stucksolver.perception.perceiver import why_not_here
+
+    why = why_not_here()
+    yield Finding(what, "broken" if why else "ok", why or "three networks and the rig load")
+
+
 def _model() -> Iterator[Finding]:
     from stucksolver.reason.llm.failures import KEY_VARIABLE
     from stucksolver.reason.llm.openai_api import URL_VARIABLE
@@ -181,6 +194,8 @@ LOOKS: tuple[Callable[[], Iterator[Finding]], ...] = (
     _words,
     _package("openai", "language models over HTTP", "llm"),
     _model,
+    _perception,
+    _package("fastapi", "the passenger's page", "passenger"),
     _package("matplotlib", "plots of evaluations", "report"),
     _package("distributed", "evaluations on a cluster", "cluster"),
     _maps,
