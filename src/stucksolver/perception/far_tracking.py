@@ -2,8 +2,8 @@
 
 A range by one picture is off by a tenth and more, and mostly in the same way in each picture: the vehicle is larger
 than usual, or the road slopes. What is left between pictures is small, with a slow drift as when more of a vehicle
-comes into view. A filter takes only these two for noise, so that the rate is known after a second or two; the error that
-all pictures share is added to what is told (`FarTrack.range_sd_m`, `rate_sd_mps`).
+comes into view. A filter takes only these two for noise, so that the rate is known after a second or two; the error
+that all pictures share is added to what is told (`FarTrack.range_sd_m`, `rate_sd_mps`).
 
 The state has one dimension, along the line of sight. At these ranges a lane of the road is nearly parallel to it; who
 tells others of these tracks puts them on the lane (`stacks/sensed/far_told.py`). The ego's own way is taken out by its
