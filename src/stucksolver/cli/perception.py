@@ -11,7 +11,7 @@ from stucksolver.cli.arguments import Parser, above_zero, add_maps, add_server, 
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.words import driver_name
 
-SCORED = ("lidar", "tracking", "localisation", "lights", "attributes", "far")
+SCORED = ("lidar", "noise", "tracking", "localisation", "lights", "attributes", "far")
 TRAINED = ("lidar", "crops", "far")
 NEEDS_CLIENT = "the carla package is not installed, which collecting needs; pip install 'stucksolver[sim]'"
 

@@ -1,4 +1,4 @@
-"""Detections of simulated objects, with the noise that the tracker assumes."""
+"""Detections of simulated objects, with the noise from look to look that the shipped detector has near by."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def detections(time_s, xy, rng, velocity=(0.0, 0.0), yaw=0.0, label=0, size=CAR,
     """Boxes of one label at `xy` (n, 2) in the vehicle frame; `noise` scales what is added."""
     xy = np.atleast_2d(np.asarray(xy, float)) if len(xy) else np.zeros((0, 2))
     n = len(xy)
-    center = np.column_stack([xy + rng.normal(0, 0.15 * noise, (n, 2)), np.full(n, size[2] / 2)])
+    center = np.column_stack([xy + rng.normal(0, 0.1 * noise, (n, 2)), np.full(n, size[2] / 2)])
     return Detections(
         time_s,
         np.full(n, label),
@@ -26,7 +26,7 @@ def detections(time_s, xy, rng, velocity=(0.0, 0.0), yaw=0.0, label=0, size=CAR,
         center,
         np.tile(np.asarray(size, float), (n, 1)),
         np.broadcast_to(yaw, n) + rng.normal(0, 0.1 * noise, n),
-        np.broadcast_to(velocity, (n, 2)) + rng.normal(0, 0.3 * noise, (n, 2)),
+        np.broadcast_to(velocity, (n, 2)) + rng.normal(0, 0.5 * noise, (n, 2)),
     )
 
 

@@ -1,7 +1,8 @@
 from __future__ import annotations
 
+import math
+
 import numpy as np
-import pytest
 from tests.perception.tracking.scenes import STEP_S, follow, nothing, pose
 
 from stucksolver.perception.rig import load_rig
@@ -11,19 +12,33 @@ from stucksolver.perception.visibility import AZIMUTHS, CELL_M, SeenSpace
 LIDAR = load_rig().lidar
 
 
-def everywhere(seen):
+def everywhere(seen, nearest_m=math.inf):
     cells = np.full((AZIMUTHS, int(LIDAR.range_m / CELL_M)), seen)
-    return SeenSpace(cells, np.full(AZIMUTHS, np.inf), np.zeros(AZIMUTHS), (0.0, 0.0))
+    return SeenSpace(cells, np.full(AZIMUTHS, nearest_m), np.zeros(AZIMUTHS), (0.0, 0.0))
 
 
-@pytest.mark.parametrize(("free", "kept"), [(True, 0), (False, 1)])
-def test_who_was_not_found_is_kept_unless_its_place_was_seen_to_be_free(free, kept):
+def kept_for_s(space):
     tracker = ObjectTracker()
     follow(tracker, lambda _: ((15.0, 0.0), (0.0, 0.0)), 3.0, np.random.default_rng(0))
-    for k in range(20):
-        told = tracker.update(nothing(3.0 + k * STEP_S), pose(3.0 + k * STEP_S), everywhere(free))
-    assert len(told) == kept
-    assert all(track.hidden for track in told)
+    for k in range(60):
+        told = tracker.update(nothing(3.0 + k * STEP_S), pose(3.0 + k * STEP_S), space)
+        if not told:
+            return k * STEP_S
+        assert told[0].hidden == (space.blocked_m[0] < 10.0)
+    return math.inf
+
+
+def test_who_was_not_found_is_kept_behind_what_is_nearer():
+    assert kept_for_s(everywhere(False, nearest_m=8.0)) == math.inf
+
+
+def test_who_was_not_found_is_soon_gone_where_its_place_was_seen_to_be_free():
+    assert kept_for_s(everywhere(True)) <= 0.8
+
+
+def test_what_the_detector_no_longer_sees_in_a_wall_fades_within_seconds():
+    assert 0.8 < kept_for_s(everywhere(False)) < 3.0
+    assert 0.8 < kept_for_s(everywhere(False, nearest_m=14.0)) < 3.0
 
 
 def test_what_lies_below_the_lowest_beam_is_remembered():

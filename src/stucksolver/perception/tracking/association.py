@@ -54,8 +54,8 @@ def inside_another(bodies: list[Body], x: float, y: float) -> bool:
 def one_for_each_place(detections: Detections) -> NDArray[np.int64]:
     """Indices of the detections that remain when no middle lies in the box of a better one, of whatever label.
 
-    The detector compares what it finds within one group of labels only: a parked bicycle is a `two_wheeler` and a weaker
-    `barrier` at once. Nobody walks within a car, and no cone stands in one.
+    The detector compares what it finds within one group of labels only: a parked bicycle is a `two_wheeler` and a
+    weaker `barrier` at once. Nobody walks within a car, and no cone stands in one.
     """
     order = np.argsort(-detections.score, kind="stable")
     center, size, yaw = detections.center[order], detections.size[order], detections.yaw[order]

@@ -16,10 +16,12 @@ from stucksolver.perception.tracking.motion import Motion
 if TYPE_CHECKING:
     from stucksolver.perception.visibility import SeenSpace
 
-FOUND_NEAR = 0.6
-"""Probability that a visible object is detected in one look. Lower than a detector's recall, because misses come in
-rows: five looks at one object are not five independent chances."""
-FOUND_FAR = 0.35
+FOUND_NEAR = (0.6, 0.5, 0.55, 0.6, 0.4, 0.6, 0.6, 0.4)
+"""(labels,): probability that a visible object close by is detected in one look. Lower than the measured recall (see
+`noise.py`: 0.9 for cars, 0.7 for trucks), because misses come in rows: five looks at one object are not five
+independent chances."""
+FOUND_FAR = (0.4, 0.2, 0.2, 0.35, 0.2, 0.4, 0.3, 0.15)
+"""The same at the end of its group's `range_m`, where 0.76 of the cars and 0.3 of the trucks are found."""
 FOUND_UNSURE = 0.25
 """The same where something stands, or no ray came back, and nothing nearer hides it: the detector had its points and
 called them nothing. Walls and hedges that were once taken for something end by this."""
@@ -52,7 +54,8 @@ def hit(body: Body, score: float) -> None:
 def miss(body: Body, distance_m: float, free: bool) -> None:
     """It could have been detected and was not. `free`: its place was seen to be free, or another takes it."""
     far = min(1.0, distance_m / body.group.range_m)
-    found = FOUND_NEAR + (FOUND_FAR - FOUND_NEAR) * far if free else FOUND_UNSURE
+    near, farthest = FOUND_NEAR[body.label], FOUND_FAR[body.label]
+    found = near + (farthest - near) * far if free else min(FOUND_UNSURE, near)
     body.hidden = False
     body.strength *= 1.0 - STRENGTH_GAIN
     body.odds += math.log(1.0 - found)

@@ -34,11 +34,14 @@ ALARM = -2.0 * float(np.log(FALSE_ALARM))
 """The same as a limit of chi-square with 2 degrees of freedom."""
 SHARED_VELOCITY_MPS = 1.0
 """Standard deviation of the error that all velocities of one parked vehicle share (see `noise.py`)."""
+DRIFT_PER_S = 0.5
+"""Share of the position's standard deviation by which a box drifts over its body within a second, as we pass it and see
+another side of it. It raises no alarm."""
 FREE = 1e6
 """Variance of what is unknown (m²)."""
 REST_S = 1.0
 """Standing is decided over this span, or over the whole window where detections are too noisy for that."""
-REST_SIGMA_MPS = 0.13
+REST_SIGMA_MPS = 0.18
 """It is decided only when the speed over that span is known this well."""
 REST_SIGMAS = 1.64
 USUAL_LOOKS = 10.0
@@ -88,8 +91,9 @@ def judge(samples: Floats, now_s: float) -> Evidence:
     # It began to accelerate some time ago.
     driven = np.maximum(0.0, time[:, None] + ONSETS_S[:, None])
     gain, variance = _fit(driven**2 / 2.0, driven, place, velocity, by_place, by_speed)
-    started = (gain**2).sum(-1) / variance
-    best = started.argmax(1)
+    drift = (DRIFT_PER_S**2 * np.where(known, samples[..., 5], 0.0).sum(1) / np.maximum(1, known.sum(1)))[:, None]
+    best = ((gain**2).sum(-1) / variance).argmax(1)
+    started = ((gain**2).sum(-1) / (variance + drift * (2.0 / ONSETS_S) ** 2)).max(1)
     rows = np.arange(len(samples))
     start_velocity = gain[rows, best] * ONSETS_S[best][:, None]
     start_variance = variance[rows, best] * ONSETS_S[best] ** 2
@@ -99,11 +103,12 @@ def judge(samples: Floats, now_s: float) -> Evidence:
     slow, slow_variance = _steady(time, one, place, velocity, by_place, by_speed)
     late = time > -REST_S - 1e-6
     last, last_variance = _steady(time, one, place, velocity, by_place * late, by_speed * late)
-    drives = np.maximum(0.0, np.hypot(slow[:, 0], slow[:, 1]) - STANDING_MPS) ** 2 / slow_variance
-    hurries = np.maximum(0.0, np.hypot(last[:, 0], last[:, 1]) - STANDING_MPS) ** 2 / last_variance
-    most = np.maximum(started[rows, best], np.maximum(drives, hurries))
-    by_start = started[rows, best] >= np.maximum(drives, hurries)
-    briefly, long = _rests(last, last_variance), _rests(slow, slow_variance)
+    drives = _drives(slow, slow_variance + drift[:, 0])
+    hurries = _drives(last, last_variance + drift[:, 0])
+    most = np.maximum(started, np.maximum(drives, hurries))
+    by_start = started >= np.maximum(drives, hurries)
+    may_drift = np.sqrt(drift[:, 0])
+    briefly, long = _rests(last, last_variance, may_drift), _rests(slow, slow_variance, may_drift)
     first = np.where(known, time, 0.0).min(1)
     first_late = np.where(known & late, time, 0.0).min(1)
     return Evidence(
@@ -115,9 +120,14 @@ def judge(samples: Floats, now_s: float) -> Evidence:
     )
 
 
-def _rests(velocity: Floats, variance: Floats) -> NDArray[np.bool_]:
+def _drives(velocity: Floats, variance: Floats) -> Floats:
+    """(n,): chi-square of a steady speed above `STANDING_MPS`."""
+    return np.asarray(np.maximum(0.0, np.hypot(velocity[:, 0], velocity[:, 1]) - STANDING_MPS) ** 2 / variance)
+
+
+def _rests(velocity: Floats, variance: Floats, drift_mps: Floats) -> NDArray[np.bool_]:
     sigma = np.sqrt(variance)
-    agrees = np.hypot(velocity[:, 0], velocity[:, 1]) < STANDING_MPS + REST_SIGMAS * sigma
+    agrees = np.hypot(velocity[:, 0], velocity[:, 1]) < STANDING_MPS + REST_SIGMAS * sigma + drift_mps
     return np.asarray(agrees & (sigma < REST_SIGMA_MPS))
 
 

@@ -18,6 +18,7 @@ from stucksolver_eval.perception.metrics.latency import Latency, latency
 from stucksolver_eval.perception.scoring.detecting import score_lidar
 from stucksolver_eval.perception.scoring.following import score_tracking
 from stucksolver_eval.perception.scoring.locating import score_localisation
+from stucksolver_eval.perception.scoring.noise import score_noise
 from stucksolver_eval.perception.scoring.part import Given, NothingToScore, Part, figure, plain, table
 from stucksolver_eval.perception.scoring.pictures import score_attributes, score_lights
 from stucksolver_eval.perception.scoring.seeing_far import score_far
@@ -25,6 +26,7 @@ from stucksolver_eval.perception.scoring.seeing_far import score_far
 JSON, PAGE = "perception.json", "perception.md"
 PARTS: Mapping[str, tuple[str, Callable[[Given], Part]]] = {
     "lidar": ("Detection by LiDAR", score_lidar),
+    "noise": ("Noise of the LiDAR detector", score_noise),
     "tracking": ("Tracking", score_tracking),
     "localisation": ("Localisation", score_localisation),
     "lights": ("Traffic lights", score_lights),
