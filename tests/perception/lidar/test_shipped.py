@@ -1,4 +1,9 @@
-"""The network that ships, in a world of boxes that it was not trained on."""
+"""The network that ships, in a world of boxes that it was not trained on.
+
+Nothing is said of yaws here: without surroundings it turns a car by up to a right angle now and then.
+"""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,7 +11,9 @@ from tests.perception.lidar.scanner import TICK_S, seconds
 
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.lidar.detector import DATA, WEIGHTS, LidarDetector
-from stucksolver.perception.measurements import Detections, Floats
+from stucksolver.perception.measurements import Detections, Floats, PoseEstimate
+from stucksolver.perception.tracking import ObjectTracker
+from stucksolver.perception.tracking.noise import measured
 
 if not (DATA / WEIGHTS).is_file():
     pytest.skip("no LiDAR network has been trained for this checkout", allow_module_level=True)
@@ -14,6 +21,7 @@ if not (DATA / WEIGHTS).is_file():
 TICKS = 10
 SURE = 0.5
 CAR = np.array([0.0, 0.0, 0.75, 4.6, 1.9, 1.5, 0.0])
+AT_REST = PoseEstimate(0.45, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.zeros((4, 4)))
 
 
 @pytest.fixture(scope="module")
@@ -29,20 +37,60 @@ def sure(found: Detections) -> Detections:
     return found.part(found.score > SURE)
 
 
-@pytest.mark.parametrize(("x_m", "y_m", "yaw_rad"), [(10.0, 0.0, 0.0), (20.0, 3.5, 3.1), (15.0, -8.0, 1.5)])
-def test_a_parked_car_is_found_where_it_stands(detector: LidarDetector, x_m: float, y_m: float, yaw_rad: float) -> None:
+@pytest.mark.parametrize(
+    ("x_m", "y_m", "yaw_rad"),
+    [(10.0, 0.0, 0.0), (20.0, 3.5, 3.1), (15.0, -8.0, 1.5), (30.0, -3.5, 0.0), (40.0, 3.5, 0.0)],
+)
+def test_a_lone_car_is_found_where_it_stands(detector: LidarDetector, x_m: float, y_m: float, yaw_rad: float) -> None:
     found = sure(detector.detect(seconds([np.array([car(x_m, y_m, yaw_rad)])] * TICKS), 0.45))
     assert [LABELS[label] for label in found.label] == ["car"]
-    assert np.hypot(found.center[0, 0] - x_m, found.center[0, 1] - y_m) < 0.7
-    assert np.hypot(*found.velocity[0]) < 0.7
+    assert np.hypot(found.center[0, 0] - x_m, found.center[0, 1] - y_m) < 0.4
+    assert (np.abs(found.size[0] - CAR[3:6]) < (1.2, 0.3, 0.4)).all()
 
 
-def test_what_drives_is_told_from_what_stands(detector: LidarDetector) -> None:
+@pytest.mark.parametrize(("label", "size"), [("truck", (8.0, 2.5, 3.2)), ("pedestrian", (0.6, 0.6, 1.8))])
+@pytest.mark.parametrize("x_m", [8.0, 15.0, 25.0])
+def test_a_truck_and_a_person_are_told_apart_up_to_25_m(
+    detector: LidarDetector, label: str, size: tuple[float, float, float], x_m: float
+) -> None:
+    box = np.array([x_m, 3.0, size[2] / 2, *size, 0.0])
+    found = sure(detector.detect(seconds([box[None]] * TICKS), 0.45))
+    assert [LABELS[one] for one in found.label] == [label]
+    assert np.hypot(found.center[0, 0] - x_m, found.center[0, 1] - 3.0) < 0.5
+
+
+def test_from_look_to_look_the_place_of_what_stands_hardly_changes(detector: LidarDetector) -> None:
+    """It is what the tracker lives on: the velocity of a single look is wrong by metres a second (see below)."""
+    looks = [sure(detector.detect(seconds([np.array([car(15.0, 3.5)])] * TICKS, seed), 0.45)) for seed in range(5)]
+    middles = np.array([look.center[0, :2] for look in looks])
+    assert middles.std(axis=0).max() < 0.1
+
+
+def test_the_velocity_of_a_look_has_the_right_sign_and_an_error_that_the_tracker_allows_for(
+    detector: LidarDetector,
+) -> None:
     ticks = [np.array([car(12.0, -3.5), car(8.0 + 8.0 * TICK_S * i, 3.5)]) for i in range(TICKS)]
     found = sure(detector.detect(seconds(ticks), 0.45))
-    by_side = {float(np.sign(y)): velocity for y, velocity in zip(found.center[:, 1], found.velocity, strict=True)}
-    assert by_side[1.0][0] == pytest.approx(8.0, abs=1.5)
-    assert by_side[-1.0][0] == pytest.approx(0.0, abs=0.7)
+    allowed = np.sqrt(measured(found, AT_REST).noise[:, 4, 4])
+    by_side = {y > 0.0: i for i, y in enumerate(found.center[:, 1])}
+    assert found.velocity[by_side[True], 0] > 1.0
+    assert abs(found.velocity[by_side[True], 0] - 8.0) < 2.0 * allowed[by_side[True]]
+    assert abs(found.velocity[by_side[False], 0]) < 2.0 * allowed[by_side[False]]
+    assert np.abs(found.velocity[:, 1]).max() < 0.5
+
+
+def test_a_tracker_finds_the_velocities_that_a_look_does_not_tell(detector: LidarDetector) -> None:
+    """On average: in a world of boxes a moving one is found up to a metre beside its place, now and then."""
+    tracker, told = ObjectTracker(), []
+    for look in range(20):
+        ticks = [np.array([car(12.0, -3.5), car(6.0 + 8.0 * TICK_S * (2 * look + i), 3.5)]) for i in range(TICKS)]
+        time_s = 2 * look * TICK_S
+        told.append(tracker.update(detector.detect(seconds(ticks), time_s), replace(AT_REST, time_s=time_s)))
+    driven = [track.vx_mps for tracks in told[5:] for track in tracks if track.y_m > 0.0]
+    stood = [track.vx_mps for tracks in told[-5:] for track in tracks if track.y_m < 0.0]
+    assert len(driven) == 15
+    assert np.mean(driven) == pytest.approx(8.0, abs=1.0)
+    assert stood == [0.0] * 5
 
 
 def test_an_empty_road_is_empty(detector: LidarDetector) -> None:

@@ -1,0 +1,58 @@
+"""What is doubtful stays so: second labels for one thing, and what is found weakly and now and then."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from tests.perception.tracking.scenes import STEP_S, detections, follow, nothing, pose
+from tests.perception.tracking.test_hidden import everywhere
+from tests.perception.tracking.test_tracker import joined
+
+from stucksolver.perception.tracking import ObjectTracker
+from stucksolver.perception.tracking.association import one_for_each_place
+
+BICYCLE, BARRIER, PEDESTRIAN = 2, 6, 3
+
+
+def two(time_s, rng, first=0.9, second=0.5):
+    """A parked bicycle, and the same again as a barrier."""
+    bicycle = detections(time_s, [(12.0, 3.0)], rng, label=BICYCLE, size=(1.8, 0.6, 1.3), score=first)
+    return joined(bicycle, detections(time_s, [(12.1, 3.0)], rng, label=BARRIER, size=(1.5, 0.5, 1.0), score=second))
+
+
+def test_one_thing_under_two_labels_is_one_object():
+    rng, tracker = np.random.default_rng(0), ObjectTracker()
+    for k in range(20):
+        told = tracker.update(two(k * STEP_S, rng), pose(k * STEP_S))
+        assert [track.label for track in told] == [BICYCLE]
+
+
+def test_the_better_of_two_at_one_place_remains_and_a_neighbour_is_left_alone():
+    rng = np.random.default_rng(1)
+    walker = detections(0.0, [(12.0, 4.5)], rng, label=PEDESTRIAN, size=(0.5, 0.5, 1.8), score=0.3)
+    both = joined(two(0.0, rng, first=0.4, second=0.8), walker)
+    assert both.label[one_for_each_place(both)].tolist() == [BARRIER, PEDESTRIAN]
+
+
+def test_what_is_found_weakly_and_now_and_then_never_becomes_certain():
+    rng, tracker, told = np.random.default_rng(2), ObjectTracker(), []
+    for k in range(60):
+        look = nothing(k * STEP_S) if k % 3 else detections(k * STEP_S, [(15.0, 4.0)], rng, label=4, score=0.6)
+        told += tracker.update(look, pose(k * STEP_S), everywhere(False, nearest_m=14.0))
+    assert told
+    assert max(track.confidence for track in told) < 0.8
+    assert np.median([track.confidence for track in told]) < 0.65
+
+
+def test_what_is_found_surely_in_every_look_does():
+    (track,) = follow(ObjectTracker(), lambda _: ((15.0, 4.0), (0.0, 0.0)), 2.0, np.random.default_rng(3), score=0.9)
+    assert track.confidence > 0.95
+
+
+def test_a_velocity_that_lags_in_every_look_makes_no_track_lag():
+    rng, tracker = np.random.default_rng(4), ObjectTracker()
+    for k in range(15):
+        t = k * STEP_S
+        (track,) = tracker.update(detections(t, [(5.0 + 15.0 * t, 3.0)], rng, (7.0, 0.0)), pose(t)) or (None,)
+    assert math.isclose(track.vx_mps, 15.0, abs_tol=1.0)
