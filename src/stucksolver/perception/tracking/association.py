@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stucksolver.perception.labels import LABELS
 from stucksolver.perception.measurements import Detections, Floats
 from stucksolver.perception.tracking.body import Body
 from stucksolver.perception.tracking.groups import GROUP_OF_LABEL
@@ -18,6 +19,9 @@ OTHER_GROUP = 36.0
 NEVER = 1e6
 INSIDE = 0.9
 """Share of a box within which there can be no second middle."""
+WALKER_SHARE = 0.5
+"""A person yields to something else only where its score is below this share of the other's: people stand close to
+bicycles and barriers, and are the worst to lose."""
 SAME_PLACE_M = 0.35
 """Nor can there be one this near."""
 
@@ -63,11 +67,13 @@ def one_for_each_place(detections: Detections) -> NDArray[np.int64]:
     cos, sin = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
     along, across = np.abs(dx * cos + dy * sin), np.abs(dy * cos - dx * sin)
     inside = (along < INSIDE * size[:, None, 0] / 2) & (across < INSIDE * size[:, None, 1] / 2)
-    near = np.hypot(dx, dy) < SAME_PLACE_M
+    taken = inside | (np.hypot(dx, dy) < SAME_PLACE_M)
+    walks = detections.label[order] == LABELS.index("pedestrian")
+    taken &= ~walks[None] | (detections.score[order][None] < WALKER_SHARE * detections.score[order][:, None])
     kept = np.ones(len(order), np.bool_)
     for i in range(len(order)):
         if kept[i]:
-            kept[i + 1 :] &= ~(inside | near)[i, i + 1 :]
+            kept[i + 1 :] &= ~taken[i, i + 1 :]
     return np.asarray(order[kept], np.int64)
 
 

@@ -33,7 +33,7 @@ SURE_HIT = 0.95
 """No single detection says more than this."""
 STRENGTH_GAIN = 0.2
 """Of the running mean of scores: about the last five looks."""
-HEADROOM = 1.5
+HEADROOM = 2.0
 """By so much the log-odds may exceed those of the mean score: what is found in every second look only, and weakly,
 never becomes certain."""
 NEARER_M = 0.5
