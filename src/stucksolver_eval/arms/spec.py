@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-PRIVILEGED, SENSORS = PERCEPTIONS = ("privileged", "sensors")
-"""Where driver and helper know the world from: the simulator's ground truth, or the rig's sensors."""
+PRIVILEGED = "privileged"
+"""Driver and helper know the world from the simulator's ground truth."""
+SENSORS = "sensors"
+"""They know it from the rig's sensors."""
 
 
 @dataclass(frozen=True)
