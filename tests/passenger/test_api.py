@@ -7,7 +7,7 @@ from contextlib import ExitStack
 import pytest
 
 pytest.importorskip("fastapi")
-from serving import QUESTION, Serving
+from page_serving import QUESTION, Serving
 
 from stucksolver.passenger.frames import Frame, Topic
 from stucksolver.passenger.server.limits import COMMANDS, FAILURES, STREAMS

@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 pytest.importorskip("fastapi")
-from serving import HOST, Serving
+from page_serving import HOST, Serving
 
 from stucksolver.passenger.server.limits import BODY_BYTES, TARGET_BYTES
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from tests.perception.tracking.scenes import STEP_S, detections, follow, nothing, pose
 from tests.perception.tracking.test_hidden import everywhere
-from tests.perception.tracking.test_tracker import joined
+from tests.perception.tracking.test_object_tracker import joined
 
 from stucksolver.perception.tracking import ObjectTracker
 from stucksolver.perception.tracking.association import one_for_each_place
