@@ -25,7 +25,7 @@ unit: $(VENV)/.dev
 	$(BIN)/python -m pytest -n 2 -q -m "not integration"
 
 integration: $(VENV)/.dev
-	$(BIN)/python -m pytest -n 2 -q -m integration
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m integration
 	GUARD_EXAMPLES=150 $(BIN)/python -m pytest -n 2 -q tests/core/test_guard_proofs.py tests/core/test_guard_oracle.py
 
 # A real llama.cpp server with a real, small model (34 and 93 MB); 135 M parameters, so its plans are poor.

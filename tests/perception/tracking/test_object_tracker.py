@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
 import pytest
@@ -149,14 +148,3 @@ def test_tracks_are_the_same_wherever_the_local_frame_begins(yaw, x, y):
     assert there.x_m == pytest.approx(x + cos * here.x_m - sin * here.y_m, abs=1e-3)
     assert there.y_m == pytest.approx(y + sin * here.x_m + cos * here.y_m, abs=1e-3)
     assert math.hypot(there.vx_mps, there.vy_mps) == pytest.approx(math.hypot(here.vx_mps, here.vy_mps), abs=1e-2)
-
-
-def test_thirty_objects_cost_little():
-    places = np.array([[6.0 * i - 15.0, 5.0 * j - 10.0] for i in range(6) for j in range(5)])
-    rng, tracker, took = np.random.default_rng(9), ObjectTracker(), []
-    for k in range(40):
-        look = detections(k * STEP_S, places, rng)
-        begin = time.perf_counter()
-        tracker.update(look, pose(k * STEP_S))
-        took.append(time.perf_counter() - begin)
-    assert min(took[20:]) < 0.01
