@@ -28,7 +28,7 @@ MAY_IMPORT = {
     "solver": CORE,
     "record": CORE | {"solver"},
     "perception": {"scene"},
-    "passenger": CORE | {"solver"},
+    "passenger": CORE | {"solver", "signals"},
 }
 """The design's table; rooms that are not listed may import the product at will."""
 IMPORTED_BY_THE_CORE = ["stucksolver", *(f"stucksolver.{room}" for room in MAY_IMPORT)]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import multiprocessing
 import os
-import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -14,6 +13,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any
 
+from stucksolver.signals import uninterrupted
 from stucksolver_eval.server import Server
 
 PROGRESS_EVERY_S = 5.0
@@ -52,13 +52,10 @@ def attempt(
     # Ctrl-C reaches every process of a terminal; the run's shall not know it, not even while it starts.
     # (Starting Python's own helper would undo the block.)
     resource_tracker.ensure_running()
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        process.start()
-    finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-    theirs.close()
-    try:
+        with uninterrupted():
+            process.start()
+        theirs.close()
         _listen(ours, progress, wanted)
         process.join(LEAVE_S)
     finally:

@@ -6,17 +6,18 @@ import asyncio
 import contextlib
 import multiprocessing
 import os
-import signal
 import socket
 import tempfile
 import threading
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import TracebackType
 
 from stucksolver.passenger.roles import Tokens
 from stucksolver.passenger.server.options import PageOptions
+from stucksolver.signals import uninterrupted
 
 START_S = 30.0
 LEAVE_S = 5.0
@@ -65,7 +66,10 @@ class PassengerServer:
         self._ours, theirs = context.Pipe()
         told = _Told(self.options, self.address, self.tokens.secret)
         self._process = context.Process(target=_serve, args=(told, listening, theirs), daemon=True)
-        self._process.start()
+        # Ctrl-C is our business: we end the server.
+        resource_tracker.ensure_running()
+        with uninterrupted():
+            self._process.start()
         theirs.close()
         listening.close()
         try:
@@ -98,8 +102,6 @@ class PassengerServer:
 
 def _serve(told: _Told, listening: socket.socket, theirs: Connection) -> None:
     """The body of the server's process."""
-    # Ctrl-C is our parent's business: it ends us.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, args=(theirs,), daemon=True).start()
     asyncio.run(_serving(told, listening, theirs))
 
