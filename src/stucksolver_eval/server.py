@@ -106,13 +106,22 @@ def _client_version() -> str:
 
 
 def connect(server: Server, timeout_s: float) -> Any:
-    """A client of it. Raises `ServerError` where versions differ, `RuntimeError` where nobody answers."""
+    """A client of it. Raises `ServerError` where versions differ, or where whoever listens does not answer."""
     import carla
 
     client = carla.Client(server.host, server.port)
     client.set_timeout(timeout_s)
     _check_versions(client)
     return client
+
+
+def check_remote(host: str, port: int) -> None:
+    """Ask a server that runs already for its version. Raises `ServerError` where it cannot be driven on."""
+    try:
+        connect(remote_server(host, port), REACH_S)
+    except ServerError as error:
+        place = f"{host}:{port}"
+        raise ServerError(str(error) if place in str(error) else f"{place}: {error}") from error
 
 
 def set_synchronous(world: carla.World, dt_s: float | None) -> None:
@@ -124,7 +133,11 @@ def set_synchronous(world: carla.World, dt_s: float | None) -> None:
 
 def _check_versions(client: carla.Client) -> None:
     """Raises `ServerError` where a client and the server it is connected to are of different versions."""
-    ours, theirs = str(client.get_client_version()), str(client.get_server_version())
+    try:
+        ours, theirs = str(client.get_client_version()), str(client.get_server_version())
+    except RuntimeError as error:
+        # The client library tells of a server that is none, or is gone, by a bare `RuntimeError`.
+        raise ServerError(f"what listens there does not answer as a CARLA server does: {error}") from error
     if ours != theirs:
         raise ServerError(f"the carla client is {ours} but the server is {theirs}: pip install carla=={theirs}")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -86,8 +87,9 @@ def test_the_help_names_every_default_and_explains_every_argument(name):
     assert parser.description, "a command says what it does"
     for action in parser._actions:
         assert action.help, action.dest
-        if action.option_strings and action.default not in (None, False, (), argparse.SUPPRESS, []):
+        if action.option_strings and action.default not in (None, False, (), "", argparse.SUPPRESS, []):
             assert re.search(rf"default: {re.escape(str(action.default))}\b", told), action.dest
+    assert "default: )" not in told, "a default that is empty says nothing"
 
 
 def test_the_help_of_compare_says_what_a_and_b_are_and_what_is_told(capsys):
@@ -108,6 +110,19 @@ def test_ctrl_c_names_the_way_to_go_on(capsys, monkeypatch, tmp_path):
     assert main(["evaluate", "--suite", "dev", "--out", str(tmp_path)]) == 130
     error = capsys.readouterr().err.strip()
     assert error.splitlines()[-1] == "interrupted; what has been driven is kept: the same command with --resume goes on"
+
+
+def test_a_server_that_is_not_there_is_told_before_a_suite_is_begun(capsys, tmp_path):
+    pytest.importorskip("carla")
+    with socket.create_server(("127.0.0.1", 0)) as gone:
+        port = gone.getsockname()[1]
+    command = f"evaluate --suite dev --recovery rules --host 127.0.0.1 --port {port} --out {tmp_path / 'out'}"
+    assert f"no CARLA server at 127.0.0.1:{port}" in refused(capsys, *command.split(), program=ending)
+    assert not (tmp_path / "out").exists()
+
+
+def ending(arguments: list[str]) -> None:
+    raise SystemExit(main(arguments))
 
 
 # ---- what is not installed

@@ -18,7 +18,7 @@ class _Formatter(argparse.ArgumentDefaultsHelpFormatter):
     """Adds the default to the help of each option that has one."""
 
     def _get_help_string(self, action: argparse.Action) -> str | None:
-        if action.default in (None, False, (), argparse.SUPPRESS) or action.default == []:
+        if action.default in (None, False, (), "", argparse.SUPPRESS) or action.default == []:
             return action.help
         return super()._get_help_string(action)
 

@@ -90,6 +90,7 @@ def run(options: argparse.Namespace) -> int:
     from stucksolver_eval.runner.evaluate import EvaluationSpec, evaluate
     from stucksolver_eval.runner.sweep import SweepError, parse_sweep, run_sweep
     from stucksolver_eval.scenarios.base import ScenarioError
+    from stucksolver_eval.server import ServerError
     from stucksolver_eval.suites import SuiteError, shipped_guidance
 
     errors = (ArmError, OutputError, GuidanceError, StoreError, RouteFileError, ClusterError, SuiteError)
@@ -135,7 +136,7 @@ def run(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         print(f"\n{INTERRUPTED}", file=sys.stderr)
         return 130
-    except (*errors, ScenarioError, LadderError, SweepError) as error:
+    except (*errors, ScenarioError, ServerError, LadderError, SweepError) as error:
         raise UsageError(str(error)) from error
 
 

@@ -24,6 +24,7 @@ from stucksolver_eval.runner.progress import ProgressDisplay
 from stucksolver_eval.runner.suite import load_routes, route_ids
 from stucksolver_eval.runner.work import Task
 from stucksolver_eval.scenarios.registry import scenario_type
+from stucksolver_eval.server import check_remote
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,8 @@ def evaluate(spec: EvaluationSpec) -> Store:
     """Run what is not done yet, and give the folder with everything.
 
     Raises `SuiteError`, `RouteFileError`, `ScenarioError` (an unknown type), `ArmError`, `LadderError`,
-    `GuidanceError`, `StoreError`, `OutputError` and `ClusterError`, all but the last two before anything is run.
+    `GuidanceError`, `StoreError`, `ServerError` (nobody at `host`), `OutputError` and `ClusterError`, all but the last
+    two before anything is run.
     """
     routes = load_routes(spec.suite, spec.only)
     for scenario in {s.type for route in routes for s in route.scenarios}:
@@ -66,6 +68,8 @@ def evaluate(spec: EvaluationSpec) -> Store:
     script = Script(routes={}) if spec.guidance is None else read_script(spec.guidance, route_ids(spec.suite))
     store, manifest = Store(spec.out), manifest_of(spec, routes)
     alike = None if spec.reuse is None else _alike(spec.reuse, manifest)
+    if spec.host is not None and spec.cluster is None:
+        check_remote(spec.host, spec.port)
     for note in preflight_arm(spec.arm):
         print(f"note: {note}", file=sys.stderr, flush=True)
     store.begin(manifest, routes, spec.resume)
