@@ -11,7 +11,7 @@ import numpy as np
 from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan, Check, RequestAssistance, Start
 from stucksolver.decision.behaviors.registry import why_foreign
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
-from stucksolver.guard import checks, marking, obstacles, rules, traffic
+from stucksolver.guard import backing, checks, marking, obstacles, rules, traffic
 from stucksolver.guard.aborts import committed, lets_by, stops_are_safe, stops_beside
 from stucksolver.guard.abreast import from_behind
 from stucksolver.guard.context import CheckContext
@@ -38,6 +38,7 @@ CHECKS: dict[Check, Callable[[CheckContext], list[Reject]]] = {
     Check.AUTHORITY: rules.authority,
     Check.OFF_ROUTE: rules.off_route,
     Check.STOPPING_PLACE: rules.stopping_place,
+    Check.BACKING_PLACE: backing.backing_place,
     Check.SEEN_FREE: rules.seen_free,
     Check.PASSABLE: obstacles.passable,
     Check.PATIENCE: obstacles.patience,
@@ -126,7 +127,7 @@ class Guard:
         case = CheckContext(view, way, self.policy, guided, approvals=approvals)
         rejects = self._run(proven.checks, case) or self._swings(case, proven) or stops_are_safe(case, proven.no_stop)
         if stops:
-            rejects = rejects or rules.stopping_place(case)
+            rejects = rejects or (backing.backing_place if proven.reverse else rules.stopping_place)(case)
         return (Verdict(rejects=tuple(rejects)), None) if rejects else (OK, proven)
 
     def allows_standing(self, behavior: Behavior, view: FrenetScene, approvals: Approvals = NOBODY) -> Verdict:

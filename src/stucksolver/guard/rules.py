@@ -135,6 +135,11 @@ def stopping_place(case: CheckContext) -> list[Reject]:
     if zone is not None:
         where = zone.kind.value.replace("_", " ")
         return [Reject(code=RejectCode.STOPPING_PLACE, detail=f"it would end in a {where}")]
+    return no_oncoming_lane(case)
+
+
+def no_oncoming_lane(case: CheckContext) -> list[Reject]:
+    """The end is in no lane of the oncoming traffic."""
     end = case.path.end_s
     for lane in case.view.frame.lanes:
         if lane.strip.kind is not LaneKind.DRIVING or lane.strip.direction is not LaneDirection.OPPOSITE:

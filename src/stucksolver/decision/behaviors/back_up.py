@@ -23,7 +23,7 @@ class BackUp(Behavior):
         Check.CREEP_SPEED,
         Check.SEEN_FREE,
         Check.AUTHORITY,
-        Check.STOPPING_PLACE,
+        Check.BACKING_PLACE,
     )
     reverse: ClassVar[bool] = True
     prepares: ClassVar[bool] = True

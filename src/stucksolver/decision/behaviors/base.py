@@ -29,6 +29,7 @@ class Check(str, Enum):
     CREEP_SPEED = "creep_speed"
     WITHIN_LANE = "within_lane"
     STOPPING_PLACE = "stopping_place"
+    BACKING_PLACE = "backing_place"
     ROADSIDE = "roadside"
     PASSABLE = "passable"
     PATIENCE = "patience"
