@@ -59,7 +59,7 @@ LOCK := uv pip compile $(PROJECTS) requirements/build.in --universal --python-ve
 
 lock:
 	$(LOCK) --extra sim -o requirements/sim.txt
-	$(LOCK) --extra sim --extra dev -o requirements/dev.txt
+	$(LOCK) --extra sim --extra dev --extra docs -o requirements/dev.txt
 
 clean:
 	rm -rf $(VENV) out .mypy_cache .ruff_cache .pytest_cache
