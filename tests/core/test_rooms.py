@@ -27,6 +27,7 @@ MAY_IMPORT = {
     "words": {"scene"},
     "solver": CORE,
     "record": CORE | {"solver"},
+    "memory": {"scene", "decision", "reason", "solver"},
     "perception": {"scene"},
     "passenger": CORE | {"solver", "signals"},
 }

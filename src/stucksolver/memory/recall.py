@@ -1,0 +1,57 @@
+"""What is remembered of scenes like this one: solutions with their rates, the surest first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from stucksolver.memory.episode import COUNTED, Ending, Episode
+from stucksolver.memory.features import SceneFeatures, alike
+from stucksolver.memory.rate import PROPOSED_FROM, Rate
+from stucksolver.memory.solution import Solution
+from stucksolver.scene import REQUESTS, GuidanceIntent, Reading
+
+UNNAMED_WISHES = frozenset({GuidanceIntent.GO})
+"""Words that ask to get on and leave the way open: whatever has worked in a scene like this answers them."""
+
+
+@dataclass(frozen=True)
+class Remembered:
+    """A solution, and how it did in scenes like the one at hand."""
+
+    solution: Solution
+    rate: Rate
+
+    @property
+    def trusted(self) -> bool:
+        """Has it worked often enough to be proposed?"""
+        return self.rate.lower >= PROPOSED_FROM
+
+
+def recall(episodes: Iterable[Episode], scene: SceneFeatures, reading: Reading | None = None) -> tuple[Remembered, ...]:
+    """Solutions of scenes like `scene`, the surest first.
+
+    With a passenger's `reading` only those that mean what was said: the same request on the same side where one was
+    named; words that only ask to get on leave all of them.
+    """
+    rates: dict[Solution, Rate] = {}
+    for episode in episodes:
+        solution = episode.solution
+        if solution is None or episode.ending not in COUNTED or not alike(episode.scene, scene):
+            continue
+        if reading is not None and not means(reading, solution):
+            continue
+        rates[solution] = rates.get(solution, Rate()).with_one(episode.ending is Ending.WORKED)
+    found = [Remembered(solution, rate) for solution, rate in rates.items()]
+    return tuple(sorted(found, key=lambda one: (-one.rate.lower, -one.rate.mean, one.solution.name)))
+
+
+def means(reading: Reading, solution: Solution) -> bool:
+    """Is the solution what the words ask for?"""
+    if reading.intent not in REQUESTS or reading.negated:
+        return False
+    if reading.intent in UNNAMED_WISHES:
+        return True
+    turns = reading.intent is GuidanceIntent.TURN_ROUND and solution.intent is GuidanceIntent.REROUTE
+    sides = reading.side is None or solution.side is None or reading.side is solution.side
+    return (reading.intent is solution.intent or turns) and sides
