@@ -39,7 +39,8 @@ COMMANDS = {
         "run_compare",
         more="Is the second evaluation better than the first, and how surely? Prints driving score, success rate and "
         "route completion of both, the difference B - A over the routes and seeds that both drove, with its 95 % "
-        "interval and p-value, what their recoveries did, and the routes that B won and lost.",
+        "interval and p-value, what their recoveries did, and the routes that B won and lost. With several B each is "
+        "compared with A.",
     ),
     "watch": Command(
         "observe a running car in CARLA or carlette: detect, reason, check and record, never act", "watch", drives=True
@@ -51,6 +52,9 @@ COMMANDS = {
     "cases": Command(
         "act out the paper's three cases with a reasoner, and draw what it saw and decided", "cases", drives=True
     ),
+    "memory": Command("list, show, export or delete what is remembered of earlier drives", "memory"),
     "perception": Command("record drives, train perception on them, and score it", "perception"),
     "doctor": Command("say what is installed here, what is missing, and how to get it", "doctor"),
+    "config": Command("show the settings of file and environment, or write a file to start from", "config"),
+    "completion": Command("print what makes a shell complete commands and options", "completion"),
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import itertools
 import os
 import sys
 from collections.abc import Collection, Sequence
@@ -14,13 +15,21 @@ from stucksolver.cli.errors import UsageError
 
 PIPE_CLOSED = 128 + 13
 """As a shell has it for a program that ends by SIGPIPE."""
+EXIT_CODES = (
+    "exit codes: 0 done; 1 done, and the result is not good (a route crashed, a record was changed, something needed "
+    "is missing); 2 wrong usage or input, nothing was done; 130 interrupted; 141 nobody read the output"
+)
+WITHOUT_SETTINGS = ("config", "completion")
+"""They describe the settings themselves."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of the `stucksolver` command; returns the exit code."""
     told = sys.argv[1:] if arguments is None else list(arguments)
-    options = _parser(filled=[word for word in told if word in COMMANDS][:1]).parse_args(told)
+    named = [word for word in told if word in COMMANDS][:1]
+    parser = _parser(filled=named)
     try:
+        options = _parse(parser, told, named[0]) if named else parser.parse_args(told)
         if options.drives:
             _require_client()
         code = int(options.run(options))
@@ -38,10 +47,40 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return PIPE_CLOSED
 
 
+def full_parser() -> argparse.ArgumentParser:
+    """The program's parser with the options of every command, for what describes them all."""
+    return _parser()
+
+
+def _parse(parser: argparse.ArgumentParser, told: Sequence[str], command: str) -> argparse.Namespace:
+    """The options; file and environment say what the command line does not. Raises `UsageError`."""
+    from stucksolver.cli import settings
+
+    before = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    before.add_argument("--config")
+    early, _ = before.parse_known_args(list(itertools.takewhile(lambda word: word != command, told)))
+    if command in WITHOUT_SETTINGS:
+        return parser.parse_args(told)
+    file = settings.find_file(early.config)
+    content = settings.read_file(file) if file else {}
+    if file:
+        settings.check_file(file, content, list(settings.settings_of("", full_parser())))
+    mine = [one for one in settings.settings_of("", parser) if one.section.split(".")[0] == command]
+    values = [(one, settings.given(one, content, file)) for one in mine]
+    settings.put_in(parser, [(one, value) for one, value in values if value])
+    options = parser.parse_args(told)
+    used = settings.taken_out(parser, options)
+    if used:
+        told_of = ", ".join(f"{name} {value}" for name, value in used)
+        print(f"note: settings used: {told_of}", file=sys.stderr)
+    return options
+
+
 def _parser(filled: Collection[str] = tuple(COMMANDS)) -> argparse.ArgumentParser:
     """The parser; only the commands named have their options, since those of others need not be imported."""
-    parser = Parser(prog="stucksolver", description="Gets immobilized vehicles moving again.")
+    parser = Parser(prog="stucksolver", description="Gets immobilized vehicles moving again.", epilog=EXIT_CODES)
     parser.add_argument("--version", action="version", version=f"%(prog)s {installed_version()}")
+    parser.add_argument("--config", metavar="FILE", help="settings, in place of stucksolver.toml; `none`: no file")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for name, command in COMMANDS.items():
         one = commands.add_parser(name, help=command.about, description=command.more or command.about)

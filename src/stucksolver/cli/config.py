@@ -1,0 +1,151 @@
+"""`stucksolver config`: what the configuration says, where it comes from, and a file to start from."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import textwrap
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from stucksolver.cli.arguments import Parser
+from stucksolver.cli.errors import UsageError
+from stucksolver.cli.settings import (
+    FILE,
+    VARIABLE,
+    Setting,
+    check_file,
+    find_file,
+    given,
+    read_file,
+    settings_of,
+)
+
+HEAD = f"""\
+# Settings of StuckSolver. Take the # away before a line to use it.
+#
+# An option on the command line wins over everything. Then come, in this order: the environment
+# (STUCKSOLVER_DEMO_SEED for [demo] seed, STUCKSOLVER_ALL_SEED for [all] seed), the section of the command, [all].
+# Read is the file that `--config FILE` or {VARIABLE} names; else {FILE} in the current folder; else
+# stucksolver/config.toml in $XDG_CONFIG_HOME or ~/.config. `stucksolver config show` prints what counts.
+# Keys of language models do not belong here: they are read from the environment only.
+
+# For every command that has the setting.
+[all]
+# seed = 1
+"""
+LINE = 110
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the command is told."""
+    parts = parser.add_subparsers(required=True, metavar="PART", help="what to do", parser_class=Parser)
+    show = parts.add_parser("show", help="print each setting that differs from its default, and where it comes from")
+    show.add_argument("command", nargs="?", help="only this command's, such as demo")
+    show.add_argument("--defaults", action="store_true", help="print the settings left at their defaults as well")
+    show.add_argument("--json", action="store_true", help="print it for a script")
+    show.set_defaults(part=_show)
+    init = parts.add_parser("init", help="write a file with every setting explained")
+    init.add_argument("file", nargs="?", type=Path, default=Path(FILE), help="where to")
+    init.set_defaults(part=_init)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the part that was asked for. Raises `UsageError`."""
+    return int(options.part(options))
+
+
+def all_settings() -> list[Setting]:
+    """The settings of all commands."""
+    from stucksolver.cli.main import full_parser  # the program imports this module, and not the other way round
+
+    return list(settings_of("", full_parser()))
+
+
+def _show(options: argparse.Namespace) -> int:
+    known = all_settings()
+    sections = {one.section.split(".")[0] for one in known}
+    if options.command is not None and options.command not in sections:
+        raise UsageError(f"'{options.command}' has no settings; choose from {', '.join(sorted(sections))}")
+    file = find_file(options.config)
+    content = read_file(file) if file else {}
+    if file:
+        check_file(file, content, known)
+    rows = []
+    for one in known:
+        if options.command not in (None, one.section.split(".")[0]):
+            continue
+        value = given(one, content, file)
+        if value or options.defaults:
+            rows.append(
+                {
+                    "section": one.section,
+                    "key": one.key,
+                    "value": value.value if value else one.action.default,
+                    "source": value.source if value else "default",
+                    "variable": one.variable(),
+                }
+            )
+    if options.json:
+        print(json.dumps({"file": str(file) if file else None, "settings": rows}, indent=1, default=str))
+        return 0
+    print(f"file: {file or 'none; `stucksolver config init` writes one'}")
+    for row in rows:
+        print(f"{row['section']}.{row['key']} = {_toml(row['value'])}  ({row['source']})")
+    if not rows:
+        print("every setting has its default; --defaults lists them")
+    return 0
+
+
+def _init(options: argparse.Namespace) -> int:
+    try:
+        with options.file.open("x", encoding="utf-8") as file:
+            file.write(template())
+    except FileExistsError:
+        raise UsageError(f"{options.file} is there already; name another file, or remove it") from None
+    except OSError as error:
+        raise UsageError(f"{options.file}: cannot be written: {error}") from error
+    print(f"{options.file}: every setting with its default, commented out")
+    return 0
+
+
+def template() -> str:
+    """A file with every setting explained and commented out. It is valid TOML, and stays so without the `# `."""
+    lines = [HEAD]
+    section = ""
+    for one in all_settings():
+        if one.section != section:
+            section = one.section
+            lines.append(f"\n[{section}]")
+        lines += _explained(one)
+    return "\n".join(lines) + "\n"
+
+
+def _explained(one: Setting) -> Iterator[str]:
+    told = (one.action.help or "").replace("%%", "%")
+    if one.action.choices is not None:
+        told += f" ({', '.join(map(str, one.action.choices))})"
+    yield from textwrap.wrap(told, LINE, initial_indent="## ", subsequent_indent="## ")
+    yield f"# {one.key} = {_example(one)}"
+
+
+def _example(one: Setting) -> str:
+    """The default; where there is none, an empty value of the kind that is expected."""
+    if one.switch:
+        return "false"
+    default = one.action.default
+    if one.several:
+        return _toml(list(default) if default else [])
+    return _toml("" if default is None else default)
+
+
+def _toml(value: Any) -> str:
+    """A value as TOML has it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int | float):
+        return repr(value)
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_toml(each) for each in value)}]"
+    return json.dumps("" if value is None else str(value), ensure_ascii=False)

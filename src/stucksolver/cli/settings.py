@@ -1,0 +1,266 @@
+"""Settings: values that a configuration file or the environment gives to the options of the commands.
+
+An option that is given on the command line wins. Else the first of these that has a value counts: the variable of the
+command, the variable of all commands, the file's section of the command, the file's section `[all]`, the default.
+"""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import os
+import shlex
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from stucksolver.cli.errors import UsageError
+
+FILE = "stucksolver.toml"
+VARIABLE = "STUCKSOLVER_CONFIG"
+PREFIX = "STUCKSOLVER"
+NO_FILE = "none"
+ALL = "all"
+"""The section for every command that has an option of that name."""
+YES, NO = ("1", "true", "yes", "on"), ("0", "false", "no", "off")
+IN_PLACE_OF = (("seed", "seeds"),)
+"""Options of which one stands for the other, and which may still be given together."""
+UNSET: tuple[object, ...] = ("", [])
+"""Values of a file that leave the default as it is."""
+COMMAND_LINE_ONLY = ("help", "version", "config", "json", "unguarded", "heedless")
+"""Not settings. An experiment without the guard has to be asked for each time, where everybody sees it."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One option of one command. `section` is the command, with its part behind a dot: `perception.collect`."""
+
+    section: str
+    action: argparse.Action
+
+    @property
+    def key(self) -> str:
+        """Its name in a file: that of the option without its dashes."""
+        return long_name(self.action)
+
+    @property
+    def switch(self) -> bool:
+        """Is it yes or no?"""
+        return self.action.nargs == 0
+
+    @property
+    def several(self) -> bool:
+        """Does it take a list?"""
+        return isinstance(self.action, argparse._AppendAction) or self.action.nargs in ("+", "*")
+
+    def variable(self, section: str | None = None) -> str:
+        """The environment's name for it, in its own section or in `[all]`."""
+        return "_".join((PREFIX, section or self.section, self.key)).replace(".", "_").replace("-", "_").upper()
+
+    def read(self, value: object, source: str) -> Any:
+        """The option's value from a file's. Raises `UsageError` that names the source."""
+        if self.switch:
+            if not isinstance(value, bool):
+                raise UsageError(f"{source}: {value!r} is not possible; give true or false")
+            return value
+        if self.several:
+            if not isinstance(value, list):
+                raise UsageError(f"{source}: {value!r} is not possible; give a list")
+            return [self._one(each, source) for each in value]
+        return self._one(value, source)
+
+    def read_text(self, text: str, source: str) -> Any:
+        """The option's value from a variable's text; a list is split as a shell would. Raises `UsageError`."""
+        if self.switch:
+            if text.lower() not in (*YES, *NO):
+                raise UsageError(f"{source}: '{text}' is not possible; give 1 or 0")
+            return text.lower() in YES
+        return self.read(shlex.split(text) if self.several else text, source)
+
+    def _one(self, value: object, source: str) -> Any:
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            raise UsageError(f"{source}: {value!r} is not possible; give {'a list' if self.several else 'one value'}")
+        convert = self.action.type or str
+        try:
+            found = convert(str(value)) if callable(convert) else value
+        except argparse.ArgumentTypeError as error:
+            raise UsageError(f"{source}: {error}") from error
+        except (TypeError, ValueError) as error:
+            raise UsageError(f"{source}: {value!r} is not possible") from error
+        if self.action.choices is not None and found not in self.action.choices:
+            raise UsageError(f"{source}: {value!r} is not possible; choose from {', '.join(self.action.choices)}")
+        return found
+
+
+@dataclass(frozen=True)
+class Value:
+    """What a setting has been given, and by whom; stands in for the option's default until all is parsed."""
+
+    value: Any
+    source: str
+    default: Any = None
+    """Of the option itself."""
+
+    def __str__(self) -> str:
+        return f"{self.value}, by {self.source}"
+
+    def __copy__(self) -> list[Any]:
+        """What argparse adds the flags of a list to: they replace the setting's values."""
+        return []
+
+
+def long_name(action: argparse.Action) -> str:
+    """`jobs` of `--jobs`; empty for what has no long option."""
+    return next((name[2:] for name in action.option_strings if name.startswith("--")), "")
+
+
+def settings_of(section: str, parser: argparse.ArgumentParser) -> Iterator[Setting]:
+    """All settings of a command and of its parts."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for name, part in action.choices.items():
+                yield from settings_of(f"{section}.{name}".lstrip("."), part)
+        elif long_name(action) and long_name(action) not in COMMAND_LINE_ONLY:
+            yield Setting(section, action)
+
+
+def find_file(told: str | None, environment: Mapping[str, str] = os.environ) -> Path | None:
+    """The file that is read: the one told, that of the variable, of this folder, of the user. Raises `UsageError`."""
+    named = told or environment.get(VARIABLE)
+    if named == NO_FILE:
+        return None
+    if named:
+        if not Path(named).is_file():
+            raise UsageError(f"{named}: no such configuration file; `stucksolver config init` writes one")
+        return Path(named)
+    base = environment.get("XDG_CONFIG_HOME")
+    users = (Path(base) if base else Path.home() / ".config") / "stucksolver" / "config.toml"
+    return next((path for path in (Path(FILE), users) if path.is_file()), None)
+
+
+def read_file(file: Path) -> dict[str, Any]:
+    """The sections of a file. Raises `UsageError` where it is no TOML."""
+    if sys.version_info >= (3, 11):
+        import tomllib
+    else:
+        import tomli as tomllib
+    try:
+        return dict(tomllib.loads(file.read_text(encoding="utf-8")))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise UsageError(f"{file}: cannot be read: {error}; `stucksolver config init` writes one") from error
+
+
+def check_file(file: Path, content: Mapping[str, Any], known: Sequence[Setting]) -> None:
+    """Is every section and key one that some command has, with a value it takes? Raises `UsageError`."""
+    keys: dict[str, dict[str, Setting]] = {ALL: {}}
+    for one in known:
+        keys.setdefault(one.section, {})[one.key] = one
+        keys[ALL].setdefault(one.key, one)
+        for k in range(one.section.count(".")):
+            keys.setdefault(one.section.rsplit(".", k + 1)[0], {})
+    for section, key, value in _entries(content):
+        if not section:
+            raise UsageError(f"{file}: '{key}' stands in no section; put it below [{ALL}] or the name of a command")
+        if section not in keys:
+            raise UsageError(f"{file}: there is no section [{section}]{_nearest(section, keys)}")
+        if key not in keys[section]:
+            raise UsageError(f"{file}: [{section}] has no setting '{key}'{_nearest(key, keys[section])}")
+        if section != ALL and value not in UNSET:
+            keys[section][key].read(value, f"{file}: [{section}] {key}")
+
+
+def given(
+    setting: Setting, content: Mapping[str, Any], file: Path | None, environment: Mapping[str, str] = os.environ
+) -> Value | None:
+    """What environment and file say of a setting. Raises `UsageError`."""
+    for section in (setting.section, ALL):
+        name = setting.variable(section)
+        if environment.get(name):
+            return Value(setting.read_text(environment[name], name), name)
+    if setting.key == "maps" and environment.get("STUCKSOLVER_MAPS"):
+        return None  # the simulator reads this variable by itself, and it is older than the file
+    for section in (setting.section, ALL):
+        inside: Any = content
+        for part in section.split("."):
+            inside = inside.get(part, {}) if isinstance(inside, dict) else {}
+        value = inside.get(setting.key, "") if isinstance(inside, dict) else ""
+        if value not in UNSET:
+            return Value(setting.read(value, f"{file}: [{section}] {setting.key}"), str(file))
+    return None
+
+
+def put_in(parser: argparse.ArgumentParser, values: Sequence[tuple[Setting, Value]]) -> None:
+    """Make values the options' defaults; an option that has one need not be given."""
+    for setting, value in values:
+        setting.action.default = replace(value, default=_converted(setting.action))
+        setting.action.required = False
+    for one in _all_parsers(parser):
+        for group in one._mutually_exclusive_groups:
+            if any(isinstance(action.default, Value) for action in group._group_actions):
+                group.required = False
+        for rivals in _rivals(one):
+            if any(isinstance(action.default, Value) for action in rivals):
+                for action in rivals:
+                    if not isinstance(action.default, Value):
+                        # Only so can a flag that gives the default be told from no flag.
+                        action.default = Value(_converted(action), "", _converted(action))
+
+
+def taken_out(parser: argparse.ArgumentParser, options: argparse.Namespace) -> list[tuple[str, Value]]:
+    """Replace each stand-in by its value; returns what was used. A flag beats the settings that it excludes."""
+    beaten = set[str]()
+    for one in _all_parsers(parser):
+        for rivals in _rivals(one):
+            told = [
+                hasattr(options, action.dest) and getattr(options, action.dest) is not action.default
+                for action in rivals
+            ]
+            if any(told) and any(isinstance(action.default, Value) for action in rivals):
+                beaten.update(action.dest for action in rivals)
+    used = []
+    for name, value in list(vars(options).items()):
+        if isinstance(value, Value):
+            setattr(options, name, value.default if name in beaten else value.value)
+            used += [] if name in beaten or not value.source else [(name, value)]
+    return used
+
+
+def _rivals(parser: argparse.ArgumentParser) -> Iterator[list[argparse.Action]]:
+    """Options of which only one counts."""
+    for group in parser._mutually_exclusive_groups:
+        yield list(group._group_actions)
+    for names in IN_PLACE_OF:
+        found = [action for action in parser._actions if action.dest in names]
+        if len(found) > 1:
+            yield found
+
+
+def _converted(action: argparse.Action) -> Any:
+    """A default as argparse would have it: texts are read as if they had been given."""
+    if isinstance(action.default, str) and callable(action.type):
+        return action.type(action.default)
+    return action.default
+
+
+def _entries(content: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, str, Any]]:
+    for name, value in content.items():
+        section = f"{above}.{name}" if above else name
+        if isinstance(value, dict):
+            yield from _entries(value, section)
+        else:
+            yield above, name, value
+
+
+def _nearest(name: str, known: Mapping[str, object]) -> str:
+    near = difflib.get_close_matches(name, known, 1, 0.5)
+    return f"; did you mean '{near[0]}'?" if near else f"; there are {', '.join(sorted(known))}"
+
+
+def _all_parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
+    yield parser
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for part in action.choices.values():
+                yield from _all_parsers(part)
