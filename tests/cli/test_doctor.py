@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import socket
 import subprocess
 import sys
 
@@ -64,3 +65,56 @@ def test_a_key_or_a_server_is_a_language_model(monkeypatch):
     monkeypatch.setenv("OPENAI_API_KEY", "sk-secret")
     found = next(doctor._model())
     assert found.state == "ok" and "secret" not in found.detail
+
+
+def test_what_listens_where_carla_would_is_asked_whether_it_is_carla(monkeypatch):
+    pytest.importorskip("carla")
+    from stucksolver.cli import doctor
+
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        monkeypatch.setattr(doctor, "CARLA_PORT", other.getsockname()[1])
+        monkeypatch.setattr(doctor, "SERVER_ANSWERS_S", 0.3)
+        [found] = doctor._server()
+    assert found.state == "broken" and "--port" in found.remedy
+    monkeypatch.setattr(doctor, "CARLA_PORT", 9)
+    [found] = doctor._server()
+    assert found.state == "absent" and "127.0.0.1:9" in found.detail
+
+
+def test_a_machine_without_a_browser_is_told_what_to_install(monkeypatch, tmp_path):
+    from stucksolver.cli import doctor
+
+    monkeypatch.setenv("PATH", str(tmp_path))
+    [found] = doctor._browser()
+    assert found.state == "absent" and "apt install chromium" in found.remedy
+    (tmp_path / "firefox").write_text("#!/bin/sh\n")
+    (tmp_path / "firefox").chmod(0o755)
+    [found] = doctor._browser()
+    assert (found.state, found.detail) == ("ok", str(tmp_path / "firefox"))
+
+
+def test_a_mistake_in_the_configuration_is_found(monkeypatch, tmp_path):
+    from stucksolver.cli import doctor
+
+    monkeypatch.setenv("STUCKSOLVER_CONFIG", str(tmp_path / "mine.toml"))
+    (tmp_path / "mine.toml").write_text("[demo]\nsede = 1\n")
+    [found] = doctor._settings()
+    assert found.state == "broken" and "did you mean 'seed'?" in found.detail
+    (tmp_path / "mine.toml").write_text("[demo]\nseed = 1\n")
+    [found] = doctor._settings()
+    assert found.state == "ok" and "mine.toml" in found.detail
+
+
+def test_ports_can_be_opened_here_and_a_system_that_forbids_it_is_named(monkeypatch):
+    from stucksolver.cli import doctor
+
+    assert next(doctor._ports()).state == "ok"
+
+    def refuse(*_):
+        raise OSError(99, "Cannot assign requested address")
+
+    monkeypatch.setattr(doctor.socket.socket, "bind", refuse)
+    found = next(doctor._ports())
+    assert found.state == "broken" and "Cannot assign" in found.detail and found.remedy

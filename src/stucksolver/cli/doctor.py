@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Literal
 
 from stucksolver.cli.arguments import SUPPORTED, installed_version
+from stucksolver.cli.errors import UsageError
 from stucksolver_eval.terminal import filled
 
 State = Literal["ok", "absent", "missing", "broken"]
@@ -24,6 +25,8 @@ State = Literal["ok", "absent", "missing", "broken"]
 CARLA_PORT = 2000
 ANSWERS_S = 20.0
 PERCEPTION = ("numpy", "onnxruntime", "PIL", "scipy", "filterpy")
+SERVER_ANSWERS_S = 3.0
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox")
 FREE_MIB = 500
 """A demonstration writes a few MiB, an evaluation of 220 routes a few hundred."""
 
@@ -173,12 +176,72 @@ def _agents() -> Iterator[Finding]:
 
 
 def _server() -> Iterator[Finding]:
+    """Is there a server to drive on with `--host`? Whatever listens is asked, since it may be something else."""
+    name, where = "CARLA server", f"127.0.0.1:{CARLA_PORT}"
+    if not _listens(CARLA_PORT):
+        remedy = "only `--host` needs one; the commands start carlette by themselves"
+        yield Finding(name, "absent", f"nothing listens on {where}", remedy)
+        return
+    if importlib.util.find_spec("carla") is None:
+        yield Finding(name, "ok", f"something listens on {where}; without the carla package it was not asked")
+        return
+    import carla
+
+    client = carla.Client("127.0.0.1", CARLA_PORT)
+    client.set_timeout(SERVER_ANSWERS_S)
+    try:
+        yield Finding(name, "ok", f"version {client.get_server_version()} answers on {where}")
+    except RuntimeError:
+        remedy = "start CARLA on another port and name it by --port, or end what is there"
+        yield Finding(name, "broken", f"what listens on {where} does not answer as CARLA does", remedy)
+
+
+def _listens(port: int) -> bool:
     with socket.socket() as probe:
         probe.settimeout(0.5)
-        runs = probe.connect_ex(("127.0.0.1", CARLA_PORT)) == 0
-    told = f"something listens on 127.0.0.1:{CARLA_PORT}" if runs else f"nothing listens on 127.0.0.1:{CARLA_PORT}"
-    remedy = "only `--host` needs one; the commands start carlette by themselves"
-    yield Finding("CARLA server", "ok" if runs else "absent", told, remedy)
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+def _ports() -> Iterator[Finding]:
+    """carlette and the passenger's page each take ports that the system gives them."""
+    try:
+        with socket.socket() as one, socket.socket() as two:
+            one.bind(("127.0.0.1", 0))
+            two.bind(("127.0.0.1", 0))
+            one.listen()
+    except OSError as error:
+        remedy = "allow programs to listen on the loopback address; in a container bring `lo` up"
+        yield Finding("ports", "broken", f"no port on 127.0.0.1 can be opened: {error}", remedy, needed=True)
+        return
+    yield Finding("ports", "ok", "free ports on 127.0.0.1 can be opened", needed=True)
+
+
+def _browser() -> Iterator[Finding]:
+    """Reports, and the passenger's page, are looked at in one; it may well run on another machine."""
+    found = next((path for path in map(shutil.which, BROWSERS) if path), None)
+    remedy = "apt install chromium, or copy the report to a machine with a browser; the browser tests need Chromium"
+    yield Finding("browser", "ok" if found else "absent", found or "none of the usual ones on PATH", remedy)
+
+
+def _settings() -> Iterator[Finding]:
+    """The configuration file: is there one, and can it be read?"""
+    from stucksolver.cli.config import all_settings
+    from stucksolver.cli.settings import check_file, find_file, read_file
+
+    try:
+        file = find_file(None)
+        if file is None:
+            yield Finding(
+                "configuration", "absent", "no file; every setting has its default", "stucksolver config init"
+            )
+            return
+        check_file(file, read_file(file), all_settings())
+    except UsageError as error:
+        yield Finding(
+            "configuration", "broken", str(error), "`stucksolver config init FILE` writes one to compare with"
+        )
+        return
+    yield Finding("configuration", "ok", f"{file}; `stucksolver config show` prints what it sets")
 
 
 def _disk() -> Iterator[Finding]:
@@ -201,5 +264,8 @@ LOOKS: tuple[Callable[[], Iterator[Finding]], ...] = (
     _maps,
     _agents,
     _server,
+    _ports,
+    _browser,
+    _settings,
     _disk,
 )
