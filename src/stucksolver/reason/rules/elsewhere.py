@@ -7,6 +7,7 @@ from stucksolver.decision.behaviors import BackUp, KeepLane, PullOver, ReplanRou
 from stucksolver.decision.behaviors.base import Behavior
 from stucksolver.reason.rules.analyse import red_light_within
 from stucksolver.reason.rules.attempts import was_tried
+from stucksolver.reason.rules.onward import along_the_free_lane
 from stucksolver.reason.rules.past import Way
 from stucksolver.scene import ControlKind, LightState, Scene
 
@@ -18,7 +19,7 @@ LIGHT_AHEAD_M = 20.0
 
 
 def without_lead(scene: Scene, analysis: Analysis) -> Way:
-    """Out of a loop by a new route; over the line of a dark light or a stop sign after a stop, creeping."""
+    """Out of a loop by a new route; over the line of a dark light after a stop, creeping; on along a free lane."""
     light = red_light_within(scene, LIGHT_AHEAD_M)
     if light is not None:
         return None, (WaitReason.LIGHT, light)
@@ -29,7 +30,7 @@ def without_lead(scene: Scene, analysis: Analysis) -> Way:
     if analysis.guidance_intent is None and _all_way_stop(scene):
         onward = KeepLane(distance_m=CROSS_M, speed_mps=CREEP_MPS)
         return _one(scene, onward, "the light is dark: after a stop, creep across when nobody comes")
-    return None, (None, "nothing in the path")
+    return along_the_free_lane(scene) or (None, (None, "nothing in the path"))
 
 
 def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:

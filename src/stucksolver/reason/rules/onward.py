@@ -1,0 +1,109 @@
+"""On along the free lane: the vehicle stands although nothing is in its way and nothing says that it should wait."""
+
+from __future__ import annotations
+
+from stucksolver.decision import RecoveryPlan, WaitReason
+from stucksolver.decision.behaviors import AnyBehavior, Creep, KeepLane, RejoinRoute
+from stucksolver.reason.rules.attempts import failed_for, was_tried
+from stucksolver.reason.rules.observe import drives, near_path
+from stucksolver.reason.rules.past import Way
+from stucksolver.scene import (
+    ON_FOOT,
+    ControlKind,
+    GuidanceIntent,
+    LightState,
+    ObjectKind,
+    RejectCode,
+    Scene,
+    SceneObject,
+)
+
+STANDS_S = 8.0
+"""So long the driver is left to set off by itself: as those who cross are (`standoff.FIRST_TURN_S`)."""
+FREE_M = 50.0
+"""So far ahead nothing may be in the path: the exit of a junction ahead is then free as well."""
+ON_M, ON_MPS = 25.0, 5.5
+"""The way and speed on an open road: more than the 15 m of progress that count as recovered."""
+SLOWLY_M, SLOWLY_MPS = 20.0, 2.2
+"""The same near stop lines, people and traffic: across a junction, at walking pace."""
+CREEP_M = 5.0
+"""And where even that was refused: a little, to see more."""
+LINE_M, PEOPLE_M = 30.0, 25.0
+"""A stop line or people nearer than this ahead are a reason for walking pace."""
+SCENE_M, SCENE_BESIDE_M = 45.0, 8.0
+"""Who directs traffic, or is passed with a person's yes only, counts up to so far ahead and aside (`guard.rules`)."""
+SCENES = frozenset({ObjectKind.FLAGGER, ObjectKind.CROSSING_GATE, ObjectKind.SCHOOL_BUS})
+SIREN_M = 80.0
+"""An emergency vehicle with its lights on that moves within this distance is let by first."""
+
+
+def along_the_free_lane(scene: Scene) -> Way | None:
+    """Drive on in the lane, or back into it; None where the vehicle has not stood long, or something is in its path.
+
+    Queues, people who cross and those who go first are reasons to wait that are looked at before this is asked. A
+    passenger's words may ask for it, too.
+    """
+    asked = None if scene.guidance is None or scene.guidance.reading is None else scene.guidance.reading.intent
+    if asked not in (None, GuidanceIntent.GO) or scene.in_path_ahead(FREE_M):
+        return None
+    if scene.ego.speed_mps > 0.2 or scene.ego.stopped_for_s < STANDS_S:
+        return None
+    holds = _may_hold(scene)
+    if holds is not None:
+        return None, (WaitReason.YIELD, holds)
+    onward = _onward(scene)
+    if not scene.offers(onward.name):
+        return None
+    stood = f"{scene.ego.stopped_for_s:.0f} s"
+    return RecoveryPlan(behaviors=(onward,)), (None, f"the lane ahead has been free for {stood}: drive on")
+
+
+def _onward(scene: Scene) -> AnyBehavior:
+    if all(lane.id != scene.ego.lane_id for lane in scene.lanes):
+        return RejoinRoute(speed_mps=SLOWLY_MPS)
+    if was_tried(scene, "keep_lane") and failed_for(
+        scene, RejectCode.UNSEEN, RejectCode.COLLISION, RejectCode.GAP, RejectCode.CLEARANCE
+    ):
+        return Creep(distance_m=CREEP_M)
+    if _open_road(scene):
+        return KeepLane(distance_m=ON_M, speed_mps=ON_MPS)
+    return KeepLane(distance_m=SLOWLY_M, speed_mps=SLOWLY_MPS)
+
+
+def _may_hold(scene: Scene) -> str | None:
+    """Who may hold the vehicle rightly without being in its path, in words."""
+    for control in scene.controls:
+        lit = control.kind is ControlKind.TRAFFIC_LIGHT and control.state not in (LightState.GREEN, LightState.OFF)
+        if lit and control.applies is not False and -1.0 < control.distance_m < LINE_M:
+            return "a light ahead is not known to be green"
+    for o in scene.objects:
+        aside_m = min(abs(o.left_edge_m), abs(o.right_edge_m))
+        if o.kind in SCENES and -10.0 < (o.gap_m or 0.0) < SCENE_M and aside_m < SCENE_BESIDE_M:
+            return f"{o.kind.value} {o.id} may hold the traffic"
+        if o.kind is ObjectKind.EMERGENCY and o.emergency_lights and drives(o) and _away_m(o) < SIREN_M:
+            return f"{o.kind.value} {o.id} is let by"
+        comes = o.speed_across_mps * (o.left_edge_m + o.right_edge_m) < 0.0
+        if _crosses(o) and comes:
+            return f"{o.kind.value} {o.id} comes from the side and goes first"
+    return None
+
+
+def _crosses(o: SceneObject) -> bool:
+    return drives(o) and _away_m(o) < FREE_M and abs(o.speed_across_mps) > abs(o.speed_along_mps)
+
+
+def _away_m(o: SceneObject) -> float:
+    return float((o.x_m**2 + o.y_m**2) ** 0.5)
+
+
+def _open_road(scene: Scene) -> bool:
+    """Neither a line, people, nor a vehicle across the road ahead: nothing but road."""
+    if any(c.applies is not False and -1.0 < c.distance_m < LINE_M for c in scene.controls):
+        return False
+    for o in scene.objects:
+        ahead = -scene.ego.length_m < (o.gap_m or 0.0) < PEOPLE_M
+        if o.kind in ON_FOOT and ahead and near_path(o):
+            return False
+        if _crosses(o):
+            return False
+    return True
