@@ -16,7 +16,15 @@ OLD_TICKS = 10
 """An answer to a tick so long ago is old news: as many as an order is good for (`EXPIRES_TICKS` of stucksolver)."""
 WAIT_SHARE = 0.5
 """Of a tick is waited at most; the rest is the stack's own."""
-NEEDS = ("surroundings", "scene", "actors", "vehicle_lights", "light_state")
+NEEDS = (
+    "surroundings",
+    "scene",
+    "actors",
+    "vehicle_lights",
+    "light_state",
+    "sensors",
+    "sensors_without_picture",
+)
 
 Give = Callable[[str], Any]
 

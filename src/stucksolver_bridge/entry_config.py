@@ -10,6 +10,7 @@ from stucksolver_bridge.conversation import limit_of
 
 NONE, TIMERS = "none", "timers"
 AGENT, PLANNER = "agent", "planner"
+PRIVILEGED, SENSORS = "privileged", "sensors"
 
 
 class ConfigError(ValueError):
@@ -41,8 +42,13 @@ class Config(NamedTuple):
     """Seconds of wall time for which the solver may keep the world waiting; after that the route ends with an error."""
     guidance: str = ""
     """A guidance script (docs/evaluate.md): what a passenger says on which route."""
+    perception: str = PRIVILEGED
+    """`privileged`: driver and solver know the world by the client's word; `sensors`: by the declared sensors. Both run
+    in the solver's process then, and `driver` must be `planner`."""
+    rig: str = ""
+    """The calibration of these sensors, a file like `stucksolver/perception/rig.toml`; empty: that one."""
     sensors: bool = True
-    """Declare the paper's sensors. Without them nothing is rendered; BehaviorAgent does not look at them."""
+    """Declare the paper's sensors. Without them nothing is rendered; only perception `sensors` looks at them."""
     metrics: str = ""
     """Folder for Bench2Drive's `metric_info.json`, one folder in it for each route; empty: $SAVE_PATH."""
     record: str = ""
@@ -87,6 +93,28 @@ def _check_limit(name: str, value: Any, path: str) -> None:
         raise ConfigError(f"{path}: {error}") from error
 
 
+def _check_sensed(config: Config, path: str) -> None:
+    """What perception by the sensors needs. Raises `ConfigError`."""
+    if not config.sensors:
+        raise ConfigError(f"{path}: perception {SENSORS!r} looks at the sensors: leave 'sensors' at true")
+    if config.driver != PLANNER:
+        raise ConfigError(
+            f"{path}: driver {config.driver!r} asks the client for everybody's place; with perception {SENSORS!r} set "
+            f"'driver' to {PLANNER!r}"
+        )
+    if config.recovery == TIMERS:
+        raise ConfigError(
+            f"{path}: recovery {TIMERS!r} knows no perception {SENSORS!r}; there are {NONE} and reasoners"
+        )
+    if not config.python:
+        remedy = "name a Python 3.10 to 3.12 that has stucksolver with its extra 'perception'"
+        raise ConfigError(f"{path}: perception {SENSORS!r} needs the field 'python': {remedy}")
+    if config.rig and not os.path.isfile(config.rig):
+        raise ConfigError(
+            f"{path}: rig {config.rig!r} is no file; give the calibration of the sensors, or leave it out"
+        )
+
+
 def checked(given: dict[str, Any], path: str) -> Config:
     """Raises `ConfigError`."""
     defaults = Config()
@@ -107,6 +135,14 @@ def checked(given: dict[str, Any], path: str) -> Config:
         raise ConfigError(f"{path}: recovery {config.recovery!r} needs the field 'python': {remedy}")
     if config.driver not in (AGENT, PLANNER):
         raise ConfigError(f"{path}: unknown driver {config.driver!r}; there are {AGENT} and {PLANNER}")
+    if config.perception not in (PRIVILEGED, SENSORS):
+        raise ConfigError(f"{path}: unknown perception {config.perception!r}; there are {PRIVILEGED} and {SENSORS}")
+    if config.perception == SENSORS:
+        _check_sensed(config, path)
+    elif config.rig:
+        raise ConfigError(
+            f"{path}: 'rig' is the calibration of perception {SENSORS!r}; leave it out, or set perception"
+        )
     if config.python and not os.access(config.python, os.X_OK):
         raise ConfigError(f"{path}: python {config.python!r} cannot be run")
     return config

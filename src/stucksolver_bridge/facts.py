@@ -34,7 +34,7 @@ class Facts:
             "extent": [box.x, box.y, box.z],
             "acceleration": acceleration_mps2,
             "lights": [[light.id, [place(w) for w in light.get_stop_waypoints()]] for light in self._lights],
-            "stop_signs": [_sign(sign) for sign in self._signs],
+            "stop_signs": [sign_places(sign) for sign in self._signs],
             "route": route_places(route),
             "tick": self.tick(),
         }
@@ -118,7 +118,7 @@ def _stands(actor: Any) -> list[float]:
     return [where.x, where.y, where.z, turn.pitch, turn.yaw, turn.roll]
 
 
-def _sign(sign: Any) -> list[list[float]]:
+def sign_places(sign: Any) -> list[list[float]]:
     """Where it stands, and the middle and half sizes of its trigger box in its own frame."""
     volume = sign.trigger_volume
     middle, half = volume.location, volume.extent

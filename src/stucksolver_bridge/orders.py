@@ -117,6 +117,17 @@ def _check_lights(state: Any) -> None:
     _number(state, 0, MOST_LIGHTS, "the lights", whole=True)
 
 
+def _check_control(order: Any) -> None:
+    if not isinstance(order, (list, tuple)) or len(order) != 5:
+        raise Unfit("the control is no throttle, steering, brake, reverse and hand brake")
+    throttle, steer, brake, reverse, hand_brake = order
+    _number(throttle, 0.0, 1.0, "the throttle")
+    _number(steer, -1.0, 1.0, "the steering")
+    _number(brake, 0.0, 1.0, "the brake")
+    _a(bool, reverse, "reverse")
+    _a(bool, hand_brake, "the hand brake")
+
+
 def _check_nothing(value: Any) -> None:
     """There is nothing to it."""
 
@@ -127,6 +138,7 @@ _ORDERS: dict[str, Callable[[Any], None]] = {
     "release": _check_nothing,
     "route": _check_route,
     "lights": _check_lights,
+    "control": _check_control,
 }
 
 

@@ -35,17 +35,25 @@ class OwnPlanner:
         Whoever runs the drive ends it some metres before or after the last of them. Raises `ValueError` for less than
         two.
         """
-        if len(plan) < 2:
-            raise ValueError("a plan needs two waypoints; use hold() to stand still")
-        route = filled(plan)
-        last = straightest(route[-1].waypoint)
-        while last is not None and last.transform.location.distance(plan[-1][0].transform.location) < AHEAD_M:
-            route.append(RoutePoint(last, "lane_follow"))
-            last = straightest(last)
-        self.driver.set_route(route)
+        self.driver.set_route(route_beyond(plan))
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.driver, name)
+
+
+def route_beyond(plan: Sequence[Any]) -> list[RoutePoint]:
+    """A plan as a route with a point about every metre, and on beyond its end along the lane.
+
+    Raises `ValueError` for a plan of less than two points.
+    """
+    if len(plan) < 2:
+        raise ValueError("a plan needs two waypoints; use hold() to stand still")
+    route = filled(plan)
+    last = straightest(route[-1].waypoint)
+    while last is not None and last.transform.location.distance(plan[-1][0].transform.location) < AHEAD_M:
+        route.append(RoutePoint(last, "lane_follow"))
+        last = straightest(last)
+    return route
 
 
 def _planner_class() -> Any:

@@ -7,7 +7,7 @@ import os
 import socket
 import subprocess
 import sys
-from typing import Any
+from typing import Any, Sequence
 
 from stucksolver_bridge.conversation import WAIT_SHARE, Conversation, Give, Overdue, limit_of
 from stucksolver_bridge.wire import ANSWER_BYTES, VERSION, Wire, WireError
@@ -34,7 +34,8 @@ class SolverProcess:
 
     `python`: an interpreter 3.10 to 3.12 in which stucksolver is installed. `hello`: what the solver is told first (see
     `stucksolver.stacks.sidecar`); with the clock `wall` in its settings no step waits longer than half of `tick_s`.
-    `answer_limit_s`: the longest silence. Raises `SolverError` and `ValueError`.
+    `answer_limit_s`: the longest silence. `inherited`: open files that it keeps, by number. Raises `SolverError` and
+    `ValueError`.
     """
 
     def __init__(
@@ -44,6 +45,7 @@ class SolverProcess:
         path: str | None = None,
         answer_limit_s: float = ANSWER_LIMIT_S,
         tick_s: float = TICK_S,
+        inherited: Sequence[int] = (),
     ) -> None:
         limit_s = limit_of(answer_limit_s, "answer_limit_s")
         self.live = hello.get("settings", {}).get("clock") == LIVE
@@ -53,8 +55,9 @@ class SolverProcess:
         if path:
             environment["PYTHONPATH"] = path
         command = [python, "-m", "stucksolver.stacks.sidecar", "--fd", str(theirs.fileno())]
+        kept = (theirs.fileno(), *inherited)
         try:
-            self.process = subprocess.Popen(command, env=environment, pass_fds=(theirs.fileno(),), close_fds=True)
+            self.process = subprocess.Popen(command, env=environment, pass_fds=kept, close_fds=True)
         except OSError as error:
             ours.close()
             raise SolverError(f"cannot start {python!r}: {error}; name a Python 3.10 to 3.12") from error

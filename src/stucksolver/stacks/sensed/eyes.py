@@ -28,7 +28,7 @@ from stucksolver.stacks.sensed.camera import SensedCamera
 from stucksolver.stacks.sensed.faults import SensorFault
 from stucksolver.stacks.sensed.mounting import SensorError
 from stucksolver.stacks.sensed.sight import SensedSight
-from stucksolver.stacks.sensed.suite import Measured, SensorSuite
+from stucksolver.stacks.sensed.suite import GivesMeasurements, Measured, SensorSuite
 from stucksolver.stacks.sensed.tracked import SensedBodies, SensedTracker, lamps_of, stand_ins
 from stucksolver.stacks.sensed.vehicle import SensedVehicle
 from stucksolver.stacks.sensed.world import SensedWorld
@@ -56,7 +56,8 @@ class Eyes:
     """Call `tick` once after each tick of the world. `vehicle` is what drivers and `CarlaStack` are given.
 
     Raises `SensorError` and `WeightsError` when it is made, and `SensorError` from `tick`. There is a pose after the
-    first tick; let some more go by before anybody drives, so that it is a good one.
+    first tick; let some more go by before anybody drives, so that it is a good one. `source`: where measurements come
+    from, if not from sensors that are put on the vehicle here; it is closed with the eyes.
     """
 
     pose: PoseEstimate
@@ -74,11 +75,12 @@ class Eyes:
         threads: int = 1,
         seed: int = 0,
         fault: SensorFault | None = None,
+        source: GivesMeasurements | None = None,
     ) -> None:
         self._rig = rig or load_rig()
         self._perceiver = Perceiver(self._rig, threads)
         self._localiser = Localiser(self._rig)
-        self._suite = SensorSuite(vehicle, carla_map, self._rig, waits=paced, seed=seed)
+        self._suite = source or SensorSuite(vehicle, carla_map, self._rig, waits=paced, seed=seed)
         self._paced = paced
         self._map = carla_map
         self._height_m = float(vehicle.get_location().z)

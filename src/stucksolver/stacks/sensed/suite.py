@@ -6,7 +6,7 @@ import contextlib
 import queue
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -48,6 +48,16 @@ class Measured:
     wheels: WheelSpeed
     silent: tuple[str, ...] = ()
     """Sensors that were due and said nothing."""
+
+
+class GivesMeasurements(Protocol):
+    """The sensors of a vehicle, wherever they are: `SensorSuite` on a client's vehicle, or another process's."""
+
+    def read(self) -> Measured:
+        """Of the world's present tick. Raises `SensorError` where picture or sweep are not of this rig."""
+
+    def close(self) -> None:
+        """End the sensors."""
 
 
 class SensorSuite:

@@ -7,12 +7,15 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from stucksolver.decision import CONTINUE
 from stucksolver.decision.directive import Directive, directive_adapter
 from stucksolver.ladder import LadderError
+from stucksolver.reason.make import sees
 from stucksolver.reason.registry import ReasonerNameError
 from stucksolver.scene import Scene, Status, Surroundings
 from stucksolver.solver import Event, StuckSolver
 from stucksolver.stacks.sidecar.settings import Settings
+from stucksolver.stacks.sidecar.side import Side, UnusableError
 from stucksolver_bridge.wire import VERSION, Wire
 
 
@@ -37,28 +40,42 @@ class Session:
             return
         try:
             settings = Settings.model_validate(hello.get("settings", {}))
-            side: _Forms | _Carla = _Carla(hello["carla"], self._ask) if hello.get("carla") else _Forms(self._ask)
+            side = self._side(hello, settings)
             recorder = settings.recorder()
-            solver = settings.solver(side.scene, self._hear, recorder)
-        except (ValidationError, LadderError, ReasonerNameError, ValueError) as error:
+            solver = settings.solver(side.scene, self._hear, recorder) if settings.helps else None
+        except (ValidationError, LadderError, ReasonerNameError, ValueError, UnusableError) as error:
             self._wire.send({"error": f"the solver's settings cannot be used: {error}"})
             return
         self._wire.send({"ready": VERSION})
-        with recorder or contextlib.nullcontext(), solver:
-            while "bye" not in (told := self._wire.receive()):
-                self._wire.send(self._step(solver, side, told["tick"]))
+        with recorder or contextlib.nullcontext(), solver or contextlib.nullcontext(), contextlib.closing(side):
+            try:
+                while "bye" not in (told := self._wire.receive()):
+                    self._wire.send(self._step(solver, side, told["tick"]))
+            except UnusableError as error:
+                self._wire.send({"error": str(error)})
+                return
         if recorder is not None and recorder.error is not None:
             raise recorder.error
 
-    def _step(self, solver: StuckSolver, side: _Forms | _Carla, tick: dict[str, Any]) -> dict[str, Any]:
-        if "say" in tick:
+    def _side(self, hello: dict[str, Any], settings: Settings) -> Side:
+        """The stack's part of this process. Raises `UnusableError`, `ValueError`."""
+        if hello.get("sensed"):
+            return _sensed(hello["sensed"], settings, self._ask)
+        return _Carla(hello["carla"], self._ask) if hello.get("carla") else _Forms(self._ask)
+
+    def _step(self, solver: StuckSolver | None, side: Side, tick: dict[str, Any]) -> dict[str, Any]:
+        if "say" in tick and solver is not None:
             solver.guide(str(tick["say"]))
         if tick.get("again"):
             self._directive = None
             side.forget()
-        directive = solver.step(side.status(tick), side.surroundings)
+        if not side.begin(tick):
+            return {"orders": side.waiting(), "events": side.events()}
+        status = side.status(tick)
+        directive = CONTINUE if solver is None else solver.step(status, side.surroundings)
         orders = side.perform(directive)
         answer: dict[str, Any] = {}
+        self._events += side.events()
         # Not what is equal: whatever is begun anew is told with the orders for it.
         if directive is not self._directive:
             answer["directive"] = directive_adapter.dump_python(directive, mode="json")
@@ -79,7 +96,24 @@ class Session:
         self._events.append(told)
 
 
-class _Forms:
+def _sensed(opening: dict[str, Any], settings: Settings, ask: Any) -> Side:
+    # Only here are the networks and their libraries needed.
+    from stucksolver.perception.camera.weights import WeightsError
+    from stucksolver.perception.perceiver import why_not_installed
+    from stucksolver.perception.rig import RigError
+    from stucksolver.stacks.sensed import SensorError
+    from stucksolver.stacks.sidecar.sensed import SensedSide
+
+    why = why_not_installed()
+    if why:
+        raise UnusableError(f"perception 'sensors': {why}")
+    try:
+        return SensedSide(opening, settings, ask, sees(settings.recovery) or sees(settings.reasoner or ""))
+    except (RigError, WeightsError, SensorError) as error:
+        raise UnusableError(f"perception 'sensors': {error}") from error
+
+
+class _Forms(Side):
     """A stack that builds its surroundings and scenes itself."""
 
     def __init__(self, ask: Any) -> None:
@@ -104,7 +138,7 @@ class _Forms:
         """There is nothing to forget."""
 
 
-class _Carla:
+class _Carla(Side):
     """A CARLA world told in raw facts: `CarlaStack` on its mirror."""
 
     def __init__(self, opening: dict[str, Any], ask: Any) -> None:

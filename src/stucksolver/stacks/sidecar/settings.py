@@ -16,6 +16,9 @@ from stucksolver.record import Recorder
 from stucksolver.scene.model import Model
 from stucksolver.solver import Event, MakeScene, StuckSolver
 
+NONE = "none"
+"""The recovery of a driver that nobody helps."""
+
 
 class Settings(Model):
     """As the arguments of `StuckSolver`, in words."""
@@ -29,8 +32,21 @@ class Settings(Model):
     detector: dict[str, float] = Field(default_factory=dict)
     record: Path | None = None
     """A folder for the record of each intervention."""
-    perception: Literal["privileged"] = "privileged"
+    perception: Literal["privileged", "sensors"] = "privileged"
     """Where the objects come from; results must say it."""
+    rig: Path | None = None
+    """The calibration of a vehicle that sees by its own sensors; None is the one that ships."""
+    driver: Literal["behavior", "planner"] = "planner"
+    """Who drives a vehicle that sees by its own sensors; all others have a driver of their own."""
+    behavior: Literal["cautious", "normal", "aggressive"] = "normal"
+    """Of that driver."""
+    seed: int = 0
+    """Of the noise of that vehicle's wheels."""
+
+    @property
+    def helps(self) -> bool:
+        """Is there a reasoner at all? Without one the driver drives alone."""
+        return self.recovery != NONE
 
     def recorder(self) -> Recorder | None:
         """Where a record is asked for; to be closed, or broken off, when the stack has gone."""

@@ -1,0 +1,228 @@
+"""A vehicle in another process that sees by its own sensors: perception, its driver and the solver's stack run here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import carla
+
+from stucksolver.decision.directive import Directive
+from stucksolver.perception.rig import SHIPPED, load_rig
+from stucksolver.scene import Scene, Status, Surroundings
+from stucksolver.stacks.carla_stack import CarlaStack
+from stucksolver.stacks.driver import BehaviorDriver, RoutePoint
+from stucksolver.stacks.planner import PlannerDriver
+from stucksolver.stacks.sensed import Eyes, SensorError
+from stucksolver.stacks.sensed.declared import rig_of
+from stucksolver.stacks.sidecar.frames import SharedMeasurements
+from stucksolver.stacks.sidecar.mirror import MirrorSign
+from stucksolver.stacks.sidecar.settings import Settings
+from stucksolver.stacks.sidecar.side import Side, UnusableError
+from stucksolver_bridge.facts import waypoint_at, waypoints_at
+
+SETTLE_TICKS = 10
+"""The vehicle stands while its pose gets a good one, as before each drive of an evaluation."""
+DRIVERS = {"behavior": BehaviorDriver, "planner": PlannerDriver}
+WAITS = [0.0, 0.0, 1.0, False, False]
+"""A control: throttle, steering, brake, reverse, hand brake."""
+Order = tuple[str, Any]
+
+
+class SensedSide(Side):
+    """Raises `RigError`, `WeightsError` and `SensorError` when it is made, `UnusableError` from `begin`.
+
+    `looks`: does a reasoner look at the camera's picture?
+    """
+
+    def __init__(self, opening: Mapping[str, Any], settings: Settings, ask: Callable[[str], Any], looks: bool) -> None:
+        rig = rig_of(opening["sensors"], load_rig(settings.rig or SHIPPED))
+        self._settings, self._looks = settings, looks
+        self._orders: list[Order] = []
+        self._events: list[dict[str, Any]] = []
+        self._world = _World(opening)
+        ego: Any = _Ego(self._world, opening, self._orders)
+        source = SharedMeasurements(opening, rig, ask, self._world, settings.seed)
+        self.eyes = Eyes(ego, self._world.get_map(), rig, paced=settings.clock != "wall", source=source)
+        self._route = [RoutePoint(*point) for point in waypoints_at(self._world.get_map(), opening["route"])]
+        self._stack: CarlaStack | None = None
+        self._ticks = 0
+        self._wrong: tuple[str, ...] = ()
+
+    def begin(self, tick: Mapping[str, Any]) -> bool:
+        """Take in a tick; False as long as the vehicle does not know well enough where it is."""
+        self._world.turn_to(tick)
+        try:
+            self.eyes.tick()
+        except SensorError as error:
+            raise UnusableError(str(error)) from error
+        self._tell_faults()
+        self._ticks += 1
+        if self._stack is None and self._ticks > SETTLE_TICKS:
+            self._stack = self._made()
+        return self._stack is not None
+
+    def status(self, tick: Mapping[str, Any]) -> Status:
+        """As the vehicle is thought to be."""
+        return self._driven.status()
+
+    def surroundings(self) -> Surroundings:
+        """As seen."""
+        return self._driven.surroundings()
+
+    def scene(self, seen: Surroundings) -> Scene | None:
+        """For reasoners."""
+        return None if self._stack is None else self._stack.scene(seen)
+
+    def perform(self, directive: Directive) -> list[Order]:
+        """The control of this tick, braking for whoever is blind, and what else is ordered."""
+        return self._given(self.eyes.checked(self._driven.perform(directive)))
+
+    def waiting(self) -> list[Order]:
+        """What is ordered before anybody can drive."""
+        return [("control", WAITS)]
+
+    def forget(self) -> None:
+        """Nothing is kept on the other side: each tick has a control of its own."""
+
+    def events(self) -> list[dict[str, Any]]:
+        """What is to be told of the sensors since the last call."""
+        told, self._events = self._events, []
+        return told
+
+    def close(self) -> None:
+        """The drive is over."""
+        self.eyes.close()
+
+    @property
+    def _driven(self) -> CarlaStack:
+        assert self._stack is not None
+        return self._stack
+
+    def _made(self) -> CarlaStack:
+        ego, carla_map = self.eyes.vehicle, self._world.get_map()
+        driver = DRIVERS[self._settings.driver](ego, self._settings.behavior, carla_map=carla_map)  # type: ignore[arg-type]
+        driver.set_route(self._route)
+        return CarlaStack(ego, driver, carla_map, camera=self.eyes.camera() if self._looks else None)
+
+    def _given(self, control: Any) -> list[Order]:
+        told = [float(control.throttle), float(control.steer), float(control.brake)]
+        orders, self._orders[:] = list(self._orders), []
+        return [*orders, ("control", [*told, bool(control.reverse), bool(control.hand_brake)])]
+
+    def _tell_faults(self) -> None:
+        """Of sensors that fail, once for each change."""
+        wrong = (*self.eyes.health.faults, *(("nothing was seen for too long",) if self._is_blind else ()))
+        if wrong != self._wrong:
+            text = "; ".join(wrong) or "all sensors are well again"
+            self._events.append({"time_s": self.eyes.now_s, "kind": "perception", "text": text, "verdict": None})
+        self._wrong = wrong
+
+    @property
+    def _is_blind(self) -> bool:
+        return self._stack is not None and self.eyes.blind
+
+
+class _World:
+    """As `carla.World`, as far as `Eyes` and `SensedWorld` ask: time, and what stands on the map."""
+
+    def __init__(self, opening: Mapping[str, Any]) -> None:
+        self._map = carla.Map(opening["map"], opening["xodr"])
+        self._lights = [_Light(self._map, told) for told in opening["lights"]]
+        self._signs = [MirrorSign(*sign) for sign in opening["stop_signs"]]
+        self.limit_kmh, self.lamps = 0.0, 0
+        self.time_s, self._delta_s, self._frame = 0.0, 0.05, 0
+        self.turn_to(opening["tick"])
+
+    def turn_to(self, tick: Mapping[str, Any]) -> None:
+        """Another tick."""
+        self.time_s, self._frame = float(tick["time"]), int(tick["frame"])
+        self._delta_s = float(tick["delta"])
+        self.limit_kmh, self.lamps = float(tick["limit"]), int(tick["lamps"])
+
+    def get_map(self) -> Any:
+        """The `carla.Map`, made here from the other side's OpenDRIVE."""
+        return self._map
+
+    def get_snapshot(self) -> Any:
+        """Time and frame of this tick."""
+        stamp = SimpleNamespace(elapsed_seconds=self.time_s, delta_seconds=self._delta_s)
+        return SimpleNamespace(frame=self._frame, timestamp=stamp)
+
+    def get_actors(self) -> Any:
+        """What stands on the map, to filter."""
+        kinds: dict[str, Sequence[Any]] = {"traffic_light": self._lights, "traffic.stop": self._signs}
+        return SimpleNamespace(filter=lambda pattern: list(kinds.get(pattern.strip("*"), ())))
+
+
+class _Light:
+    """As `carla.TrafficLight`: where it stands, stops and hangs; what it shows is not told."""
+
+    def __init__(self, carla_map: carla.Map, told: Mapping[str, Any]) -> None:
+        self._map, self._stops = carla_map, told["stops"]
+        self.id = int(told["id"])
+        x, y, z, pitch, yaw, roll = told["at"]
+        self._at = carla.Transform(carla.Location(x, y, z), carla.Rotation(pitch=pitch, yaw=yaw, roll=roll))
+        self.trigger_volume = _box(told["volume"])
+        self._heads = []
+        for head in told["heads"]:
+            box = _box(head[:6])
+            box.rotation = carla.Rotation(yaw=head[6])
+            self._heads.append(box)
+
+    def get_stop_waypoints(self) -> list[Any]:
+        """Waypoints of its stop lines that lie on a road."""
+        found = (waypoint_at(self._map, place) for place in self._stops)
+        return [waypoint for waypoint in found if waypoint is not None]
+
+    def get_light_boxes(self) -> list[Any]:
+        """Boxes of its heads in the world."""
+        return self._heads
+
+    def get_transform(self) -> Any:
+        """Where it stands."""
+        return self._at
+
+
+class _Ego:
+    """As `carla.Vehicle`, as far as a vehicle knows itself: size, wheels, lamps, the limit. No place, no velocity."""
+
+    def __init__(self, world: _World, opening: Mapping[str, Any], orders: list[Order]) -> None:
+        self._world, self._orders = world, orders
+        self._height_m = float(opening["height"])
+        self.id = int(opening["id"])
+        self.bounding_box = _box(opening["box"])
+        wheels = [
+            SimpleNamespace(position=carla.Vector3D(*one[:3]), max_steer_angle=one[3]) for one in opening["wheels"]
+        ]
+        self._physics = SimpleNamespace(wheels=wheels)
+
+    def get_world(self) -> _World:
+        """The world that it is in."""
+        return self._world
+
+    def get_location(self) -> Any:
+        """Only the height of the road where its route begins, which is known as the route is."""
+        return carla.Location(0.0, 0.0, self._height_m)
+
+    def get_physics_control(self) -> Any:
+        """Wheels and axles."""
+        return self._physics
+
+    def get_speed_limit(self) -> float:
+        """km/h, of the lane."""
+        return self._world.limit_kmh
+
+    def get_light_state(self) -> Any:
+        """Its own lamps."""
+        return carla.VehicleLightState(self._world.lamps)
+
+    def set_light_state(self, state: Any, /) -> None:
+        """Orders lamps; done with the answer to this tick."""
+        self._orders.append(("lights", int(state)))
+
+
+def _box(numbers: Sequence[float]) -> Any:
+    """A `carla.BoundingBox` of its middle and half sizes."""
+    return carla.BoundingBox(carla.Location(*numbers[:3]), carla.Vector3D(*numbers[3:6]))

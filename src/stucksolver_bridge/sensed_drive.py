@@ -1,0 +1,130 @@
+"""A vehicle whose driver, perception and solver all run in the solver's process; here its sensors' data go out.
+
+What comes back is a control for each tick. Nobody here could drive instead: where nothing comes the vehicle brakes.
+Python 3.7, standard library only; `carla` is handed over.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any, Callable, Mapping, Sequence
+
+from stucksolver_bridge.orders import why_malformed
+from stucksolver_bridge.own_planner import route_beyond
+from stucksolver_bridge.process import ANSWER_LIMIT_S, TICK_S, SolverError, SolverProcess
+from stucksolver_bridge.sensed_facts import SensedFacts
+
+KEPT_TICKS = 4
+"""A control is kept for so long while the next one is late, 0.2 s at 20 Hz; then the vehicle brakes."""
+
+Listener = Callable[[dict], None]  # type: ignore[type-arg]
+Sensors = Sequence[Mapping[str, Any]]
+
+
+class SensedDrive:
+    """Call `run_step` with each tick's data, `close` in the end.
+
+    `settings`: of the solver (`stucksolver.stacks.sidecar.Settings`), `perception` is set here. `sensors`: what the
+    agent declares. `plan`: pairs of waypoint and road option. `python`, `path`, `answer_limit_s`, `tick_s`: see
+    `SolverProcess`. Raises `SolverError` where the sensors, their calibration or the weights do not fit together.
+    """
+
+    def __init__(
+        self,
+        vehicle: Any,
+        carla_map: Any,
+        carla: Any,
+        settings: Mapping[str, Any],
+        sensors: Sensors,
+        plan: Sequence[Any],
+        python: str,
+        path: str | None = None,
+        on_event: Listener | None = None,
+        answer_limit_s: float = ANSWER_LIMIT_S,
+        tick_s: float = TICK_S,
+    ) -> None:
+        self._vehicle, self._carla, self._on_event = vehicle, carla, on_event
+        self._facts = SensedFacts(vehicle, carla_map, sensors)
+        self._said: list[str] = []
+        self._told: list[Any] | None = None
+        """The last control: throttle, steering, brake, reverse, hand brake."""
+        self._age = 0
+        """How many ticks ago it came."""
+        self._refused = False
+        self._drove = False
+        hello = {
+            "settings": {**settings, "perception": "sensors"},
+            "sensed": self._facts.opening(route_beyond(plan)),
+        }
+        try:
+            self.solver = SolverProcess(
+                python, hello, path, answer_limit_s=answer_limit_s, tick_s=tick_s, inherited=(self._facts.frames.fd,)
+            )
+        except SolverError:
+            self._facts.close()
+            raise
+
+    def run_step(self, input_data: Mapping[str, Any]) -> Any:
+        """This tick's `carla.VehicleControl`, not applied.
+
+        Raises `SolverError` where a world that waits would wait for ever, and where the first data are not those of
+        the declared sensors.
+        """
+        self._age += 1
+        self._facts.take_in(input_data)
+        if self.solver.alive:
+            tick = self._facts.tick()
+            if self._said:
+                tick["say"] = self._said.pop(0)
+            answer = self.solver.step(tick, self._facts.give)
+            if answer is not None:
+                self._take(answer, tick["time"])
+        if not self.solver.alive and not self._drove:
+            self.close()
+            raise SolverError(str(self.fault))
+        return self._control()
+
+    @property
+    def fault(self) -> str | None:
+        """Why the solver's process is gone; None while it is there."""
+        return self.solver.fault
+
+    def say(self, text: str) -> None:
+        """A passenger's words."""
+        self._said.append(text)
+
+    def close(self) -> None:
+        """Ends the solver's process."""
+        self.solver.close()
+        self._facts.close()
+
+    def _take(self, answer: dict[str, Any], time_s: float) -> None:
+        """Perform all of an answer, or brake where anything of it is malformed."""
+        wrong = why_malformed(answer)
+        if wrong is not None:
+            self._told = None
+            if not self._refused:
+                self._refused = True
+                print(f"stucksolver: an order cannot be performed: {wrong}; the vehicle brakes", file=sys.stderr)
+                self._tell({"time_s": time_s, "kind": "order_refused", "text": wrong, "verdict": None})
+            return
+        for name, order in answer.get("orders", ()):
+            if name == "control":
+                self._told, self._age = list(order), 0
+                self._drove = True
+            elif name == "lights":
+                self._vehicle.set_light_state(self._carla.VehicleLightState(order))
+        for event in answer.get("events", ()):
+            self._tell(event)
+
+    def _control(self) -> Any:
+        if self._told is None or self._age > KEPT_TICKS or not self.solver.alive:
+            return self._carla.VehicleControl(throttle=0.0, brake=1.0)
+        throttle, steer, brake, reverse, hand_brake = self._told
+        return self._carla.VehicleControl(
+            throttle=throttle, steer=steer, brake=brake, reverse=reverse, hand_brake=hand_brake
+        )
+
+    def _tell(self, event: dict[str, Any]) -> None:
+        if self._on_event is not None:
+            self._on_event(event)

@@ -1,0 +1,129 @@
+"""What a vehicle that sees by its own sensors tells the solver's process: measurements, and nobody's true place.
+
+The map with its lights and signs is known beforehand, as a high-definition map has it; the vehicle's size, lamps and
+speed limit are its own. Everything else is what the sensors gave. Python 3.7, standard library only.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Mapping, Sequence
+
+from stucksolver_bridge.facts import place, route_places, sign_places
+from stucksolver_bridge.shared_frames import SharedFrames
+
+CAMERA, LIDAR, IMU, GNSS, SPEED = "camera", "lidar", "imu", "gnss", "speed"
+TYPES = {
+    "sensor.camera.rgb": CAMERA,
+    "sensor.lidar.ray_cast": LIDAR,
+    "sensor.other.imu": IMU,
+    "sensor.other.gnss": GNSS,
+    "sensor.speedometer": SPEED,
+}
+"""Sensors that are looked at, by the leaderboard's names for their types."""
+LARGEST_PICTURE_BYTES = 4096 * 4096 * 4
+LARGEST_SWEEP_BYTES = 16 * 1024 * 1024
+"""A million points; a whole turn of the leaderboard's LiDAR has 60,000. What is never written takes no memory."""
+ALL, NO_PICTURE = "sensors", "sensors_without_picture"
+"""The names under which the solver's process asks for the newest measurements."""
+
+
+class SensedFacts:
+    """Of one vehicle. `sensors`: what the agent declares, as the leaderboard is told of it."""
+
+    def __init__(self, vehicle: Any, carla_map: Any, sensors: Sequence[Mapping[str, Any]]) -> None:
+        self._vehicle = vehicle
+        self._world = vehicle.get_world()
+        self._map = carla_map
+        self._sensors = [dict(one) for one in sensors]
+        self._ids = {TYPES[str(one["type"])]: str(one["id"]) for one in sensors if one["type"] in TYPES}
+        self._data: Mapping[str, Any] = {}
+        self.frames = SharedFrames({CAMERA: LARGEST_PICTURE_BYTES, LIDAR: LARGEST_SWEEP_BYTES})
+
+    def opening(self, route: Sequence[Any]) -> dict[str, Any]:
+        """Once, at the start: map, size and wheels of the vehicle, lights with their heads, stop signs, route."""
+        box = self._vehicle.bounding_box
+        actors = self._world.get_actors()
+        wheels = self._vehicle.get_physics_control().wheels
+        return {
+            "map": self._map.name.rsplit("/", 1)[-1],
+            "xodr": self._map.to_opendrive(),
+            "id": self._vehicle.id,
+            "box": [*_point(box.location), *_point(box.extent)],
+            "wheels": [[*_point(wheel.position), wheel.max_steer_angle] for wheel in wheels],
+            "lights": [_light(light) for light in actors.filter("*traffic_light*")],
+            "stop_signs": [sign_places(sign) for sign in actors.filter("*traffic.stop*")],
+            "route": route_places(route),
+            "height": float(route[0].waypoint.transform.location.z),
+            "sensors": self._sensors,
+            "frames": {"fd": self.frames.fd, "size": self.frames.size},
+            "tick": self.tick(),
+        }
+
+    def tick(self) -> dict[str, Any]:
+        """Every tick: the time, the limit of the lane, the vehicle's own lamps."""
+        stamp = self._world.get_snapshot()
+        return {
+            "time": stamp.timestamp.elapsed_seconds,
+            "delta": stamp.timestamp.delta_seconds,
+            "frame": stamp.frame,
+            "limit": self._vehicle.get_speed_limit(),
+            "lamps": int(self._vehicle.get_light_state()),
+        }
+
+    def take_in(self, input_data: Mapping[str, Any]) -> None:
+        """This tick's data, as the leaderboard hands them to agents: (frame, data) by the sensor's id.
+
+        Nothing is copied until it is asked for; what nobody asks for is dropped.
+        """
+        self._data = input_data
+
+    def give(self, what: str) -> Any:
+        """The newest measurements, with the tick that they are of; None for what is not known here."""
+        if what not in (ALL, NO_PICTURE):
+            return None
+        picture = None if what == NO_PICTURE else self._of(CAMERA)
+        sweep = self._of(LIDAR)
+        speed = self._of(SPEED)
+        return {
+            "tick": self.tick(),
+            CAMERA: None if picture is None else self.frames.put(CAMERA, picture),
+            LIDAR: None if sweep is None else self.frames.put(LIDAR, sweep),
+            IMU: numbers(self._of(IMU)),
+            GNSS: numbers(self._of(GNSS)),
+            SPEED: numbers([speed["speed"]] if isinstance(speed, Mapping) and "speed" in speed else None),
+        }
+
+    def close(self) -> None:
+        """The drive is over."""
+        self.frames.close()
+
+    def _of(self, sensor: str) -> Any:
+        """The data of one of the sensors; None where it gave none."""
+        given = self._data.get(self._ids.get(sensor, ""))
+        return given[1] if isinstance(given, (tuple, list)) and len(given) == 2 else None
+
+
+def numbers(values: Any) -> list[float] | None:
+    """Finite numbers as a list; None where there are none, or one of them is not finite."""
+    if values is None:
+        return None
+    found = [float(value) for value in values]
+    return found if found and all(math.isfinite(value) for value in found) else None
+
+
+def _light(light: Any) -> dict[str, Any]:
+    """A light's id, stop lines, heads and trigger box."""
+    volume, stands = light.trigger_volume, light.get_transform()
+    heads = [[*_point(box.location), *_point(box.extent), box.rotation.yaw] for box in light.get_light_boxes()]
+    return {
+        "id": light.id,
+        "stops": [place(waypoint) for waypoint in light.get_stop_waypoints()],
+        "heads": heads,
+        "at": [*_point(stands.location), stands.rotation.pitch, stands.rotation.yaw, stands.rotation.roll],
+        "volume": [*_point(volume.location), *_point(volume.extent)],
+    }
+
+
+def _point(vector: Any) -> list[float]:
+    return [vector.x, vector.y, vector.z]
