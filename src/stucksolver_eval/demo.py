@@ -72,6 +72,8 @@ class DemoSpec:
     port: int = 2000
     say: str | None = None
     """What a passenger says in place of the demonstration's own words; then both streets are driven with it alone."""
+    memory: Path | None = None
+    """File of the memory of what helped; None: nothing is remembered."""
     perception: str = PRIVILEGED
     """Where driver and solver know the world from, one of `arms.spec.PERCEPTIONS`."""
 
@@ -90,7 +92,7 @@ def demo(spec: DemoSpec, say: Callable[[str], None]) -> tuple[list[RunLog], Path
     Raises `ArmError`, `StreetError`, `ServerError`, `RunError`, `OutputError` and `ReportError`; drives already made
     stay in `out/runs`.
     """
-    check_arm(_arm(spec, ALONE))
+    check_arm(_arm(spec, HELPED))
     require_writable(spec.out / "runs")
     where = Where(spec.map_name, spec.maps, spec.seed, spec.host, spec.port)
     found = look_on_map(where, lambda world, carla_map: {one: _found(spec, one, carla_map) for one in SITUATIONS})
@@ -130,7 +132,10 @@ def _progress(say: Callable[[str], None], label: str, elapsed_s: float) -> None:
 
 def _arm(spec: DemoSpec, arm: str) -> ArmSpec:
     recovery = "none" if arm == ALONE else "rules"
-    return ArmSpec(driver=spec.driver, recovery=recovery, clock=spec.clock, perception=spec.perception)
+    memory = None if arm == ALONE else spec.memory
+    return ArmSpec(
+        driver=spec.driver, recovery=recovery, clock=spec.clock, perception=spec.perception, memory=memory
+    )
 
 
 def _job(spec: DemoSpec, route: Route, arm: str) -> RouteJob:

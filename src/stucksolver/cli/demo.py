@@ -10,6 +10,7 @@ from pathlib import Path
 
 from stucksolver.cli.arguments import add_clock, add_map, add_perception, add_server, at_least, whole
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.memory import add_memory
 from stucksolver.cli.ride import add_page, page_server, tell_page
 from stucksolver.cli.words import clock_name, driver_name
 from stucksolver.scene import MAX_WORDS
@@ -43,6 +44,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--passenger", action="store_true", help="drive at the pace of the clock, with a page to talk to the car"
     )
     add_page(parser)
+    add_memory(parser)
     add_server(parser)
 
 
@@ -71,6 +73,7 @@ def run(options: argparse.Namespace) -> int:
         port=options.port,
         say=_words(options.say),
         perception=options.perception,
+        memory=options.memory,
     )
     try:
         with contextlib.ExitStack() as page:

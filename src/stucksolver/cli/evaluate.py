@@ -11,6 +11,7 @@ from pathlib import Path
 
 from stucksolver.cli.arguments import add_clock, add_maps, add_perception, add_server, at_least, whole
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.memory import add_memory
 from stucksolver.cli.ride import add_page, page_server
 from stucksolver.cli.score import show_scores, show_sweep
 from stucksolver.cli.words import clock_name, driver_name
@@ -66,6 +67,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--passenger", action="store_true", help="drive at the pace of the clock, with a page to talk to the cars"
     )
     add_page(parser)
+    add_memory(parser)
     add_server(parser)
     parser.add_argument("--cluster", metavar="ADDRESS", help="run the routes on the workers of a dask scheduler")
     parser.add_argument(
@@ -106,6 +108,7 @@ def run(options: argparse.Namespace) -> int:
                 perception=options.perception,
                 sensor_fault=options.sensor_fault,
                 ladder=options.ladder,
+                memory=options.memory,
                 guarded=not options.unguarded,
                 heedless=options.heedless,
             ),

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from stucksolver.cli.arguments import add_maps, add_server, port, whole
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.memory import add_memory
 from stucksolver.cli.words import driver_name
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-ask", action="store_true", help="use the oncoming lane without asking the passenger")
     parser.add_argument("--once", action="store_true", help="end at the destination; else the page stays until Ctrl-C")
     add_page(parser)
+    add_memory(parser)
     add_server(parser)
 
 
@@ -52,6 +54,7 @@ def add_page(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Drive until the car is there. Raises `UsageError` for what cannot be done."""
     from stucksolver.ladder import LadderError
+    from stucksolver.memory import EpisodeStore, MemoryFileError
     from stucksolver.passenger import Desk, LinkError
     from stucksolver.stacks.driver import RouteError
     from stucksolver_eval.cases.case import CaseError
@@ -70,11 +73,14 @@ def run(options: argparse.Namespace) -> int:
         driver=driver_name(options.driver),
         ladder=options.ladder,
         asks=not options.no_ask,
+        memory=options.memory,
         host=options.host,
         port=options.port,
     )
     try:
         spec.policy()
+        if spec.memory is not None:
+            EpisodeStore(spec.memory)
         check_driver(spec.driver)
         page = page_server(options)
         route = find_ride(spec)
@@ -90,6 +96,7 @@ def run(options: argparse.Namespace) -> int:
         DriverNameError,
         LadderError,
         LinkError,
+        MemoryFileError,
         RideError,
         RouteError,
         ScenarioError,

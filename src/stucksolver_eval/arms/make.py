@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from stucksolver.detect import DetectorSettings
 from stucksolver.ladder import find_ladder
+from stucksolver.memory import EpisodeStore, Memory, MemoryFileError
 from stucksolver.reason import Reasoner
 from stucksolver.reason.faulty import FAULTY, make_faulty
 from stucksolver.reason.make import make_reasoner, preflight, sees
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     import carla
 
 NONE, TIMERS, FAULTY_PREFIX = "none", "timers", "faulty:"
+VEHICLE = "car-1"
+"""What a memory calls the vehicle."""
 EXCHANGES = "exchanges"
 """Beside the records: every request to a model, and its answer."""
 
@@ -44,6 +47,7 @@ def check_arm(spec: ArmSpec) -> None:
     except DriverNameError as error:
         raise ArmError(str(error)) from error
     _check_perception(spec)
+    _check_memory(spec)
     if spec.recovery not in (NONE, TIMERS):
         _reasoner(spec.recovery, 0)
     elif not spec.guarded:
@@ -69,6 +73,17 @@ def _check_perception(spec: ArmSpec) -> None:
             raise ArmError("--sensor-fault goes with --perception sensors")
         if spec.sensor_fault not in FAULTS:
             raise ArmError(f"unknown sensor fault {spec.sensor_fault!r}; there are {', '.join(FAULTS)}")
+
+
+def _check_memory(spec: ArmSpec) -> None:
+    if spec.memory is None:
+        return
+    if spec.recovery in (NONE, TIMERS):
+        raise ArmError(f"--memory stands before a recovery that is asked, not before {spec.recovery!r}")
+    try:
+        EpisodeStore(spec.memory)
+    except MemoryFileError as error:
+        raise ArmError(f"--memory: {error}") from error
 
 
 def preflight_arm(spec: ArmSpec) -> tuple[str, ...]:
@@ -106,7 +121,10 @@ def make_arm(
     if spec.recovery == TIMERS:
         return TimersArm(ego, driver, line)
     exchanges = None if records is None else records / EXCHANGES
-    rules = TimedReasoner(_reasoner(spec.recovery, seed, exchanges))
+    ladder = find_ladder(spec.ladder or "evaluation")
+    asked = _reasoner(spec.recovery, seed, exchanges)
+    memory = None if spec.memory is None else Memory(spec.memory)
+    rules = TimedReasoner(asked if memory is None else memory.before(asked, ladder.waits.limits()))
     model = TimedReasoner(_reasoner(spec.reasoner, seed, exchanges)) if spec.reasoner else None
     recorder = None if records is None else Recorder(records)
     camera = _camera(ego) if carries_camera(spec) else None
@@ -115,17 +133,17 @@ def make_arm(
     def make(listener: Listener) -> StuckSolver:
         return StuckSolver(
             stack.scene,
-            ladder=find_ladder(spec.ladder or "evaluation"),
+            ladder=ladder,
             reasoner=rules,
             guard=None if spec.guarded else Unguarded(),
             models={} if model is None else {"model": model},
             detector=DetectorSettings(**spec.detector),
             clock=spec.clock,
-            on_event=listener,
+            on_event=listener if memory is None else memory.ear(VEHICLE, listener),
             record=recorder,
         )
 
-    return SolverArm(stack, [rules] if model is None else [rules, model], make, recorder, camera)
+    return SolverArm(stack, [rules] if model is None else [rules, model], make, recorder, camera, memory)
 
 
 def _camera(ego: Any) -> GivesPicture:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from stucksolver.decision import Directive, SafeStop
+from stucksolver.memory import Memory
 from stucksolver.record import Recorder
 from stucksolver.solver import Event, EventKind, StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
@@ -29,11 +31,13 @@ class SolverArm:
         make_solver: Callable[[Listener], StuckSolver],
         recorder: Recorder | None = None,
         camera: GivesPicture | None = None,
+        memory: Memory | None = None,
     ) -> None:
         self._stack = stack
         self._camera = camera
         self._reasoners = {one.name: one for one in reasoners}
         self._recorder = recorder
+        self._memory = memory
         self._start_s: float | None = None
         self._now = Now(0.0, 0.0, 0.0)
         self._running: InterventionRecord | None = None
@@ -72,6 +76,10 @@ class SolverArm:
     def close(self, time_s: float) -> None:
         """Raises `RecordError` where a record was asked for and could not be written."""
         self._solver.close()
+        if self._memory is not None:
+            self._memory.close()
+            if self._memory.fault is not None:
+                print(f"note: not everything was remembered: {self._memory.fault}", file=sys.stderr, flush=True)
         if self._camera is not None:
             self._camera.close()
         if self._recorder is not None:

@@ -29,6 +29,8 @@ class ArmSpec:
     sensor_fault: str = ""
     """Experiment: a sensor that fails on the way, one of `stucksolver.stacks.sensed.FAULTS`."""
     ladder: Path | None = None
+    memory: Path | None = None
+    """File of the memory of what helped, which stands before the recovery; None: nothing is remembered."""
     detector: dict[str, float] = field(default_factory=dict)
     guarded: bool = True
     heedless: bool = False
@@ -43,4 +45,5 @@ class ArmSpec:
         if self.recovery == "none":
             return "driver alone"
         helped = f"{self.recovery} + {self.reasoner}" if self.reasoner else self.recovery
+        helped += "" if self.memory is None else " + memory"
         return helped + (", heedless" if self.heedless else "") + ("" if self.guarded else ", unguarded")

@@ -35,6 +35,8 @@ class Manifest(Model):
     guidance_digest: str = ""
     ladder: str = ""
     ladder_digest: str = ""
+    memory: str = ""
+    """Name of the file of what was remembered, where there was one: it changes with every drive."""
     simulator: str = "carlette"
     command: str = ""
 

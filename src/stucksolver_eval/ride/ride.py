@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +10,7 @@ from random import Random
 from typing import TYPE_CHECKING
 
 from stucksolver.ladder import Ladder, find_ladder
+from stucksolver.memory import Memory
 from stucksolver.passenger import AgreeingReader, Desk
 from stucksolver.solver import StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
@@ -46,6 +48,7 @@ class RideSpec:
     """`case`: one of `RIDES`. `host`, `port`: a running CARLA server instead of a carlette of our own.
 
     `asks`: the passenger is asked before the car uses the oncoming lane, unless their own words asked for that.
+    `memory`: file of the memory of what helped; None: nothing is remembered.
     `clock`: how long answers take; `wall` is as long as they do.
     """
 
@@ -55,6 +58,7 @@ class RideSpec:
     seed: int = 1
     driver: str = "behavior:normal"
     ladder: Path | None = None
+    memory: Path | None = None
     asks: bool = True
     clock: str = "wall"
     host: str | None = None
@@ -109,7 +113,7 @@ def drive_ride(
     """From the start of the route to its end, in a simulator of its own.
 
     `begun` is called when the page has something to show; the ride ends when `wanted` says so. Raises `ServerError`,
-    `RideError`, `ScenarioError`, `RouteError`, `LadderError`, and the client's errors.
+    `RideError`, `MemoryFileError`, `ScenarioError`, `RouteError`, `LadderError`, and the client's errors.
     """
     with open_server(spec.town, spec.maps, spec.seed, spec.host, spec.port, scenery=True) as server:
         return _in_world(spec, route, desk, server, begun, wanted)
@@ -162,11 +166,15 @@ class _Ride:
         self._stack = CarlaStack(hero, driver, setting.map)
         reader = AgreeingReader(find_reader())
         reader.read("hello", "")  # it loads at its first words, and nobody is to wait for that on the way
+        policy, ear = spec.policy(), desk.ear(VEHICLE)
+        self._memory = None if spec.memory is None else Memory(spec.memory)
+        limits = policy.waits.limits()
         self._solver = StuckSolver(
             self._stack.scene,
-            ladder=spec.policy(),
+            ladder=policy,
+            reasoner=None if self._memory is None else self._memory.before(limits=limits),
             clock=spec.clock,
-            on_event=desk.ear(VEHICLE),
+            on_event=ear if self._memory is None else self._memory.ear(VEHICLE, ear),
             reader=reader,
         )
         self._seat = desk.add(VEHICLE, self._solver, f"{spec.case.replace('_', ' ').capitalize()}, {spec.town}")
@@ -188,6 +196,10 @@ class _Ride:
         finally:
             self._pictures.close()
             self._solver.close()
+            if self._memory is not None:
+                self._memory.close()
+                if self._memory.fault is not None:
+                    print(f"note: not everything was remembered: {self._memory.fault}", file=sys.stderr, flush=True)
             self._seat.end()
             self._desk.leave(VEHICLE)
         return RideOutcome(self._arrived, time_s, pace.ticks, pace.late, pace.worst_s, tuple(pace.behind_s))

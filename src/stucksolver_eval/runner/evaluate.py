@@ -165,6 +165,7 @@ def manifest_of(spec: EvaluationSpec, routes: tuple[Route, ...]) -> Manifest:
         guidance_digest=file_digest(spec.guidance),
         ladder="" if arm.ladder is None else arm.ladder.name,
         ladder_digest=file_digest(arm.ladder),
+        memory="" if arm.memory is None else arm.memory.name,
         simulator="carlette" if spec.host is None else "CARLA server",
         command=spec.command,
     )

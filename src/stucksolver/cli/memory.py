@@ -1,0 +1,132 @@
+"""`stucksolver memory`: what is remembered of earlier drives, to read, take along, and delete."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import json
+import sys
+import time
+from pathlib import Path
+
+from stucksolver.cli.arguments import Parser, above_zero, at_least
+from stucksolver.cli.errors import UsageError
+from stucksolver.memory import Episode, EpisodeStore, Kept, MemoryFileError
+from stucksolver.memory.store import DAY_S
+
+WORDS_SHOWN = 44
+"""Characters of what was said in a list."""
+STDIN = Path("-")
+
+
+def add_memory(parser: argparse.ArgumentParser) -> None:
+    """Commands that drive share this one."""
+    parser.add_argument(
+        "--memory",
+        type=Path,
+        metavar="FILE",
+        help="remember there what was said and done, and propose first what worked; see docs/privacy.md",
+    )
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the command is told."""
+    parts = parser.add_subparsers(required=True, metavar="PART", help="what to do", parser_class=Parser)
+    listed = _add(parts.add_parser("list", help="all that is remembered, a line each"), _list)
+    listed.add_argument("--json", action="store_true", help="JSON lines, for programs")
+    shown = _add(parts.add_parser("show", help="one entry, whole, as JSON"), _show)
+    shown.add_argument("number", type=at_least(1), metavar="NUMBER", help="of the entry, as list has it")
+    _add(parts.add_parser("export", help="everything as JSON lines, for import"), _export)
+    imported = _add(parts.add_parser("import", help="add what export wrote"), _import)
+    imported.add_argument("lines", type=Path, metavar="LINES", help="a file of export, or - for standard input")
+    forgotten = _add(parts.add_parser("forget", help="delete entries, so that nothing of them stays"), _forget)
+    forgotten.add_argument("numbers", type=at_least(1), nargs="*", metavar="NUMBER", help="of the entries")
+    forgotten.add_argument("--days", type=above_zero, metavar="N", help="what is older than so many days")
+    forgotten.add_argument("--vehicle", metavar="ID", help="everything of this vehicle")
+    forgotten.add_argument("--all", action="store_true", help="everything")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Do the part that was asked for. Raises `UsageError`."""
+    try:
+        return int(options.part(options))
+    except MemoryFileError as error:
+        raise UsageError(str(error)) from error
+
+
+def _add(parser: argparse.ArgumentParser, part: object) -> argparse.ArgumentParser:
+    parser.set_defaults(part=part)
+    parser.add_argument("file", type=Path, metavar="FILE", help="the memory, as --memory has it")
+    return parser
+
+
+def _list(options: argparse.Namespace) -> int:
+    kept = EpisodeStore(options.file, create=False).episodes()
+    for one in kept:
+        print(json.dumps(_data(one), ensure_ascii=False) if options.json else _line(one))
+    if not kept and not options.json:
+        print("nothing is remembered")
+    return 0
+
+
+def _show(options: argparse.Namespace) -> int:
+    one = EpisodeStore(options.file, create=False).episode(options.number)
+    if one is None:
+        raise UsageError(f"{options.file} has no entry {options.number}; `stucksolver memory list` shows them")
+    print(json.dumps(_data(one), indent=2, ensure_ascii=False))
+    return 0
+
+
+def _export(options: argparse.Namespace) -> int:
+    for one in EpisodeStore(options.file, create=False).episodes():
+        print(one.episode.model_dump_json(exclude_none=True))
+    return 0
+
+
+def _import(options: argparse.Namespace) -> int:
+    try:
+        text = sys.stdin.read() if options.lines == STDIN else options.lines.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise UsageError(f"{options.lines}: cannot be read: {error}; give a file of `memory export`") from error
+    episodes = [_read(options.lines, number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
+    store = EpisodeStore(options.file)
+    for episode in episodes:
+        store.add(episode)
+    print(f"{len(episodes)} added")
+    return 0
+
+
+def _read(file: Path, number: int, line: str) -> Episode:
+    try:
+        return Episode.model_validate_json(line)
+    except ValueError as error:
+        raise UsageError(f"{file}, line {number}: no entry of a memory; nothing was added") from error
+
+
+def _forget(options: argparse.Namespace) -> int:
+    asked = options.numbers or options.days is not None or options.vehicle is not None or options.all
+    if not asked:
+        raise UsageError("forget what? Give numbers of entries, --days, --vehicle or --all")
+    store = EpisodeStore(options.file, create=False)
+    if options.all:
+        gone = store.forget_all()
+    else:
+        before_s = None if options.days is None else time.time() - options.days * DAY_S
+        gone = store.forget(numbers=tuple(options.numbers), before_s=before_s, vehicle=options.vehicle)
+    print(f"{gone} forgotten")
+    return 0
+
+
+def _data(one: Kept) -> dict[str, object]:
+    return {"number": one.number, **one.episode.model_dump(mode="json", exclude_none=True)}
+
+
+def _line(one: Kept) -> str:
+    """Number, time, vehicle, what blocked the way, what was said, what was done, how it ended."""
+    episode = one.episode
+    when = datetime.datetime.fromtimestamp(episode.at_s).strftime("%Y-%m-%d %H:%M")
+    said = "".join(c if c.isprintable() else " " for c in episode.text)
+    said = f'"{said[:WORDS_SHOWN]}{"…" if len(said) > WORDS_SHOWN else ""}"' if said else "(by itself)"
+    done = "nothing" if episode.solution is None else episode.solution.name
+    what = f"{episode.scene.obstacle}, {episode.scene.motion.value}"
+    return f"{one.number:>5}  {when}  {episode.vehicle}  {what}: {said} → {done}: {episode.ending.value}"
