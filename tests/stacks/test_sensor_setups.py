@@ -29,7 +29,7 @@ def test_the_height_of_a_fix_is_as_noisy_as_its_place():
         assert math.radians(told[f"noise_{axis}_stddev"]) * EARTH_RADIUS_M == pytest.approx(RIG.gnss_noise_m)
 
 
-@pytest.mark.parametrize("setup", [imu_setup, gnss_setup])
+@pytest.mark.parametrize("setup", [imu_setup, gnss_setup, lidar_setup])
 def test_noise_differs_by_seed_and_repeats_for_the_same_one(setup):
     assert setup(RIG, 7) == setup(RIG, 7)
     assert setup(RIG, 7).attributes["noise_seed"] != setup(RIG, 8).attributes["noise_seed"]
@@ -48,7 +48,7 @@ def test_all_cameras_of_the_rig_have_its_place_and_its_lens():
 
 
 def test_the_lidar_is_the_rigs_where_the_rig_has_it():
-    setup = lidar_setup(RIG)
+    setup = lidar_setup(RIG, 0)
     assert setup.mount == RIG.lidar.mount
     assert setup.attributes["channels"] == RIG.lidar.channels
     assert setup.attributes["noise_stddev"] == RIG.lidar.noise_m
@@ -84,4 +84,4 @@ def test_a_simulator_without_such_a_sensor_is_named_with_the_remedy():
 
 def test_a_simulator_whose_sensor_lacks_an_attribute_is_named_with_it():
     with pytest.raises(SensorError, match=r"sensor\.lidar\.ray_cast .* no attribute channels; use carlette"):
-        mount_sensor(Vehicle(Blueprint()), lidar_setup(RIG))
+        mount_sensor(Vehicle(Blueprint()), lidar_setup(RIG, 0))

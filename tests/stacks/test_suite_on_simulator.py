@@ -136,7 +136,7 @@ def other(part, **fields):
 
 
 def test_a_lidar_of_another_channel_count_is_named(seen, monkeypatch):
-    monkeypatch.setattr(suites, "lidar_setup", lambda rig: lidar_setup(other("lidar", channels=32)))
+    monkeypatch.setattr(suites, "lidar_setup", lambda rig, seed: lidar_setup(other("lidar", channels=32), seed))
     with pytest.raises(SensorError, match=r"LiDAR has 32 channels, the rig says 64: give the rig file"):
         readings(seen)
 

@@ -73,13 +73,13 @@ class MountedSensor:
 class RecordingSensors:
     """All sensors of a rig on one vehicle, with an instance camera beside the camera.
 
-    `picture_period_s`: between two pictures. `seed`: of the noise of IMU and GNSS. Raises `SensorError`.
+    `picture_period_s`: between two pictures. `seed`: of the noise of LiDAR, IMU and GNSS. Raises `SensorError`.
     """
 
     def __init__(self, hero: carla.Vehicle, rig: Rig, carla_map: carla.Map, picture_period_s: float, seed: int) -> None:
         self._geo = GeoReference(carla_map.to_opendrive())
         self._to_vehicle = rig.lidar.mount.to_vehicle()
-        self._lidar = MountedSensor(hero, lidar_setup(rig))
+        self._lidar = MountedSensor(hero, lidar_setup(rig, seed))
         self._imu = MountedSensor(hero, imu_setup(rig, seed))
         self._gnss = MountedSensor(hero, gnss_setup(rig, seed))
         self._camera = MountedSensor(hero, camera_setup(rig, picture_period_s))

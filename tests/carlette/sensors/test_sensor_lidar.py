@@ -150,3 +150,12 @@ def test_an_attribute_out_of_its_range_is_refused_by_name(world, name: str, valu
 def test_no_points_asked_for_gives_an_empty_message(world) -> None:
     angle, counts, points = lidar_points(mount(world, "sensor.lidar.ray_cast", PLACE, points_per_second=0).body())
     assert (angle, counts.sum(), len(points)) == (pytest.approx(math.pi), 0, 0)
+
+
+def test_the_same_seed_loses_the_same_points_whichever_actor_the_lidar_is() -> None:
+    losing = {"dropoff_general_rate": 0.45, "noise_stddev": 0.1}
+    bodies = [mount(street(), "sensor.lidar.ray_cast", noise_seed=seed, **losing).body() for seed in (7, 7, 8)]
+    world = street()
+    mount(world, "sensor.other.gnss")
+    later = mount(world, "sensor.lidar.ray_cast", noise_seed=7, **losing)
+    assert bodies[0] == bodies[1] == later.body() != bodies[2]

@@ -63,7 +63,7 @@ class GivesMeasurements(Protocol):
 class SensorSuite:
     """Call `read` once after each tick of the world, `close` in the end. Raises `SensorError`.
 
-    `seed` is of the noise of wheels, IMU and GNSS; the LiDAR's is the simulator's. With `waits` each tick's data are
+    `seed` is of the noise of all of them. With `waits` each tick's data are
     waited for, as in a world that waits for us; without, what has come is taken.
     """
 
@@ -86,7 +86,7 @@ class SensorSuite:
         self._lidar_to_vehicle = rig.lidar.mount.to_vehicle()
         self._sensors: dict[str, _Sensor] = {}
         try:
-            self._put("LiDAR", lidar_setup(rig))
+            self._put("LiDAR", lidar_setup(rig, seed))
             self._put("camera", camera_setup(rig, picture_every_s))
             self._put("IMU", imu_setup(rig, seed))
             self._put("GNSS", gnss_setup(rig, seed))

@@ -25,7 +25,7 @@ def sensor_definitions() -> list[Definition]:
         _sensor("sensor.camera.instance_segmentation", ints=image, floats=_TICK | _LENS),
         _rgb(image),
         _sensor("sensor.camera.semantic_segmentation", ints=image, floats=_TICK | _LENS),
-        _sensor("sensor.lidar.ray_cast", ints=_LASERS, floats=_TICK | _SWEEP | _LOSSES),
+        _sensor("sensor.lidar.ray_cast", ints=_LASERS | {"noise_seed": "0"}, floats=_TICK | _SWEEP | _LOSSES),
         _sensor("sensor.lidar.ray_cast_semantic", ints=_LASERS, floats=_TICK | _SWEEP),
         _sensor("sensor.other.collision"),
         _sensor("sensor.other.gnss", ints={"noise_seed": "0"}, floats=_TICK | _GNSS),

@@ -21,6 +21,7 @@ from carlette.errors import RequestError
 from carlette.geometry import Floats
 from carlette.sensors.base import Body, LateSensor, Moment, Settings
 from carlette.sensors.faces import Indices, Singles
+from carlette.sensors.gnss import seeded
 from carlette.sensors.scene import Scene, Sweep
 from carlette.sensors.workers import build_faces, caster
 from carlette.world.world import World
@@ -106,7 +107,7 @@ class Fan(LateSensor):
         columns, rows = np.argsort(turn.azimuths, kind="stable"), np.argsort(self._tangents, kind="stable")
         azimuths = turn.azimuths[columns]
         sweep = moment.scene.sweep(moment.pose, azimuths, self._tangents[rows][None, :], self.reach_m)
-        points = self._points(sweep, azimuths, _inverse(columns), rows, self.losses(moment.actor.id, sweep))
+        points = self._points(sweep, azimuths, _inverse(columns), rows, self.losses(sweep))
         header = struct.pack("<fI", turn.angle_rad, self._channels) + points.counts.tobytes()
         return [(header, _as_bytes(self.rows(moment.scene, sweep, points)))]
 
@@ -114,9 +115,8 @@ class Fan(LateSensor):
     def rows(self, scene: Scene, sweep: Sweep, points: Points) -> Singles:
         """The points as they are sent, one in each row."""
 
-    def losses(self, seed: int, sweep: Sweep) -> Losses:
+    def losses(self, sweep: Sweep) -> Losses:
         """What becomes of the rays on their way: here, nothing."""
-        del seed
         return Losses(sweep.nearness, sweep.hit >= 0, _NOTHING)
 
     def _points(self, sweep: Sweep, azimuths: Floats, column_of: Indices, rows: Indices, losses: Losses) -> Points:
@@ -158,14 +158,12 @@ class LidarSensor(Fan):
         self._at_zero = settings.number("dropoff_zero_intensity", 0.0, 1.0)
         self._attenuation = settings.number("atmosphere_attenuation_rate", 0.0)
         self._noise_stddev = settings.number("noise_stddev", 0.0)
-        self._random: np.random.Generator | None = None
+        self._random = seeded(settings)
 
     def rows(self, scene: Scene, sweep: Sweep, points: Points) -> Singles:
         return points.rows
 
-    def losses(self, seed: int, sweep: Sweep) -> Losses:
-        if self._random is None:
-            self._random = np.random.default_rng(seed)
+    def losses(self, sweep: Sweep) -> Losses:
         random, shape = self._random, sweep.hit.shape
         intensity = np.exp(np.float32(-self._attenuation) / sweep.nearness)
         kept, off_m = sweep.hit >= 0, _NOTHING
