@@ -2,7 +2,7 @@
 
 from stucksolver.ladder.ladder import Approval, Ladder
 from stucksolver.ladder.load import PROFILES, LadderError, find_ladder, load_ladder, parse_ladder, profile, profile_text
-from stucksolver.ladder.moves import AskPerson, AskReasoner, Assist, Move, Resume, Screen
+from stucksolver.ladder.moves import AskPerson, AskReasoner, Assist, Move, Person, Resume, Screen
 from stucksolver.ladder.waits import Patience, Waits
 
 __all__ = [
@@ -15,6 +15,7 @@ __all__ = [
     "LadderError",
     "Move",
     "Patience",
+    "Person",
     "Resume",
     "Screen",
     "Waits",

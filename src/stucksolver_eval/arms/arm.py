@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from stucksolver.decision import Directive
 from stucksolver.stacks.driver import Driver
-from stucksolver_eval.results.outcome import InterventionRecord, Noted, QueryRecord, Reliability
+from stucksolver_eval.results.outcome import InterventionRecord, QueryRecord, Reliability, Spoken
 
 if TYPE_CHECKING:
     import carla
@@ -19,7 +19,7 @@ class ArmLog:
 
     interventions: list[InterventionRecord] = field(default_factory=list)
     queries: list[QueryRecord] = field(default_factory=list)
-    guidance: list[Noted] = field(default_factory=list)
+    guidance: list[Spoken] = field(default_factory=list)
     asked_s: float | None = None
     reliability: list[Reliability] = field(default_factory=list)
 

@@ -7,9 +7,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from stucksolver.decision import Directive, SafeStop
+from stucksolver.ladder import Person
 from stucksolver.memory import Memory
 from stucksolver.record import Recorder
-from stucksolver.solver import Event, EventKind, StuckSolver
+from stucksolver.solver import Event, EventKind, Question, QuestionError, StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.carla_stack.camera import GivesPicture
 from stucksolver_eval.arms.arm import ArmLog, Now
@@ -78,6 +79,15 @@ class SolverArm:
         self._solver.close()
         if self._memory is not None:
             self._memory.close()
+    def answer(self, yes: bool, by: Person) -> Question | None:
+        """A person's yes or no to the open question: the question, or None where it was not theirs to answer."""
+        question = self._solver.pending_question
+        try:
+            (self._solver.approve if yes else self._solver.deny)(None, by)
+        except QuestionError:
+            return None
+        return question
+
             if self._memory.fault is not None:
                 print(f"note: not everything was remembered: {self._memory.fault}", file=sys.stderr, flush=True)
         if self._camera is not None:
@@ -103,7 +113,7 @@ class SolverArm:
             self._began(event)
         elif event.kind in (EventKind.FINISHED, EventKind.ABORTED) and self._running is not None:
             self._end(now.time_s, event.kind is EventKind.FINISHED, event.text)
-        elif event.kind is EventKind.STOPPED and self.log.asked_s is None:
+        elif self.log.asked_s is None and (event.kind is EventKind.STOPPED or _calls_operator(event)):
             self.log.asked_s = now.time_s
         for listener in self._heard:
             listener(event)
@@ -144,3 +154,8 @@ class SolverArm:
         ended = {"end_s": time_s, "finished": finished, "text": text}
         self.log.interventions.append(self._running.model_copy(update=ended))
         self._running = None
+
+
+def _calls_operator(event: Event) -> bool:
+    """Is an operator asked something?"""
+    return event.kind is EventKind.ASKED and event.question is not None and event.question.to == "operator"

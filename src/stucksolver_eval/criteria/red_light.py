@@ -47,6 +47,8 @@ class RedLights(Criterion):
         self._last_id: int | None = None
 
     def update(self, moment: Moment) -> None:
+        if self.kind in moment.suspended:
+            return
         near = [light for light in self._lights if light.center.distance(moment.location) <= NEAR_M]
         for light in near:
             if light.actor.id != self._last_id and light.actor.state == carla.TrafficLightState.Red:

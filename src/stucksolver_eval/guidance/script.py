@@ -1,9 +1,11 @@
 """Guidance scripts: JSON by route id. A wording is chosen by the seed, so that several seeds hear several.
 
     {"version": 1, "routes": {"2101": [
-        {"when": {"stopped_s": 6}, "say": ["please overtake them", "go around the parked car"], "kind": "helpful"}]}}
+        {"when": {"stopped_s": 6}, "say": ["please overtake them", "go around the parked car"], "kind": "helpful"},
+        {"when": {"asked": "operator", "after_s": 4}, "answer": "yes", "by": "operator", "help": "broken light"}]}}
 
-`when` has one of `time_s` (since the start), `stopped_s` (standing for so long) or `place_m` (along the route).
+`when` has one of `time_s` (since the start), `stopped_s` (standing for so long), `place_m` (along the route) or `asked`
+(a question to that person has been open for `after_s`). A line says something, or answers a question with yes or no.
 """
 
 from __future__ import annotations
@@ -15,9 +17,10 @@ from typing import Literal
 
 from pydantic import Field, ValidationError, model_validator
 
+from stucksolver.ladder import Person
 from stucksolver.scene.model import Model
 
-Kind = Literal["helpful", "unhelpful", "wrong", "dangerous"]
+Kind = Literal["helpful", "unhelpful", "wrong", "late", "dangerous"]
 
 
 class GuidanceError(ValueError):
@@ -25,29 +28,44 @@ class GuidanceError(ValueError):
 
 
 class When(Model):
-    """Exactly one of them."""
+    """Exactly one of the first four."""
 
     time_s: float | None = Field(default=None, ge=0)
     stopped_s: float | None = Field(default=None, ge=0)
     place_m: float | None = Field(default=None, ge=0)
+    asked: Person | None = None
+    after_s: float = Field(default=3.0, ge=0)
+    """With `asked`: how long a person takes to answer."""
 
     @model_validator(mode="after")
     def _one(self) -> When:
-        if sum(value is not None for value in (self.time_s, self.stopped_s, self.place_m)) != 1:
-            raise ValueError("give exactly one of time_s, stopped_s and place_m")
+        if sum(value is not None for value in (self.time_s, self.stopped_s, self.place_m, self.asked)) != 1:
+            raise ValueError("give exactly one of time_s, stopped_s, place_m and asked")
         return self
 
 
 class Line(Model):
-    """Something said once on a route, in one of several wordings."""
+    """Something said once on a route, in one of several wordings, or a question answered once with yes or no."""
 
     when: When
-    say: tuple[str, ...] = Field(min_length=1)
+    say: tuple[str, ...] = ()
+    answer: Literal["yes", "no"] | None = None
     kind: Kind = "helpful"
+    by: Person = "passenger"
+    help: str = ""
+    """What sort of help it is, for the report; empty where none is meant."""
+
+    @model_validator(mode="after")
+    def _says_or_answers(self) -> Line:
+        if bool(self.say) == (self.answer is not None):
+            raise ValueError("give either say, with at least one wording, or answer")
+        if self.answer is not None and self.when.asked is None:
+            raise ValueError("an answer needs `when` with `asked`: name who was asked")
+        return self
 
     def wording(self, random: Random) -> str:
-        """One of its wordings."""
-        return random.choice(self.say)
+        """One of its wordings; the answer where it is one."""
+        return random.choice(self.say) if self.say else str(self.answer)
 
 
 class Script(Model):

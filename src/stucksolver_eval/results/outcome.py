@@ -25,6 +25,13 @@ class Noted(Model):
     text: str
 
 
+class Spoken(Noted):
+    """What a person said or answered. `help`: the sort of help that it was meant as, empty where none."""
+
+    help: str = ""
+    by: str = "passenger"
+
+
 class ImmobilizationEpisode(Model):
     """A time of immobilization: below 5 km/h for 1 s or more, until 15 m of new progress."""
 
@@ -126,6 +133,6 @@ class RouteOutcome(Model):
     interventions: tuple[InterventionRecord, ...] = ()
     queries: tuple[QueryRecord, ...] = ()
     reliability: tuple[Reliability, ...] = ()
-    guidance: tuple[Noted, ...] = ()
+    guidance: tuple[Spoken, ...] = ()
     track: tuple[tuple[float, float], ...] = Field(default=())
     """(time, place) once a second."""

@@ -24,7 +24,7 @@ from stucksolver_eval.guidance.speaker import Speaker
 from stucksolver_eval.near_miss import NearMissWatch
 from stucksolver_eval.results.driven import Driven
 from stucksolver_eval.results.metric_info import MetricInfo
-from stucksolver_eval.results.outcome import Noted, RouteOutcome
+from stucksolver_eval.results.outcome import Noted, RouteOutcome, Spoken
 from stucksolver_eval.results.record import make_record
 from stucksolver_eval.routes.line import RouteLine
 from stucksolver_eval.runner.job import RouteJob
@@ -137,6 +137,8 @@ class _Drive:
     def go(self, progress: Callable[[float], None]) -> Driven:
         """Until the end of the route, whichever that is."""
         began, next_progress_s = time.monotonic(), 0.0
+        self._released = False
+        """Has an operator let the vehicle cross a light that is stuck?"""
         try:
             while (failure := self._tick()) is None:
                 self._world.tick()
@@ -174,7 +176,7 @@ class _Drive:
             time_s=time_s,
             transform=transform,
             velocity=velocity,
-            suspended=self._play.suspended,
+            suspended=self._play.suspended | ({"red_light"} if self._released else set()),
             background_mps=self._speeds.read(snapshot),
         )
         if self._driver.route is not self._driven_route:
@@ -188,9 +190,7 @@ class _Drive:
             return failure
         self._ticks += 1
         now = Now(time_s, moment.speed_mps, self._jury.completion.s_m)
-        for line, text in self._speaker.due(time_s, now.place_m, now.speed_mps):
-            self._arm.say(text)
-            self._arm.log.guidance.append(Noted(kind=line.kind, time_s=round(time_s, 2), text=text))
+        self._hear_people(now)
         control = self._arm.step(now)
         if self._eyes is not None:
             control = self._eyes.checked(control)
@@ -205,6 +205,20 @@ class _Drive:
         self._events.append(event.model_copy(update={"time_s": event.time_s - self._start_s}))
 
     def _take_new_route(self, moment: Moment) -> None:
+    def _hear_people(self, now: Now) -> None:
+        """What the script's people say and answer at this tick."""
+        arm = self._arm
+        question = arm.solver.pending_question if isinstance(arm, SolverArm) else None
+        for line, text in self._speaker.due(now.time_s, now.place_m, now.speed_mps, question):
+            if line.answer is None:
+                arm.say(text)
+            elif isinstance(arm, SolverArm):
+                answered = arm.answer(line.answer == "yes", line.by)
+                if answered is not None and line.answer == "yes" and "red_light" in answered.needs:
+                    self._released = self._play.expected == "ask"  # it is stuck; else nobody's yes makes it green
+            told = {"kind": line.kind, "time_s": round(now.time_s, 2), "text": text}
+            arm.log.guidance.append(Spoken(**told, help=line.help, by=line.by))
+
         """The driver planned anew: where leaving the route is allowed, the new one is the route from here on."""
         self._driven_route = self._driver.route
         if "route_deviation" in moment.suspended:

@@ -9,8 +9,6 @@ from pathlib import Path
 from stucksolver_eval.routes import Route, read_routes
 
 DATA = Path(__file__).with_name("data")
-SPLITS = {"dev": "bench220"}
-"""Suites that are a part of another."""
 
 
 class SuiteError(ValueError):
@@ -52,7 +50,7 @@ def suite(name: str) -> Suite:
 
 def shipped_guidance(name: str) -> Path:
     """What a passenger says on some routes of a suite that ships. Raises `SuiteError` where no such script does."""
-    path = DATA / f"guidance-{SPLITS.get(name, name)}.json"
+    path = DATA / f"guidance-{name}.json"
     if not path.is_file():
         known = ", ".join(suite_names())
         raise SuiteError(f"no words of a passenger ship for the suite '{name}' (but for {known}); give a script")

@@ -8,6 +8,7 @@ from random import Random
 
 import pytest
 
+from stucksolver.solver import Question
 from stucksolver_eval.guidance import GuidanceError, Line, Speaker, read_script
 
 
@@ -57,7 +58,9 @@ def test_a_script_is_read_by_route(tmp_path: Path) -> None:
     [
         ({"version": 2, "routes": {}}, "version"),
         ({"routes": {"7": [{"when": {}, "say": ["x"]}]}}, "exactly one of"),
-        ({"routes": {"7": [{"when": {"time_s": 1}, "say": []}]}}, "say"),
+        ({"routes": {"7": [{"when": {"time_s": 1}, "say": []}]}}, "either say"),
+        ({"routes": {"7": [{"when": {"time_s": 1}}]}}, "either say"),
+        ({"routes": {"7": [{"when": {"time_s": 1}, "answer": "yes"}]}}, "name who was asked"),
         ({"routes": {"9": []}}, "none of its routes is in the suite"),
     ],
 )
@@ -65,3 +68,24 @@ def test_a_bad_script_is_named(tmp_path: Path, data: object, told: str) -> None:
     with pytest.raises(GuidanceError, match=told) as error:
         read_script(script(tmp_path, data), {"7"})
     assert "script.json" in str(error.value)
+
+
+def question(number: int, to: str = "operator") -> Question:
+    return Question(id=f"q{number}", time_s=0.0, kind="approval", to=to, text="May I?")
+
+
+def answers(to: str = "operator", after_s: float = 4.0) -> Line:
+    return Line.model_validate({"when": {"asked": to, "after_s": after_s}, "answer": "yes", "by": to})
+
+
+def test_a_question_is_answered_after_a_while_and_by_who_was_asked() -> None:
+    speaker = Speaker([answers()], Random(1))
+    moments = [(10.0, question(1, "passenger")), (20.0, question(2)), (23.9, question(2)), (24.0, question(2))]
+    assert [t for t, asked in moments if speaker.due(t, 0.0, 0.0, asked)] == [24.0]
+
+
+def test_a_new_question_is_thought_about_anew() -> None:
+    speaker = Speaker([answers()], Random(1))
+    moments = [(1.0, question(1)), (4.0, question(2)), (6.0, None), (6.5, question(3)), (9.0, question(3))]
+    assert not [t for t, asked in moments if speaker.due(t, 0.0, 0.0, asked)]
+    assert speaker.due(10.6, 0.0, 0.0, question(3))[0][1] == "yes"

@@ -13,6 +13,7 @@ import pytest
 carla = pytest.importorskip("carla")
 
 from stucksolver_eval.guidance import read_script  # noqa: E402 (needs carla)
+from stucksolver_eval.guidance.draw import drawn  # noqa: E402
 from stucksolver_eval.routes.line import RouteLine  # noqa: E402 (needs carla)
 from stucksolver_eval.scenarios import SCENARIOS  # noqa: E402
 from stucksolver_eval.sites.values import IntervalDraw, OneOf, Ride  # noqa: E402
@@ -206,6 +207,12 @@ def test_all_presets_of_weather_come_up_with_all_fields():
         assert tuple(name for name, _ in weather) == FIELDS
 
 
+@pytest.mark.parametrize("name", ["bench220", "dev", "immobilized"])
+def test_what_people_say_is_drawn_by_seed_and_type_and_by_nothing_else(name: str) -> None:
+    assert drawn(name) == read_script(shipped_guidance(name))
+    assert drawn(name, seed=1) != drawn(name)
+
+
 @pytest.mark.parametrize("name", ["bench220", "immobilized"])
 def test_a_passenger_speaks_on_about_15_percent_of_the_routes_in_every_way(name: str) -> None:
     known = {route.id for route in suite(name).routes}
@@ -214,9 +221,10 @@ def test_a_passenger_speaks_on_about_15_percent_of_the_routes_in_every_way(name:
     assert 0.13 < len(script.routes) / len(known) < 0.17
     lines = [line for spoken in script.routes.values() for line in spoken]
     kinds = Counter(line.kind for line in lines)
-    assert set(kinds) == {"helpful", "unhelpful", "wrong", "dangerous"}
+    assert set(kinds) == {"helpful", "unhelpful", "wrong", "late", "dangerous"}
     assert kinds["helpful"] > len(lines) / 2
-    assert all(len(set(line.say)) == len(line.say) >= 2 for line in lines)
+    assert all(line.answer or len(set(line.say)) == len(line.say) >= 2 for line in lines)
+    assert all(line.help for line in lines)
 
 
 def test_a_passenger_speaks_on_some_routes_of_dev() -> None:
