@@ -10,12 +10,12 @@ from pathlib import Path
 from worlds import World
 
 from stucksolver import StuckSolver
-from stucksolver.passenger import AgreeingReader, Desk, PassengerServer
+from stucksolver.passenger import Desk, PassengerServer
 from stucksolver.words import find_reader
 
 DRAWING = Path(__file__).parents[2] / "src" / "stucksolver_eval" / "report" / "assets"
 VIEW_TICKS, PICTURE_TICKS = 2, 4
-READER = AgreeingReader(find_reader())
+READER = find_reader()
 """One for all rides: it takes a while to load, which it does now."""
 READER.read("hello", "")
 

@@ -8,7 +8,6 @@ from worlds import World, ladder, straight_road, thing
 
 from stucksolver import StuckSolver
 from stucksolver.ladder.ladder import Approval
-from stucksolver.passenger import AgreeingReader
 from stucksolver.passenger.seat import Seat
 from stucksolver.passenger.teller import Conversation
 from stucksolver.passenger.told import Command, CommandKind
@@ -30,7 +29,7 @@ class Sitting:
         self.world, self.told, self.now_s = world, [], 0.0
         conversation = Conversation(lambda: self.solver.state)
         settings = {"clock": "lockstep", "ladder": policy, "on_event": conversation.hear, **options}
-        settings.setdefault("reader", AgreeingReader(find_reader()))
+        settings.setdefault("reader", find_reader())
         self.solver = StuckSolver(world.scene, **settings)
         self.seat = Seat(self.solver, conversation, self.told.append, wall_s=lambda: self.world.time_s)
         self._numbers = count(1)

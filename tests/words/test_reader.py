@@ -103,6 +103,18 @@ def test_the_same_words_mean_another_thing_in_another_situation():
     assert told.likely is GuidanceIntent.GO
 
 
+@pytest.mark.parametrize("text", ["hrmpf grmbl", "xxxxx xxxxx xxxxx", "blub", "asdf jklo qwer", "x" * 400])
+def test_sounds_without_meaning_are_no_yes_to_an_open_question(text):
+    assert READER.read(text, "Standing behind a parked van. The car asks: May I overtake?").intent not in MOVES
+
+
+@pytest.mark.parametrize("text", ["yes", "sure, why not", "okay then", "ja, gerne", "oui, vas-y", "by all means, do it"])
+def test_an_everyday_yes_is_one(text):
+    asked = READER.read(text, "Standing behind a parked van. The car asks: May I overtake?")
+    assert asked.intent in (GuidanceIntent.YES, GuidanceIntent.UNCLEAR)
+    assert asked.likely is not GuidanceIntent.YES or asked.intent is GuidanceIntent.YES or asked.confidence < 0.9
+
+
 def test_four_bits_hold_numbers_from_minus_eight_to_seven():
     table = np.array([[0x10, 0x87, 0xF9], [0x00, 0x00, 0x00]], np.uint8)
     scale = np.array([[0.5, 2.0], [1.0, 1.0]], np.float32)

@@ -42,7 +42,9 @@ def _standing(case: CheckContext, i: int) -> str | None:
     if not thing.hazard_lights and in_queue(case, i):
         return "may be in a queue"
     parked = thing.hazard_lights or abs(float(view.d[i])) > case.policy.queues.parked_offset_m
-    needed = waits.hazard_or_parked_s if parked else waits.unknown_vehicle_s
+    # Who was told that it stays knows as much of it as by its hazard lights.
+    stays = "long_stay" in case.approvals.passenger | case.approvals.operator
+    needed = waits.hazard_or_parked_s if parked or stays else waits.unknown_vehicle_s
     stood = thing.stationary_s or 0.0
     if case.guided or case.running or stood >= needed:
         return None
@@ -99,7 +101,7 @@ def _not_passable(case: CheckContext, i: int) -> str | None:
     thing, policy = case.view.objects[i], case.policy.passable
     if thing.kind not in PASSABLE_KINDS:
         return f"is a {thing.kind.value}, which is never driven over"
-    confirmed = "drive_over" in case.approvals.passenger | case.approvals.operator
+    confirmed = not {"drive_over", "soft_object"}.isdisjoint(case.approvals.passenger | case.approvals.operator)
     needed = policy.confirmed_confidence if confirmed else policy.confidence
     if (thing.kind_confidence or 0.0) < needed:
         return f"is a {thing.kind.value} with confidence {thing.kind_confidence or 0.0:.2f}, {needed:.2f} is asked"

@@ -21,10 +21,22 @@ class HandBack(Model):
     """So much new progress after the onset proves that the vehicle is on its way; only then the counters start anew."""
 
 
+class AskedPatience(Model):
+    """So many times as long are other vehicles waited for, after what a passenger says of their time."""
+
+    hurry: float = Field(default=0.5, ge=0.25, le=1.0)
+    """After "I am late"."""
+    no_hurry: float = Field(default=2.0, ge=1.0, le=4.0)
+    """After "no hurry"."""
+
+
 class Words(Model):
     """How a passenger's words are treated."""
 
     expire_s: float = Field(default=30.0, gt=0)
+    claims_s: float = Field(default=60.0, gt=0, le=600)
+    """For so long is believed what people say of the world, as far as it is believed at all."""
+    patience: AskedPatience = AskedPatience()
 
 
 class Asking(Model):

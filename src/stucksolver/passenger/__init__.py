@@ -1,6 +1,5 @@
 """The passenger: a page and an HTTP API to talk to the car, beside the control loop and never in it."""
 
-from stucksolver.passenger.agreeing import AgreeingReader
 from stucksolver.passenger.desk import Desk
 from stucksolver.passenger.link import LinkError
 from stucksolver.passenger.roles import Holder, Tokens
@@ -10,7 +9,6 @@ from stucksolver.passenger.server.process import PassengerServer, ServerDied
 from stucksolver.passenger.told import Now
 
 __all__ = [
-    "AgreeingReader",
     "Desk",
     "Holder",
     "LinkError",

@@ -24,7 +24,7 @@ class Desk:
 
     ```python
     desk = Desk(server.address)
-    solver = StuckSolver(stack.scene, on_event=desk.ear("car-1"), reader=AgreeingReader(find_reader()))
+    solver = StuckSolver(stack.scene, on_event=desk.ear("car-1"))
     seat = desk.add("car-1", solver, name="Car 1")
     ...
     directive = solver.step(status, stack.surroundings)  # on every tick

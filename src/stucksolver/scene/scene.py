@@ -13,7 +13,7 @@ from pydantic import Base64Bytes, Field, JsonValue
 from stucksolver.scene.attempts import PastAttempt
 from stucksolver.scene.model import Model
 from stucksolver.scene.objects import TrackedObject
-from stucksolver.scene.reading import Reading
+from stucksolver.scene.reading import Claim, Reading
 from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 from stucksolver.scene.surroundings import TrafficControl
 
@@ -146,6 +146,8 @@ class Scene(Model):
     speed_limit_mps: float | None = None
     image: CameraImage | None = None
     guidance: Guidance | None = None
+    claims: tuple[Claim, ...] = ()
+    """What people have said of the world lately, as it was read: evidence, which never replaces what is seen."""
     attempts: tuple[PastAttempt, ...] = ()
 
     def offers(self, *names: str) -> bool:

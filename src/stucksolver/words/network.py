@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver.scene.reading import GuidanceIntent, Reading
+from stucksolver.words.agreeing import agrees
 from stucksolver.words.caution import without_call_for_care
 from stucksolver.words.fields import MOVES, Doubt, Numbers, read_fields
 from stucksolver.words.halting import halts
@@ -62,6 +63,8 @@ class NetworkReader:
             if reading.intent in MOVES:
                 return reading
         reading = read_fields(self.logits(text, situation), self._doubt, self.name)
+        if reading.intent is GuidanceIntent.YES and not agrees(text):
+            return reading.model_copy(update={"intent": GuidanceIntent.UNCLEAR})
         if reading.intent is GuidanceIntent.UNCLEAR and halts(text):
             return reading.model_copy(update={"intent": GuidanceIntent.WAIT})
         return reading

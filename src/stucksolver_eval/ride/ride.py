@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from stucksolver.ladder import Ladder, find_ladder
 from stucksolver.memory import Memory
-from stucksolver.passenger import AgreeingReader, Desk
+from stucksolver.passenger import Desk
 from stucksolver.solver import StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.driver import DriverOptions
@@ -164,7 +164,7 @@ class _Ride:
         driver = make_driver(spec.driver, setting.client, hero, setting.map, line.points, DriverOptions())
         self._driver = driver
         self._stack = CarlaStack(hero, driver, setting.map)
-        reader = AgreeingReader(find_reader())
+        reader = find_reader()
         reader.read("hello", "")  # it loads at its first words, and nobody is to wait for that on the way
         policy, ear = spec.policy(), desk.ear(VEHICLE)
         self._memory = None if spec.memory is None else Memory(spec.memory)

@@ -20,6 +20,7 @@ from stucksolver.scene import (
     MOTOR_VEHICLES,
     REQUESTS,
     VEHICLES,
+    Claim,
     ControlKind,
     LightState,
     ObjectKind,
@@ -118,7 +119,7 @@ def _held_by_control(scene: Scene, limits: WaitLimits) -> Hold | None:
         if control.applies is False or not -1.0 < control.distance_m < LIGHT_AHEAD_M:
             continue
         stopping = control.kind is ControlKind.TRAFFIC_LIGHT and control.state in (LightState.RED, LightState.YELLOW)
-        patient = scene.ego.stopped_for_s <= limits.light_s
+        patient = scene.ego.stopped_for_s <= limits.light_s and Claim.BROKEN_LIGHT not in scene.claims
         if stopping and patient and not _blocked_before(scene, control.distance_m):
             state = control.state.value if control.state else ""
             return Hold(WaitReason.LIGHT, f"{state} light {control.distance_m:.0f} m ahead")
@@ -171,7 +172,8 @@ def _held_by_vehicle(scene: Scene, limits: WaitLimits) -> Hold | None:
     what = intent(scene, lead, limits)
     if what is Intent.QUEUEING:
         return Hold(WaitReason.QUEUE, f"{lead.kind.value} {lead.id} ahead waits in a queue")
-    needed = limits.hazard_or_parked_s if lead.hazard_lights or what is Intent.PARKED else limits.unknown_vehicle_s
+    stays = lead.hazard_lights or what is Intent.PARKED or Claim.LONG_STAY in scene.claims
+    needed = limits.hazard_or_parked_s if stays else limits.unknown_vehicle_s
     seen = lead.stationary_s or 0.0
     if seen < needed:
         evidence = f"{lead.kind.value} {lead.id} {stood_too_briefly(seen, needed)}"

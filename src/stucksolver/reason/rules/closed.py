@@ -30,7 +30,7 @@ def by_another_road(scene: Scene, lead: SceneObject) -> Way | None:
         or not is_closed(scene, lead)
     ):
         return None
-    start = min(_elsewhere(scene), key=lambda w: w.route_length_m or math.inf, default=None)
+    start = min(elsewhere(scene), key=lambda w: w.route_length_m or math.inf, default=None)
     if start is None:
         return None
     plan = RecoveryPlan(behaviors=(ReplanRoute(route_start=start.id),))
@@ -73,7 +73,7 @@ def _edges_m(scene: Scene) -> tuple[float, float]:
     return half + widths[LaneRelation.LEFT] + widths[LaneRelation.ONCOMING], -half - widths[LaneRelation.RIGHT]
 
 
-def _elsewhere(scene: Scene) -> list[CandidateWaypoint]:
+def elsewhere(scene: Scene) -> list[CandidateWaypoint]:
     """Candidates beside the route from which the destination is reached."""
     known = {lane.id for lane in scene.lanes}
     return [w for w in scene.waypoints if w.reaches_destination and w.route_length_m and w.lane_id not in known]

@@ -116,12 +116,16 @@ def _lead(scene: Scene, analysis: Analysis) -> SceneObject | None:
 def _just_refused(scene: Scene, plan: RecoveryPlan) -> str | None:
     """Why the same plan was refused a moment ago; a rule has no better idea in the same instant.
 
-    One that asks for walking pace, after a refusal for being too near or too quick, is another plan.
+    One that asks for walking pace, after a refusal for being too near or too quick, is another plan; so is a quicker
+    one where a passenger asks to pass, after a refusal for what is seen of the oncoming lane.
     """
     names = tuple(b.name for b in plan.behaviors)
     same = [a for a in scene.attempts if a.behaviors == names and scene.time_s - a.time_s < SAME_MOMENT_S]
-    slowed = len(same) == 1 and failed_for(scene, RejectCode.CLEARANCE, RejectCode.DOOR)
-    return same[-1].outcome if same and not slowed else None
+    slowed = failed_for(scene, RejectCode.CLEARANCE, RejectCode.DOOR)
+    reading = None if scene.guidance is None else scene.guidance.reading
+    asked = reading is not None and reading.intent is GuidanceIntent.OVERTAKE
+    quickened = asked and failed_for(scene, RejectCode.ONCOMING_SIGHT, RejectCode.ONCOMING_GAP)
+    return same[-1].outcome if same and not (len(same) == 1 and (slowed or quickened)) else None
 
 
 def _call(scene: Scene, wait: WaitReason | None, why: str, limits: WaitLimits) -> RecoveryPlan | None:

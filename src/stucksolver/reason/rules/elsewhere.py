@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 from stucksolver.decision import Analysis, CauseCode, GuidanceIntent, RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import BackUp, KeepLane, PullOver, ReplanRoute
 from stucksolver.decision.behaviors.base import Behavior
 from stucksolver.reason.rules.analyse import red_light_within
 from stucksolver.reason.rules.attempts import was_tried
+from stucksolver.reason.rules.closed import elsewhere
 from stucksolver.reason.rules.onward import along_the_free_lane
 from stucksolver.reason.rules.past import Way
 from stucksolver.scene import ControlKind, LightState, Scene
@@ -22,7 +25,7 @@ def without_lead(scene: Scene, analysis: Analysis) -> Way:
     """Out of a loop by a new route; over the line of a dark light after a stop, creeping; on along a free lane."""
     light = red_light_within(scene, LIGHT_AHEAD_M)
     if light is not None:
-        return None, (WaitReason.LIGHT, light)
+        return across_stuck_light(scene) or (None, (WaitReason.LIGHT, light))
     if analysis.cause is CauseCode.LOOP:
         if was_tried(scene, "replan"):
             return None, (None, "a new route has led nowhere")
@@ -33,6 +36,26 @@ def without_lead(scene: Scene, analysis: Analysis) -> Way:
     return along_the_free_lane(scene) or (None, (None, "nothing in the path"))
 
 
+def across_stuck_light(scene: Scene) -> Way | None:
+    """Across a light that stays red, creeping: the guard refuses that without an operator's yes, who is asked for it.
+
+    Called where waiting is no longer right: it has been red for too long, or a passenger knows that it is broken.
+    None away from its line, for a yellow one, and where that came to nothing a moment ago.
+    """
+    stuck = any(
+        c.kind is ControlKind.TRAFFIC_LIGHT
+        and c.state is LightState.RED
+        and c.applies is not False
+        and -1.0 < c.distance_m < AT_THE_LINE_M
+        for c in scene.controls
+    )
+    if not stuck or scene.ego.stopped_for_s < LOOKED_S or was_tried(scene, "keep_lane"):
+        return None
+    return _one(
+        scene, KeepLane(distance_m=CROSS_M, speed_mps=CREEP_MPS), "the light stays red: creep across if released"
+    )
+
+
 def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
     """What a passenger asks for that needs nothing ahead."""
     light = red_light_within(scene, LIGHT_AHEAD_M)
@@ -41,7 +64,10 @@ def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
     if wanted in (GuidanceIntent.REROUTE, GuidanceIntent.TURN_ROUND):
         if was_tried(scene, "replan"):
             return None, (None, "a new route has led nowhere")
-        return _one(scene, ReplanRoute(), "the passenger asks for another way")
+        start = min(elsewhere(scene), key=lambda w: w.route_length_m or math.inf, default=None)
+        return _one(
+            scene, ReplanRoute(route_start=None if start is None else start.id), "a person asks for another way"
+        )
     if light is not None:
         return None, (WaitReason.LIGHT, light)
     return _one(scene, PullOver(), "the passenger asks to pull over")

@@ -12,6 +12,7 @@ from stucksolver.scene import (
     STATIC_KINDS,
     VEHICLES,
     CandidateWaypoint,
+    Claim,
     ControlKind,
     LaneRelation,
     LightState,
@@ -33,6 +34,8 @@ JOINS_M, JOINS_RAD, JOINS_AHEAD_M, CRAWLS_MPS = 1.0, 0.08, 8.0, 3.0
 """A vehicle so far aside, so much turned towards our way, no further ahead and no quicker crawls into our lane."""
 LET_IN_S = 20.0
 """Who is not let in for so long has to show that it wants to go."""
+WAVED_S = 3.0
+"""The same where a passenger has seen that they are let in: as long as a vehicle with hazard lights is looked at."""
 SAME_WAY_COS = 0.9
 SAME_LANE_M = 1.5
 QUEUE_GAP_M = 8.0
@@ -121,7 +124,8 @@ def joins(scene: Scene, o: SceneObject) -> bool:
 def no_gap_to_join(scene: Scene, lead: SceneObject) -> SceneObject | None:
     """Who keeps joining the lane that we want to merge into, when we have stood too long to be in their queue."""
     crawls = MOVING_MPS < lead.speed_along_mps < CRAWLS_MPS
-    if not crawls or scene.ego.stopped_for_s < LET_IN_S:
+    let_in_s = LET_IN_S if Claim.WAVED_THROUGH not in scene.claims else WAVED_S
+    if not crawls or scene.ego.stopped_for_s < let_in_s:
         return None
     return next((o for o in scene.objects if joins(scene, o)), None)
 

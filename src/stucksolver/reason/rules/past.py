@@ -23,6 +23,7 @@ from stucksolver.scene import (
     PASSABLE_KINDS,
     VULNERABLE,
     CandidateWaypoint,
+    Claim,
     GuidanceIntent,
     LaneRelation,
     LineKind,
@@ -41,7 +42,8 @@ LEAST_SPEED_MPS = 2.0
 SLOW_MPS = 2.2
 OVER_HEIGHT_M = 0.15
 OVER_SEEN_S = 1.0
-OVER_CONFIDENCE = 0.8
+OVER_CONFIDENCE, CONFIRMED_CONFIDENCE = 0.8, 0.5
+"""Of its class; the second where a passenger says that it is only a bag. The guard's own bounds."""
 LIVING_M = 2.5
 BEFORE_OVER_M, BEYOND_OVER_M = 6.0, 2.0
 """So far before what it drives over the ego is in its lane, and so far behind it its rear is free again."""
@@ -62,14 +64,18 @@ def speed_for(scene: Scene, target: PassTarget) -> float:
     if failed_for(scene, RejectCode.CLEARANCE, RejectCode.DOOR):
         return SLOW_MPS
     reading = asked(scene)
-    if reading is None or reading.intent is not GuidanceIntent.OVERTAKE or target.speed_mps < 0.5:
+    if reading is None or reading.intent is not GuidanceIntent.OVERTAKE:
+        return RECOVERY_SPEED_MPS
+    # Who is asked to pass may be sooner back: then less of the oncoming lane must be seen to be free.
+    if target.speed_mps < 0.5 and not failed_for(scene, RejectCode.ONCOMING_SIGHT, RejectCode.ONCOMING_GAP):
         return RECOVERY_SPEED_MPS
     return round(min(max(scene.speed_limit_mps or 8.0, LEAST_SPEED_MPS), GUIDED_SPEED_MPS), 1)
 
 
 def may_be_driven_over(scene: Scene, o: SceneObject) -> bool:
     """Is it soft, low, long enough seen, and away from everybody, and has that not just failed?"""
-    sure = o.kind in PASSABLE_KINDS and (o.kind_confidence or 0.0) >= OVER_CONFIDENCE
+    needed = CONFIRMED_CONFIDENCE if Claim.SOFT_OBJECT in scene.claims else OVER_CONFIDENCE
+    sure = o.kind in PASSABLE_KINDS and (o.kind_confidence or 0.0) >= needed
     low = o.height_m <= OVER_HEIGHT_M and (o.seen_for_s or 0.0) >= OVER_SEEN_S
     living = any(
         other.kind in VULNERABLE and math.hypot(other.x_m - o.x_m, other.y_m - o.y_m) < LIVING_M

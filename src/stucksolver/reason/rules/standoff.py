@@ -11,7 +11,7 @@ from stucksolver.reason.rules.attempts import was_tried
 from stucksolver.reason.rules.observe import crosses, drives, joins, no_gap_to_join
 from stucksolver.reason.rules.past import Way
 from stucksolver.reason.rules.room import may_back_up
-from stucksolver.scene import MOTOR_VEHICLES, Scene, SceneObject
+from stucksolver.scene import MOTOR_VEHICLES, Claim, Scene, SceneObject
 
 FIRST_TURN_S = 8.0
 """For so long it is left to those who cross to go first."""
@@ -41,7 +41,7 @@ def towards_who_crosses(scene: Scene, lead: SceneObject) -> Way | None:
     who = f"{lead.kind.value} {lead.id}"
     if drives(lead):
         return None, (WaitReason.YIELD, f"{who} drives across our way and goes first")
-    if scene.ego.stopped_for_s < FIRST_TURN_S:
+    if scene.ego.stopped_for_s < FIRST_TURN_S and Claim.WAVED_THROUGH not in scene.claims:
         return None, (WaitReason.YIELD, f"{who} comes from a crossing road and may go first")
     way = STEP_M * math.floor(((lead.gap_m or 0.0) - SHORT_OF_M) / STEP_M)
     if way < LEAST_M or was_tried(scene, "keep_lane"):

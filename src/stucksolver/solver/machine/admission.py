@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stucksolver.decision import RecoveryPlan
-from stucksolver.decision.behaviors import Release
+from stucksolver.decision.behaviors import KeepLane, Release
+from stucksolver.decision.behaviors.base import CREEP_MPS
 from stucksolver.guard import NOBODY, RULES, Approvals, Guard, Reject, RejectCode, Verdict
 from stucksolver.ladder.moves import Person
 from stucksolver.scene import Scene
@@ -14,9 +15,10 @@ from stucksolver.solver.machine.execution import Execution
 from stucksolver.solver.machine.history import History, passes
 
 RELEASABLE = frozenset(name for name in RULES if name != "red_light")
-"""What a question may be raised for without being told to: a lit red light is released on an operator's own word."""
+"""What a question may be raised for, whatever the plan. A red light is asked about for a plan that is nothing else."""
 
-ASKABLE = frozenset({RejectCode.APPROVAL, RejectCode.AUTHORITY, RejectCode.SOLID_LINE})
+RED_LIGHT = ("red_light",)
+ASKABLE = frozenset({RejectCode.APPROVAL, RejectCode.AUTHORITY, RejectCode.SOLID_LINE, RejectCode.RED_LIGHT})
 """Reasons that a person's yes may take away."""
 
 
@@ -113,11 +115,25 @@ def missing_yes(
     people: tuple[Person, ...] = ("passenger", "operator")
     for to in people:
         named = tuple(dict.fromkeys(b.name for b in plan.behaviors if _needs(guard, b.name, to)))
-        for extra in ((), *((rule,) for rule in RULES if rule in RELEASABLE)):
+        for extra in ((), *((rule,) for rule in RULES if rule in releasable_for(plan))):
             need = Need(to, (*named, *extra))
-            if need.what and Execution(plan, guard, guided, _joined(has, need.given())).start(view, now_s).accepted:
+            if not need.what:
+                continue
+            would = Execution(plan, guard, guided, joined(has, need.given())).start(view, now_s)
+            # Traffic that will go on is no reason not to ask about a light: the plan then waits for its gap.
+            if would.accepted or (extra == RED_LIGHT and not _at_red(would) and passes(would, moving(view))):
                 return need
     return None
+
+
+def releasable_for(plan: RecoveryPlan) -> frozenset[str]:
+    """The rules that a question may be raised for. A lit red light only for creeping across it and nothing else."""
+    creeps = len(plan.behaviors) == 1 and isinstance(one := plan.behaviors[0], KeepLane) and one.speed_mps <= CREEP_MPS
+    return RELEASABLE | set(RED_LIGHT) if creeps else RELEASABLE
+
+
+def _at_red(verdict: Verdict) -> bool:
+    return any(r.code is RejectCode.RED_LIGHT for r in verdict.rejects)
 
 
 def _needs(guard: Guard, behavior: str, to: Person) -> bool:
@@ -125,10 +141,11 @@ def _needs(guard: Guard, behavior: str, to: Person) -> bool:
     return release is Release.PASSENGER or (release is Release.OPERATOR and to == "operator")
 
 
-def _joined(one: Approvals, other: Approvals) -> Approvals:
+def joined(one: Approvals, other: Approvals) -> Approvals:
+    """What has been said yes to in either."""
     return Approvals(one.passenger | other.passenger, one.operator | other.operator)
 
 
 def granted(has: Approvals, by: Person, what: tuple[str, ...]) -> Approvals:
     """What people have said yes to, with one yes more."""
-    return _joined(has, Need(by, what).given())
+    return joined(has, Need(by, what).given())

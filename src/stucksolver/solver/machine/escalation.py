@@ -10,6 +10,10 @@ from types import MappingProxyType
 from stucksolver.decision import WaitReason
 from stucksolver.ladder import AskPerson, AskReasoner, Assist, Ladder, Move, Screen, Waits
 
+DUTIES = frozenset(
+    {WaitReason.LIGHT, WaitReason.STOP_SIGN, WaitReason.PEOPLE, WaitReason.YIELD, WaitReason.AT_DESTINATION}
+)
+"""Waits that no hurry shortens."""
 NO_WAITS: Mapping[WaitReason, float] = MappingProxyType({})
 
 
@@ -58,10 +62,12 @@ class Escalation:
     """Since when there has been a reason to wait."""
     last_wait_s: float | None = None
     """When waiting was last found to be right."""
+    patience: float = 1.0
+    """How patient the passenger asked to be: the longest waits for others count so many times as long."""
 
     def reset(self) -> Escalation:
         """Back to the lowest rung, with all tries."""
-        return Escalation(self.on)
+        return Escalation(self.on, patience=self.patience)
 
     @property
     def rung(self) -> str:
@@ -117,7 +123,8 @@ class Escalation:
         return self if not self.waiting else replace(self, waiting=NO_WAITS)
 
     def _patience(self, reason: WaitReason) -> float:
-        return self.on.waits.patience(reason).longest_s
+        longest_s = self.on.waits.patience(reason).longest_s
+        return longest_s if reason in DUTIES else longest_s * self.patience
 
     # ---- failing
 

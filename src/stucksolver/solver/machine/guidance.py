@@ -9,6 +9,7 @@ from stucksolver.decision import GuidanceIntent
 from stucksolver.ladder import Resume
 from stucksolver.scene import Guidance, Reading
 from stucksolver.solver.events import EventKind
+from stucksolver.solver.machine import claims
 from stucksolver.solver.machine.people import resumes
 from stucksolver.solver.machine.state import AwaitingGap, Executing, MinimalRisk, Monitoring, State, WordsInForce
 from stucksolver.solver.machine.turn import Turn
@@ -57,10 +58,12 @@ def _understand(turn: Turn, words: Guidance) -> None:
     assert reading is not None
     turn.tell_words(words)
     intent = reading.intent
+    believed = claims.take(turn, reading)
     if intent in (GuidanceIntent.YES, GuidanceIntent.NO) and _is_answered(turn, intent, words):
         return
     if intent is GuidanceIntent.NONE:
-        _dismiss(turn, words, "nothing is asked of the driving")
+        told = ", ".join(claim.value.replace("_", " ") for claim in reading.claims)
+        _dismiss(turn, words, f"taken into account: {told}" if believed else "nothing is asked of the driving")
     elif intent is GuidanceIntent.UNLAWFUL:
         _dismiss(turn, words, "refused: that is not allowed")
     elif intent in (GuidanceIntent.UNCLEAR, GuidanceIntent.YES):

@@ -11,7 +11,8 @@ from stucksolver.ladder import Assist
 from stucksolver.reason import Answer
 from stucksolver.scene import AttemptEnd
 from stucksolver.solver.events import EventKind, Judgement, Tick
-from stucksolver.solver.machine.admission import Admission, admit
+from stucksolver.solver.machine.admission import Admission, admit, joined
+from stucksolver.solver.machine.claims import confirmed
 from stucksolver.solver.machine.execution import STAND, Execution, ExecutionOutcome, Step
 from stucksolver.solver.machine.guidance import end_words
 from stucksolver.solver.machine.history import passes, signature
@@ -136,9 +137,10 @@ def _admitted(
 
 
 def _approvals(turn: Turn, plan: RecoveryPlan) -> Approvals:
-    """What people have agreed to for this plan."""
+    """What people have agreed to for this plan, and what they have confirmed of the world."""
     under_way = turn.state.intervention
-    return NOBODY if under_way is None else under_way.approved.get(signature(plan), NOBODY)
+    agreed = NOBODY if under_way is None else under_way.approved.get(signature(plan), NOBODY)
+    return joined(agreed, confirmed(turn.state, turn.now_s))
 
 
 def _note_refusal(turn: Turn, judged: Admission) -> None:

@@ -11,7 +11,7 @@ from stucksolver.ladder import AskPerson, AskReasoner, Assist, Resume
 from stucksolver.reason import Answer
 from stucksolver.scene import AttemptEnd
 from stucksolver.solver.events import EventKind
-from stucksolver.solver.machine import people, plans
+from stucksolver.solver.machine import claims, people, plans
 from stucksolver.solver.machine.blockage import why_stopped
 from stucksolver.solver.machine.history import GOT_ON_M, TEXTS
 from stucksolver.solver.machine.state import (
@@ -123,7 +123,8 @@ def _ask(turn: Turn, move: AskReasoner, trigger: Trigger) -> None:
         }
     )
     words = None if state.words is None else state.words.words
-    told = {"ego": ego, "guidance": words, "attempts": state.history.attempts}
+    said = claims.in_force(state, turn.now_s)
+    told = {"ego": ego, "guidance": words, "claims": said, "attempts": state.history.attempts}
     query = Query(
         number=state.queries + 1,
         reasoner=move.reasoner,

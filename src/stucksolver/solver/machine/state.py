@@ -11,7 +11,7 @@ from stucksolver.decision import CONTINUE, Continue, RecoveryPlan, SafeStop
 from stucksolver.detect import Trigger
 from stucksolver.guard import Approvals
 from stucksolver.reason import Answer
-from stucksolver.scene import Guidance, Reading, Scene
+from stucksolver.scene import Claim, Guidance, Reading, Scene
 from stucksolver.solver.machine.escalation import Escalation
 from stucksolver.solver.machine.execution import Execution
 from stucksolver.solver.machine.history import History, Signature
@@ -188,6 +188,8 @@ class State:
     """Asked so far."""
     queries: int = 0
     words: WordsInForce | None = None
+    claims: Mapping[Claim, float] = field(default_factory=lambda: MappingProxyType({}))
+    """What people have said of the world, and until when it is believed."""
     asked_back: bool = False
     """Were the last words asked back already?"""
     intervention: Intervention | None = None

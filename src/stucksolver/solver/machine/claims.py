@@ -1,0 +1,83 @@
+"""What people say of the world without asking for anything: what it changes, and for how long.
+
+A claim never replaces what is seen: none of them makes a road clear, a queue an obstruction or an unknown thing soft.
+docs/words.md lists what each of them does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+from stucksolver.guard import NOBODY, Approvals
+from stucksolver.scene import Claim, GuidanceIntent, Reading
+from stucksolver.solver.machine.state import AwaitingApproval, AwaitingGap, Executing, Monitoring, State
+from stucksolver.solver.machine.turn import Turn
+
+TAKES_BACK: Mapping[Claim, frozenset[Claim]] = MappingProxyType(
+    {
+        Claim.RETURNING_SOON: frozenset({Claim.LONG_STAY}),
+        Claim.LONG_STAY: frozenset({Claim.RETURNING_SOON}),
+        Claim.NOT_CLEAR: frozenset({Claim.WAVED_THROUGH, Claim.CLEAR}),
+        Claim.HURRY: frozenset({Claim.NO_HURRY}),
+        Claim.NO_HURRY: frozenset({Claim.HURRY}),
+    }
+)
+"""What is no longer believed once another claim is made."""
+CONFIRMS: Mapping[Claim, str] = MappingProxyType(
+    {Claim.SOFT_OBJECT: "soft_object", Claim.LONG_STAY: "long_stay"},
+)
+"""Claims that the guard knows of, by its names for them (`guard.policy.approvals.CLAIMS`)."""
+
+
+def take(turn: Turn, reading: Reading) -> bool:
+    """Believe what is claimed, as far as a claim is believed; False where nothing is claimed.
+
+    A denied claim ("that is not a bag"), and one in words that ask for something unlawful, counts for nothing.
+    """
+    if not reading.claims or reading.negated or reading.intent is GuidanceIntent.UNLAWFUL:
+        return False
+    until_s = turn.now_s + turn.setup.ladder.words.claims_s
+    gone = frozenset(old for new in reading.claims for old in TAKES_BACK.get(new, ()))
+    kept = {claim: until for claim, until in turn.state.claims.items() if claim not in gone}
+    turn.set(claims=MappingProxyType({**kept, **dict.fromkeys(reading.claims, until_s)}))
+    _set_patience(turn, reading)
+    if Claim.RETURNING_SOON in reading.claims:
+        _wait_for_who_returns(turn)
+    elif reading.intent is GuidanceIntent.NONE and isinstance(turn.state.activity, Monitoring):
+        turn.pause(turn.now_s)  # look again now, in the light of what was said
+    return True
+
+
+def in_force(state: State, now_s: float) -> tuple[Claim, ...]:
+    """Claims that are believed now."""
+    return tuple(claim for claim, until_s in state.claims.items() if now_s <= until_s)
+
+
+def confirmed(state: State, now_s: float) -> Approvals:
+    """What the guard is told that a passenger has confirmed."""
+    names = frozenset(CONFIRMS[claim] for claim in in_force(state, now_s) if claim in CONFIRMS)
+    return Approvals(passenger=names) if names else NOBODY
+
+
+def _set_patience(turn: Turn, reading: Reading) -> None:
+    """Who is late waits for less long, who has time for longer, within the ladder's bounds."""
+    asked = turn.setup.ladder.words.patience
+    for claim, factor in ((Claim.HURRY, asked.hurry), (Claim.NO_HURRY, asked.no_hurry)):
+        if claim in reading.claims:
+            turn.set(escalation=replace(turn.state.escalation, patience=factor))
+
+
+def _wait_for_who_returns(turn: Turn) -> None:
+    """Nothing is begun for as long as words count; a plan that runs goes on, since only a call to stop ends it."""
+    state = turn.state
+    if isinstance(state.activity, Executing):
+        return
+    turn.drop_query()
+    if isinstance(state.activity, AwaitingApproval):
+        turn.withdraw_question()
+    if isinstance(state.activity, AwaitingGap):
+        turn.set(activity=Monitoring())
+    until_s = max(state.escalation.quiet_until_s, turn.now_s + turn.setup.ladder.words.expire_s)
+    turn.set(words=None, escalation=replace(turn.state.escalation, quiet_until_s=until_s))
