@@ -8,7 +8,7 @@ import pytest
 from worlds import LANE_M, World, straight_road, thing
 
 from stucksolver.decision.behaviors import BorrowOncomingLane
-from stucksolver.guard import NOBODY, Guard, GuardPolicy, RejectCode, traffic
+from stucksolver.guard import NOBODY, Guard, GuardPolicy, RejectCode, oncoming
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.policy import OncomingPolicy
 from stucksolver.scene import LaneDirection
@@ -133,5 +133,5 @@ def test_the_oncoming_lane_must_go_on_beside_the_whole_way():
     lane = next(lane for lane in view.frame.lanes if lane.strip.direction is LaneDirection.OPPOSITE)
     whole = World(ROAD, [LEAD]).view()
     path = GUARD.lay_out([BORROW], whole, False, NOBODY).path
-    (found,) = traffic.oncoming(CheckContext(view, replace(path, enters=(lane,)), GUARD.policy))
+    (found,) = oncoming.oncoming(CheckContext(view, replace(path, enters=(lane,)), GUARD.policy))
     assert found.code is C.OFF_ROAD and found.detail == "the oncoming lane ends beside the manoeuvre"

@@ -136,8 +136,13 @@ def test_no_borrow_is_accepted_with_less_sight_than_the_rule_asks_for(sight, x, 
     world = World(road, [thing("lead", x)], sight_m=sight)
     case, _ = accepted(BorrowOncomingLane(past_object_id="lead", speed_mps=speed), world)
     (lane,) = (lane for lane in case.path.enters if lane.strip.direction is LaneDirection.OPPOSITE)
-    last = np.flatnonzero(case.inside(lane))[-1]
-    own_way, time = case.path.s[last] - case.view.ego_s, case.slow.t[last]
+    inside = np.flatnonzero(case.inside(lane))
+    first, last = inside[0], inside[-1]
+    # The last station from which the quick ego stops short of the lane, looked at half a second before.
+    stops = case.path.s + case.quick.v**2 / (2 * case.view.ego.limits.comfort_braking_mps2)
+    commit = int(np.flatnonzero(stops >= case.path.s[first])[0])
+    decided = max(case.slow.t[commit] - 0.5, 0.0)
+    own_way, time = case.path.s[last] - case.view.ego_s, case.slow.t[last] - decided
     assert sight >= own_way + limit * time + GUARD.policy.oncoming.sight_margin_m - 1e-6
 
 

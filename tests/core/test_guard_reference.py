@@ -28,7 +28,7 @@ from worlds import LANE_M, World, straight_road, strip, thing
 from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane, KeepLane
 from stucksolver.decision.manoeuvre import Manoeuvre
 from stucksolver.decision.rollout import Rollout
-from stucksolver.guard import traffic
+from stucksolver.guard import oncoming, traffic
 from stucksolver.guard.context import CheckContext
 from stucksolver.scene import (
     LaneDirection,
@@ -276,7 +276,7 @@ def test_a_zone_counts_within_3_m_of_the_body_in_the_oncoming_lane(aside_m, in_i
         (last + LENGTH_M / 2 + 3.0 + aside_m, 200.0),
     ):
         case, _, _ = borrowed((Zone(kind=ZoneKind.LEVEL_CROSSING, start_m=start, end_m=end),))
-        zone = [r for r in traffic.oncoming(case) if r.code is C.ZONE]
+        zone = [r for r in oncoming.oncoming(case) if r.code is C.ZONE]
         assert bool(zone) is in_it
         assert not zone or zone[0].detail == "the oncoming lane would be used in a level crossing"
 
@@ -289,7 +289,7 @@ def test_the_first_of_two_zones_does_not_hide_the_second():
     )
     for order in (zones, zones[::-1]):
         case, _, _ = borrowed(order)
-        assert {r.code for r in traffic.oncoming(case)} == {C.ZONE}
+        assert {r.code for r in oncoming.oncoming(case)} == {C.ZONE}
 
 
 @pytest.mark.parametrize(("more_m", "free"), [(0.02, True), (-0.02, False)])
@@ -302,7 +302,7 @@ def test_who_comes_is_1_5_s_from_our_front_when_we_are_back(more_m, free):
         World(straight_road(), [lead, thing("comes", x, LANE_M, speed=-10.0)], sight_m=500.0),
         PAST_LEAD,
     )
-    found = [r for r in traffic.oncoming(case) if r.code is C.ONCOMING_GAP]
+    found = [r for r in oncoming.oncoming(case) if r.code is C.ONCOMING_GAP]
     assert (found == []) is free
     assert free or found[0].gap_m == pytest.approx(more_m, abs=1e-6)
 
@@ -313,7 +313,7 @@ def test_a_way_that_ends_in_the_oncoming_lane_is_looked_at_to_its_end():
     for k in (ends, ends - 1):
         path = case.path
         cut = Manoeuvre(path.s[: k + 1], path.d[: k + 1], path.speed[: k + 1], path.enters, path.passes)
-        (found,) = (r for r in traffic.oncoming(CheckContext(case.view, cut, POLICY)) if r.code is C.ONCOMING_SIGHT)
+        (found,) = (r for r in oncoming.oncoming(CheckContext(case.view, cut, POLICY)) if r.code is C.ONCOMING_SIGHT)
         own_m = float(cut.s[-1]) - 50.0
         slow = CheckContext(case.view, cut, POLICY).slow.t[-1]
         assert found.gap_m == pytest.approx(10.0 - (own_m + 13.4 * slow + 10.0))
@@ -327,16 +327,16 @@ def test_lanes_of_our_own_direction_before_it_hide_no_oncoming_lane():
     s = 50.0 + 0.5 * np.arange(len(d))
     for enters in ((lanes["left"], lanes["oncoming"]), (lanes["oncoming"], lanes["left"])):
         case = CheckContext(view, Manoeuvre(s, d, np.full(len(d), 5.0), enters), POLICY)
-        assert {r.code for r in traffic.oncoming(case)} == {C.ONCOMING_SIGHT}
+        assert {r.code for r in oncoming.oncoming(case)} == {C.ONCOMING_SIGHT}
     second = strip("oncoming 2", 3 * LANE_M, LaneDirection.OPPOSITE, LineKind.BROKEN, 401)
     wide = World(road.model_copy(update={"key": "two", "lanes": (*road.lanes, second)}), sight_m=10.0).view()
     lanes = {lane.strip.id: lane for lane in wide.frame.lanes}
     for enters in ((lanes["oncoming 2"], lanes["oncoming"]), (lanes["oncoming"], lanes["oncoming 2"])):
         reached = CheckContext(wide, Manoeuvre(s, d, np.full(len(d), 5.0), enters), POLICY)
-        assert {r.code for r in traffic.oncoming(reached)} == {C.ONCOMING_SIGHT}
+        assert {r.code for r in oncoming.oncoming(reached)} == {C.ONCOMING_SIGHT}
     lanes = {lane.strip.id: lane for lane in view.frame.lanes}
     never = Manoeuvre(s, np.zeros(len(s)), np.full(len(s), 5.0), (lanes["oncoming"],))
-    assert traffic.oncoming(CheckContext(view, never, POLICY)) == []
+    assert oncoming.oncoming(CheckContext(view, never, POLICY)) == []
 
 
 # ---- those who do not let us in

@@ -22,7 +22,8 @@ class CheckContext:
 
     `running`: the plan is under way, so that it is also a question what can still be done. `stopped_at_s`: arc lengths
     of the lines of dark lights and stop signs at which the ego stood when the plan was begun. `error_m`, `error_rad`:
-    how far the ego is beside the path that was proven, and turned from it; left positive.
+    how far the ego is beside the path that was proven, and turned from it; left positive. `commit_s`: arc length up to
+    which the plan is looked at again on every tick, and a stop may end it; None where all must be certain now.
     """
 
     view: FrenetScene
@@ -34,6 +35,7 @@ class CheckContext:
     stopped_at_s: tuple[float, ...] = ()
     error_m: float = 0.0
     error_rad: float = 0.0
+    commit_s: float | None = None
 
     @cached_property
     def quick(self) -> Rollout:

@@ -11,7 +11,7 @@ import numpy as np
 from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan, Check, RequestAssistance, Start
 from stucksolver.decision.behaviors.registry import why_foreign
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
-from stucksolver.guard import backing, checks, marking, obstacles, rules, traffic
+from stucksolver.guard import backing, checks, marking, obstacles, oncoming, rules, traffic
 from stucksolver.guard.aborts import committed, lets_by, stops_are_safe, stops_beside
 from stucksolver.guard.abreast import from_behind
 from stucksolver.guard.context import CheckContext
@@ -43,7 +43,7 @@ CHECKS: dict[Check, Callable[[CheckContext], list[Reject]]] = {
     Check.PASSABLE: obstacles.passable,
     Check.PATIENCE: obstacles.patience,
     Check.MARKING: marking.marking,
-    Check.ONCOMING: traffic.oncoming,
+    Check.ONCOMING: oncoming.oncoming,
     Check.LANE_ENTRY: traffic.lane_entry,
 }
 
@@ -88,6 +88,13 @@ class Proven:
         """Those whose answer can change while the plan runs."""
         return tuple(check for check in self.checks if check not in SETTLED)
 
+    def commit_s(self, s: float) -> float:
+        """Arc length of its next commit point from `s` on, a station on the safe side; its end if none is left."""
+        ahead = np.flatnonzero(self.no_stop & (self.path.s >= s))
+        if self.committed(s):
+            return s
+        return max(float(self.path.s[max(int(ahead[0]) - 1, 0)]), s) if len(ahead) else self.path.end_s
+
     def committed(self, s: float) -> bool:
         """Is it too late to stop at an arc length, and not yet safe again? A station on either side decides."""
         after = int(np.searchsorted(self.path.s, s, side="right"))
@@ -124,7 +131,8 @@ class Guard:
             return no_path(error), None
         view = self._facing(view, proven)
         way = tracked(proven.path, view, self.policy.tracking, reverse=proven.reverse)
-        case = CheckContext(view, way, self.policy, guided, approvals=approvals)
+        commit_s = proven.commit_s(view.ego_s)
+        case = CheckContext(view, way, self.policy, guided, approvals=approvals, commit_s=commit_s)
         rejects = self._run(proven.checks, case) or self._swings(case, proven) or stops_are_safe(case, proven.no_stop)
         if stops:
             rejects = rejects or (backing.backing_place if proven.reverse else rules.stopping_place)(case)
@@ -154,6 +162,7 @@ class Guard:
         rest = replace(rest, enters=tuple(view.frame.same_lane(lane) for lane in rest.enters))
         case = CheckContext(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
         case = replace(case, stopped_at_s=proven.stopped_at_s, error_m=error_m, error_rad=error_rad)
+        case = replace(case, commit_s=proven.commit_s(view.ego_s))
         if not proven.committed(view.ego_s):
             known = [reject for reject in (self._stale(view), off) if reject]
             rejects = known or self._run(proven.checks_on_tick, case) or self._swings(case, proven)

@@ -1,4 +1,4 @@
-"""The checks against other traffic in the lanes that a plan enters: oncoming, and from behind."""
+"""The checks against those of our own direction in the lanes that a plan enters: ahead, and from behind."""
 
 from __future__ import annotations
 
@@ -13,79 +13,6 @@ from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.frenet import Array, Lane, Mask
 from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import MOVING_MPS
-from stucksolver.scene.wording import whereabouts
-
-
-def oncoming(case: CheckContext) -> list[Reject]:
-    """An oncoming lane is entered only when seen free for the whole manoeuvre, away from junctions and crossings."""
-    for lane in case.path.enters:
-        if lane.strip.direction is not LaneDirection.OPPOSITE:
-            continue
-        stations = np.flatnonzero(case.inside(lane))
-        if not len(stations):
-            continue
-        first, last = int(stations[0]), min(int(stations[-1]) + 1, len(case.path.s) - 1)
-        found = _zone(case, lane, first, last) + _sight(case, lane, last) + _gap(case, lane, last)
-        if found:
-            return found
-    return []
-
-
-def _zone(case: CheckContext, lane: Lane, first: int, last: int) -> list[Reject]:
-    half = case.view.ego.length_m / 2
-    start, end = float(case.path.s[first]) - half, float(case.path.s[last]) + half
-    margin = case.policy.lanes.zone_margin_m
-    for zone in case.view.surroundings.road.zones:
-        if zone.start_m - margin < end and start < zone.end_m + margin:
-            detail = f"the oncoming lane would be used in a {zone.kind.value.replace('_', ' ')}"
-            return [Reject(code=RejectCode.ZONE, detail=detail)]
-    if not lane.covers(start, end):
-        return [Reject(code=RejectCode.OFF_ROAD, detail="the oncoming lane ends beside the manoeuvre")]
-    return []
-
-
-def _sight(case: CheckContext, lane: Lane, last: int) -> list[Reject]:
-    """Seen free: sight >= own way + what an unseen car at the limit covers meanwhile + margin."""
-    policy, view = case.policy.oncoming, case.view
-    duration = float(case.slow.t[last])
-    limit = lane.strip.speed_limit_mps or policy.unknown_limit_mps
-    own = float(case.path.s[last]) - view.ego_s
-    needed = own + limit * duration + policy.sight_margin_m
-    seen = view.sight_ahead_m(lane)
-    if seen >= needed:
-        return []
-    detail = f"sees {seen:.0f} m of the oncoming lane, needs {needed:.0f} m for {duration:.1f} s"
-    return [Reject(code=RejectCode.ONCOMING_SIGHT, detail=detail, time_s=duration, gap_m=seen - needed)]
-
-
-def _gap(case: CheckContext, lane: Lane, last: int) -> list[Reject]:
-    """No oncoming vehicle, a little quicker than seen, is met before the ego is back and a time gap has passed."""
-    policy, view = case.policy.oncoming, case.view
-    back = float(case.slow.t[last])
-    front = float(case.path.s[last]) + view.ego.length_m / 2
-    for i, thing in enumerate(view.objects):
-        coming = -float(view.vs[i])
-        if coming < case.policy.prediction.along_mps or view.s[i] + view.along[i] < view.ego_s:
-            continue
-        right, _, left = lane.at(float(view.s[i]))
-        if view.d[i] + view.across[i] <= right or view.d[i] - view.across[i] >= left:
-            continue
-        speed = coming + policy.speedup_mps
-        place = float(view.s[i] - view.along[i]) - speed * (back + policy.time_gap_s)
-        if place < front:
-            detail = (
-                f"{thing.kind.value} {thing.id} comes at {coming:.1f} m/s, {whereabouts(float(view.s[i] - view.ego_s))}"
-            )
-            return [
-                Reject(
-                    code=RejectCode.ONCOMING_GAP,
-                    detail=detail,
-                    object_id=thing.id,
-                    time_s=back,
-                    gap_m=place - front,
-                )
-            ]
-    return []
 
 
 def lane_entry(case: CheckContext) -> list[Reject]:

@@ -17,6 +17,10 @@ class Reject(Model):
     gap_m: float | None = None
     failure: PlanFailure | None = None
     """Why there is no path, with `RejectCode.NO_PATH`."""
+    needed_m: float | None = None
+    """How far must be seen, with `RejectCode.ONCOMING_SIGHT`; `time_s` is then the time in which somebody may come."""
+    seen_m: float | None = None
+    """How far is seen, with the same."""
 
 
 class Verdict(Model):

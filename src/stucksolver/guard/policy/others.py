@@ -96,11 +96,13 @@ class EntryPolicy(Model):
 
 
 class OncomingPolicy(Model):
-    """The oncoming lane. Read by `traffic`; the limit also by `sight`."""
+    """The oncoming lane. Read by `oncoming`; the limit also by `sight` and `traffic`."""
 
     sight_margin_m: NonNegativeFloat = 10.0
     """Left of the sight when the ego is back. AASHTO's passing sight distance has such a clearance between the two, of
     30 m and more, for passes at 50 km/h and more; 10 m is ours, for passes at 20 km/h."""
+    seen_ago_s: NonNegativeFloat = 0.5
+    """So old may what is seen be at the last look before the commit point: `GuardPolicy.max_age_s`."""
     time_gap_s: NonNegativeFloat = 1.5
     """Between the ego's return and who comes. Ours."""
     speedup_mps: NonNegativeFloat = 1.0
