@@ -29,11 +29,20 @@ T = TypeVar("T")
 
 def run(smoke: bool) -> dict[str, float]:
     """Medians and 99th percentiles in microseconds, and the add-on's share of the driver's own time."""
-    ticks = 100 if smoke else 600
+    return in_own_process(_measured, 100 if smoke else 600)
+
+
+def in_own_process(measure: Callable[..., dict[str, float]], *arguments: Any) -> dict[str, float]:
+    """What `measure(client, *arguments)` returns, with a server on the demo town.
+
+    In a process of its own: threads of the TrafficManager outlive the server, and end their process then. `measure` is
+    a function of a module. Raises `RuntimeError` where it takes too long or ends without a figure.
+    """
     context = multiprocessing.get_context("spawn")
     with carlette_server("demo_town") as server:
         receiver, sender = context.Pipe(duplex=False)
-        client = context.Process(target=_apart, args=(server.host, server.port, ticks, sender), daemon=True)
+        told = (server.host, server.port, measure, arguments, sender)
+        client = context.Process(target=_apart, args=told, daemon=True)
         client.start()
         sender.close()
         try:
@@ -48,11 +57,16 @@ def run(smoke: bool) -> dict[str, float]:
     return figures
 
 
-def _apart(host: str, port: int, ticks: int, result: Any) -> None:
-    """In a process of its own: threads of the TrafficManager outlive the server, and end their process then."""
+def _apart(
+    host: str, port: int, measure: Callable[..., dict[str, float]], arguments: tuple[Any, ...], result: Any
+) -> None:
     client = carla.Client(host, port)
     client.set_timeout(20.0)
-    result.send(_figures(_drive(client, ticks)))
+    result.send(measure(client, *arguments))
+
+
+def _measured(client: carla.Client, ticks: int) -> dict[str, float]:
+    return _figures(_drive(client, ticks))
 
 
 class Times(dict[str, list[float]]):

@@ -12,15 +12,9 @@ from stucksolver.perception.measurements import Floats
 from stucksolver.perception.tracking.groups import GROUP_OF_LABEL, GROUPS, Group
 from stucksolver.perception.tracking.motion import ALARM, SAMPLES, Motion
 from stucksolver.perception.tracking.noise import VELOCITY_LOOKS, Measured
-from stucksolver.perception.tracking.track import Track
+from stucksolver.perception.tracking.prediction import STATE, transition
+from stucksolver.perception.tracking.track import KEPT, Track
 
-STATE = 6
-"""x, y, z, yaw, vx, vy."""
-STANDING_ACCELERATION_MPS2 = 0.02
-"""What the velocity of a standing object is allowed: its covariance grows while it is hidden, to 2 m in 30 s."""
-STANDING_TURN_RPS = 0.02
-STANDING_DRIFT_MPS = 0.05
-"""How fast the ego's own pose, and with it all that stands, may drift (m per root of a second)."""
 STANDING_VELOCITY_MPS = 0.03
 """Standard deviation of the velocity of what is held to stand: a zero-velocity update in place of what is measured."""
 NEW_VELOCITY_MPS = 0.5
@@ -90,7 +84,6 @@ class Body:
     def track(self) -> Track:
         """What is known, as a value."""
         stands = self.motion is Motion.STANDING
-        keep = np.array([0, 1, 3, 4, 5])
         label = self.label
         return Track(
             id=self.id,
@@ -107,7 +100,7 @@ class Body:
             length_m=float(self.size[0]),
             width_m=float(self.size[1]),
             height_m=float(self.size[2]),
-            covariance=self.p[np.ix_(keep, keep)],
+            covariance=self.p[np.ix_(KEPT, KEPT)],
             first_seen_s=self.first_seen_s,
             last_seen_s=self.last_seen_s,
             hits=self.hits,
@@ -126,31 +119,14 @@ def born(number: int, seen: Measured, i: int) -> Body:
     return body
 
 
-def step(body: Body, dt: float) -> tuple[Floats, Floats]:
-    """Transition matrix and process noise for a step of `dt` seconds: constant velocity, disturbed by white noise."""
-    stands = body.motion is Motion.STANDING
-    power = (STANDING_ACCELERATION_MPS2 if stands else body.group.acceleration_mps2) ** 2
-    turn = STANDING_TURN_RPS if stands else body.group.turn_rps
-    span = abs(dt)
-    f = np.eye(STATE)
-    q = np.zeros((STATE, STATE))
-    for place, speed in ((0, 4), (1, 5)):
-        f[place, speed] = dt
-        q[place, place] = power * span**3 / 3.0 + STANDING_DRIFT_MPS**2 * span
-        q[place, speed] = q[speed, place] = power * span**2 / 2.0
-        q[speed, speed] = power * span
-    q[2, 2] = STANDING_DRIFT_MPS**2 * span
-    q[3, 3] = turn**2 * span
-    return f, q
-
-
 def predict(body: Body, time_s: float) -> None:
     """Bring a body forward to a time."""
     from filterpy.kalman import predict as kalman_predict  # type: ignore[import-untyped]
 
-    f, q = step(body, time_s - body.time_s)
+    stands = body.motion is Motion.STANDING
+    f, q = transition(body.group, stands, time_s - body.time_s)
     x = body.x
-    if body.motion is Motion.STANDING:
+    if stands:
         x = x.copy()
         x[4:] = 0.0
     body.x, body.p = kalman_predict(x, body.p, f, q)

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from stucksolver.perception.measurements import Floats
+from stucksolver.perception.tracking.groups import GROUP_OF_LABEL, GROUPS
+from stucksolver.perception.tracking.prediction import transition
+
+KEPT = np.array([0, 1, 3, 4, 5])
+"""Of the filter's state x, y, z, yaw, vx, vy: what `Track.covariance` is of."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +50,21 @@ class Track:
     """None while it moves, and as long as that is not decided."""
     moved_at_s: float | None
     """When it was last seen moving; None if it never was."""
+
+    def at(self, time_s: float) -> Track:
+        """The same object a moment later, as the filter would predict it; itself for a time that is not later."""
+        passed_s = time_s - self.time_s
+        if passed_s <= 0.0:
+            return self
+        f, q = transition(GROUPS[GROUP_OF_LABEL[self.label]], self.standing_since_s is not None, passed_s)
+        f, q = f[np.ix_(KEPT, KEPT)], q[np.ix_(KEPT, KEPT)]
+        return replace(
+            self,
+            time_s=time_s,
+            x_m=self.x_m + self.vx_mps * passed_s,
+            y_m=self.y_m + self.vy_mps * passed_s,
+            covariance=f @ self.covariance @ f.T + q,
+        )
 
     @property
     def stationary_s(self) -> float:

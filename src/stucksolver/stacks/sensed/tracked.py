@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -27,8 +26,6 @@ RIGHT_BLINKER = 16
 BRAKE = 8
 SPECIAL = 512
 """Bits of `carla.VehicleLightState`."""
-UNFORESEEN_MPS2 = 2.0
-"""Standard deviation of an acceleration between the last look and now: a car that brakes or sets off."""
 SURE_KIND = 0.6
 """A kind that is less sure than this is unknown."""
 _TYPE_IDS = {
@@ -99,7 +96,7 @@ class SensedTracker:
 def bodies(percept: Percept | None, now_s: float, far: Sequence[Track] = ()) -> NearbyBodies:
     """Tracks at a moment as boxes in CARLA's world; `far`: those that only the camera follows."""
     tracks = () if percept is None else percept.tracks
-    moved = [brought_forward(track, now_s) for track in (*tracks, *far)]
+    moved = [track.at(now_s) for track in (*tracks, *far)]
     rows = [
         (
             one.x_m,
@@ -131,19 +128,6 @@ def bodies(percept: Percept | None, now_s: float, far: Sequence[Track] = ()) -> 
     )
 
 
-def brought_forward(track: Track, now_s: float) -> Track:
-    """The same object a moment later: it goes on as it did, give or take `UNFORESEEN_MPS2`."""
-    passed_s = now_s - track.time_s
-    if passed_s <= 0.0:
-        return track
-    covariance = track.covariance.copy()
-    covariance[:2, :2] += passed_s**2 * covariance[3:, 3:]
-    if track.standing_since_s is None:
-        covariance[:2, :2] += np.eye(2) * (UNFORESEEN_MPS2 * passed_s**2 / 2.0) ** 2
-    x, y = track.x_m + track.vx_mps * passed_s, track.y_m + track.vy_mps * passed_s
-    return replace(track, time_s=now_s, x_m=x, y_m=y, covariance=covariance)
-
-
 def _position_sd_m(track: Track) -> float:
     """In whichever direction it is largest."""
     return float(np.sqrt(max(np.linalg.eigvalsh(track.covariance[:2, :2])[-1], 0.0)))
@@ -165,7 +149,7 @@ def kind_of_track(track: Track, told: Attributes | None) -> tuple[ObjectKind, fl
 
 def _object(track: Track, told: Attributes | None, now_s: float, pushed: bool) -> TrackedObject:
     kind, sure = kind_of_track(track, told)
-    here = brought_forward(track, now_s)
+    here = track.at(now_s)
     return TrackedObject(
         id=str(track.id),
         kind=kind,

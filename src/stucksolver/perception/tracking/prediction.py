@@ -1,0 +1,39 @@
+"""How objects move between two looks: constant velocity, disturbed by white noise of acceleration and turn rate.
+
+The filter's prediction and what others are told at a later moment (`Track.at`) are the same formulas.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stucksolver.perception.measurements import Floats
+from stucksolver.perception.tracking.groups import Group
+
+STATE = 6
+"""x, y, z, yaw, vx, vy."""
+STANDING_ACCELERATION_MPS2 = 0.02
+"""What the velocity of a standing object is allowed: its covariance grows while it is hidden, to 2 m in 30 s."""
+STANDING_TURN_RPS = 0.02
+STANDING_DRIFT_MPS = 0.05
+"""How fast the ego's own pose, and with it all that stands, may drift (m per root of a second)."""
+
+
+def transition(group: Group, stands: bool, dt: float) -> tuple[Floats, Floats]:
+    """Transition matrix and process noise, (6, 6) each, for a step of `dt` seconds.
+
+    The noise is that of a continuous white-noise acceleration (Bar-Shalom, Li and Kirubarajan 2001, 6.2.2).
+    """
+    power = (STANDING_ACCELERATION_MPS2 if stands else group.acceleration_mps2) ** 2
+    turn = STANDING_TURN_RPS if stands else group.turn_rps
+    span = abs(dt)
+    f = np.eye(STATE)
+    q = np.zeros((STATE, STATE))
+    for place, speed in ((0, 4), (1, 5)):
+        f[place, speed] = dt
+        q[place, place] = power * span**3 / 3.0 + STANDING_DRIFT_MPS**2 * span
+        q[place, speed] = q[speed, place] = power * span**2 / 2.0
+        q[speed, speed] = power * span
+    q[2, 2] = STANDING_DRIFT_MPS**2 * span
+    q[3, 3] = turn**2 * span
+    return f, q
