@@ -56,12 +56,13 @@ def remote_server(host: str, port: int) -> Server:
 
 @contextlib.contextmanager
 def carlette_server(
-    map_name: str, maps: str | None = None, seed: int = 0, *, scenery: bool = False
+    map_name: str, maps: str | None = None, seed: int = 0, *, scenery: bool = False, stands: bool = False
 ) -> Iterator[Server]:
     """A carlette on a free port, ended on exit, and by itself should we die. Raises `ServerError`.
 
     With `scenery` cameras and rays measure from their first tick on; without, a route may be half driven before the
-    first picture comes, as the scenery is built beside the ticks.
+    first picture comes, as the scenery is built beside the ticks. With `stands` the world waits for the first tick that
+    a client asks for: else as many ticks pass before as the machine has time for, and lights are in another phase.
     """
     version = _client_version()
     command = [sys.executable, "-m", "carlette", "--port", "0", "--map", map_name, "--seed", str(seed)]
@@ -70,6 +71,8 @@ def carlette_server(
         command += ["--maps", maps]
     if scenery:
         command.append("--build-scenery")
+    if stands:
+        command.append("--synchronous")
     process = subprocess.Popen(
         [*command, "--exit-on-stdin-eof"],
         stdin=subprocess.PIPE,
@@ -85,12 +88,19 @@ def carlette_server(
 
 
 def open_server(
-    map_name: str, maps: str | None, seed: int, host: str | None, port: int, *, scenery: bool = False
+    map_name: str,
+    maps: str | None,
+    seed: int,
+    host: str | None,
+    port: int,
+    *,
+    scenery: bool = False,
+    stands: bool = False,
 ) -> contextlib.AbstractContextManager[Server]:
-    """A carlette of our own with a map, or with a `host` the server that runs there. Raises `ServerError`."""
+    """A carlette of our own (see `carlette_server`), or with a `host` the server there. Raises `ServerError`."""
     if host is not None:
         return contextlib.nullcontext(remote_server(host, port))
-    return carlette_server(map_name, maps, seed, scenery=scenery)
+    return carlette_server(map_name, maps, seed, scenery=scenery, stands=stands)
 
 
 def _client_version() -> str:

@@ -62,6 +62,10 @@ def drive_route(job: RouteJob, server: Server, progress: Callable[[float], None]
     client = connect(server, CLIENT_TIMEOUT_S)
     world = client.get_world() if job.host is None else client.load_world(job.route.town)
     set_synchronous(world, DT_S)
+    if job.host is not None:
+        # Our own server stands from its beginning on; there the lights have gone on meanwhile.
+        world.reset_all_traffic_lights()
+    world.tick()  # a world that stood has no snapshot yet
     try:
         return _drive(job, client, world, progress)
     finally:

@@ -109,7 +109,7 @@ def _driven(store: Store, job: RouteJob, theirs: Connection) -> RouteOutcome | N
         place = (job.route.town, job.maps, job.seed, job.host, job.port)
         sensing = carries_camera(job.arm) or carries_sensors(job.arm.driver) or job.recording is not None
         sensing = sensing or job.arm.perception == SENSORS or job.passenger is not None
-        with open_server(*place, scenery=sensing) as server, watched(server, theirs):
+        with open_server(*place, scenery=sensing, stands=True) as server, watched(server, theirs):
             store.write_driven(job.route, job.seed, drive_route(job, server, theirs.send))
             return None
     except Unsupported as error:

@@ -87,6 +87,11 @@ def _parser() -> argparse.ArgumentParser:
         action="store_true",
         help="listen only when what cameras and rays need of the map is built (default: build it beside the ticks)",
     )
+    parser.add_argument(
+        "--synchronous",
+        action="store_true",
+        help="begin in synchronous mode: the world stands until a client ticks it, so that each run begins alike",
+    )
     parser.add_argument("--parent-pid", type=int, metavar="PID", help="stop when this process is gone")
     parser.add_argument("--exit-on-stdin-eof", action="store_true", help="stop when standard input closes")
     return parser
@@ -159,11 +164,14 @@ def _simulator(options: argparse.Namespace) -> Simulator:
     from carlette.opendrive.document import find_map, map_folders
     from carlette.opendrive.roads import RoadNetwork
     from carlette.simulator import Simulator
+    from carlette.world.settings import EpisodeSettings
 
     folders = map_folders([one for many in options.maps for one in many.split(os.pathsep)])
     # Nobody else holds the first map: it goes with its episode.
     roads = RoadNetwork(find_map(options.map, folders))
-    return Simulator(roads, VERSIONS[options.client_version], folders, options.seed, options.recordings)
+    simulator = Simulator(roads, VERSIONS[options.client_version], folders, options.seed, options.recordings)
+    simulator.world.settings = EpisodeSettings(synchronous=options.synchronous)
+    return simulator
 
 
 def _watchdog(options: argparse.Namespace) -> Callable[[], bool]:
