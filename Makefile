@@ -7,7 +7,7 @@ SEED ?= 1
 PROJECTS := pyproject.toml packages/carlette/pyproject.toml
 
 # `make test` in parts: unit tests take about two minutes on two cores, the integration tests eight.
-.PHONY: demo test lint types unit integration model-server bench-smoke bench lock clean
+.PHONY: demo test lint types unit integration model-server bench-smoke bench docs tutorials lock clean
 
 demo: $(VENV)/.sim
 	$(BIN)/stucksolver demo --seed $(SEED) --out out/demo
@@ -39,6 +39,16 @@ bench-smoke: $(VENV)/.dev
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m benchmarks
+
+# The documentation's site, in out/site, with the replay of a demonstration; `tutorials` runs every command on its pages.
+docs: $(VENV)/.dev out/demo/report.html
+	$(BIN)/python -m docsite --report out/demo/report.html
+
+tutorials: $(VENV)/.dev
+	$(BIN)/python -m docsite.tutorials
+
+out/demo/report.html:
+	$(MAKE) demo
 
 $(VENV)/bin/python:
 	@test -n "$(PYTHON)" || { echo "error: needs Python 3.10, 3.11 or 3.12 (the carla package has wheels for no other); found none of them on PATH" >&2; exit 1; }

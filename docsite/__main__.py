@@ -1,0 +1,53 @@
+"""Builds the site: `python -m docsite [--out DIR] [--report out/demo/report.html]`; any broken link is an error."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from docsite.diagrams import ROOT, picture, sources
+from docsite.stage import stage
+
+
+def main() -> int:
+    """Stage and build. 1 where a page has a broken link or does not build."""
+    parser = argparse.ArgumentParser(prog="python -m docsite", description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("out/site"), help="folder of the site")
+    parser.add_argument("--report", type=Path, help="a demonstration's page, to be shown as it is")
+    options = parser.parse_args()
+    if options.report and not options.report.is_file():
+        parser.error(f"{options.report} is not there; `make demo` writes out/demo/report.html")
+    undrawn = [source for source in sources() if not picture(source).is_file()]
+    if undrawn:
+        print(
+            f"note: {len(undrawn)} diagrams are shown as text; python -m docsite.diagrams draws them", file=sys.stderr
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        pages = Path(folder) / "pages"
+        stage(pages, options.report)
+        config = Path(folder) / "mkdocs.yml"
+        text = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").replace("[SRC]", f"[{ROOT / 'src'}]")
+        config.write_text(f"{text}\ndocs_dir: {pages}\nsite_dir: {options.out.resolve()}\n", encoding="utf-8")
+        command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--config-file", str(config)]
+        done = subprocess.run(
+            command,
+            cwd=ROOT,
+            env={**os.environ, "NO_MKDOCS_2_WARNING": "1"},
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    if done.returncode:
+        told = [line for line in done.stderr.splitlines() if not line.startswith("INFO")]
+        print("\n".join(told), file=sys.stderr)
+        return 1
+    print(f"site: {options.out / 'index.html'}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

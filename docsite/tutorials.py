@@ -1,0 +1,105 @@
+"""Runs the tutorial, every file and command on its pages: `python -m docsite.tutorials [PAGE ...]`.
+
+In a copy of the checkout, so that the pages may write and change files. A block with `title="NAME"` is a
+file; `sh` blocks are run in order; each line of a block titled "prints" must be in what the commands before it printed.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from docsite.diagrams import ROOT
+
+PAGES = ROOT / "docs" / "tutorial"
+BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
+PRINTS = "prints"
+LIMIT_S = 600.0
+"""For one block of commands: the longest drives two streets, in about a minute on two idle cores."""
+
+
+class Block(NamedTuple):
+    """One fenced block of a page."""
+
+    language: str
+    title: str
+    text: str
+
+
+class TutorialError(RuntimeError):
+    """A page that does not do what it says."""
+
+
+def blocks(page: str) -> list[Block]:
+    """All blocks of a page that name their language."""
+    return [Block(language, title or "", text) for language, title, text in BLOCK.findall(page)]
+
+
+def follow(page: str, folder: Path, name: str = "page") -> Iterator[str]:
+    """Do what a page says in a folder; gives each block of commands once it has run. Raises `TutorialError`."""
+    printed = ""
+    for block in blocks(page):
+        if block.title == PRINTS:
+            missing = [line for line in block.text.splitlines() if line.strip() not in printed]
+            if missing:
+                raise TutorialError(f"{name}: not printed: {missing[0]!r}; it was:\n{printed[-2000:]}")
+        elif block.title:
+            (folder / block.title).parent.mkdir(parents=True, exist_ok=True)
+            (folder / block.title).write_text(block.text, encoding="utf-8")
+        elif block.language == "sh":
+            printed = _run(block.text, folder, name)
+            yield block.text
+
+
+def _run(commands: str, folder: Path, name: str) -> str:
+    """What the commands print on both streams; they find this environment's programs first."""
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    for variable in [key for key in environment if key.startswith("STUCKSOLVER_")]:
+        del environment[variable]
+    command = ["bash", "-euo", "pipefail", "-c", commands]
+    done = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=LIMIT_S, check=False
+    )
+    if done.returncode != 0:
+        raise TutorialError(
+            f"{name}: exit code {done.returncode} of\n{commands}\n{done.stdout[-2000:]}{done.stderr[-2000:]}"
+        )
+    return done.stdout + done.stderr
+
+
+def checkout(folder: Path) -> None:
+    """What a newcomer has after the clone; the large data of results and training are left out."""
+    command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    for name in listed.split("\0"):
+        if name.startswith(("src/", "examples/", "tests/reason/", "docs/tutorial/")) and (ROOT / name).is_file():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, folder / name)
+
+
+def main() -> int:
+    """1 where a page does not do what it says."""
+    names = sys.argv[1:] or [page.stem for page in sorted(PAGES.glob("*.md"))]
+    bad = 0
+    for name in names:
+        with tempfile.TemporaryDirectory() as folder:
+            checkout(Path(folder))
+            try:
+                for commands in follow((PAGES / f"{name}.md").read_text(encoding="utf-8"), Path(folder), name):
+                    print(f"{time.strftime('%H:%M:%S')} {name}: {commands.splitlines()[0]}", flush=True)
+            except (TutorialError, subprocess.TimeoutExpired) as error:
+                print(f"error: {error}", file=sys.stderr)
+                bad = 1
+    return bad
+
+
+if __name__ == "__main__":
+    sys.exit(main())
