@@ -74,11 +74,6 @@ class SolverArm:
         """Hands a person's words to the solver."""
         self._solver.guide(text)
 
-    def close(self, time_s: float) -> None:
-        """Raises `RecordError` where a record was asked for and could not be written."""
-        self._solver.close()
-        if self._memory is not None:
-            self._memory.close()
     def answer(self, yes: bool, by: Person) -> Question | None:
         """A person's yes or no to the open question: the question, or None where it was not theirs to answer."""
         question = self._solver.pending_question
@@ -88,6 +83,11 @@ class SolverArm:
             return None
         return question
 
+    def close(self, time_s: float) -> None:
+        """Raises `RecordError` where a record was asked for and could not be written."""
+        self._solver.close()
+        if self._memory is not None:
+            self._memory.close()
             if self._memory.fault is not None:
                 print(f"note: not everything was remembered: {self._memory.fault}", file=sys.stderr, flush=True)
         if self._camera is not None:

@@ -62,10 +62,6 @@ def drive_route(job: RouteJob, server: Server, progress: Callable[[float], None]
     client = connect(server, CLIENT_TIMEOUT_S)
     world = client.get_world() if job.host is None else client.load_world(job.route.town)
     set_synchronous(world, DT_S)
-    if job.host is not None:
-        # Our own server stands from its beginning on; there the lights have gone on meanwhile.
-        world.reset_all_traffic_lights()
-    world.tick()  # a world that stood has no snapshot yet
     try:
         return _drive(job, client, world, progress)
     finally:
@@ -137,12 +133,12 @@ class _Drive:
             self._arm.listen(self._hear)
         self._ticks = 0
         self._time_s = 0.0
+        self._released = False
+        """Has an operator let the vehicle cross a light that is stuck?"""
 
     def go(self, progress: Callable[[float], None]) -> Driven:
         """Until the end of the route, whichever that is."""
         began, next_progress_s = time.monotonic(), 0.0
-        self._released = False
-        """Has an operator let the vehicle cross a light that is stuck?"""
         try:
             while (failure := self._tick()) is None:
                 self._world.tick()
@@ -205,10 +201,6 @@ class _Drive:
             self._aboard.tick(time_s, self._arm.directive)
         return None
 
-    def _hear(self, event: Event) -> None:
-        self._events.append(event.model_copy(update={"time_s": event.time_s - self._start_s}))
-
-    def _take_new_route(self, moment: Moment) -> None:
     def _hear_people(self, now: Now) -> None:
         """What the script's people say and answer at this tick."""
         arm = self._arm
@@ -223,6 +215,10 @@ class _Drive:
             told = {"kind": line.kind, "time_s": round(now.time_s, 2), "text": text}
             arm.log.guidance.append(Spoken(**told, help=line.help, by=line.by))
 
+    def _hear(self, event: Event) -> None:
+        self._events.append(event.model_copy(update={"time_s": event.time_s - self._start_s}))
+
+    def _take_new_route(self, moment: Moment) -> None:
         """The driver planned anew: where leaving the route is allowed, the new one is the route from here on."""
         self._driven_route = self._driver.route
         if "route_deviation" in moment.suspended:
