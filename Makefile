@@ -6,13 +6,16 @@ BIN := $(VENV)/bin
 SEED ?= 1
 PROJECTS := pyproject.toml packages/carlette/pyproject.toml
 
-# `make test` in parts: unit tests take about two minutes on two cores, the integration tests eight.
-.PHONY: demo test lint types unit integration model-server bench-smoke bench docs tutorials lock clean
+# Tests start hundreds of Python processes. Where bytecode may not be kept, each of them compiles every module anew.
+unexport PYTHONDONTWRITEBYTECODE
+
+# `make test` runs the tests of `unit` and `integration` in one go: they are collected once, and no core idles in between.
+.PHONY: demo test tests lint types unit integration model-server bench-smoke bench docs tutorials lock clean
 
 demo: $(VENV)/.sim
 	$(BIN)/stucksolver demo --seed $(SEED) --out out/demo
 
-test: lint types unit integration bench-smoke
+test: lint types tests bench-smoke
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -21,8 +24,11 @@ lint: $(VENV)/.dev
 types: $(VENV)/.dev
 	$(BIN)/mypy
 
+tests: $(VENV)/.dev
+	GUARD_EXAMPLES=150 $(BIN)/python -m pytest -n 2 --dist worksteal -q
+
 unit: $(VENV)/.dev
-	$(BIN)/python -m pytest -n 2 -q -m "not integration"
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not integration"
 
 integration: $(VENV)/.dev
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m integration
