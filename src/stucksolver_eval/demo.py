@@ -72,6 +72,8 @@ class DemoSpec:
     port: int = 2000
     say: str | None = None
     """What a passenger says in place of the demonstration's own words; then both streets are driven with it alone."""
+    pictures: bool = True
+    """A picture of the front camera beside each decision."""
     memory: Path | None = None
     """File of the memory of what helped; None: nothing is remembered."""
     perception: str = PRIVILEGED
@@ -132,9 +134,13 @@ def _progress(say: Callable[[str], None], label: str, elapsed_s: float) -> None:
 
 def _arm(spec: DemoSpec, arm: str) -> ArmSpec:
     recovery = "none" if arm == ALONE else "rules"
-    memory = None if arm == ALONE else spec.memory
     return ArmSpec(
-        driver=spec.driver, recovery=recovery, clock=spec.clock, perception=spec.perception, memory=memory
+        driver=spec.driver,
+        recovery=recovery,
+        clock=spec.clock,
+        perception=spec.perception,
+        memory=None if arm == ALONE else spec.memory,
+        camera=spec.pictures and arm != ALONE,
     )
 
 

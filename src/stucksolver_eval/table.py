@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stucksolver_eval.results.outcome import QueryOutcome
+from stucksolver_eval.results.record import status_text
 from stucksolver_eval.results.runlog import DecisionMoment, RunLog, RunResult
 from stucksolver_eval.terminal import filled, table
 
@@ -61,7 +62,7 @@ def _row(run: RunLog) -> tuple[str, ...]:
     infractions = ", ".join(f"{name} {count}" for name, count in sorted(r.infractions.items()))
     return (
         f"{run.scenario}; {run.arm}",
-        r.status,
+        status_text(r.status),
         f"{r.route_completion_pct:.1f}",
         infractions or "none",
         f"{r.stopped_s:.1f}",

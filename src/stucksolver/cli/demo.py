@@ -39,6 +39,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--say", metavar="WORDS", help="what a passenger says in both streets, instead of our own script"
     )
+    parser.add_argument("--no-pictures", action="store_true", help="no camera picture beside each decision: quicker")
     parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder for results")
     parser.add_argument(
         "--passenger", action="store_true", help="drive at the pace of the clock, with a page to talk to the car"
@@ -72,6 +73,7 @@ def run(options: argparse.Namespace) -> int:
         host=options.host,
         port=options.port,
         say=_words(options.say),
+        pictures=not options.no_pictures,
         perception=options.perception,
         memory=options.memory,
     )

@@ -57,6 +57,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="take the routes without guidance from DIR, the same arm unguided",
     )
     parser.add_argument("--replays", choices=REPLAYS, default="failed", help="routes whose replay is kept")
+    parser.add_argument(
+        "--pictures", action="store_true", help="keep a camera picture beside each decision of a replay: slower"
+    )
     parser.add_argument("--record", action="store_true", help="keep a hash-chained record of each intervention")
     parser.add_argument("--unguarded", action="store_true", help="experiment: drive what is proposed, unproven")
     parser.add_argument(
@@ -111,6 +114,7 @@ def run(options: argparse.Namespace) -> int:
                 memory=options.memory,
                 guarded=not options.unguarded,
                 heedless=options.heedless,
+                camera=_pictures(options),
             ),
             seeds=_seeds(options),
             only=tuple(filter(None, options.routes.split(","))),
@@ -148,6 +152,12 @@ def _clock(text: str) -> str:
     if name == "wall":
         raise UsageError("clock 'wall' is for live stacks: use lockstep, latency:SECONDS or latency:measured")
     return name
+
+
+def _pictures(options: argparse.Namespace) -> bool:
+    if options.pictures and options.replays == "none":
+        raise UsageError("--pictures are kept with replays: leave it out with --replays none")
+    return bool(options.pictures) and options.recovery not in ("none", "timers")
 
 
 def _record(options: argparse.Namespace) -> bool:

@@ -23,7 +23,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def add_compare_options(parser: argparse.ArgumentParser) -> None:
     """What the command is told."""
     parser.add_argument("first", type=Path, metavar="A", help="what `evaluate --out` wrote: what is compared with")
-    parser.add_argument("second", type=Path, metavar="B", help="what `evaluate --out` wrote, of the same routes")
+    parser.add_argument(
+        "others", nargs="+", type=Path, metavar="B", help="what `evaluate --out` wrote, of the same routes; one or more"
+    )
+    parser.add_argument("--page", type=Path, metavar="HTML", help="write a page with all of them side by side")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -41,6 +44,7 @@ def show_scores(folders: list[Path], alone: Path | None = None, plots: Path | No
 
     1 if a route crashed or is not as it should be, or a model hardly answered.
     """
+    from stucksolver.record import RecordError
     from stucksolver_eval.files import OutputError
     from stucksolver_eval.report import ReportError
     from stucksolver_eval.report.evaluation import write_evaluation
@@ -59,7 +63,7 @@ def show_scores(folders: list[Path], alone: Path | None = None, plots: Path | No
             write_evaluation(store, summaries[-1])
         if plots is not None:
             write_plots(summaries, plots)
-    except (StoreError, RouteFileError, OutputError, ReportError, OSError) as error:
+    except (StoreError, RouteFileError, OutputError, ReportError, RecordError, OSError) as error:
         raise UsageError(str(error)) from error
     print(summary_text(summaries))
     print("\n" + "\n".join(f"report: {folder / 'report.html'}" for folder in folders))
@@ -91,15 +95,27 @@ def show_sweep(summaries: dict[str, Summary], out: Path) -> int:
 
 
 def run_compare(options: argparse.Namespace) -> int:
-    """Print the comparison. Raises `UsageError`."""
+    """Print each comparison with the first; 1 if a model hardly answered. Raises `UsageError`."""
+    from stucksolver_eval.files import OutputError
+    from stucksolver_eval.report import ReportError
+    from stucksolver_eval.report.comparison import write_comparison
+    from stucksolver_eval.report.tables import banners
     from stucksolver_eval.results.store import Store, StoreError
     from stucksolver_eval.routes import RouteFileError
     from stucksolver_eval.scores.compare import ComparisonError, comparison, comparison_text
     from stucksolver_eval.scores.summary import summarize
+    from stucksolver_eval.terminal import filled
 
     try:
-        first, second = summarize(Store(options.first)), summarize(Store(options.second), Store(options.first))
-        print(comparison_text(first, second, comparison(first, second)))
-    except (StoreError, RouteFileError, ComparisonError) as error:
+        first = summarize(Store(options.first))
+        others = [summarize(Store(one), Store(options.first)) for one in options.others]
+        print("\n\n".join(comparison_text(first, one, comparison(first, one)) for one in others))
+        if options.page is not None:
+            write_comparison([options.first, *options.others], [first, *others], options.page)
+            print(f"\npage: {options.page}")
+    except (StoreError, RouteFileError, ComparisonError, OutputError, ReportError) as error:
         raise UsageError(str(error)) from error
-    return 0
+    warned = [text for one in (first, *others) for text in banners(one)]
+    if warned:
+        print("\n" + "\n".join(map(filled, warned)))
+    return int(bool(warned))

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Literal
 from stucksolver.decision import Directive, Execute, Replan, SafeStop
 from stucksolver.scene import TrackedObject
 from stucksolver.solver import Event, EventKind
+from stucksolver.stacks.carla_stack.camera import GivesPicture
 from stucksolver.stacks.carla_stack.contact import footprint
 from stucksolver.stacks.carla_stack.frames import to_local
 from stucksolver.stacks.carla_stack.tracker import Tracker
+from stucksolver_eval.replay.thumbnail import thumbnail
 from stucksolver_eval.results.outcome import came_to
 from stucksolver_eval.results.runlog import ActorInfo, ActorRole, DecisionMoment, Frame, LogEvent, Polyline
 
@@ -32,15 +34,25 @@ _KINDS: dict[EventKind, Kind] = {
 
 
 class RunLogger:
-    """Keeps what the replay shows. Times given to it are seconds since the start of the run."""
+    """Keeps what the replay shows. Times given to it are seconds since the start of the run.
+
+    With a `camera` each decision keeps the picture of the moment in which it was asked for.
+    """
 
     def __init__(
-        self, world: carla.World, ego: carla.Vehicle, role_of: Callable[[str], ActorRole], frame_every_s: float
+        self,
+        world: carla.World,
+        ego: carla.Vehicle,
+        role_of: Callable[[str], ActorRole],
+        frame_every_s: float,
+        camera: GivesPicture | None = None,
     ) -> None:
         self._world = world
         self._ego = ego
         self._role_of = role_of
         self._frame_every_s = frame_every_s
+        self._camera = camera
+        self._picture: str | None = None
         self._tracker = Tracker(world, ego.id, RANGE_M)
         self._lights = [
             (light, to_local(light.get_location())) for light in world.get_actors().filter("*traffic_light*")
@@ -117,7 +129,10 @@ class RunLogger:
     def hear(self, event: Event) -> None:
         """Listen to the solver."""
         time_s = event.time_s - self._start_s
-        if event.kind is EventKind.DECIDED and event.decision is not None:
+        if event.kind is EventKind.TRIGGERED and self._camera is not None:
+            image = self._camera.image()
+            self._picture = None if image is None else thumbnail(image)
+        elif event.kind is EventKind.DECIDED and event.decision is not None:
             outcome, verdict = came_to(event.verdict)
             self.decisions.append(
                 DecisionMoment(
@@ -127,6 +142,7 @@ class RunLogger:
                     outcome=outcome,
                     codes=() if event.verdict is None else event.verdict.codes,
                     verdict=verdict,
+                    picture=self._picture,
                 )
             )
         elif event.kind is EventKind.GUIDANCE:

@@ -1,13 +1,15 @@
-"""The page of an evaluation: tables, bars by ability and by scenario, and the routes with their replays."""
+"""The page of an evaluation: scores, abilities, recovery, scenarios, and the routes with their replays."""
 
 from __future__ import annotations
 
-import html
+from collections.abc import Mapping
 from pathlib import Path
 
 from stucksolver_eval.files import write_text
-from stucksolver_eval.report.charts import bars
-from stucksolver_eval.report.page import block_digest
+from stucksolver_eval.report import markup
+from stucksolver_eval.report.charts import bar_cell
+from stucksolver_eval.report.decisions import write_decisions
+from stucksolver_eval.report.figures import published_table, recovery_table, scores_table
 from stucksolver_eval.report.tables import (
     banners,
     guidance_text,
@@ -20,80 +22,58 @@ from stucksolver_eval.report.write import write_report
 from stucksolver_eval.results.record import status_text
 from stucksolver_eval.results.store import Store
 from stucksolver_eval.scores.ability import ABILITIES
-from stucksolver_eval.scores.columns import (
-    ABILITY_HEAD,
-    HEAD,
-    NOT_COMPARABLE,
-    PUBLISHED,
-    RECOVERY_HEAD,
-    SOURCE,
-    ability_row,
-    corrected_row,
-    main_row,
-    published_ability_rows,
-    published_row,
-    recovery_row,
-    run_name,
-)
+from stucksolver_eval.scores.columns import run_name
 from stucksolver_eval.scores.recovery import RecoveryFigures
 from stucksolver_eval.scores.summary import RouteRow, Summary
-from stucksolver_eval.terminal import Row
 
-COLUMNS_AT_MOST = 9
-Links = dict[tuple[str, int], str]
-STYLE = """
-body{font:15px/1.45 system-ui,sans-serif;margin:2rem auto;max-width:76rem;padding:0 1rem;color:#1d2430;background:#fff}
-.warning{background:#fde8d7;border-left:.3rem solid #c2410c;padding:.6rem .9rem;font-weight:600}
-h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem}
-table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin:.6rem 0;display:block;overflow-x:auto}
-th,td{padding:.25rem .6rem;border-bottom:1px solid #dfe4ec;text-align:left;white-space:nowrap}
-th{color:#4a5568;font-weight:600}.other td{color:#8a94a6}.note{color:#5b6576;font-size:.9rem}
-.ok{color:#1a7f4b}.bad{color:#b3352c}svg{max-width:100%;height:auto}
-"""
+Links = Mapping[tuple[str, int], str]
+"""Paths relative to the evaluation's folder, by route id and seed."""
 
 
 def write_evaluation(store: Store, summary: Summary) -> Path:
-    """`summary.json`, `routes.csv`, `report.html`, and a page for each replay. Raises `OutputError`, `ReportError`."""
+    """`summary.json`, `routes.csv`, `report.html`, and a page for each replay, or for the decisions of a record.
+
+    Raises `OutputError`, `ReportError` and `RecordError`.
+    """
     folder = store.folder
     write_text(folder / "summary.json", summary_json(summary))
     write_text(folder / "routes.csv", routes_csv(summary))
-    links = _replays(store, summary)
-    write_text(folder / "report.html", evaluation_page(summary, links, _records(store, summary)))
+    links = replay_pages(store, summary)
+    decisions = write_decisions(store, summary, links)
+    write_text(folder / "report.html", evaluation_page(summary, links, decisions, _has_records(store, summary)))
     return folder / "report.html"
 
 
-def evaluation_page(summary: Summary, links: Links, records: Links | None = None) -> str:
-    """The whole HTML text. `links`: replay pages by route id and seed; `records`: folders of decision records."""
-    m = summary.manifest
-    title = f"{Path(m.suite).stem}: {run_name(summary)}"
-    abilities = [(name.replace("_", " "), summary.abilities[name]) for name in ABILITIES]
-    types = per_scenario(summary)
-    parts = [
-        f"<h1>{html.escape(title)}</h1>",
-        *(f'<p class="warning">{html.escape(text)}</p>' for text in banners(summary)),
-        f'<p class="note">{html.escape(_about(summary))}</p>',
-        "<h2>Scores</h2>",
-        _table(HEAD, [main_row(summary), corrected_row(summary)], [published_row(row) for row in PUBLISHED]),
-        f'<p class="note">Rows in grey: {NOT_COMPARABLE} ({SOURCE}). “Corrected”: efficiency that counts the stretch '
-        "on which a route got stuck, comfort in the units its bounds are meant for.</p>",
-        "<h2>Abilities</h2>",
-        _table(ABILITY_HEAD, [ability_row(summary)], published_ability_rows()),
-        bars(abilities, "success rate %"),
-        "<h2>Recovery</h2>",
-        *_folded(RECOVERY_HEAD, recovery_row(summary)),
-        f'<p class="note">{html.escape(_recovery_note(summary.recovery))}</p>',
-        f"<p>Guidance: {html.escape(guidance_text(summary) or 'nothing was said')}.</p>",
-        "<h2>Scenarios</h2>",
-        bars([(name, one["driving_score"]) for name, one in types.items()], "driving score"),
-        bars([(name, one["success_rate"]) for name, one in types.items()], "success rate %"),
-        "<h2>Routes</h2>",
-        _route_table(summary.rows, links, records or {}),
+def evaluation_page(summary: Summary, links: Links, decisions: Links | None = None, recorded: bool = False) -> str:
+    """The whole HTML text. `links`: pages with replay and decisions; `decisions`: those with decisions alone."""
+    title = f"{Path(summary.manifest.suite).stem}: {run_name(summary)}"
+    guidance = guidance_text(summary) or "nothing was said"
+    run = {run_name(summary): summary}
+    head = [*map(markup.warning, banners(summary)), markup.note(_about(summary)), _command(summary)]
+    sections = [
+        markup.section("Scores", scores_table(run), published_table()),
+        markup.section("Abilities", _abilities(summary)),
+        markup.section(
+            "Recovery",
+            recovery_table(run),
+            markup.note(_alone(summary.recovery)),
+            f"<p>Guidance: {markup.text(guidance)}.</p>",
+        ),
+        markup.section("Scenarios", _scenarios(summary)),
+        markup.section(
+            "Routes",
+            _routes(summary.rows, links, decisions or {}),
+            RECORDS if recorded else "",
+        ),
     ]
-    policy = f"default-src 'none'; style-src '{block_digest(STYLE)}'"
-    head = f'<meta charset="utf-8"><meta http-equiv="Content-Security-Policy" content="{policy}">'
-    body = "\n".join(parts)
-    head += f"<title>{html.escape(title)}</title><style>{STYLE}</style>"
-    return f"<!doctype html><html lang=en><head>{head}</head><body>\n{body}\n</body></html>\n"
+    return markup.document(title, head, sections)
+
+
+RECORDS = (
+    '<p class="note">Hash-chained records of the interventions lie in '
+    f"{markup.code('seed-*/interventions')}; {markup.code('stucksolver replay FILE')} checks one and derives its "
+    "decisions and verdicts again.</p>"
+)
 
 
 def _about(summary: Summary) -> str:
@@ -103,70 +83,77 @@ def _about(summary: Summary) -> str:
     asked = f", prompt {m.prompt}" if m.prompt else ""
     return (
         f"Suite {m.suite} (digest {m.suite_digest[:12]}), {m.routes} routes, seeds {seeds}; driver {m.driver}, "
-        f"recovery {m.recovery}{guided}{asked}, clock {m.clock}, perception {m.perception}, "
-        f"simulator {m.simulator}. {m.command}"
+        f"recovery {m.recovery}{guided}{asked}, clock {m.clock}, perception {m.perception}, simulator {m.simulator}."
     )
 
 
-def _recovery_note(f: RecoveryFigures) -> str:
-    note = (
-        "Met: stood or crept for 10 s or more, or a plan was begun. Left: 15 m of progress followed. Recovered: within "
-        "60 s of a plan, without an infraction. Harm: infractions and near misses from a plan to 10 s after its end."
-    )
+def _command(summary: Summary) -> str:
+    command = summary.manifest.command
+    return f'<p class="note">Command: {markup.code(command)}</p>' if command else ""
+
+
+def _alone(f: RecoveryFigures) -> str:
     if f.harm_alone is None:
-        return note + " Alone: not known; score with --alone DIR to pair this run with the driver alone."
-    return f"{note} Over whole routes: {f.infractions}, and {f.infractions_alone} with the driver alone."
+        return "Alone: not known; score this run with --alone DIR to pair it with the driver alone."
+    return f"Infractions on whole routes: {f.infractions}, and {f.infractions_alone} with the driver alone."
 
 
-def _table(head: Row, rows: list[Row], others: list[Row]) -> str:
-    lines = ["<tr>" + "".join(f"<th>{html.escape(cell)}</th>" for cell in head) + "</tr>"]
-    lines += ["<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows]
-    lines += [
-        '<tr class="other">' + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in others
+def _abilities(summary: Summary) -> str:
+    rows = [
+        [markup.text(name.replace("_", " ").capitalize()), bar_cell(summary.abilities[name])]
+        for name in (*ABILITIES, "mean")
     ]
-    return "<table>" + "".join(lines) + "</table>"
+    return markup.raw_table("Abilities", ("Ability", "Success rate, %"), rows)
 
 
-def _folded(head: Row, row: Row) -> list[str]:
-    """One row under the other: too many columns for a page's width."""
-    starts = range(1, len(head), COLUMNS_AT_MOST)
-    return [_table(head[k : k + COLUMNS_AT_MOST], [row[k : k + COLUMNS_AT_MOST]], []) for k in starts]
-
-
-def _route_table(rows: tuple[RouteRow, ...], links: Links, records: Links) -> str:
-    head = ("Route", "Scenario", "Seed", "Status", "DS", "Infractions", "Plans", "Replay", "Record")
-    lines = ["<tr>" + "".join(f"<th>{cell}</th>" for cell in head) + "</tr>"]
-    for row in rows:
-        status = status_text(row.record.status) if row.record else row.outcome.state if row.outcome else "missing"
-        why = row.outcome.reason.splitlines()[-1] if row.outcome and row.outcome.reason else ""
-        key = row.route.id, row.seed
-        cells = [
-            html.escape(row.route.id),
-            html.escape(row.scenario),
-            str(row.seed),
-            f'<span class="{"ok" if row.success else "bad"}">{html.escape(f"{status} {why}".strip())}</span>',
-            f"{row.score:.1f}",
-            html.escape(infraction_text(row)),
-            str(len(row.outcome.interventions)) if row.outcome else "",
-            _link(links.get(key), "replay"),
-            _link(records.get(key), "decisions"),
+def _scenarios(summary: Summary) -> str:
+    rows = [
+        [
+            markup.text(name),
+            markup.cell(f"{one['routes']:.0f}"),
+            bar_cell(one["driving_score"]),
+            bar_cell(one["success_rate"]),
         ]
-        lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
-    return "<table>" + "".join(lines) + "</table>"
+        for name, one in per_scenario(summary).items()
+    ]
+    return markup.raw_table("Scenarios", ("Scenario", "Drives", "Driving score", "Success rate, %"), rows)
 
 
-def _link(target: str | None, text: str) -> str:
-    return f'<a href="{html.escape(target)}">{text}</a>' if target else ""
+def _routes(rows: tuple[RouteRow, ...], links: Links, decisions: Links) -> str:
+    head = ("Route", "Scenario", "Seed", "Status", "DS", "Infractions", "Plans", "Pages")
+    cells = []
+    for row in rows:
+        key = row.route.id, row.seed
+        pages = [
+            markup.link(links[key], "replay and decisions") if key in links else "",
+            markup.link(decisions[key], "decisions") if key in decisions else "",
+        ]
+        cells.append(
+            [
+                markup.text(row.route.id),
+                *map(markup.cell, (row.scenario, str(row.seed))),
+                f'<td class="status {"good" if row.success else "bad"}">{markup.text(status_of(row))}</td>',
+                *map(markup.cell, (f"{row.score:.1f}", infraction_text(row))),
+                markup.cell(str(len(row.outcome.interventions)) if row.outcome else ""),
+                f"<td>{' '.join(filter(None, pages))}</td>",
+            ]
+        )
+    return markup.raw_table("Routes", head, cells)
 
 
-def _records(store: Store, summary: Summary) -> Links:
-    """The folders of decision records that there are, relative to the evaluation's."""
-    folders = {(row.route.id, row.seed): store.interventions(row.route, row.seed) for row in summary.rows}
-    return {key: f"{path.relative_to(store.folder)}/" for key, path in folders.items() if path.is_dir()}
+def status_of(row: RouteRow) -> str:
+    """How a drive ended, in words, with the reason where it was not driven."""
+    status = status_text(row.record.status) if row.record else row.outcome.state if row.outcome else "missing"
+    why = row.outcome.reason.splitlines()[-1] if row.outcome and row.outcome.reason else ""
+    return f"{status} {why}".strip()
 
 
-def _replays(store: Store, summary: Summary) -> Links:
-    """A page for each kept replay that has none yet; links relative to the folder."""
+def _has_records(store: Store, summary: Summary) -> bool:
+    return any(store.interventions(row.route, row.seed).is_dir() for row in summary.rows)
+
+
+def replay_pages(store: Store, summary: Summary) -> Links:
+    """Write a page for each kept replay that has none yet."""
     links = {}
     for row in summary.rows:
         packed = store.replay(row.route, row.seed)

@@ -12,6 +12,7 @@ from typing import Any
 
 import shapely
 
+from stucksolver_eval.results.record import status_text
 from stucksolver_eval.results.runlog import Frame, MapView, Polyline, RunLog
 
 _FULL_TURN = 3600
@@ -47,6 +48,7 @@ def _run(run: RunLog, map_index: int) -> dict[str, Any]:
     frames = run.frames
     return {
         **run.model_dump(mode="json", include=shown | {"actors", "stuck", "decisions", "events", "result"}),
+        "ended": status_text(run.result.status),
         "map": map_index,
         "route": _line(run.route),
         "frames": len(frames),

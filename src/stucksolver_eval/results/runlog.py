@@ -81,6 +81,8 @@ class DecisionMoment(Model):
     """Why the plan was refused."""
     verdict: str
     """The same for people, with the details."""
+    picture: str | None = None
+    """What the front camera saw when the question was put, where one was carried: a small JPEG, base64."""
 
 
 class LogEvent(Model):

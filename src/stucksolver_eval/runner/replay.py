@@ -22,7 +22,8 @@ class ReplayKeeper:
 
     def __init__(self, job: RouteJob, setting: Setting, arm: SolverArm | None) -> None:
         self._job, self._setting = job, setting
-        self._logger = RunLogger(setting.world, setting.hero, self._role, job.frame_every_s)
+        camera = None if arm is None else arm.camera
+        self._logger = RunLogger(setting.world, setting.hero, self._role, job.frame_every_s, camera)
         if arm is not None:
             arm.listen(self._logger.hear)
 
@@ -65,11 +66,11 @@ class ReplayKeeper:
             stuck=tuple((s.onset_s, s.ended_s) for s in outcome.spells),
             decisions=tuple(logger.decisions),
             events=tuple(sorted(logger.events, key=lambda e: e.time_s)),
-            result=_result(record, outcome),
+            result=_result(record, outcome, len(logger.decisions)),
         )
 
 
-def _result(record: RouteRecord, outcome: RouteOutcome) -> RunResult:
+def _result(record: RouteRecord, outcome: RouteOutcome, decisions: int) -> RunResult:
     counts: Counter[str] = Counter(i.kind for i in outcome.infractions if i.kind != "min_speed_infractions")
     if outcome.near_misses:
         counts["near_miss"] = len(outcome.near_misses)
@@ -81,7 +82,7 @@ def _result(record: RouteRecord, outcome: RouteOutcome) -> RunResult:
         "stopped_s": round(sum(s.ended_s - s.onset_s for s in outcome.spells), 2),
         "time_to_recover_s": round(recovered[0], 2) if recovered else None,
         "immobilizations": len(outcome.spells),
-        "decisions": len(outcome.queries),
+        "decisions": decisions,
         "plans_accepted": len(outcome.interventions),
         "duration_s": record.meta.duration_game,
         "distance_m": round(record.scores.score_route / 100.0 * outcome.length_m, 1),

@@ -8,7 +8,7 @@ from stucksolver_eval.scores.columns import RECOVERY_HEAD as RECOVERY
 from stucksolver_eval.scores.columns import number, recovery_row, run_name
 from stucksolver_eval.scores.statistics import Difference, Interval, bootstrap, compare_pairs
 from stucksolver_eval.scores.summary import RouteRow, Summary
-from stucksolver_eval.terminal import table
+from stucksolver_eval.terminal import filled, table
 
 FIGURES: dict[str, Callable[[RouteRow], float]] = {
     "driving score": lambda row: row.score,
@@ -65,7 +65,8 @@ def comparison_text(first: Summary, second: Summary, compared: Compared) -> str:
     ]
     parts = [table(head, rows), table(RECOVERY, [recovery_row(first), recovery_row(second)])]
     won, lost = _flips(first, second)
-    parts.append(f"won by B: {', '.join(won) or 'none'}\nlost by B: {', '.join(lost) or 'none'}")
+    flips = (f"won by B: {', '.join(won) or 'none'}", f"lost by B: {', '.join(lost) or 'none'}")
+    parts.append("\n".join(map(filled, flips)))
     return "\n\n".join(parts)
 
 

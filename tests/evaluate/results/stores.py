@@ -24,6 +24,7 @@ def route(number: int, scenario: str = "Accident") -> Route:
     return Route(str(number), "town", (ORIGIN, Position(100.0, 0.0, 0.0)), (), (spec,))
 
 
+CRASH = Infraction("collisions_vehicle", 1.0, "collision")
 ROUTES = (route(1), route(2, "T_Junction"))
 
 
@@ -84,4 +85,4 @@ def keep(store: Store, of: Route, seed: int, kept: RouteRecord) -> None:
     store.write_outcome(of, outcome(of, seed, points=101, length_m=100.0))
 
 
-__all__ = ["NAMES", "ROUTES", "begun", "keep", "manifest", "metric_info", "outcome", "record", "route"]
+__all__ = ["CRASH", "NAMES", "ROUTES", "begun", "keep", "manifest", "metric_info", "outcome", "record", "route"]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 import stores
-from stores import ROUTES, begun, keep, manifest, metric_info, outcome, record
+from stores import CRASH, ROUTES, begun, keep, manifest, metric_info, outcome, record
 
 from stucksolver_eval.criteria import Infraction
 from stucksolver_eval.criteria.penalties import KINDS
@@ -21,7 +21,6 @@ from stucksolver_eval.scores.compare import ComparisonError, comparison
 from stucksolver_eval.scores.summary import Summary, summarize
 
 SPEED = Infraction("min_speed_infractions", 1.0, "on average at 80.0% of it", 80.0)
-CRASH = Infraction("collisions_vehicle", 1.0, "collision")
 
 
 def test_a_checkpoint_has_all_that_the_public_tools_read() -> None:

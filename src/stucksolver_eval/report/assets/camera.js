@@ -1,8 +1,10 @@
 // From metres on the map to pixels. The map is turned so that the route runs along the wide side: all of it in
 // the whole view, the part around the ego while following.
 
-const FOLLOW_WIDTH_M = 62;
-const FOLLOW_HEIGHT_M = 28;
+const FOLLOW_HEIGHT_M = 18;
+const FOLLOW_WIDTH_M = 54;
+const NARROW_PX = 480;
+const NARROW_WIDTH_M = 36;
 const MARGIN_M = 14;
 const AHEAD_M = 8;
 const AROUND_M = 20;
@@ -57,7 +59,8 @@ class Camera {
     this.height = height;
     if (this.follow && pose) {
       this.angle = directionAround(this.line, pose.x, pose.y, pose.yaw);
-      this.scale = Math.min(width / FOLLOW_WIDTH_M, height / FOLLOW_HEIGHT_M);
+      const along = width < NARROW_PX ? NARROW_WIDTH_M : FOLLOW_WIDTH_M;
+      this.scale = Math.min(width / along, height / FOLLOW_HEIGHT_M);
       this.x = pose.x + AHEAD_M * Math.cos(pose.yaw);
       this.y = pose.y + AHEAD_M * Math.sin(pose.yaw);
       return;

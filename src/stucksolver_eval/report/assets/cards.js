@@ -12,33 +12,44 @@ function decisionCard(moment, seek) {
     step("2", "Analysis", analysed(analysis)),
     step("3", "Decision", planned(decision)),
     otherFacts(decision, ["version", "observation", "analysis", "plan", "rationale"]));
+  const [named, why] = [headline(decision), capital(plain(decision.rationale || ""))];
   return h("article", { class: `card ${tone}` },
     h("button", { class: "seek", type: "button", onclick: () => seek(moment.time_s), title: "Show this moment" },
       h("span", { class: "time" }, seconds(moment.time_s)),
       h("span", { class: "tag" }, moment.trigger),
-      h("span", { class: `tag ${tone}` }, moment.verdict)),
-    h("p", { class: "headline" }, headline(decision)),
-    decision.rationale && h("p", { class: "rationale" }, capital(plain(decision.rationale))),
+      h("span", { class: `tag ${tone}` }, waits(decision) ? "wait" : words(moment.verdict))),
+    h("p", { class: "headline" }, named),
+    why && why !== named && h("p", { class: "rationale" }, why),
+    picture(moment),
     body);
+}
+
+// What the front camera saw when this was asked, where it was carried.
+function picture(moment) {
+  if (typeof moment.picture !== "string" || !/^[A-Za-z0-9+/]+=*$/.test(moment.picture)) return null;
+  const alt = `The front camera's picture, ${seconds(moment.time_s)}`;
+  return h("img", { class: "seen", src: `data:image/jpeg;base64,${moment.picture}`, alt, loading: "lazy" });
 }
 
 function step(number, name, content) {
   return h("section", { class: "step" }, h("h5", null, h("span", { class: "number" }, number), name), content);
 }
 
-// What was decided, in a line.
+const waits = (decision) => !decision.plan && Boolean(recordOf(decision.analysis).wait);
+
+// What was decided, in a line: the behaviours, or why there are none.
 function headline(decision) {
   const names = listOf(recordOf(decision.plan).behaviors)
     .map((one) => words(one.name) + (typeof one.side === "string" ? ` ${words(one.side)}` : ""));
-  const { wait } = recordOf(decision.analysis);
-  if (!names.length && wait) return `Wait: ${words(wait)}`;
-  return capital(names.join(", then ") || ground(recordOf(decision.analysis)));
+  return capital(names.join(", then ") || plain(decision.rationale || ground(recordOf(decision.analysis))));
 }
 
+// Who is immobilized may have to wait before it passes; that holds nobody who is not.
 function ground(analysis) {
   const state = analysis.immobilized ? "immobilized" : "not immobilized";
   const cause = analysis.cause ? `: ${words(analysis.cause)}` : "";
-  return `${state}${cause}${analysis.wait ? `, wait: ${words(analysis.wait)}` : ""}`;
+  const before = analysis.immobilized ? "waits before it passes" : "waits";
+  return `${state}${cause}${analysis.wait ? `; ${before}: ${words(analysis.wait)}` : ""}`;
 }
 
 function observation(seen) {
@@ -87,8 +98,9 @@ function analysed(analysis) {
   ];
 }
 
-function planned({ plan }) {
-  if (!plan) return h("p", null, "No plan: the vehicle's own stack goes on.");
+function planned({ plan, analysis }) {
+  if (!plan && recordOf(analysis).wait) return h("p", null, "No plan yet: the vehicle waits, and is asked about again.");
+  if (!plan) return h("p", null, "No plan: the vehicle's own stack drives on.");
   return [
     h("ol", { class: "behaviors" }, listOf(plan.behaviors).map((one) => h("li", null,
       h("b", null, words(one.name)), otherFacts(one, ["name"])))),

@@ -26,17 +26,20 @@ const words = (text) => String(text).replaceAll("_", " ");
 
 const capital = (text) => (text ? text[0].toUpperCase() + text.slice(1) : text);
 
-const seconds = (value) => `${value.toFixed(1)} s`;
+// Rounded, and never "-0.0": what is rounded to nothing has no sign.
+const rounded = (value, digits) => value.toFixed(digits).replace(/^-(0(\.0*)?)$/, "$1");
+
+const seconds = (value) => `${rounded(value, 1)} s`;
 
 function figure(value, digits = 1) {
-  return value === null || value === undefined ? "–" : Number(value).toFixed(digits);
+  return value === null || value === undefined ? "–" : rounded(Number(value), digits);
 }
 
 // `length_m: 31` reads "length 31 m".
 function labelled(key, value) {
   const unit = key.match(/^(.+)_([a-z0-9]+)$/);
   if (unit && Object.hasOwn(UNITS, unit[2]) && typeof value === "number") {
-    return [words(unit[1]), `${Number(value.toFixed(2))} ${UNITS[unit[2]]}`];
+    return [words(unit[1]), `${Number(rounded(value, 2))} ${UNITS[unit[2]]}`];
   }
   return [words(key), plain(value)];
 }
@@ -44,7 +47,7 @@ function labelled(key, value) {
 function plain(value) {
   if (value === null || value === undefined) return "–";
   if (typeof value === "boolean") return value ? "yes" : "no";
-  if (typeof value === "number") return String(Number(value.toFixed(3)));
+  if (typeof value === "number") return String(Number(rounded(value, 3)));
   if (Array.isArray(value)) return value.map(plain).join(", ") || "none";
   if (typeof value === "object") {
     return Object.entries(value).map(([key, inner]) => labelled(key, inner).join(" ")).join("; ");

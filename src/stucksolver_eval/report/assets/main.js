@@ -22,6 +22,7 @@ function main() {
       data.notes.length ? h("ul", { class: "notes" }, data.notes.map((note) => h("li", null, note))) : ""),
     groups.length ? runTable(groups) : h("p", { class: "empty" }, "No runs."),
     ...sections.map((section) => section.element));
+  document.addEventListener("keydown", (event) => pressed(sections, event));
   onSchemeChange(() => sections.forEach((section) => section.refresh()));
 }
 

@@ -26,7 +26,7 @@ class Records {
     const fold = h("details", { class: `group ${tone}` },
       h("summary", null, h("span", { class: "time" }, `${first.time_s.toFixed(1)}–${seconds(last.time_s)}`),
         h("span", { class: `tag ${tone}` }, `${group.length} × ${outcomeName(first)}`),
-        h("span", { class: "ground" }, headline(first.decision))),
+        h("span", { class: "ground" }, reasons(group).join("; then "))),
       cards);
     this.items.slice(-cards.length).forEach((item) => { item.fold = fold; });
     return fold;
@@ -60,7 +60,7 @@ function grouped(decisions) {
   let last = null;
   for (const moment of decisions) {
     const key = outcomeTone(moment.outcome) === "good"
-      ? null : `${moment.trigger}|${outcomeName(moment)}|${headline(moment.decision)}`;
+      ? null : `${moment.trigger}|${outcomeName(moment)}|${kindOf(moment.decision)}`;
     if (key !== null && key === last) groups[groups.length - 1].push(moment);
     else groups.push([moment]);
     last = key;
@@ -68,9 +68,26 @@ function grouped(decisions) {
   return groups;
 }
 
+// Decisions of a kind do the same, or wait for a reason of the same kind.
+function kindOf(decision) {
+  return waits(decision) ? recordOf(decision.analysis).wait : headline(decision);
+}
+
+// Each reason once, as it was first given: while a car comes nearer, only the figures behind the comma change.
+function reasons(group) {
+  const found = new Map();
+  for (const { decision } of group) {
+    const reason = headline(decision);
+    const who = reason.split(",")[0];
+    if (!found.has(who)) found.set(who, found.size ? reason.replace(/^[^:]*: /, "") : reason);
+  }
+  return [...found.values()];
+}
+
 // The outcome with the first reason, without the figures that follow.
 function outcomeName(moment) {
-  return moment.codes.length ? `${moment.outcome}: ${moment.codes[0]}` : moment.outcome;
+  if (waits(moment.decision)) return "wait";
+  return moment.codes.length ? `${moment.outcome}: ${words(moment.codes[0])}` : moment.outcome;
 }
 
 function eventRow(event, seek) {

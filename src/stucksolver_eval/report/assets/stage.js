@@ -65,11 +65,11 @@ class Stage {
 
   write(time, frame, pose) {
     const { run } = this;
-    this.speed.textContent = `${(run.speed[Math.floor(frame)] || 0).toFixed(1)} m/s`;
+    this.speed.textContent = `${rounded(run.speed[Math.floor(frame)] || 0, 1)} m/s`;
     this.stuck.hidden = !during(run.stuck, time);
     this.recovering.hidden = !stateAt(run.paths, frame);
     this.ended.hidden = time <= run.end;
-    this.ended.textContent = `${statusWords(run.result.status)} at ${seconds(run.end)}`;
+    this.ended.textContent = `${statusWords(run.ended)} at ${seconds(run.end)}`;
     this.say(this.caption, latest(run.events, time, CAPTION_S, (event) => event.kind !== "guidance"));
     this.say(this.bubble, latest(run.events, time, BUBBLE_S, (event) => event.kind === "guidance"));
     if (pose && !this.bubble.hidden) {

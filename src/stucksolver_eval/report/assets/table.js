@@ -2,13 +2,13 @@
 
 const COLUMNS = [
   ["Arm", (run) => h("b", null, run.arm)],
-  ["Status", (run) => h("span", { class: `tag ${statusTone(run.result.status)}` }, statusWords(run.result.status))],
+  ["Status", (run) => h("span", { class: `tag ${statusTone(run.result.status)}` }, statusWords(run.ended))],
   ["Route", (run) => `${figure(run.result.route_completion_pct, 0)} %`, "num"],
   ["Infractions", (run) => infractions(run.result.infractions), "wrap"],
   ["Stopped", (run) => `${figure(run.result.stopped_s)} s`, "num"],
   ["Time to recover", ({ result }) => (result.time_to_recover_s === null ? "–" : seconds(result.time_to_recover_s)), "num"],
   ["Immobilized", (run) => run.result.immobilizations, "num"],
-  ["Decisions", (run) => run.result.decisions, "num"],
+  ["Decisions", (run) => run.decisions.length, "num"],
   ["Plans accepted", (run) => run.result.plans_accepted, "num"],
   ["Duration", (run) => `${figure(run.result.duration_s)} s`, "num"],
   ["Distance", (run) => `${figure(run.result.distance_m, 0)} m`, "num"],

@@ -1,0 +1,24 @@
+"""The front camera's pictures, small enough for a page that holds many of them."""
+
+from __future__ import annotations
+
+import base64
+import io
+
+from stucksolver.scene import CameraImage
+
+WIDTH_PX = 480
+"""Signs, lights and people are still made out; a picture takes about 10 kB."""
+QUALITY = 70
+
+
+def thumbnail(image: CameraImage) -> str:
+    """A JPEG at most `WIDTH_PX` wide, base64."""
+    from PIL import Image
+
+    picture = Image.open(io.BytesIO(image.jpeg))
+    width = min(WIDTH_PX, picture.width)
+    small = picture.resize((width, max(1, round(picture.height * width / picture.width))))
+    file = io.BytesIO()
+    small.save(file, "JPEG", quality=QUALITY)
+    return base64.b64encode(file.getvalue()).decode()

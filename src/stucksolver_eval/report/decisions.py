@@ -1,0 +1,111 @@
+"""Pages with the decisions of drives whose replay was not kept, read from their records."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from stucksolver.decision import Decision
+from stucksolver.record.chain import read_chain
+from stucksolver.record.scroll import image_of
+from stucksolver.scene import CameraImage
+from stucksolver.solver import Event, EventKind
+from stucksolver_eval.replay.thumbnail import thumbnail
+from stucksolver_eval.report.write import write_report
+from stucksolver_eval.results.outcome import came_to
+from stucksolver_eval.results.runlog import DecisionMoment, MapView, RunLog, RunResult
+from stucksolver_eval.results.store import Store
+from stucksolver_eval.scores.columns import run_name
+from stucksolver_eval.scores.summary import RouteRow, Summary
+
+NOTE = "Times are those of the simulator. Only interventions are recorded; legitimate waits before them are not."
+
+
+def write_decisions(store: Store, summary: Summary, shown: Mapping[tuple[str, int], str]) -> dict[tuple[str, int], str]:
+    """A page for each drive that has records and none of the pages `shown`; paths relative to the store's folder.
+
+    Raises `RecordError` for a record that was changed, and `ReportError`.
+    """
+    links = {}
+    for row in summary.rows:
+        folder = store.interventions(row.route, row.seed)
+        if (row.route.id, row.seed) in shown or not folder.is_dir() or row.record is None:
+            continue
+        page = folder / "decisions.html"
+        log = _log(summary, row, tuple(moments_of(folder)))
+        write_report([log], page, f"{row.scenario}, route {row.route.id}: decisions", [summary.manifest.title, NOTE])
+        links[row.route.id, row.seed] = str(page.relative_to(store.folder))
+    return links
+
+
+def moments_of(folder: Path) -> Iterator[DecisionMoment]:
+    """The decisions of all records of a folder, with the camera's pictures. Raises `RecordError`."""
+    for path in sorted(folder.glob("intervention-*.jsonl")):
+        picture: str | None = None
+        for _, line in read_chain(path):
+            asked = line.get("asked")
+            if isinstance(asked, dict):
+                picture = _picture(folder, asked.get("scene"))
+            # A decision that came in with this line is not told once more.
+            answer = (line.get("in") or {}).get("answer") or {}
+            for told in line.get("told", ()):
+                if "event" in told:
+                    event = Event.model_validate({"decision": answer.get("decision"), **told["event"]})
+                    if event.kind is EventKind.DECIDED and event.decision is not None:
+                        yield _moment(event, event.decision, picture)
+
+
+def _picture(folder: Path, scene: dict[str, Any] | None) -> str | None:
+    image = None if scene is None else scene.get("image")
+    return None if image is None else thumbnail(CameraImage.model_validate(image_of(image, folder)))
+
+
+def _moment(event: Event, decision: Decision, picture: str | None) -> DecisionMoment:
+    outcome, verdict = came_to(event.verdict)
+    return DecisionMoment(
+        time_s=round(event.time_s, 2),
+        trigger="guidance" if event.trigger == "guidance" else "detector",
+        decision=decision.model_dump(mode="json"),
+        outcome=outcome,
+        codes=() if event.verdict is None else event.verdict.codes,
+        verdict=verdict,
+        picture=picture,
+    )
+
+
+def _log(summary: Summary, row: RouteRow, moments: tuple[DecisionMoment, ...]) -> RunLog:
+    """A run without frames, of which the page shows the decisions."""
+    m, record, outcome = summary.manifest, row.record, row.outcome
+    assert record is not None
+    plans = 0 if outcome is None else len(outcome.interventions)
+    spells = () if outcome is None else outcome.spells
+    result = RunResult(
+        status=record.status,
+        route_completion_pct=record.scores.score_route,
+        infractions={k: len(v) for k, v in record.infractions.items() if v and k != "min_speed_infractions"},
+        stopped_s=round(sum(s.ended_s - s.onset_s for s in spells), 2),
+        time_to_recover_s=next((s.recovered_after_s for s in spells if s.recovered_after_s is not None), None),
+        immobilizations=len(spells),
+        decisions=len(moments),
+        plans_accepted=plans,
+        duration_s=record.meta.duration_game,
+        distance_m=round(record.scores.score_route / 100.0 * record.meta.route_length, 1),
+    )
+    return RunLog(
+        scenario=f"{row.scenario}, route {row.route.id}",
+        arm=run_name(summary),
+        seed=row.seed,
+        driver=m.driver,
+        reasoner=m.recovery,
+        clock=m.clock,
+        perception=m.perception,
+        map=MapView(name=row.route.town, lanes=(), markings=()),
+        route=(),
+        actors=(),
+        frames=(),
+        stuck=(),
+        decisions=moments,
+        events=(),
+        result=result,
+    )
