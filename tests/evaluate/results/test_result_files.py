@@ -14,7 +14,7 @@ from stucksolver_eval.criteria.penalties import KINDS
 from stucksolver_eval.report.evaluation import evaluation_page, write_evaluation
 from stucksolver_eval.report.tables import summary_json
 from stucksolver_eval.results.metric_info import NAMES, read_metric_info
-from stucksolver_eval.results.outcome import InterventionRecord, Noted
+from stucksolver_eval.results.outcome import InterventionRecord, Spoken
 from stucksolver_eval.results.record import checkpoint_text
 from stucksolver_eval.results.store import Store, StoreError
 from stucksolver_eval.scores.compare import ComparisonError, comparison
@@ -131,7 +131,7 @@ def test_recoveries_and_words_are_written_by_kind(tmp_path: Path) -> None:
     plan = InterventionRecord(
         start_s=1.0, end_s=2.0, place_m=0.0, rung="rules", behaviors=("nudge",), moves=True, finished=True
     )
-    said = Noted(kind="helpful", time_s=0.5, text="go")
+    said = Spoken(kind="helpful", time_s=0.5, text="go")
     found = outcome(ROUTES[0], interventions=(plan,), guidance=(said,), track=((1.0, 0.0), (2.0, 20.0)))
     store.write_outcome(ROUTES[0], found)
     data = json.loads(summary_json(summarize(store)))["recovery"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from stucksolver_eval.results.outcome import ImmobilizationEpisode, InterventionRecord, Noted, RouteOutcome
+from stucksolver_eval.results.outcome import ImmobilizationEpisode, InterventionRecord, Noted, RouteOutcome, Spoken
 
 
 def outcome(**changes: Any) -> RouteOutcome:
@@ -40,3 +40,7 @@ def plan(start_s: float, end_s: float, place_m: float | None = None, moves: bool
 
 def noted(time_s: float, kind: str = "collisions_vehicle") -> Noted:
     return Noted(kind=kind, time_s=time_s, text="")
+
+
+def spoken(time_s: float, kind: str, help: str = "") -> Spoken:
+    return Spoken(kind=kind, time_s=time_s, text="", help=help)

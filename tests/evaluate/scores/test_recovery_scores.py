@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from outcomes import noted, outcome, plan, spell
+from outcomes import noted, outcome, plan, spell, spoken
 
 from stucksolver_eval.results.outcome import QueryRecord, RouteOutcome
 from stucksolver_eval.scores.recovery import RecoveryFigures, key_of, recovery_figures
@@ -129,7 +129,7 @@ def test_routes_that_were_not_driven_count_nothing() -> None:
 
 def test_words_are_followed_by_a_plan_on_their_account_within_30_s() -> None:
     by_words = plan(55, 60).model_copy(update={"rung": "passenger"})
-    said = (noted(50, "helpful"), noted(20, "helpful"), noted(52, "dangerous"))
+    said = (spoken(50, "helpful"), spoken(20, "helpful"), spoken(52, "dangerous"))
     found = figures(guidance=said, interventions=(by_words, plan(21, 30)))
     assert found.said == {"helpful": 2, "dangerous": 1}
     assert (found.followed["helpful"], found.followed["dangerous"]) == (1, 1)

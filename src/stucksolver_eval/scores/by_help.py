@@ -1,0 +1,72 @@
+"""What a person's words gained and what they cost, by the sort of help: guided less unguided, route by route."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stucksolver_eval.results.outcome import RouteOutcome
+from stucksolver_eval.scores.recovery import NOT_HARM
+from stucksolver_eval.scores.statistics import Difference, compare_pairs
+from stucksolver_eval.scores.summary import RouteRow, Summary
+
+KINDS = ("helpful", "late", "unhelpful", "wrong", "dangerous")
+
+
+@dataclass(frozen=True)
+class HelpFigures:
+    """One sort of help. Differences are guided less unguided, of the routes on which it was given.
+
+    `score` in points of driving score, `success` in percentage points. `harm`: infractions and near misses more, of all
+    its drives together; `won`, `lost`: drives that are a success in one arm only.
+    """
+
+    help: str
+    kind: str
+    drives: int
+    score: Difference
+    success: Difference
+    won: int
+    lost: int
+    harm: int
+
+
+Pair = tuple[RouteRow, RouteRow]
+
+
+def help_figures(unguided: Summary, guided: Summary) -> list[HelpFigures]:
+    """A row for each sort of help, and one for each kind over all its sorts (`help` is empty then), in `KINDS`' order.
+
+    A drive counts for the sort of the first line that was said on it; where nothing came to be said it counts for none.
+    """
+    before = {(row.route.id, row.seed): row for row in unguided.rows}
+    groups: dict[tuple[str, str], list[Pair]] = {}
+    for row in guided.rows:
+        said = () if row.outcome is None else row.outcome.guidance
+        pair = before.get((row.route.id, row.seed))
+        if said and pair is not None:
+            groups.setdefault((said[0].kind, ""), []).append((pair, row))
+            groups.setdefault((said[0].kind, said[0].help), []).append((pair, row))
+    order = sorted(groups, key=lambda key: (KINDS.index(key[0]), key[1]))
+    return [_figures(kind, name, groups[kind, name]) for kind, name in order]
+
+
+def _figures(kind: str, name: str, pairs: list[Pair]) -> HelpFigures:
+    by_route: dict[str, list[Pair]] = {}
+    for pair in pairs:
+        by_route.setdefault(pair[0].route.id, []).append(pair)
+    return HelpFigures(
+        help=name,
+        kind=kind,
+        drives=len(pairs),
+        score=compare_pairs([[b.score - a.score for a, b in some] for some in by_route.values()]),
+        success=compare_pairs([[100.0 * (b.success - a.success) for a, b in some] for some in by_route.values()]),
+        won=sum(b.success and not a.success for a, b in pairs),
+        lost=sum(a.success and not b.success for a, b in pairs),
+        harm=sum(_harm(b.outcome) - _harm(a.outcome) for a, b in pairs),
+    )
+
+
+def _harm(outcome: RouteOutcome | None) -> int:
+    if outcome is None:
+        return 0
+    return len(outcome.near_misses) + sum(one.kind not in NOT_HARM for one in outcome.infractions)
