@@ -58,6 +58,11 @@ class SolverArm:
         """The vehicle as the solver meets it."""
         return self._stack
 
+    @property
+    def camera(self) -> GivesPicture | None:
+        """The front camera, where it is carried."""
+        return self._camera
+
     def listen(self, listener: Listener) -> None:
         """Someone else who wants to hear the solver's events."""
         self._heard.append(listener)
