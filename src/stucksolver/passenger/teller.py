@@ -237,5 +237,5 @@ _HANDLERS: dict[EventKind, Handler] = {
     EventKind.RELEASED: _always("I go on."),
     EventKind.FAULT: _always("Something in me does not work as it should. I am taking extra care."),
 }
-SILENT = frozenset({EventKind.TRIGGERED, EventKind.FAILED, EventKind.ESCALATED, EventKind.CLOSED})
+SILENT = frozenset({EventKind.TRIGGERED, EventKind.FAILED, EventKind.ESCALATED, EventKind.CLOSED, EventKind.DISAGREED})
 """Events that are the solver's own business: what follows from them is told."""

@@ -64,6 +64,8 @@ def state_data(state: State) -> Data:
     data["trigger"] = None if state.trigger is None else state.trigger.value
     if state.words is not None:
         data["words"] = {"said": state.words.words.model_dump(mode="json"), "since_s": state.words.since_s}
+    if state.doubts:
+        data["doubts"] = dict(state.doubts)
     return data
 
 
@@ -80,6 +82,7 @@ def state_of(data: Data, ladder: Ladder, reasoners: frozenset[str], *, observe_o
         escalation=_escalation_of(first.escalation, data["escalation"]),
         words_escalation=_escalation_of(first.words_escalation, data["words_escalation"]),
         trigger=None if trigger is None else Trigger(trigger),
+        doubts=MappingProxyType(dict(data.get("doubts", {}))),
         **{name: data[name] for name in SIMPLE},
     )
 

@@ -30,6 +30,8 @@ class EventKind(str, Enum):
     GUIDANCE_ENDED = "guidance_ended"
     ASKED_BACK = "asked_back"
     """Words were not understood; the text asks what was meant. Answered by other words."""
+    DISAGREED = "disagreed"
+    """A reasoner that looks at the picture contradicts perception; what it grants counts as unknown for a while."""
     FAILED = "failed"
     CANCELLED = "cancelled"
     """A question to a reasoner or a person is not wanted any more: the situation cleared."""

@@ -13,6 +13,7 @@ from stucksolver.scene import AttemptEnd
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.machine import claims, people, plans
 from stucksolver.solver.machine.blockage import why_stopped
+from stucksolver.solver.machine.doubts import disagreements, doubted_scene
 from stucksolver.solver.machine.history import GOT_ON_M, TEXTS
 from stucksolver.solver.machine.state import (
     AwaitingApproval,
@@ -128,7 +129,7 @@ def _ask(turn: Turn, move: AskReasoner, trigger: Trigger) -> None:
     query = Query(
         number=state.queries + 1,
         reasoner=move.reasoner,
-        scene=shot.scene.model_copy(update=told),
+        scene=doubted_scene(shot.scene, state.doubts, turn.now_s).model_copy(update=told),
         asked_s=turn.now_s,
         deadline_s=move.deadline_s,
         screen=state.escalation.on.screens,
@@ -162,6 +163,8 @@ def take_answer(turn: Turn) -> Directive:
     if isinstance(answer, NoAnswer):
         _no_answer(turn, answer.why)
         return turn.resting
+    if turn.state.scene is not None:
+        turn.doubt(disagreements(turn.state.scene, answer.decision.observation))
     if answer.decision.plan is None or people.only_looks(turn):
         _no_plan(turn, answer)
         return turn.resting

@@ -190,6 +190,8 @@ class State:
     words: WordsInForce | None = None
     claims: Mapping[Claim, float] = field(default_factory=lambda: MappingProxyType({}))
     """What people have said of the world, and until when it is believed."""
+    doubts: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    """What perception is not believed about, by object's id, and until when (see `doubts`)."""
     asked_back: bool = False
     """Were the last words asked back already?"""
     intervention: Intervention | None = None

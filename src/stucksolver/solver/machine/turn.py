@@ -13,6 +13,7 @@ from stucksolver.reason import Answer
 from stucksolver.scene import Guidance, Status, Surroundings
 from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.events import Event, EventKind, Told
+from stucksolver.solver.machine.doubts import Disagreement, doubted, noted
 from stucksolver.solver.machine.inputs import Inputs, Setup, Sight
 from stucksolver.solver.machine.state import AwaitingApproval, Intervention, Monitoring, Querying, State
 from stucksolver.solver.questions import Question, QuestionKind
@@ -75,14 +76,23 @@ class Turn:
 
     @property
     def seen(self) -> Surroundings | None:
-        """The surroundings; None where nothing has ever been seen."""
-        return self.sight.surroundings
+        """The surroundings, with what is doubted as unknown; None where nothing has ever been seen."""
+        found = self.sight.surroundings
+        return None if found is None else doubted(found, self.state.doubts, self.now_s)
 
     @cached_property
     def view(self) -> FrenetScene | None:
         """The same beside the road."""
         seen = self.seen
         return None if seen is None else FrenetScene(seen)
+
+    def doubt(self, found: tuple[Disagreement, ...]) -> None:
+        """Tell of what a reasoner's word contradicts, and look at the surroundings anew."""
+        if not found:
+            return
+        self.tell(EventKind.DISAGREED, "; ".join(str(one) for one in found))
+        self.set(doubts=noted(self.state.doubts, found, self.now_s))
+        self.__dict__.pop("view", None)
 
     # ---- telling
 
