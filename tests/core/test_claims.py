@@ -8,7 +8,7 @@ import pytest
 from worlds import LANE_M, World, drive, ladder, red_light, straight_road, thing
 
 from stucksolver import StuckSolver
-from stucksolver.decision import WaitReason
+from stucksolver.decision import Execute, WaitReason
 from stucksolver.ladder.ladder import Words
 from stucksolver.scene import LineKind, ObjectKind
 from stucksolver.solver import EventKind, QuestionError
@@ -169,3 +169,17 @@ def test_that_somebody_waves_us_through_ends_a_stand_off_sooner():
 
     alone, told = (started(drive(world(), 20.0, words=w)) for w in ({}, {1.5: "he waves us through"}))
     assert told and (not alone or told[0] < alone[0] - 2.0)
+
+
+def test_a_released_light_is_told_to_the_stack_with_the_path():
+    orders = []
+    world = World(straight_road(oncoming=None), controls=(red_light(3.0),), x=60.0, cruise_mps=0.0)
+    with StuckSolver(world.scene, clock="lockstep") as solver:
+        solver.guide("that light has been broken for days")
+        for _ in range(200):
+            orders.append(solver.step(world.status(), world.surroundings))
+            world.drive(orders[-1])
+            if solver.pending_question is not None:
+                solver.approve(by="operator")
+    driven = [one for one in orders if isinstance(one, Execute) and one.path]
+    assert driven and all(one.over_red for one in driven)

@@ -72,3 +72,12 @@ def test_a_light_passed_twice_has_two_lines():
     path = make_path(30.0 * np.sin(angle), 30.0 * (1.0 - np.cos(angle)), np.full(len(angle), 5.0))
     lines = stop_lines([light_at((30.0, 30.0, 90.0))], path)
     assert [round(line.s) for line in lines] == [47, 236]
+
+
+def test_a_light_that_an_operator_has_released_is_not_stopped_for():
+    light = light_at(state=RED)
+    light.id = 7
+    watched = LightWatch([StopLine(light, 100.0)])
+    assert watched.distance_to_stop(97.0, 0.0, 3.0) == pytest.approx(3.0)
+    assert watched.distance_to_stop(97.0, 0.0, 3.0, {7}) is None
+    assert watched.distance_to_stop(97.0, 0.0, 3.0, {8}) == pytest.approx(3.0)

@@ -49,6 +49,8 @@ class Execute(Model):
     path: tuple[PathPoint, ...] = ()
     reverse: bool = False
     ignore: tuple[str, ...] = ()
+    over_red: bool = False
+    """Has an operator released the red light that the path leads across? Then it is not stopped for."""
     brake_mps2: float | None = Field(default=None, gt=0)
     expires_ticks: int = Field(default=EXPIRES_TICKS, ge=1, le=200)
 

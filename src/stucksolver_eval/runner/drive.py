@@ -212,8 +212,9 @@ class _Drive:
                 answered = arm.answer(line.answer == "yes", line.by)
                 if answered is not None and line.answer == "yes" and "red_light" in answered.needs:
                     self._released = self._play.expected == "ask"  # it is stuck; else nobody's yes makes it green
-            told = {"kind": line.kind, "time_s": round(now.time_s, 2), "text": text}
-            arm.log.guidance.append(Spoken(**told, help=line.help, by=line.by))
+            when_s = round(now.time_s, 2)
+            said = Spoken(kind=line.kind, time_s=when_s, text=text, help=line.help, by=line.by)
+            arm.log.guidance.append(said)
 
     def _hear(self, event: Event) -> None:
         self._events.append(event.model_copy(update={"time_s": event.time_s - self._start_s}))

@@ -230,7 +230,20 @@ class Execution:
         seen = _facing(view, proven)
         rest = proven.path.from_station(seen.ego_s)
         path = path_points(rest, seen, np.array([proven.committed(float(s)) for s in rest.s]))
-        return Execute(behavior=behavior, path=path, reverse=proven.reverse, ignore=proven.path.over)  # type: ignore[arg-type]
+        return Execute(
+            behavior=behavior,  # type: ignore[arg-type]
+            path=path,
+            reverse=proven.reverse,
+            ignore=proven.path.over,
+            over_red="red_light" in self._approvals.operator,
+        )
+
+
+def _along_leg(proven: ProvenLeg, view: FrenetScene) -> Execute:
+    x, y, speed = driven_line(proven.rest(view), view.ego.limits.wheelbase_m, proven.behavior.speed_mps)
+    rows = np.stack([x, y, speed], axis=1).round(3).tolist()
+    path = tuple(PathPoint(x_m=a, y_m=b, speed_mps=v) for a, b, v in rows)
+    return Execute(behavior=proven.behavior, path=path, reverse=proven.reverse)
 
 
 def _facing(view: FrenetScene, proven: Proven) -> FrenetScene:

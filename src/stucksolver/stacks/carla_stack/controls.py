@@ -19,6 +19,7 @@ _STATES = {
 }
 AHEAD_M = 120.0
 PASSED_M = 3.0
+NEAR_M = 20.0
 
 
 class RouteControls:
@@ -35,6 +36,10 @@ class RouteControls:
                 self._lines.append((min(found), light))
         self._lines.sort(key=lambda line: line[0])
         self._signs = stop_places(signs, *road.fine_line()) if signs else []
+
+    def lights_near(self, front_arc_m: float) -> frozenset[int]:
+        """Ids of the lights whose line lies close ahead: those that a plan may creep across."""
+        return frozenset(int(light.id) for arc, light in self._lines if -PASSED_M < arc - front_arc_m < NEAR_M)
 
     def ahead(self, front_arc_m: float) -> tuple[TrafficControl, ...]:
         """Lights and signs from a little behind the front bumper to 120 m ahead of it."""

@@ -78,8 +78,11 @@ class CarlaStack(CarlaSenses):
     def _tell(self, directive: Directive) -> None:
         if isinstance(directive, Execute) and directive.path:
             points = [DrivePoint(*to_world(p.x_m, p.y_m), p.speed_mps) for p in directive.path]
-            if directive.ignore:
-                self._driver.follow(points, directive.reverse, frozenset(int(i) for i in directive.ignore))
+            unheeded = frozenset(int(i) for i in directive.ignore)
+            if directive.over_red:
+                unheeded |= self._controls.lights_near(self._arc)
+            if unheeded:
+                self._driver.follow(points, directive.reverse, unheeded)
             else:
                 self._driver.follow(points, directive.reverse)
         elif isinstance(directive, Execute):

@@ -268,7 +268,7 @@ class BehaviorDriver:
         return self._concerns.stop_line(distance, speed, self._signs.gap_m(self._options.stop_line_gap_m))
 
     def _for_lights(self, front: float, speed: float) -> float:
-        distance = self._lights.distance_to_stop(front, speed, self._profile.deceleration)
+        distance = self._lights.distance_to_stop(front, speed, self._profile.deceleration, self._ignored)
         if distance is not None:
             return self._concerns.stop_line(distance, speed)
         stop_now = self._lights.unlisted_red(self._vehicle, self._map)

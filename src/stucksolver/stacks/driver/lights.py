@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import carla
@@ -70,14 +70,18 @@ class LightWatch:
         """Where the next stop line of a light lies on the route's path (m), whatever it shows; infinite without one."""
         return next((line.s for line in self._lines if line.s > s_m), math.inf)
 
-    def distance_to_stop(self, front_s: float, speed: float, deceleration: float) -> float | None:
+    def distance_to_stop(
+        self, front_s: float, speed: float, deceleration: float, released: Collection[int] = ()
+    ) -> float | None:
         """Distance (m) from the front bumper at `front_s` to the line to stop at; None where there is none.
 
         Yellow is obeyed if `deceleration` (m/s²) is enough, red unless not even 5 m/s² is. A light that cannot be seen
-        may be red: it is obeyed as a yellow one.
+        may be red: it is obeyed as a yellow one. `released`: ids of lights that need not be obeyed.
         """
         for line in self._lines:
             distance = line.s - front_s
+            if line.light.id in released:
+                continue
             if distance >= -_PASSED_M and self._stops(line, distance, speed, deceleration):
                 return distance
         return None
