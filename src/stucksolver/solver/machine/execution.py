@@ -239,13 +239,6 @@ class Execution:
         )
 
 
-def _along_leg(proven: ProvenLeg, view: FrenetScene) -> Execute:
-    x, y, speed = driven_line(proven.rest(view), view.ego.limits.wheelbase_m, proven.behavior.speed_mps)
-    rows = np.stack([x, y, speed], axis=1).round(3).tolist()
-    path = tuple(PathPoint(x_m=a, y_m=b, speed_mps=v) for a, b, v in rows)
-    return Execute(behavior=proven.behavior, path=path, reverse=proven.reverse)
-
-
 def _facing(view: FrenetScene, proven: Proven) -> FrenetScene:
     return view.backwards if proven.reverse else view
 
