@@ -101,6 +101,22 @@ def body_heading(course_rad: Array, yaw_rad: float, lever_m: float) -> Array:
     return np.array(found)
 
 
+def coming_back(
+    start: tuple[float, float], back_s: float, length_m: float, end_s: float, beside_mps: float, view: FrenetScene
+) -> Manoeuvre:
+    """From `start` (arc length, offset) on at that offset, from `back_s` by a cosine shift to the route, on to `end_s`.
+
+    Neither place need be a multiple of `STEP_M`; only the end is brought to one, towards the start. `beside_mps` bounds
+    the speed, that of the shift is bounded by comfort too.
+    """
+    s_from, d_from = start
+    s: Array = s_from + STEP_M * np.arange(max(int((end_s - s_from) / STEP_M + 1e-6), 1) + 1)
+    done = np.clip((s - back_s) / length_m, 0.0, 1.0)
+    bound = shift_speed(d_from, length_m, view.ego.limits.max_lateral_acceleration_mps2)
+    moves = (s > back_s - STEP_M) & (s < back_s + length_m + STEP_M)
+    return Manoeuvre(s, d_from * (1 + np.cos(np.pi * done)) / 2, np.where(moves, min(beside_mps, bound), beside_mps))
+
+
 def landing_m(speed_mps: float) -> float:
     """Straight way that ends every path: there the stack takes over again, before it would brake for the end."""
     return 2.0 + 0.5 * speed_mps + speed_mps**2 / (2 * HAND_BACK_BRAKING_MPS2)

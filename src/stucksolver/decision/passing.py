@@ -20,8 +20,9 @@ VULNERABLE_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M = 1.7, 1.35
 """The same beside pedestrians and cyclists."""
 DOOR_M = 0.95
 """With less than this beside a vehicle (or less than wished beside people) the pass is done at walking pace."""
-ROOM_TO_RETURN_M = 14.0
-"""A gap shorter than this behind the passed object does not let the ego come back: what follows is passed too."""
+ROOM_TO_RETURN_M = 10.0
+"""A gap shorter than this beyond the passed object is none to stand in: what follows is passed too. The ego's length,
+2 m to what stands beyond, and what the tail needs to swing in behind the passed object."""
 AHEAD_OF_MOVING_M = 6.0
 """The ego's rear is this far ahead of a moving object when the return begins."""
 SPEED_MARGIN_MPS = 0.5

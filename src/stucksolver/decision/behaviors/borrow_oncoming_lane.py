@@ -7,13 +7,11 @@ from pydantic import Field
 
 from stucksolver.decision.behaviors.base import CREEP_MPS, MOVING_CHECKS, Abort, Behavior, CannotPlan, Check, Start
 from stucksolver.decision.lateral_shift import lateral_shift
-from stucksolver.decision.manoeuvre import Manoeuvre, along_lane, landing_m, lateral, shortest_shift
-from stucksolver.decision.passing import Passing, borrowed_lane, find_passing, length_abreast, standing_beyond
+from stucksolver.decision.manoeuvre import Manoeuvre
+from stucksolver.decision.passing import Passing, borrowed_lane, find_passing, length_abreast
+from stucksolver.decision.way_back import way_back
 from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.view import FrenetScene
-
-STOP_GAP_M, STRAIGHT_M, LEAST_BACK_M = 2.0, 1.0, 6.0
-"""Left free before what stands beyond, with the wheels straight for the last metre; and the shortest way back."""
 
 
 class BorrowOncomingLane(Behavior):
@@ -50,20 +48,6 @@ class BorrowOncomingLane(Behavior):
         passing: Passing = find_passing(view, start, self.past_object_id, lane)
         speed = min(self.speed_mps, CREEP_MPS) if passing.slowly else self.speed_mps
         out = lateral_shift(view, start, passing.offset_m, speed)
-        abreast = length_abreast(view, start, out, passing, speed)
-        beside = along_lane(None, out.end_s, out.end_d, abreast, speed)
-        back = self._back(view, beside, standing_beyond(view, passing))
-        return replace(out.then(beside).then(back), enters=(lane,), passes=passing.ids)
-
-    def _back(self, view: FrenetScene, beside: Manoeuvre, beyond_s: float) -> Manoeuvre:
-        """Into the own lane and on in it; or, where something stands there soon, to a stop behind that."""
-        gentle_m, landing = max(2.5 * float(beside.speed[-1]), 12.0), landing_m(self.speed_mps) + 2.0
-        room_m = beyond_s - STOP_GAP_M - view.ego.length_m / 2 - beside.end_s
-        stops = room_m < gentle_m + landing
-        if stops:
-            shortest_m = shortest_shift(beside.end_d, view.ego.limits.min_turn_radius_m)
-            gentle_m = max(min(gentle_m, room_m - STRAIGHT_M), shortest_m, LEAST_BACK_M)
-            landing = max(room_m - gentle_m, STRAIGHT_M)
-        back = lateral(beside.end_s, beside.end_d, 0.0, gentle_m, self.speed_mps, view)
-        back = back.then(along_lane(None, back.end_s, 0.0, landing, self.speed_mps))
-        return back.stopping() if stops else back
+        past_s = out.end_s + length_abreast(view, start, out, passing, speed)
+        back = way_back(view, out, passing, past_s, speed, self.speed_mps)
+        return replace(out.then(back), enters=(lane,), passes=passing.ids)

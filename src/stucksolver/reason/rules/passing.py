@@ -17,8 +17,9 @@ from stucksolver.scene import (
 )
 from stucksolver.scene.wording import whereabouts
 
-GROUP_GAP_M = 14.0
-"""Objects nearer to each other than this are passed together."""
+GROUP_GAP_M, WIDE_GROUP_GAP_M = 13.0, 18.0
+"""Objects nearer to each other than this are passed together: in a longer gap one can come back, and stand. The second
+where a plan found no room to come back."""
 MERGE_ROOM_M, TIGHT_MERGE_ROOM_M = 12.0, 4.0
 """Left free before what was passed when coming back; less where the return met a queue or the end of the lane."""
 BESIDE_M, EDGE_M = 0.5, 0.1
@@ -62,12 +63,13 @@ def group_of(scene: Scene, lead: SceneObject) -> PassTarget:
 
     Beyond what stands, who drives on will be away by then.
     """
+    gap_m = WIDE_GROUP_GAP_M if failed_for(scene, PlanFailure.NO_ROOM_TO_COME_BACK) else GROUP_GAP_M
     ahead = sorted((o for o in scene.objects if o.in_path and o.gap_m is not None), key=lambda o: o.gap_m or 0.0)
     members = [lead]
     for o in ahead:
         beyond = (o.gap_m or 0.0) > (lead.gap_m or 0.0) and o.speed_along_mps > -0.5
         beyond = beyond and (o.speed_along_mps < FLOWING_MPS or lead.speed_along_mps > 0.5)
-        if beyond and (o.gap_m or 0.0) - max(end_of(m) for m in members) < GROUP_GAP_M:
+        if beyond and (o.gap_m or 0.0) - max(end_of(m) for m in members) < gap_m:
             members.append(o)
     return PassTarget(tuple(members))
 

@@ -1,0 +1,95 @@
+"""From beside what was passed back into the own lane: as soon as the tail clears it, and on, or to a stop."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stucksolver.decision.behaviors.base import CREEP_MPS, CannotPlan
+from stucksolver.decision.manoeuvre import Manoeuvre, coming_back, landing_m, shortest_shift
+from stucksolver.decision.passing import DOOR_M, Passing, standing_beyond
+from stucksolver.scene.attempts import PlanFailure
+from stucksolver.scene.boxes import separation
+from stucksolver.scene.objects import VEHICLES
+from stucksolver.scene.view import FrenetScene
+
+STOP_GAP_M = 2.0
+"""Left free before what stands beyond."""
+STRAIGHT_M = 1.0
+"""Before a stop the wheels are straight for the last metre."""
+LEAST_BACK_M = 6.0
+"""No way back is shorter."""
+GENTLE_M = 12.0
+"""Nor one that nothing beyond makes shorter, ..."""
+GENTLE_S = 2.5
+"""... nor quicker: a brisk change of lane."""
+LENGTHS = 6
+"""So many lengths are tried from the gentlest to the tightest."""
+SOONER_M = 0.5
+"""The way back begins sooner by so much at a time."""
+CLEAR_M, CLEAR_S, CLEAR_PEOPLE_M = 0.35, 0.1, 1.4
+"""Kept by the tail from what is passed: so much, with so many seconds of the speed more; and from people and cyclists.
+The guard asks for 0.3 m, with what a fault draws the body aside by until it stands."""
+MOVES_MPS = 0.5
+"""What goes quicker moves: the way back begins when the ego is past it."""
+DOORS_PART = 0.5
+"""Doors are on the middle half of a vehicle."""
+
+
+def way_back(
+    view: FrenetScene, out: Manoeuvre, passing: Passing, past_s: float, beside_mps: float, back_mps: float
+) -> Manoeuvre:
+    """From the end of `out`, beside what is passed, into the own lane and on in it.
+
+    `past_s`: where the ego is past all of it; the way back may begin sooner. `beside_mps` bounds the
+    speed until then, `back_mps` afterwards. Where something stands soon beyond, or the known road ends, it stops before
+    that. Raises `CannotPlan` where there is no room to come back.
+    """
+    half, tight = view.ego.length_m / 2, view.ego.limits.min_turn_radius_m
+    last_s = min(standing_beyond(view, passing) - STOP_GAP_M - half, view.frame.end_m)
+    shortest = max(shortest_shift(out.end_d, tight), LEAST_BACK_M)
+    gentle, landing = max(GENTLE_S * beside_mps, GENTLE_M, shortest), landing_m(back_mps) + 2.0
+    for length in np.linspace(gentle, shortest, LENGTHS):
+        back_s = _soonest(view, out, passing, past_s, float(length), beside_mps)
+        over_s = back_s + float(length)
+        stops = over_s + landing > last_s
+        if stops and over_s + STRAIGHT_M > last_s:
+            continue
+        path = coming_back(
+            (out.end_s, out.end_d), back_s, float(length), min(over_s + landing, last_s), beside_mps, view
+        )
+        path = replace(path, speed=np.where(path.s > over_s, back_mps, path.speed))
+        return path.stopping() if stops else path
+    raise CannotPlan(PlanFailure.NO_ROOM_TO_COME_BACK, f"no room to come back: {last_s - past_s:.1f} m are left for it")
+
+
+def _soonest(
+    view: FrenetScene, out: Manoeuvre, passing: Passing, past_s: float, length_m: float, speed_mps: float
+) -> float:
+    """The first arc length from which a way back of some length keeps clear of what is passed."""
+    back_s = past_s
+    while passing.speed_mps <= MOVES_MPS and back_s - SOONER_M > out.end_s:
+        sooner = back_s - SOONER_M
+        path = coming_back((out.end_s, out.end_d), sooner, length_m, sooner + length_m, speed_mps, view)
+        if not _is_clear(view, path, passing, speed_mps):
+            break
+        back_s = sooner
+    return back_s
+
+
+def _is_clear(view: FrenetScene, path: Manoeuvre, passing: Passing, speed_mps: float) -> bool:
+    """Does the body keep clear of all that is passed, at more than walking pace of its doors, too?"""
+    which = np.array([i for i, o in enumerate(view.objects) if o.id in passing.ids], dtype=int)
+    body = (path.s[:, None], path.d[:, None], path.body(0.0, view.ego.limits.wheelbase_m)[:, None])
+    size = (view.ego.length_m / 2, view.ego.width_m / 2)
+    there = (view.s[which], view.d[which], view.yaw[which])
+    gap = separation(body, size, there, (view.half_length[which], view.half_width[which]))
+    clear = CLEAR_M + CLEAR_S * speed_mps
+    if (gap < np.minimum(gap[0], np.where(view.vulnerable[which], CLEAR_PEOPLE_M, clear))).any():
+        return False
+    vehicles = np.array([view.objects[int(i)].kind in VEHICLES for i in which], dtype=bool)
+    if speed_mps <= CREEP_MPS or not vehicles.any():
+        return True
+    doors = separation(body, size, there, (DOORS_PART * view.half_length[which], view.half_width[which]))
+    return not ((doors < np.minimum(doors[0], DOOR_M)) & vehicles).any()
