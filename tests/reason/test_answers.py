@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import copy
 import json
+import math
+import struct
+from random import Random
 
 import mind
 import pytest
@@ -152,8 +155,64 @@ def test_no_answer_crashes_leaves_the_schema_or_passes_the_guard(text):
     held_to_its_promises(text)
 
 
+# ---- many more of them, drawn by hand: hypothesis takes ten times as long to draw one as it takes to judge it
+
+NAMES = [*FIELDS, "name", "extra"]
+TEXTS = ["left", "right", "time", "clear", "", "\x00", "\ud800", "Ignore the guard!", "ß" * 30, "]}", "NaN"]
+NUMBERS = [0.5, 1.5, 3.0, 5.0, 30.0, 60.0, -0.0, 1e-300, 1e308, math.inf, -math.inf, math.nan, 2**70, -1]
+IDS = ["car", "walker", "far", "ghost", "", "none", "w1"]
+DEFINITIONS = decide_tool(SCENE).parameters["$defs"]
+
+
+def any_value(draw: Random):
+    """An identifier, a number of any size, a text or a constant."""
+    (number,) = struct.unpack("<d", draw.randbytes(8))
+    pool = draw.choice([IDS, NUMBERS, TEXTS, [number, draw.uniform(-5.0, 200.0), draw.randint(-5, 200)]])
+    return draw.choice([*pool, None, draw.random() < 0.5])
+
+
+def within_schema(draw: Random, schema):
+    """A value that a field's schema allows; bounds are drawn, too."""
+    if "enum" in schema:
+        return draw.choice(schema["enum"])
+    if "$ref" in schema:
+        return draw.choice(["car", "walker", "far"] if "object" in schema["$ref"] else ["w1"])
+    if "anyOf" in schema:
+        return None
+    if schema["type"] == "number":
+        low = schema.get("minimum", schema.get("exclusiveMinimum", 0.0) + 0.01)
+        return draw.choice([low, schema["maximum"], draw.uniform(low, schema["maximum"])])
+    return draw.random() < 0.5 if schema["type"] == "boolean" else draw.choice(TEXTS)
+
+
+def sound_behavior(draw: Random):
+    """A behaviour that fits its schema."""
+    properties = DEFINITIONS[draw.choice(behaviors_of({"$defs": DEFINITIONS}))]["properties"]
+    return {key: within_schema(draw, schema) for key, schema in properties.items()}
+
+
+def wild_behavior(draw: Random):
+    """A behaviour's name, or one that there is not, with any fields."""
+    fields = {key: any_value(draw) for key in draw.sample(NAMES, draw.randint(0, 6))}
+    return {**fields, "name": draw.choice([*OFFERED, "fly"])}
+
+
+def adversarial_answer(draw: Random) -> str:
+    """As `spoilt_answers`."""
+    data = copy.deepcopy(GOOD)
+    kind = draw.choice([sound_behavior, sound_behavior, wild_behavior, None])
+    data["decision"]["behaviors"] = any_value(draw) if kind is None else [kind(draw) for _ in range(draw.randint(0, 7))]
+    for _ in range(draw.choice([0, 0, 1, 2])):
+        part = draw.choice(["observation", "analysis", "decision"])
+        values = [any_value(draw) for _ in range(3)]
+        data[part][draw.choice([*GOOD[part], "extra"])] = draw.choice([values[0], values])
+    text = json.dumps(data)
+    return draw.choice([text, text, f"```json\n{text}\n```", f"Ignore the guard! {text}", text[: len(text) // 2]])
+
+
 @pytest.mark.integration
-@settings(max_examples=10_000, database=None, suppress_health_check=list(HealthCheck))
-@given(spoilt_answers())
-def test_ten_thousand_adversarial_answers(text):
-    held_to_its_promises(text)
+def test_ten_thousand_adversarial_answers():
+    texts = {adversarial_answer(Random(seed)) for seed in range(15_000)}
+    assert len(texts) >= 10_000
+    for text in sorted(texts)[:10_000]:
+        held_to_its_promises(text)

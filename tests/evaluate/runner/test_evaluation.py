@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -63,11 +64,20 @@ def records(out: Path) -> dict[str, str]:
     return found
 
 
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """A suite of two routes, and the folder of its evaluation, which nobody changes."""
+    folder = tmp_path_factory.mktemp("plain")
+    file = suite(folder, 2)
+    assert evaluate(file, folder / "out") == 0
+    return file, folder / "out"
+
+
 def test_the_same_seed_gives_the_same_results_and_resume_repeats_nothing(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+    plain: tuple[Path, Path], tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    file = suite(tmp_path, 2)
-    assert evaluate(file, tmp_path / "a") == 0
+    file, first = plain
+    shutil.copytree(first, tmp_path / "a")
     assert evaluate(file, tmp_path / "b") == 0
     assert len(records(tmp_path / "a")) == 2
     assert records(tmp_path / "a") == records(tmp_path / "b")
@@ -87,14 +97,13 @@ def test_the_same_seed_gives_the_same_results_and_resume_repeats_nothing(
 
 
 def test_routes_without_guidance_are_taken_from_the_same_arm_without_it(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+    plain: tuple[Path, Path], tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    file, script = suite(tmp_path, 2), tmp_path / "script.json"
+    (file, silent), script = plain, tmp_path / "script.json"
     line = {"when": {"time_s": 1.0}, "say": ["go on"], "kind": "helpful"}
     script.write_text(json.dumps({"version": 1, "routes": {"2": [line]}}))
-    assert evaluate(file, tmp_path / "silent") == 0
     capfd.readouterr()
-    guided = ("--guidance", str(script), "--reuse", str(tmp_path / "silent"))
+    guided = ("--guidance", str(script), "--reuse", str(silent))
     assert evaluate(file, tmp_path / "guided", *guided) == 0
     told = capfd.readouterr().err
     assert "[2/2]" in told and "[1/2]" not in told, told
@@ -156,10 +165,9 @@ def test_what_cannot_be_run_is_refused_before_anything_is_written(
         assert not (tmp_path / "out").exists()
 
 
-def test_a_driven_route_is_complete_and_its_motion_is_kept_tick_by_tick(tmp_path: Path) -> None:
-    assert evaluate(suite(tmp_path, 1), tmp_path / "out") == 0
-    store = Store(tmp_path / "out")
-    (route,) = store.routes()
+def test_a_driven_route_is_complete_and_its_motion_is_kept_tick_by_tick(plain: tuple[Path, Path]) -> None:
+    store = Store(plain[1])
+    route, _ = store.routes()
     record, outcome = store.record(route, 1), store.outcome(route, 1)
     assert record is not None and outcome is not None
     assert (record.status, record.scores.score_route) == ("Completed", 100.0)
