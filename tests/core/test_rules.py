@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 from worlds import LANE_M, World, red_light, said, straight_road, thing
@@ -271,3 +272,16 @@ def test_the_observation_names_who_matters_and_what_they_are_about_to_do():
     world.objects += [thing("oncoming", 120.0, LANE_M, speed=-8.0), thing("far away", 200.0, -9.0)]
     seen = {p.object_id: p.intent for p in decide(world).observation.participants}
     assert seen == {"lead": Intent.STOPPED, "oncoming": Intent.ONCOMING}
+
+
+# ---- how it is said
+
+
+@pytest.mark.parametrize("distance_m", [-0.9, -0.4, -0.04, 0.0, 0.3, 5.0])
+def test_no_sentence_puts_a_sign_before_a_zero_or_something_ahead_that_is_behind(distance_m):
+    walker = thing("walker", 54.75 - 2.45 + distance_m, 0.0, kind=ObjectKind.PEDESTRIAN, sideways=1.0)
+    for world in (World(TWO_WAY, controls=(red_light(distance_m),)), World(TWO_WAY, [walker])):
+        decision = decide(world, speed_mps=distance_m / 10.0)
+        steps = [step.evidence for step in decision.analysis.steps]
+        for said_text in (decision.rationale, decision.analysis.reason, decision.observation.summary, *steps):
+            assert not re.search(r"-0(\.0+)?(?![\d.])|-\d+ m ahead", said_text), said_text

@@ -28,7 +28,7 @@ from stucksolver.scene import (
     Scene,
     SceneObject,
 )
-from stucksolver.scene.wording import stood_too_briefly
+from stucksolver.scene.wording import stood_too_briefly, whereabouts
 
 MOVING_MPS = 5 / 3.6
 LIGHT_AHEAD_M = 20.0
@@ -81,14 +81,15 @@ def _without_guidance(scene: Scene, observation: Observation, limits: WaitLimits
         return _waiting(steps, Hold(WaitReason.AT_DESTINATION, "the route is done"))
     moving = scene.ego.speed_mps >= MOVING_MPS
     looping = moving and scene.ego.progress_20s_m is not None and scene.ego.progress_20s_m < 5.0
-    motion = f"{scene.ego.speed_mps:.1f} m/s, stopped for {scene.ego.stopped_for_s:.1f} s"
+    # Adding 0.0 takes the sign off a zero.
+    motion = f"{round(scene.ego.speed_mps, 1) + 0.0:.1f} m/s, stopped for {scene.ego.stopped_for_s:.1f} s"
     steps.append(_step("S2.3", moving and not looping, motion))
     if moving:
         cause = CauseCode.LOOP if looping else None
         reason = "it moves without getting on" if looping else "it is moving"
         return Analysis(steps=tuple(steps), immobilized=looping, cause=cause, reason=reason)
     hold = find_hold(scene, limits)
-    steps.append(_step("S2.4", hold is not None, hold.evidence if hold else "nothing of the kind"))
+    steps.append(_step("S2.4", hold is not None, hold.evidence if hold else "nothing holds it in its own lane"))
     if hold is not None:
         return _waiting(steps, hold)
     cause, evidence = find_cause(scene, limits)
@@ -122,12 +123,12 @@ def _held_by_control(scene: Scene, limits: WaitLimits) -> Hold | None:
         patient = scene.ego.stopped_for_s <= limits.light_s and Claim.BROKEN_LIGHT not in scene.claims
         if stopping and patient and not _blocked_before(scene, control.distance_m):
             state = control.state.value if control.state else ""
-            return Hold(WaitReason.LIGHT, f"{state} light {control.distance_m:.0f} m ahead")
+            return Hold(WaitReason.LIGHT, f"{state} light {whereabouts(control.distance_m)}")
         if control.kind is ControlKind.STOP_SIGN and scene.ego.stopped_for_s < 3.0:
-            return Hold(WaitReason.STOP_SIGN, f"stop sign {control.distance_m:.0f} m ahead")
+            return Hold(WaitReason.STOP_SIGN, f"stop sign {whereabouts(control.distance_m)}")
     gate = blocker(scene)
     if gate is not None and gate.kind is ObjectKind.CROSSING_GATE and scene.ego.stopped_for_s <= limits.light_s:
-        return Hold(WaitReason.LIGHT, f"the gate of a level crossing is shut {gate.gap_m or 0.0:.0f} m ahead")
+        return Hold(WaitReason.LIGHT, f"the gate of a level crossing is shut {whereabouts(gate.gap_m or 0.0)}")
     return None
 
 
@@ -136,7 +137,7 @@ def red_light_within(scene: Scene, way_m: float) -> str | None:
     for control in scene.controls:
         lit = control.kind is ControlKind.TRAFFIC_LIGHT and control.state in (LightState.RED, LightState.YELLOW)
         if lit and control.state and control.applies is not False and -1.0 < control.distance_m < way_m:
-            return f"{control.state.value} light {control.distance_m:.0f} m ahead"
+            return f"{control.state.value} light {whereabouts(control.distance_m)}"
     return None
 
 
@@ -153,7 +154,7 @@ def _held_by_people(scene: Scene, limits: WaitLimits) -> Hold | None:
         if o.kind not in (ObjectKind.PEDESTRIAN, ObjectKind.ANIMAL):
             continue
         if intent(scene, o, limits) is Intent.CROSSING and -3.0 < (o.gap_m or 0.0) < PEOPLE_CLEARANCE_M:
-            return Hold(WaitReason.PEOPLE, f"{o.kind.value} {o.id} is crossing {o.gap_m or 0.0:.0f} m ahead")
+            return Hold(WaitReason.PEOPLE, f"{o.kind.value} {o.id} is crossing {whereabouts(o.gap_m or 0.0)}")
     return None
 
 

@@ -20,6 +20,7 @@ from stucksolver.scene import (
     Scene,
     SceneObject,
 )
+from stucksolver.scene.wording import whereabouts
 
 MOVING_MPS = 0.5
 CROSSING_MPS = 0.3
@@ -224,11 +225,11 @@ def _in_queue(scene: Scene, o: SceneObject, limits: WaitLimits) -> bool:
 def _summary(scene: Scene, participants: tuple[Participant, ...]) -> str:
     parts = [
         f"{p.kind.value} {p.object_id} ({p.intent.value.replace('_', ' ')}, lane {p.lane.value}"
-        + (f", {p.distance_m:.0f} m)" if p.distance_m is not None else ")")
+        + (f", {whereabouts(p.distance_m)})" if p.distance_m is not None else ")")
         for p in participants[:6]
     ]
     lights = [
-        f"{c.state.value} light {c.distance_m:.0f} m ahead"
+        f"{c.state.value} light {whereabouts(c.distance_m)}"
         for c in scene.controls
         if c.kind is ControlKind.TRAFFIC_LIGHT and c.state is not None and c.applies is not False
     ]
