@@ -93,7 +93,8 @@ def test_a_short_way_is_driven_and_not_over_at_once(behavior):
 
 
 def test_every_behaviour_of_the_closed_list_is_driven_here():
-    assert list(CASES) == list(REGISTRY)
+    # A turn follows no road: test_turning.py drives it.
+    assert list(CASES) == [name for name in REGISTRY if name != "turn_round"]
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -15,6 +15,7 @@ from stucksolver.decision.behaviors import (
     Nudge,
     PullOver,
     ReplanRoute,
+    TurnRound,
 )
 from stucksolver.decision.decision import RecoveryPlan
 from stucksolver.scene.reading import GuidanceIntent, Reading, Side
@@ -24,7 +25,7 @@ DOES: dict[GuidanceIntent, tuple[type, ...]] = {
     GuidanceIntent.GO: (KeepLane, Creep),
     GuidanceIntent.BACK_UP: (BackUp,),
     GuidanceIntent.REROUTE: (ReplanRoute,),
-    GuidanceIntent.TURN_ROUND: (ReplanRoute,),
+    GuidanceIntent.TURN_ROUND: (TurnRound, ReplanRoute),
     GuidanceIntent.DRIVE_OVER: (DriveOver,),
     GuidanceIntent.PULL_OVER: (PullOver,),
     GuidanceIntent.LET_ME_OUT: (PullOver,),

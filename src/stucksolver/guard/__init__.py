@@ -2,6 +2,7 @@
 
 from stucksolver.guard.guard import Guard, Proven
 from stucksolver.guard.policy import NOBODY, RULES, Approvals, GuardPolicy
+from stucksolver.guard.turning import ProvenLeg
 from stucksolver.guard.verdict import OK, Reject, Verdict, no_path
 from stucksolver.scene.attempts import RejectCode
 
@@ -13,6 +14,7 @@ __all__ = [
     "Guard",
     "GuardPolicy",
     "Proven",
+    "ProvenLeg",
     "Reject",
     "RejectCode",
     "Verdict",

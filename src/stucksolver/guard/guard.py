@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan, Check, RequestAssistance, Start
+from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan, Check, RequestAssistance, Start, TurnRound
 from stucksolver.decision.behaviors.registry import why_foreign
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
 from stucksolver.guard import backing, checks, marking, obstacles, oncoming, rules, traffic
@@ -19,6 +19,7 @@ from stucksolver.guard.hand_back import clear_to_hand_back
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.guard.sight import seen
 from stucksolver.guard.tracking import swung, tracked
+from stucksolver.guard.turning import ProvenLeg, prove_turn, recheck_leg
 from stucksolver.guard.verdict import OK, Reject, Verdict, no_path
 from stucksolver.guard.ways_out import WayOut, brakes_hard, least_harm
 from stucksolver.scene.attempts import PlanFailure, RejectCode
@@ -137,6 +138,22 @@ class Guard:
         if stops:
             rejects = rejects or (backing.backing_place if proven.reverse else rules.stopping_place)(case)
         return (Verdict(rejects=tuple(rejects)), None) if rejects else (OK, proven)
+
+    def accept_turn(
+        self, behavior: TurnRound, view: FrenetScene, approvals: Approvals = NOBODY
+    ) -> tuple[Verdict, ProvenLeg | None]:
+        """Judge the rest of a turn from where the ego stands. The second value is its first leg, None when refused."""
+        wrong = _unsound((behavior,), view) or self._stale(view) or self._unreleased(behavior, approvals)
+        if wrong is not None:
+            return Verdict(rejects=(wrong,)), None
+        return prove_turn(behavior, view, self.policy, approvals)
+
+    def recheck_turn(self, proven: ProvenLeg, view: FrenetScene) -> Verdict:
+        """Judge a running leg of a turn on this tick; a verdict with reasons says to stop."""
+        old = self._stale(view)
+        if old is not None:
+            return Verdict(rejects=(old,), abort=Abort.GIVE_WAY, brake_mps2=view.ego.limits.comfort_braking_mps2)
+        return recheck_leg(proven, view, self.policy)
 
     def allows_standing(self, behavior: Behavior, view: FrenetScene, approvals: Approvals = NOBODY) -> Verdict:
         """Judge a behaviour that stands still."""

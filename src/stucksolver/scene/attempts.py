@@ -58,6 +58,7 @@ class PlanFailure(str, Enum):
     NO_ROOM_ASIDE = "no_room_aside"
     NO_ROOM_TO_SWING_OUT = "no_room_to_swing_out"
     NO_ROOM_TO_COME_BACK = "no_room_to_come_back"
+    NO_ROOM_TO_TURN = "no_room_to_turn_round"
     TOO_LONG = "too_long_to_pass"
     MUST_STAND = "must_stand_first"
 

@@ -15,6 +15,7 @@ from stucksolver.decision.behaviors.registry import REGISTRY, AnyBehavior, descr
 from stucksolver.decision.behaviors.rejoin_route import RejoinRoute
 from stucksolver.decision.behaviors.replan import ReplanRoute
 from stucksolver.decision.behaviors.request_assistance import RequestAssistance
+from stucksolver.decision.behaviors.turn_round import TurnRound
 from stucksolver.decision.behaviors.wait import Wait
 
 __all__ = [
@@ -39,6 +40,7 @@ __all__ = [
     "ReplanRoute",
     "RequestAssistance",
     "Start",
+    "TurnRound",
     "Wait",
     "describe",
     "parse_behavior",

@@ -30,6 +30,7 @@ class Check(str, Enum):
     WITHIN_LANE = "within_lane"
     STOPPING_PLACE = "stopping_place"
     BACKING_PLACE = "backing_place"
+    TURNING = "turning"
     ROADSIDE = "roadside"
     PASSABLE = "passable"
     PATIENCE = "patience"
@@ -98,7 +99,7 @@ class Behavior(Model, ABC):
 
     @abstractmethod
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre | None:
-        """Its path from `start`; None for a behaviour that stands still. Raises `CannotPlan`."""
+        """Its path from `start`; None for one that stands still, or that follows no road. Raises `CannotPlan`."""
 
     def done(self, view: FrenetScene) -> bool:
         """Is its purpose reached before its path or its time is at an end?"""

@@ -21,6 +21,7 @@ from stucksolver.decision.behaviors.pull_over import PullOver
 from stucksolver.decision.behaviors.rejoin_route import RejoinRoute
 from stucksolver.decision.behaviors.replan import ReplanRoute
 from stucksolver.decision.behaviors.request_assistance import RequestAssistance
+from stucksolver.decision.behaviors.turn_round import TurnRound
 from stucksolver.decision.behaviors.wait import Wait
 from stucksolver.scene.scene import AvailableBehavior
 
@@ -36,6 +37,7 @@ AnyBehavior = Annotated[
     | DriveOver
     | PullOver
     | RejoinRoute
+    | TurnRound
     | ReplanRoute
     | HazardLights
     | RequestAssistance,

@@ -13,6 +13,7 @@ from stucksolver.guard.policy.road import (
     ScenePolicy,
     SightPolicy,
 )
+from stucksolver.guard.policy.turning import TurningPolicy
 
 __all__ = [
     "NOBODY",
@@ -40,4 +41,5 @@ __all__ = [
     "SpeedPolicy",
     "StoppingPolicy",
     "TrackingPolicy",
+    "TurningPolicy",
 ]

@@ -21,6 +21,7 @@ from stucksolver.guard.policy.road import (
     ScenePolicy,
     SightPolicy,
 )
+from stucksolver.guard.policy.turning import TurningPolicy
 from stucksolver.scene.model import Model
 
 
@@ -59,6 +60,7 @@ class GuardPolicy(Model):
     queues: QueuePolicy = QueuePolicy()
     scenes: ScenePolicy = ScenePolicy()
     backing: BackingPolicy = BackingPolicy()
+    turning: TurningPolicy = TurningPolicy()
 
     speeds: SpeedPolicy = SpeedPolicy()
     tracking: TrackingPolicy = TrackingPolicy()

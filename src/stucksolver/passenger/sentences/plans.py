@@ -30,6 +30,7 @@ BEHAVIORS: dict[str, Phrase] = {
     "drive_over": Phrase("drive slowly over it", "driving slowly over it"),
     "pull_over": Phrase("pull over to the right and stop", "pulling over to the right"),
     "rejoin_route": Phrase("return to my lane", "returning to my lane"),
+    "turn_round": Phrase("turn round and drive back", "turning round"),
     "replan": Phrase("take another way", "looking for another way"),
     "hazard_lights": Phrase("switch on the hazard lights", "switching on the hazard lights"),
     "request_assistance": Phrase("stop and call the operator", "calling the operator"),

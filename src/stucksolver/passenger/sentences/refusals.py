@@ -65,6 +65,7 @@ FAILURES: dict[PlanFailure, str] = {
     PlanFailure.NO_LANE: "there is no lane there",
     PlanFailure.NOT_OUR_LANE: "that lane belongs to oncoming traffic",
     PlanFailure.LANE_TOO_NARROW: "the other lane is too narrow",
+    PlanFailure.NO_ROOM_TO_TURN: "the road is too narrow to turn round in",
     PlanFailure.NO_ROOM_ASIDE: "there is no room to move aside",
     PlanFailure.NO_ROOM_TO_SWING_OUT: "I stand too close to swing out",
     PlanFailure.NO_ROOM_TO_COME_BACK: "there is no room to come back into my lane",

@@ -21,6 +21,7 @@ from stucksolver.reason.rules.passing import group_of
 from stucksolver.reason.rules.past import Way, speed_for, way_past
 from stucksolver.reason.rules.room import over_it, to_see_more, to_swing_out, within_the_lane
 from stucksolver.reason.rules.standoff import away_from_who_faces, into_who_joins, towards_who_crosses
+from stucksolver.reason.rules.turning import out_of_blocked_road, out_of_closed_road
 from stucksolver.scene import REQUESTS, VEHICLES, ObjectKind, RejectCode, Scene, SceneObject
 
 LEAD_RANGE_M = 45.0
@@ -80,7 +81,7 @@ def _way_on(scene: Scene, analysis: Analysis) -> Way:
     standoff = towards_who_crosses(scene, lead) or into_who_joins(scene, lead)
     if standoff is not None:
         return standoff
-    other = by_another_road(scene, lead)
+    other = by_another_road(scene, lead) or out_of_closed_road(scene, lead)
     if other is not None:
         return other
     target = group_of(scene, lead)
@@ -90,7 +91,7 @@ def _way_on(scene: Scene, analysis: Analysis) -> Way:
     plan, why = way_past(scene, target, speed_for(scene, target))
     if plan is None:
         back = away_from_who_faces(scene, lead) if why[0] is WaitReason.NO_SAFE_WAY else None
-        return back or (plan, why)
+        return back or out_of_blocked_road(scene, lead) or (plan, why)
     if failed_for(scene, RejectCode.ONCOMING_SIGHT) and _just_refused(scene, plan) is not None:
         look = to_see_more(scene, target, plan)
         if look is not None:

@@ -7,11 +7,12 @@ import math
 from stucksolver.decision import Analysis, CauseCode, GuidanceIntent, RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import BackUp, KeepLane, PullOver, ReplanRoute
 from stucksolver.decision.behaviors.base import Behavior
-from stucksolver.reason.rules.analyse import red_light_within
+from stucksolver.reason.rules.analyse import blocker, red_light_within
 from stucksolver.reason.rules.attempts import was_tried
 from stucksolver.reason.rules.closed import elsewhere
 from stucksolver.reason.rules.onward import along_the_free_lane
 from stucksolver.reason.rules.past import Way
+from stucksolver.reason.rules.turning import turning_round
 from stucksolver.scene import ControlKind, LightState, Scene
 
 AT_THE_LINE_M = 5.5
@@ -61,6 +62,9 @@ def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
     light = red_light_within(scene, LIGHT_AHEAD_M)
     if wanted is GuidanceIntent.BACK_UP:
         return _one(scene, BackUp(distance_m=3.0), "the passenger asks to back up")
+    turn = turning_round(scene, blocker(scene), "a person asks for it") if wanted is GuidanceIntent.TURN_ROUND else None
+    if turn is not None:
+        return turn
     if wanted in (GuidanceIntent.REROUTE, GuidanceIntent.TURN_ROUND):
         if was_tried(scene, "replan"):
             return None, (None, "a new route has led nowhere")

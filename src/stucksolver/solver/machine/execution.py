@@ -16,10 +16,13 @@ from stucksolver.decision.behaviors import (
     KeepLane,
     ReplanRoute,
     RequestAssistance,
+    TurnRound,
     Wait,
 )
+from stucksolver.decision.behaviors.turn_round import BEGUN_RAD
 from stucksolver.decision.manoeuvre import Manoeuvre, landing_m
-from stucksolver.guard import NOBODY, OK, Approvals, Guard, Proven, Reject, RejectCode, Verdict
+from stucksolver.decision.turning import driven_line
+from stucksolver.guard import NOBODY, OK, Approvals, Guard, Proven, ProvenLeg, Reject, RejectCode, Verdict
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import FrenetScene
 
@@ -29,7 +32,15 @@ SHORT_M = 5.0
 """A path up to this long is crept along for its own sake: it counts as driven when a quarter is left."""
 STOPPED_MPS = 0.15
 BACK_IN_LANE_M = 0.4
-ALONE = frozenset({Check.CREEP_SPEED, Check.WITHIN_LANE, Check.ROADSIDE, Check.STOPPING_PLACE})
+LEG_LEFT_M = 1.0
+"""A leg of a turn counts as driven so far before its end, or half-way where it is shorter, once the vehicle stands."""
+STALLED_S = 1.5
+"""A vehicle that has stood for so long before that will go no further."""
+LEG_ENDS_M = 0.2
+"""And it is braked for so far before it."""
+MOST_LEGS = 10
+"""So many legs are begun in one turn: twice as many as it is laid out in: each begins where the last one ended."""
+ALONE = frozenset({Check.CREEP_SPEED, Check.WITHIN_LANE, Check.ROADSIDE, Check.STOPPING_PLACE, Check.TURNING})
 """Behaviours with bounds of their own on the whole path are proven by themselves."""
 
 
@@ -71,6 +82,9 @@ class Execution:
         self._approvals = approvals
         self._segments: tuple[tuple[Behavior, ...], ...] = _segments(plan.behaviors)
         self._proven: Proven | None = None
+        self._leg: ProvenLeg | None = None
+        self._legs_begun = 0
+        self._moved_s = 0.0
         self._behavior: Behavior = plan.behaviors[0]
         self._directive: Step | None = None
         self._shown = False
@@ -86,7 +100,10 @@ class Execution:
         """Have the guard prove the next stretch; begins it when it is accepted."""
         segment = self._segments[0]
         proven: Proven | None = None
-        if segment[0].stands_still:
+        leg: ProvenLeg | None = None
+        if isinstance(segment[0], TurnRound):
+            verdict, leg = self._guard.accept_turn(segment[0], view, self._approvals)
+        elif segment[0].stands_still:
             verdict = self._guard.allows_standing(segment[0], view, self._approvals)
         else:
             # Only a plan's last stretch may end in motion: the stack drives on from there. The stop for what follows,
@@ -95,9 +112,10 @@ class Execution:
             verdict, proven = self._guard.accept(segment, view, self._guided, self._approvals, stops)
         if verdict.accepted:
             self._segments = self._segments[1:]
-            self._proven, self._behavior = proven, segment[0]
+            self._proven, self._leg, self._behavior = proven, leg, segment[0]
             self._index, self._shown = 0, False
-            expected = proven.expected_s if proven else 0.0
+            moves = proven or leg
+            expected = moves.expected_s if moves else 0.0
             self._until_s = now_s + max(b.time_allowance_s(expected) for b in segment)
             self._directive = self._direct(view)
         return verdict
@@ -123,11 +141,16 @@ class Execution:
             return self._end(view)
         if self._withdrawn and not self._committed(view):
             return self._abort(Abort.STOP, OK, view, "withdrawn")
+        if self._leg is not None:
+            return self._turn(self._leg, view, now_s)
         if self._proven is None:
             return self._stand(view, now_s)
         return self._move(self._proven, view, now_s)
 
     def _committed(self, view: FrenetScene) -> bool:
+        if self._leg is not None:
+            # Who stands across the road does best to finish the turn.
+            return abs(view.ego_yaw) > BEGUN_RAD
         return self._proven is not None and self._proven.committed(_facing(view, self._proven).ego_s)
 
     def _stand(self, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
@@ -163,6 +186,48 @@ class Execution:
             self._directive = self._direct(view)
         assert self._directive is not None
         return self._directive
+
+    def _turn(self, leg: ProvenLeg, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
+        """On with a leg of a turn; a stop for who comes near, or at its end, where the next leg begins."""
+        refused, verdict = self.last_verdict, self._guard.recheck_turn(leg, view)
+        self.last_verdict = verdict
+        rests = abs(view.ego.speed_mps) < STOPPED_MPS
+        if now_s > self._until_s:
+            why = refused if verdict.accepted else verdict
+            return self._abort(Abort.STOP, why, view, f"the turn took longer than its time allowance: {why}")
+        if verdict.abort is Abort.GIVE_WAY:
+            self._gives_way = True
+            return stand(verdict.brake_mps2)
+        left_m = leg.left_m(view)
+        self._moved_s = self._moved_s if rests else now_s
+        driven = left_m < min(LEG_LEFT_M, leg.leg.length_m / 2)
+        # The stack brakes by itself for what is near: the turn goes on from where that was.
+        stalled = now_s - self._moved_s > STALLED_S and left_m < leg.leg.length_m - LEG_LEFT_M / 2
+        if rests and (driven or stalled or not verdict.accepted):
+            return self._next_leg(leg, view, now_s)
+        if left_m < LEG_ENDS_M or not verdict.accepted:
+            return stand(verdict.brake_mps2)
+        if self._gives_way:
+            self._gives_way, self._directive = False, self._direct(view)
+        assert self._directive is not None
+        return self._directive
+
+    def _next_leg(self, leg: ProvenLeg, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
+        """The turn is done, or its next leg begins, laid out and proven from where the vehicle really stands."""
+        self._gives_way = False
+        if leg.behavior.done(view):
+            self._leg = None
+            return self._next(view, now_s)
+        after, self._segments = self._segments, ((leg.behavior,), *self._segments)
+        verdict = self.start(view, now_s)
+        self._legs_begun += verdict.accepted
+        if verdict.accepted and self._legs_begun < MOST_LEGS:
+            assert self._directive is not None
+            return self._directive
+        self._segments, self.last_verdict = after, verdict
+        if verdict.accepted or RejectCode.NO_PATH in verdict.codes:
+            return self._abort(Abort.STOP, verdict, view, f"the turn cannot be finished: {verdict}")
+        return stand(None)
 
     def _next(self, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
         if not self._segments:
@@ -221,6 +286,8 @@ class Execution:
     def _direct(self, view: FrenetScene) -> Step:
         """What the stack is to do for the present behaviour."""
         behavior, proven = self._behavior, self._proven
+        if self._leg is not None:
+            return _along_leg(self._leg, view)
         if isinstance(behavior, ReplanRoute):
             return Replan(route_start=behavior.route_start)
         if isinstance(behavior, RequestAssistance):
@@ -237,6 +304,13 @@ class Execution:
             ignore=proven.path.over,
             over_red="red_light" in self._approvals.operator,
         )
+
+
+def _along_leg(proven: ProvenLeg, view: FrenetScene) -> Execute:
+    x, y, speed = driven_line(proven.rest(view), view.ego.limits.wheelbase_m, proven.behavior.speed_mps)
+    rows = np.stack([x, y, speed], axis=1).round(3).tolist()
+    path = tuple(PathPoint(x_m=a, y_m=b, speed_mps=v) for a, b, v in rows)
+    return Execute(behavior=proven.behavior, path=path, reverse=proven.reverse)
 
 
 def _facing(view: FrenetScene, proven: Proven) -> FrenetScene:

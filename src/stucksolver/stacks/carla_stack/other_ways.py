@@ -73,7 +73,7 @@ def other_ways(
         if mine or start is None or not _reaches(line, ego, standing, surface):
             continue
         x, y = to_local(start.transform.location)
-        length_m = _route_length(carla_map, start, destination, _road_ahead(road, last))
+        length_m = route_length_m(carla_map, start, destination, road_ahead(road, last))
         found.append(OtherWay(start, _turn(line), math.hypot(x - ego.x_m, y - ego.y_m), length_m))
     return tuple(found)
 
@@ -222,13 +222,14 @@ def _stands(thing: TrackedObject) -> bool:
     return math.hypot(thing.vx_mps, thing.vy_mps) < STANDS_MPS
 
 
-def _road_ahead(road: RouteRoad, after: int) -> Any:
-    """(x, y) of the present route a little beyond the junction."""
+def road_ahead(road: RouteRoad, after: int) -> Any:
+    """(x, y) of the present route a little beyond a station (the first one after the junction, say)."""
     part = road.stations[after + int(ROAD_FROM_M / SPACING_M) : after + int(ROAD_TO_M / SPACING_M)]
     return shapely.MultiPoint([(one.x, one.y) for one in part])
 
 
-def _route_length(carla_map: carla.Map, start: Any, destination: Any, shut: Any) -> float | None:
+def route_length_m(carla_map: carla.Map, start: Any, destination: Any, shut: Any) -> float | None:
+    """From a waypoint to a `carla.Location`; None where no route leads there, or only one that comes by `shut`."""
     try:
         route = trace_route(carla_map, start.transform.location, destination)
     except RouteError:

@@ -34,6 +34,7 @@ from stucksolver.stacks.carla_stack.other_ways import other_ways
 from stucksolver.stacks.carla_stack.route_road import SPACING_M, RouteRoad
 from stucksolver.stacks.carla_stack.sight import SightLines
 from stucksolver.stacks.carla_stack.tracker import RANGE_M, Tracker
+from stucksolver.stacks.carla_stack.way_back import way_back
 from stucksolver.stacks.driver import HasRoute
 
 TRACK_EVERY_S = 0.5
@@ -242,10 +243,15 @@ class CarlaSenses:
         return (*found, *self._waypoints_elsewhere(view))
 
     def _waypoints_elsewhere(self, view: FrenetScene) -> list[CandidateWaypoint]:
-        """Places on the other ways through the junction here; how long the route from there is, is known of these."""
+        """Places on the other ways through the junction here, and on the way back from a road outside of junctions.
+
+        How long the route from there is, is known of these.
+        """
         end = self._follows.route[-1].waypoint.transform.location
         found = []
-        for k, way in enumerate(other_ways(self._map, self._road, self._arc, view.ego, view.objects, end)):
+        ways = list(other_ways(self._map, self._road, self._arc, view.ego, view.objects, end))
+        back = way_back(self._map, self._road, self._arc, view.ego, end)
+        for k, way in enumerate(ways if back is None else [*ways, back]):
             name = f"{way.turn}-elsewhere{k}"
             self._candidates[name] = way.waypoint
             self._elsewhere.add(name)

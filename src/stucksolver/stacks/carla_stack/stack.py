@@ -15,6 +15,7 @@ from stucksolver.stacks.carla_stack.orders import Orders
 from stucksolver.stacks.carla_stack.other_ways import destination_beside
 from stucksolver.stacks.carla_stack.senses import CarlaSenses
 from stucksolver.stacks.carla_stack.tracker import RANGE_M
+from stucksolver.stacks.carla_stack.way_back import faces
 from stucksolver.stacks.driver import DrivePoint, Driver, RouteError
 from stucksolver.stacks.driver.perception import HAZARD_LAMPS
 
@@ -114,9 +115,11 @@ class CarlaStack(CarlaSenses):
         return isinstance(self._performed, Continue) and self._speed_mps > ON_ITS_WAY_MPS
 
     def _replan(self, directive: Replan) -> None:
-        """Plan anew; where no route leads on from there, the present one stays."""
+        """Plan anew; where no route leads on from there, or the vehicle faces the other way, the present one stays."""
         end = self._driver.route[-1].waypoint.transform.location
         chosen = self._candidates.get(directive.route_start or "")
+        if chosen is not None and not faces(chosen, self._vehicle.get_transform().rotation.yaw):
+            return
         start = None if chosen is None else chosen.transform.location
         left_m = self._road.destination_arc - self._arc
         begin = self._vehicle.get_location() if start is None else start

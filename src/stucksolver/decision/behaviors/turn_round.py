@@ -1,0 +1,45 @@
+"""Turn round on the road, in several legs, to leave a dead end or a closed road the way one came."""
+
+import math
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.decision.behaviors.base import CREEP_MPS, Behavior, Check, Start
+from stucksolver.decision.manoeuvre import Manoeuvre
+from stucksolver.decision.turning import TURNED_RAD, Leg, turn_round, turned_rad
+from stucksolver.scene.view import FrenetScene
+
+WAITS_S = 30.0
+"""Beside the time that a leg takes, so long it may stand and let others by."""
+BEGUN_RAD = math.radians(20.0)
+"""Turned by more, it is in the middle of a turn, and goes on from there."""
+
+
+class TurnRound(Behavior):
+    """A three-point turn to the left; five legs at most. Each leg is proven when the vehicle stands at its beginning.
+
+    It has no path along the road: its legs are ways in the plane (`legs`). What follows it is a new route.
+    """
+
+    summary: ClassVar[str] = (
+        "Turn round on the road in three to five legs at walking pace, where it is wide enough and nobody "
+        "comes, to drive back. Plan the route anew from there: replan_route, with a waypoint behind as route_start."
+    )
+    checks: ClassVar[tuple[Check, ...]] = (Check.TURNING,)
+
+    name: Literal["turn_round"] = "turn_round"
+    speed_mps: float = Field(default=1.4, ge=0.5, le=CREEP_MPS)
+
+    def legs(self, view: FrenetScene) -> tuple[Leg, ...]:
+        """What is left of the turn from where the vehicle stands. Raises `CannotPlan`."""
+        return turn_round(view)
+
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre | None:
+        return None
+
+    def done(self, view: FrenetScene) -> bool:
+        return turned_rad(view) > TURNED_RAD
+
+    def time_allowance_s(self, expected_s: float) -> float:
+        return 2.0 * expected_s + WAITS_S

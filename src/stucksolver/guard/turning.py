@@ -1,0 +1,285 @@
+"""Whether a vehicle may turn round on the road: proven as a whole before it begins, and leg by leg from rest.
+
+A leg is a way in the plane. The body at each of its poses is compared with all that stands, and with all that moves for
+as long as the leg takes, as they drive along their lane, straight on, or brake. Nobody on the road may reach it before
+the turn is done, and who comes out of what is not seen must be able to stop (Lemma 2 of RSS, as for a lane entry).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stucksolver.decision.behaviors import Abort, CannotPlan, Release, TurnRound
+from stucksolver.decision.turning import POSE_STEP_M, Leg, corners, gaps_m, room_at_edges_m
+from stucksolver.guard.policy import Approvals, GuardPolicy
+from stucksolver.guard.rss import rss_distance, step_off
+from stucksolver.guard.verdict import OK, Reject, Verdict, no_path
+from stucksolver.scene.attempts import PlanFailure, RejectCode
+from stucksolver.scene.boxes import separation
+from stucksolver.scene.frenet import Array, Lane, Mask
+from stucksolver.scene.objects import ObjectKind
+from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
+from stucksolver.scene.view import MOVING_MPS, FrenetScene
+
+CLOSING = frozenset({ObjectKind.BARRIER, ObjectKind.CONE})
+"""What roads are closed with: nobody comes through there."""
+
+
+@dataclass(frozen=True)
+class ProvenLeg:
+    """A leg of a turn that was accepted. `after_s`: how long the legs after it take."""
+
+    behavior: TurnRound
+    leg: Leg
+    after_s: float
+    expected_s: float
+
+    @property
+    def reverse(self) -> bool:
+        """Whether it backs up."""
+        return self.leg.reverse
+
+    def at(self, view: FrenetScene) -> int:
+        """Index of the pose of the leg that is nearest to where the ego is."""
+        away = (self.leg.x_m - view.ego.x_m) ** 2 + (self.leg.y_m - view.ego.y_m) ** 2
+        return int(away.argmin())
+
+    def left_m(self, view: FrenetScene) -> float:
+        """What is left to drive of it."""
+        return POSE_STEP_M * (len(self.leg.x_m) - 1 - self.at(view))
+
+    def rest(self, view: FrenetScene) -> Leg:
+        """The leg from where the ego is."""
+        k = min(self.at(view), len(self.leg.x_m) - 2)
+        return replace(self.leg, x_m=self.leg.x_m[k:], y_m=self.leg.y_m[k:], yaw_rad=self.leg.yaw_rad[k:])
+
+
+def prove_turn(
+    behavior: TurnRound, view: FrenetScene, policy: GuardPolicy, approvals: Approvals
+) -> tuple[Verdict, ProvenLeg | None]:
+    """Judge a turn from where the ego stands, the whole rest of it; the second value is its first leg, if accepted."""
+    try:
+        if abs(view.ego.speed_mps) > policy.stopping.rests_mps:
+            raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stand before it turns round")
+        legs = behavior.legs(view)
+        if not legs:
+            raise CannotPlan(PlanFailure.PRECONDITION, "the vehicle faces the other way already")
+    except CannotPlan as error:
+        return no_path(error), None
+    took = [_duration_s(leg, view, behavior, policy) for leg in legs]
+    after_s = sum(took[1:]) + policy.turning.shifts_s * (len(took) - 1)
+    begun = bool(abs(view.ego_yaw) > policy.tracking.askew_rad)
+    swept = _span(view, legs)
+    rejects = _zones(view, swept, policy) + _solid_line(view, swept, policy, approvals)
+    rejects += _edges(view, legs, policy) + _sight(view, swept, policy)
+    # Who stands across the road already is seen by all who come: they are let come, and stop.
+    rejects += _comes(view, swept, took[0] + (0.0 if begun else after_s), policy)
+    rejects += [reject for leg in legs for reject in _standing(view, leg, policy, behavior.speed_mps)][:1]
+    rejects += _moving(view, legs[0], policy, behavior.speed_mps)
+    if rejects:
+        return Verdict(rejects=tuple(rejects)), None
+    return OK, ProvenLeg(behavior, legs[0], after_s, took[0])
+
+
+def recheck_leg(proven: ProvenLeg, view: FrenetScene, policy: GuardPolicy) -> Verdict:
+    """Judge a running leg on this tick: a verdict with reasons says to stop, for good or until somebody is by."""
+    braking = view.ego.limits.comfort_braking_mps2
+    k = proven.at(view)
+    away = float(np.hypot(proven.leg.x_m[k] - view.ego.x_m, proven.leg.y_m[k] - view.ego.y_m))
+    turn = float(np.cos(view.ego.yaw_rad - proven.leg.yaw_rad[k]))
+    if away > policy.turning.error_m or turn < np.cos(policy.turning.error_rad):
+        off = Reject(code=RejectCode.DEVIATION, detail=f"{away:.1f} m off the proven leg", gap_m=away)
+        return Verdict(rejects=(off,), abort=Abort.STOP, brake_mps2=braking)
+    rest, speed = proven.rest(view), proven.behavior.speed_mps
+    rejects = _standing(view, rest, policy, speed, running=True) + _moving(view, rest, policy, speed, running=True)
+    if not rejects:
+        return OK
+    return Verdict(rejects=tuple(rejects), abort=Abort.GIVE_WAY, brake_mps2=view.ego.limits.max_braking_mps2)
+
+
+def _duration_s(leg: Leg, view: FrenetScene, behavior: TurnRound, policy: GuardPolicy) -> float:
+    speed = min(policy.turning.slowest_mps, behavior.speed_mps)
+    sets_off = speed / (policy.prediction.sluggish_acceleration * view.ego.limits.comfort_acceleration_mps2)
+    return leg.length_m / speed + sets_off
+
+
+def _span(view: FrenetScene, legs: tuple[Leg, ...]) -> tuple[float, float]:
+    """(from, to): arc lengths between which bodies are in some leg."""
+    s = np.concatenate([corners(view, leg.x_m, leg.y_m, leg.yaw_rad)[0].ravel() for leg in legs])
+    return float(s.min()), float(s.max())
+
+
+def _zones(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -> list[Reject]:
+    margin_m = policy.lanes.zone_margin_m
+    for zone in view.surroundings.road.zones:
+        if zone.start_m - margin_m < swept[1] and swept[0] < zone.end_m + margin_m:
+            return [Reject(code=RejectCode.ZONE, detail=f"it would turn in a {zone.kind.value.replace('_', ' ')}")]
+    return []
+
+
+def _solid_line(
+    view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy, approvals: Approvals
+) -> list[Reject]:
+    """A solid middle line is crossed only as the policy says."""
+    lines = [
+        lane.lines(max(swept[0], lane.start_m), min(swept[1], lane.end_m))
+        for lane in view.frame.lanes
+        if lane.strip.kind is LaneKind.DRIVING and lane.covers(view.ego_s, view.ego_s)
+    ]
+    if any(LineKind.KERB in found for found in lines):
+        return [Reject(code=RejectCode.OFF_ROAD, detail="the way leads over a kerb")]
+    if not any(LineKind.SOLID in found for found in lines):
+        return []
+    if policy.solid_line == "forbid":
+        return [Reject(code=RejectCode.SOLID_LINE, detail="solid line: crossing is forbidden here")]
+    if not approvals.cover("solid_line", Release(policy.solid_line)):
+        why = f"solid line: crossing needs the yes of the {policy.solid_line}"
+        return [Reject(code=RejectCode.SOLID_LINE, detail=why)]
+    return []
+
+
+def _edges(view: FrenetScene, legs: tuple[Leg, ...], policy: GuardPolicy) -> list[Reject]:
+    room = np.concatenate([room_at_edges_m(view, leg.x_m, leg.y_m, leg.yaw_rad) for leg in legs])
+    least = min(policy.turning.edge_m, float(room[0]) - policy.lanes.further_out_m)
+    if float(room.min()) >= least:
+        return []
+    detail = f"a corner would be {room.min():.1f} m from the edge of the road"
+    return [Reject(code=RejectCode.OFF_LANES, detail=detail, gap_m=float(room.min()))]
+
+
+def _sight(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -> list[Reject]:
+    """Each lane is seen as far as one who comes in it at its limit needs to stop before us."""
+    for lane in view.frame.lanes:
+        if lane.strip.kind is not LaneKind.DRIVING or not lane.covers(view.ego_s, view.ego_s):
+            continue
+        ahead = lane.strip.direction is LaneDirection.OPPOSITE
+        limit = lane.strip.speed_limit_mps or policy.oncoming.unknown_limit_mps
+        stop_m = min(rss_distance(limit, 0.0, policy.rss, running=True), policy.sight.behind_most_m)
+        extent_m = swept[1] - view.ego_s if ahead else view.ego_s - swept[0]
+        have = view.sight_ahead_m(lane) if ahead else view.sight_behind_m(lane)
+        needed = extent_m + stop_m
+        if have < needed and not _ends(view, lane, have if ahead else -have, policy):
+            where = "ahead" if ahead else "behind"
+            detail = f"sees {have:.0f} m of the road {where}, needs {needed:.0f} m to turn"
+            return [Reject(code=RejectCode.UNSEEN, detail=detail, gap_m=have - needed)]
+    return []
+
+
+def _ends(view: FrenetScene, lane: Lane, sight_m: float, policy: GuardPolicy) -> bool:
+    """Does a lane end where the sight of it ends, or is it closed there?"""
+    end_s = view.ego_s + sight_m
+    sampled_m = policy.sight.sampled_m
+    if end_s > lane.end_m - sampled_m or end_s < lane.start_m + sampled_m:
+        return True
+    right, _, left = lane.at(end_s)
+    closing = np.array([o.kind in CLOSING for o in view.objects], dtype=bool)
+    in_lane = (view.d + view.across > right + policy.sight.in_lane_m) & (view.d - view.across < left)
+    return bool((closing & in_lane & (np.abs(view.s - end_s) < sampled_m + view.along)).any())
+
+
+def _comes(view: FrenetScene, swept: tuple[float, float], turn_s: float, policy: GuardPolicy) -> list[Reject]:
+    """Nobody who moves on the road, a little quicker than seen, reaches the turn before it is done."""
+    until_s, oncoming = turn_s + policy.oncoming.time_gap_s, policy.oncoming
+    for i in np.flatnonzero(view.moving & view.on_lane & ~view.on_foot & (np.abs(view.vs) > MOVING_MPS)):
+        ahead = bool(view.vs[i] > 0.0)
+        near_m, far_m = (
+            (swept[0] - view.s[i], view.s[i] - swept[1]) if ahead else (view.s[i] - swept[1], swept[0] - view.s[i])
+        )
+        gap_m, is_past = float(near_m - view.along[i]), bool(far_m > view.along[i])
+        if not is_past and gap_m < (abs(float(view.vs[i])) + oncoming.speedup_mps) * until_s:
+            thing = view.objects[int(i)]
+            detail = f"{thing.kind.value} {thing.id} comes, {gap_m:.0f} m away; the turn takes {turn_s:.0f} s"
+            return [Reject(code=RejectCode.ONCOMING_GAP, detail=detail, object_id=thing.id, gap_m=gap_m)]
+    return []
+
+
+def _margins(view: FrenetScene, which: Array, policy: GuardPolicy, speed_mps: float, moving: bool) -> Array:
+    """(objects,): the gaps to keep, metres."""
+    gaps = policy.clearance
+    margin = np.full(len(which), gaps.moving_gap_m if moving else gaps.standing_gap_m)
+    margin = np.where(view.vulnerable[which], np.maximum(margin, gaps.vulnerable_gap_m), margin)
+    step_m = float(step_off(np.array([speed_mps]), view.ego.limits.max_braking_mps2, policy.people)[0])
+    result: Array = np.where(view.on_foot[which], np.maximum(margin, step_m), margin)
+    return result
+
+
+def _standing(
+    view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float, running: bool = False
+) -> list[Reject]:
+    which = np.flatnonzero(np.hypot(view.vs, view.vd) <= MOVING_MPS)
+    if not len(which):
+        return []
+    gap = gaps_m(view, which, leg.x_m, leg.y_m, leg.yaw_rad)
+    margin = _margins(view, which, policy, speed_mps, moving=False)
+    return _too_near(view, which, gap, margin - (policy.clearance.tracked_gap_m if running else 0.0), policy)
+
+
+def _moving(view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float, running: bool = False) -> list[Reject]:
+    """Those who move against every place where a slow or a quick ego may be on the leg at each instant."""
+    which = np.flatnonzero(np.hypot(view.vs, view.vd) > MOVING_MPS)
+    if not len(which):
+        return []
+    t, reached = _places(view, leg, policy, speed_mps)
+    gap = np.full((len(leg.x_m), len(which)), np.inf)
+    for x, y, yaw in _courses(view, which, t, policy):
+        apart = separation(
+            (leg.x_m[:, None, None], leg.y_m[:, None, None], leg.yaw_rad[:, None, None]),
+            (view.ego.length_m / 2, view.ego.width_m / 2),
+            (x, y, yaw),
+            (view.half_length[which], view.half_width[which]),
+        )
+        gap = np.minimum(gap, np.where(reached[:, :, None], apart, np.inf).min(axis=1))
+    margin = _margins(view, which, policy, speed_mps, moving=True)
+    now = gaps_m(view, which, leg.x_m[:1], leg.y_m[:1], leg.yaw_rad[:1])
+    gap = np.concatenate([now, gap])
+    return _too_near(view, which, gap, margin - (policy.clearance.tracked_gap_m if running else 0.0), policy)
+
+
+def _places(view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float) -> tuple[Array, Mask]:
+    """Instants until the leg is done, and (poses, instants): may the ego be there then?"""
+    slow_mps = min(policy.turning.slowest_mps, speed_mps)
+    gains = view.ego.limits.comfort_acceleration_mps2
+    travel = POSE_STEP_M * np.arange(len(leg.x_m))
+    slowly_s = slow_mps / (policy.prediction.sluggish_acceleration * gains)
+    latest = travel / slow_mps + slowly_s
+    earliest = travel / speed_mps
+    t = np.arange(0.0, float(latest[-1]) + policy.prediction.step_s, policy.prediction.step_s)
+    half_s = policy.prediction.step_s / 2
+    reached: Mask = (t >= earliest[:, None] - half_s) & (t <= latest[:, None] + half_s)
+    return t, reached
+
+
+def _courses(view: FrenetScene, which: Array, t: Array, policy: GuardPolicy) -> list[tuple[Array, Array, Array]]:
+    """x, y, heading (instants, objects) of each hypothesis: straight on, braking straight on, and along the lane."""
+    found = [view.objects[int(i)] for i in which]
+    x, y, yaw, vx, vy = (
+        np.array([getattr(o, n) for o in found]) for n in ("x_m", "y_m", "yaw_rad", "vx_mps", "vy_mps")
+    )
+    speed = np.maximum(np.hypot(vx, vy), MOVING_MPS)
+    until = np.minimum(t[:, None], speed / policy.prediction.braking_mps2)
+    part = (speed * until - policy.prediction.braking_mps2 * until**2 / 2) / speed
+    heading = np.broadcast_to(yaw, (len(t), len(which)))
+    s, d = view.s[which] + view.vs[which] * t[:, None], np.broadcast_to(view.d[which], (len(t), len(which)))
+    along_x, along_y, road = (a.reshape(s.shape) for a in view.frame.to_local(s.ravel(), d.ravel()))
+    return [
+        (x + vx * t[:, None], y + vy * t[:, None], heading),
+        (x + vx * part, y + vy * part, heading),
+        (along_x, along_y, road + view.yaw[which]),
+    ]
+
+
+def _too_near(view: FrenetScene, which: Array, gap: Array, margin: Array, policy: GuardPolicy) -> list[Reject]:
+    """The nearest of the objects whose gap (poses, objects) falls below its margin, and below what it is now."""
+    bad = (gap < margin) & (gap < gap[0] - policy.clearance.nearer_m)
+    if not bad.any():
+        return []
+    worst = np.where(bad, gap, np.inf).min(axis=0)
+    k = int(worst.argmin())
+    thing = view.objects[int(which[k])]
+    code = RejectCode.COLLISION if worst[k] <= 0.0 else RejectCode.GAP
+    if worst[k] > 0.0 and view.vulnerable[int(which[k])]:
+        code = RejectCode.CLEARANCE
+    detail = f"{thing.kind.value} {thing.id}: gap {worst[k]:.1f} m in the turn"
+    return [Reject(code=code, detail=detail, object_id=thing.id, gap_m=float(worst[k]))]
