@@ -4,13 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
-from stucksolver.decision import Decision
-from stucksolver.record.chain import read_chain
-from stucksolver.record.scroll import image_of
-from stucksolver.scene import CameraImage
-from stucksolver.solver import Event, EventKind
+from stucksolver.record import read_decisions
 from stucksolver_eval.replay.thumbnail import thumbnail
 from stucksolver_eval.report.write import write_report
 from stucksolver_eval.results.outcome import came_to
@@ -42,36 +37,17 @@ def write_decisions(store: Store, summary: Summary, shown: Mapping[tuple[str, in
 def moments_of(folder: Path) -> Iterator[DecisionMoment]:
     """The decisions of all records of a folder, with the camera's pictures. Raises `RecordError`."""
     for path in sorted(folder.glob("intervention-*.jsonl")):
-        picture: str | None = None
-        for _, line in read_chain(path):
-            asked = line.get("asked")
-            if isinstance(asked, dict):
-                picture = _picture(folder, asked.get("scene"))
-            # A decision that came in with this line is not told once more.
-            answer = (line.get("in") or {}).get("answer") or {}
-            for told in line.get("told", ()):
-                if "event" in told:
-                    event = Event.model_validate({"decision": answer.get("decision"), **told["event"]})
-                    if event.kind is EventKind.DECIDED and event.decision is not None:
-                        yield _moment(event, event.decision, picture)
-
-
-def _picture(folder: Path, scene: dict[str, Any] | None) -> str | None:
-    image = None if scene is None else scene.get("image")
-    return None if image is None else thumbnail(CameraImage.model_validate(image_of(image, folder)))
-
-
-def _moment(event: Event, decision: Decision, picture: str | None) -> DecisionMoment:
-    outcome, verdict = came_to(event.verdict)
-    return DecisionMoment(
-        time_s=round(event.time_s, 2),
-        trigger="guidance" if event.trigger == "guidance" else "detector",
-        decision=decision.model_dump(mode="json"),
-        outcome=outcome,
-        codes=() if event.verdict is None else event.verdict.codes,
-        verdict=verdict,
-        picture=picture,
-    )
+        for one in read_decisions(path):
+            outcome, verdict = came_to(one.event.verdict)
+            yield DecisionMoment(
+                time_s=round(one.event.time_s, 2),
+                trigger="guidance" if one.event.trigger == "guidance" else "detector",
+                decision=one.decision.model_dump(mode="json"),
+                outcome=outcome,
+                codes=() if one.event.verdict is None else one.event.verdict.codes,
+                verdict=verdict,
+                picture=None if one.image is None else thumbnail(one.image),
+            )
 
 
 def _log(summary: Summary, row: RouteRow, moments: tuple[DecisionMoment, ...]) -> RunLog:

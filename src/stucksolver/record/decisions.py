@@ -1,0 +1,45 @@
+"""The decisions of a record, with what the camera saw when each was asked for, without deriving anything again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stucksolver.decision import Decision
+from stucksolver.record.chain import read_chain
+from stucksolver.record.scroll import image_of
+from stucksolver.scene import CameraImage
+from stucksolver.solver import Event, EventKind
+
+
+@dataclass(frozen=True)
+class RecordedDecision:
+    """`event` told of it, with trigger and verdict; its time is that of the stack's clock (s)."""
+
+    event: Event
+    decision: Decision
+    image: CameraImage | None
+    """The front camera's picture in the scene that the question was put with."""
+
+
+def read_decisions(path: Path) -> Iterator[RecordedDecision]:
+    """In the order of the record. Raises `RecordError` for one that was changed, or an image that is missing."""
+    image: CameraImage | None = None
+    for _, line in read_chain(path):
+        if isinstance(line.get("asked"), dict):
+            image = _image(line["asked"].get("scene"), path.parent)
+        # A decision that came in with this line is not told once more.
+        answer = (line.get("in") or {}).get("answer") or {}
+        for told in line.get("told", ()):
+            if "event" not in told:
+                continue
+            event = Event.model_validate({"decision": answer.get("decision"), **told["event"]})
+            if event.kind is EventKind.DECIDED and event.decision is not None:
+                yield RecordedDecision(event, event.decision, image)
+
+
+def _image(scene: dict[str, Any] | None, folder: Path) -> CameraImage | None:
+    image = None if scene is None else scene.get("image")
+    return None if image is None else CameraImage.model_validate(image_of(image, folder))
