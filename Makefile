@@ -10,7 +10,8 @@ PROJECTS := pyproject.toml packages/carlette/pyproject.toml
 unexport PYTHONDONTWRITEBYTECODE
 
 # `make test` runs the tests of `unit` and `integration` in one go: they are collected once, and no core idles in between.
-.PHONY: demo test tests lint types unit integration model-server bench-smoke bench docs tutorials lock clean
+.PHONY: demo test tests lint types unit integration model-server bench-smoke bench bench-check coverage docs docs-test tutorials \
+	release-check lock clean
 
 demo: $(VENV)/.sim
 	$(BIN)/stucksolver demo --seed $(SEED) --out out/demo
@@ -25,13 +26,13 @@ types: $(VENV)/.dev
 	$(BIN)/mypy
 
 tests: $(VENV)/.dev
-	GUARD_EXAMPLES=150 $(BIN)/python -m pytest -n 2 --dist worksteal -q
+	GUARD_EXAMPLES=150 $(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not site"
 
 unit: $(VENV)/.dev
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not integration"
 
 integration: $(VENV)/.dev
-	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m integration
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "integration and not site"
 	GUARD_EXAMPLES=150 $(BIN)/python -m pytest -n 2 -q tests/core/test_guard_proofs.py tests/core/test_guard_oracle.py
 
 # A real llama.cpp server with a real, small model (34 and 93 MB); 135 M parameters, so its plans are poor.
@@ -46,9 +47,28 @@ bench-smoke: $(VENV)/.dev
 bench: $(VENV)/.dev
 	$(BIN)/python -m benchmarks
 
+# Ratios to an empty loop, against those kept in benchmarks/baseline.json; fails where something takes 2.5 times as long.
+bench-check: $(VENV)/.dev
+	$(BIN)/python -m benchmarks.against
+
+coverage: $(VENV)/.dev
+	rm -f out/coverage/data*
+	@mkdir -p out/coverage
+	$(BIN)/python -m coverage run -m pytest -n 2 -q -m "not integration"
+	$(BIN)/python -m coverage combine --quiet
+	$(BIN)/python -m coverage report --skip-covered | tail -n 40
+	$(BIN)/python -m coverage html --quiet
+
+# Wheels and sdists in empty environments of each Python, licences, benchmark ratios; a Python that is not here is skipped.
+release-check: $(VENV)/.dev bench-check
+	$(BIN)/python -m releasing
+
 # The documentation's site, in out/site, with the replay of a demonstration; `tutorials` runs every command on its pages.
 docs: $(VENV)/.dev out/demo/report.html
 	$(BIN)/python -m docsite --report out/demo/report.html
+
+docs-test: $(VENV)/.dev
+	$(BIN)/python -m pytest -q -m site tests/site
 
 tutorials: $(VENV)/.dev
 	$(BIN)/python -m docsite.tutorials

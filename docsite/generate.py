@@ -54,7 +54,7 @@ def _options(parser: argparse.ArgumentParser) -> list[str]:
 
 
 def _kind(action: argparse.Action) -> str:
-    return "\\|".join(map(str, action.choices)) if action.choices else action.dest.upper()
+    return ",".join(map(str, action.choices)) if action.choices else action.dest.upper()
 
 
 def settings_page() -> str:

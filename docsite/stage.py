@@ -30,6 +30,8 @@ def stage(target: Path, report: Path | None = None) -> None:
         for source in (ROOT / folder).rglob("*"):
             if source.suffix in PICTURE_TYPES:
                 _copy(source, target)
+    for name in ("site.css", "site.js"):
+        _copy(ROOT / "docs" / name, target)
     reference = target / "docs" / "reference"
     made = {"commands.md": commands_page(), "configuration.md": settings_page(), "schemas.md": schemas_page()}
     made |= {"http.md": http_page(), "openapi.json": json.dumps(openapi(), indent=1)}

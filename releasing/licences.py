@@ -1,0 +1,64 @@
+"""The licences of everything that a distribution brings along, as its packages declare them."""
+
+from __future__ import annotations
+
+import re
+import sys
+from importlib.metadata import Distribution, distributions
+
+ALLOWED = {
+    "0bsd",
+    "3-clause bsd license",
+    "apache 2.0",
+    "apache software license",
+    "apache-2.0",
+    "bsd",
+    "bsd license",
+    "bsd-2-clause",
+    "bsd-3-clause",
+    "cc0-1.0",
+    "isc",
+    "isc license iscl",
+    "llvm-exception",
+    "mit",
+    "mit license",
+    "mit-cmu",
+    "mozilla public license 2.0 mpl 2.0",
+    "mpl-2.0",
+    "psf-2.0",
+    "python software foundation license",
+    "zlib",
+}
+"""What may be used beside Apache-2.0 without a duty that reaches our own code; MPL-2.0 holds for its own files only."""
+PARTS = re.compile(r"\s+(?:AND|OR|WITH)\s+|\s*[;,]\s*|^\(|\)$")
+
+
+def declared(one: Distribution) -> str:
+    """What a package says of its licence: the expression, else the classifiers, else the first line of the text."""
+    told = one.metadata.get_all("License-Expression") or []
+    kinds = [c.rpartition(" :: ")[2] for c in one.metadata.get_all("Classifier") or [] if c.startswith("License ::")]
+    text = "".join(one.metadata.get_all("License") or []).strip().splitlines()
+    return " AND ".join(told or [kind for kind in kinds if kind != "OSI Approved"] or text[:1])
+
+
+def allowed(licence: str) -> bool:
+    """Is every part of it one of those that are allowed? An empty one is not."""
+    parts = [part.strip().lower() for part in PARTS.split(licence.replace("(", "").replace(")", "")) if part.strip()]
+    return bool(parts) and all(part in ALLOWED for part in parts)
+
+
+def main() -> int:
+    """List the licences of this environment; 1 where one is not allowed, or missing."""
+    bad = 0
+    for one in sorted(distributions(), key=lambda each: str(each.metadata["Name"]).lower()):
+        name, licence = one.metadata["Name"], declared(one)
+        if name in ("pip", "setuptools"):
+            continue  # of the environment, not of ours
+        fine = allowed(licence)
+        bad |= not fine
+        print(f"{'ok     ' if fine else 'REFUSED'} {name} {one.version}: {licence or 'none declared'}")
+    return int(bad)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
