@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stucksolver.decision.passing import ROOM_TO_RETURN_M
 from stucksolver.reason.rules.attempts import failed_for
+from stucksolver.reason.rules.observe import beside_lane_centre
 from stucksolver.scene import (
     MOTOR_VEHICLES,
     VULNERABLE,
@@ -61,7 +63,8 @@ def end_of(o: SceneObject) -> float:
 def group_of(scene: Scene, lead: SceneObject) -> PassTarget:
     """The lead and all in the path that follow it too closely to come back in between.
 
-    Beyond what stands, who drives on will be away by then.
+    Beyond what stands, who drives on will be away by then. Who only waits there is no part of the obstruction: it is
+    come back before them, however little room they leave that a vehicle fits into.
     """
     gap_m = WIDE_GROUP_GAP_M if failed_for(scene, PlanFailure.NO_ROOM_TO_COME_BACK) else GROUP_GAP_M
     ahead = sorted((o for o in scene.objects if o.in_path and o.gap_m is not None), key=lambda o: o.gap_m or 0.0)
@@ -69,9 +72,23 @@ def group_of(scene: Scene, lead: SceneObject) -> PassTarget:
     for o in ahead:
         beyond = (o.gap_m or 0.0) > (lead.gap_m or 0.0) and o.speed_along_mps > -0.5
         beyond = beyond and (o.speed_along_mps < FLOWING_MPS or lead.speed_along_mps > 0.5)
-        if beyond and (o.gap_m or 0.0) - max(end_of(m) for m in members) < gap_m:
+        joins_m = ROOM_TO_RETURN_M if _only_waits(lead, o) else gap_m
+        if beyond and (o.gap_m or 0.0) - max(end_of(m) for m in members) < joins_m:
             members.append(o)
     return PassTarget(tuple(members))
+
+
+def _only_waits(lead: SceneObject, o: SceneObject) -> bool:
+    """Does a vehicle that stands beyond an obstruction only wait there: in its lane, and without lights that say more?
+
+    The obstruction says that it is one: by its lights, by standing beside the lane's centre, or by being no vehicle.
+    """
+    obstructs = lead.kind not in MOTOR_VEHICLES or _warns(lead) or beside_lane_centre(lead)
+    return obstructs and o.kind in MOTOR_VEHICLES and not (_warns(o) or beside_lane_centre(o))
+
+
+def _warns(o: SceneObject) -> bool:
+    return bool(o.hazard_lights or o.emergency_lights)
 
 
 def way_to_pass_m(scene: Scene, target: PassTarget, speed: float) -> tuple[float, float]:
