@@ -13,7 +13,6 @@ from stucksolver_eval.aboard import Aboard
 from stucksolver_eval.arms import make_arm
 from stucksolver_eval.arms.arm import Arm, Now
 from stucksolver_eval.arms.solver_arm import SolverArm
-from stucksolver_eval.arms.spec import SENSORS
 from stucksolver_eval.background import Background
 from stucksolver_eval.criteria import Moment
 from stucksolver_eval.criteria.monitor import CriteriaMonitor
@@ -28,6 +27,7 @@ from stucksolver_eval.results.outcome import Noted, RouteOutcome, Spoken
 from stucksolver_eval.results.record import make_record
 from stucksolver_eval.routes.line import RouteLine
 from stucksolver_eval.runner.job import RouteJob
+from stucksolver_eval.runner.knows import KnowsWorld, knowledge_of
 from stucksolver_eval.runner.process import PROGRESS_EVERY_S
 from stucksolver_eval.runner.replay import ReplayKeeper
 from stucksolver_eval.runner.watch import ImmobilizationWatch, TrafficSpeeds
@@ -39,15 +39,12 @@ from stucksolver_eval.setting import Setting
 if TYPE_CHECKING:
     import carla
 
-    from stucksolver.stacks.sensed import Eyes
     from stucksolver_eval.recording.crowd import Crowd
     from stucksolver_eval.recording.recorder import DriveRecorder
 
 DT_S = 0.05
 HERO = "vehicle.lincoln.mkz_2020"
 LIFT_M = 0.3
-FAULT_FROM_S = 8.0
-"""A sensor that is to fail does so when the drive has begun."""
 SETTLE_TICKS = 10
 BEYOND_END_M = 20
 """The driver's route goes on beyond the destination, so that it does not brake for it."""
@@ -62,6 +59,10 @@ def drive_route(job: RouteJob, server: Server, progress: Callable[[float], None]
     client = connect(server, CLIENT_TIMEOUT_S)
     world = client.get_world() if job.host is None else client.load_world(job.route.town)
     set_synchronous(world, DT_S)
+    if job.host is not None:
+        # Our own server stands from its beginning on; there the lights have gone on meanwhile.
+        world.reset_all_traffic_lights()
+    world.tick()  # a world that stood has no snapshot yet
     try:
         return _drive(job, client, world, progress)
     finally:
@@ -73,19 +74,17 @@ def _drive(job: RouteJob, client: carla.Client, world: carla.World, progress: Ca
     carla_map = world.get_map()
     line = RouteLine.trace(carla_map, job.route.waypoints)
     hero = _hero(world, line)
-    eyes = _eyes(job, hero, carla_map)
+    knows = knowledge_of(job, hero, carla_map)
     for _ in range(SETTLE_TICKS):
         world.tick()
-        if eyes is not None:
-            eyes.tick()
+        knows.tick()
     setting = Setting(client, world, carla_map, hero, line, Random(f"{job.seed}:{job.route.id}"), dt_s=DT_S)
     play = Play(job.route.scenarios, setting, Background(setting, empty=not job.background))
     try:
         world.tick()
-        return _Drive(job, setting, play, eyes).go(progress)
+        return _Drive(job, setting, play, knows).go(progress)
     finally:
-        if eyes is not None:
-            eyes.close()
+        knows.close()
         play.close()
 
 
@@ -104,18 +103,16 @@ def _hero(world: carla.World, line: RouteLine) -> carla.Vehicle:
 class _Drive:
     """One drive; everything is set up when it is made."""
 
-    def __init__(self, job: RouteJob, setting: Setting, play: Play, eyes: Eyes | None) -> None:
-        self._job, self._setting, self._play, self._eyes = job, setting, play, eyes
+    def __init__(self, job: RouteJob, setting: Setting, play: Play, knows: KnowsWorld) -> None:
+        self._job, self._setting, self._play, self._knows = job, setting, play, knows
         self._world, self._hero, self._line = setting.world, setting.hero, setting.route
         options = DriverOptions(heeds_on_path=not job.arm.heedless)
         route = self._line.points + _beyond(self._line)
-        if eyes is not None:
-            eyes.tick()
+        knows.tick()
         # Who drives and who helps know the ego by its own sensors; who judges knows the truth.
-        sensed = None if eyes is None else eyes.vehicle
-        driver = make_driver(job.arm.driver, setting.client, self._hero, setting.map, route, options, sensed)
+        driver = make_driver(job.arm.driver, setting.client, self._hero, setting.map, route, options, knows.vehicle)
         self._driver, self._driven_route = driver, driver.route
-        self._arm: Arm = make_arm(job.arm, sensed or self._hero, driver, setting.map, self._line, job.seed, job.records)
+        self._arm: Arm = make_arm(job.arm, knows.vehicle, driver, setting.map, self._line, job.seed, job.records)
         self._jury = CriteriaMonitor(self._world, setting.map, self._hero, self._line, play)
         self._speaker = Speaker(job.lines, Random(f"{job.seed}:{job.route.id}:guidance"))
         self._weather = Weather(self._world, job.route.weathers)
@@ -142,8 +139,7 @@ class _Drive:
         try:
             while (failure := self._tick()) is None:
                 self._world.tick()
-                if self._eyes is not None:
-                    self._eyes.tick()
+                self._knows.tick()
                 if self._recorder is not None:
                     self._recorder.tick()
                 if self._time_s >= next_progress_s:
@@ -192,9 +188,7 @@ class _Drive:
         now = Now(time_s, moment.speed_mps, self._jury.completion.s_m)
         self._hear_people(now)
         control = self._arm.step(now)
-        if self._eyes is not None:
-            control = self._eyes.checked(control)
-        self._hero.apply_control(self._play.noise(control))
+        self._hero.apply_control(self._play.noise(self._knows.checked(control)))
         if self._replay is not None:
             self._replay.tick(now, self._arm.directive)
         if self._aboard is not None:
@@ -285,15 +279,6 @@ def _beyond(line: RouteLine) -> tuple[RoutePoint, ...]:
         here = following[0]
         found.append(RoutePoint(here, "lane_follow"))
     return tuple(found)
-
-
-def _eyes(job: RouteJob, hero: carla.Vehicle, carla_map: carla.Map) -> Eyes | None:
-    if job.arm.perception != SENSORS:
-        return None
-    from stucksolver.stacks.sensed import Eyes, SensorFault
-
-    fault = SensorFault(job.arm.sensor_fault, FAULT_FROM_S, job.seed) if job.arm.sensor_fault else None
-    return Eyes(hero, carla_map, seed=job.seed, fault=fault)
 
 
 def _aboard(job: RouteJob, setting: Setting, arm: Arm) -> Aboard | None:
