@@ -126,7 +126,7 @@ def mute() -> Iterator[FakeManager]:
     fake.close()
 
 
-def settled(look: Any, limit_s: float = 5.0) -> bool:
+def settled(look: Any, limit_s: float = 60.0) -> bool:
     """Waits until something is true."""
     end = time.monotonic() + limit_s
     while time.monotonic() < end:
