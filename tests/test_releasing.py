@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import pytest
 from benchmarks.against import MAX_FACTOR, slower
 from releasing.__main__ import find_python
@@ -40,3 +43,18 @@ def test_what_is_much_slower_than_the_baseline_is_named_and_a_little_is_not():
     [told] = slower({"us_step": 2.0, "us_accept": 101.0 * MAX_FACTOR}, before)
     assert told.startswith("us_accept: 2.5 times")
     assert slower({"us_step": 2.0}, before) == ["us_accept: not measured any more; if that is meant, run --keep"]
+
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_the_citation_has_what_its_format_requires_and_names_the_last_release():
+    told = pytest.importorskip("yaml").safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert {"cff-version", "message", "title", "authors", "license", "version"} <= set(told)
+    last = re.search(r"^## \[?(\d[^\s\]]*)", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert last is not None and str(told["version"]) == last[1]
+
+
+def test_no_lock_file_carries_an_address():
+    for lock in (ROOT / "requirements").glob("*.txt"):
+        assert not re.search(r"://|--index|--find-links", lock.read_text(encoding="utf-8")), lock.name
