@@ -183,3 +183,11 @@ def test_a_released_light_is_told_to_the_stack_with_the_path():
                 solver.approve(by="operator")
     driven = [one for one in orders if isinstance(one, Execute) and one.path]
     assert driven and all(one.over_red for one in driven)
+
+
+@pytest.mark.parametrize("words", ["let me out here", "could you drop me here please"])
+def test_who_wants_to_get_out_is_given_the_time_for_it(words):
+    world, stood = World(TWO_WAY, x=60.0), []
+    drive(world, 45.0, words={4.0: words}, every_tick=lambda w: stood.append(w.speed < 0.05))
+    assert 25.0 < 0.05 * sum(stood[80:]) < 40.0
+    assert world.x > 90.0

@@ -164,3 +164,28 @@ def test_the_end_of_the_ride_is_told_and_nothing_is_heard_after_it():
     sitting.seat.end()
     assert sitting.now.ended and sitting.now.thought == "The ride is over."
     assert not sitting.say("hello").taken
+
+
+@pytest.mark.parametrize(
+    ("words", "answer"),
+    [
+        ("he's unloading, that takes an hour", "Then I look for a way past"),
+        ("the driver is just coming back", "I wait for them"),
+        ("the road is clear", "I still look for myself"),
+        ("what a lovely day", "asks nothing of my driving"),
+    ],
+)
+def test_what_is_said_of_the_world_is_answered_with_what_it_changes(words, answer):
+    sitting = Sitting(parked())
+    sitting.say(words)
+    sitting.drive(0.5)
+    assert any(answer in text for text in sitting.car())
+
+
+def test_nothing_is_asked_while_somebody_who_comes_back_is_waited_for():
+    sitting = Sitting(parked())
+    sitting.say("the driver is just coming back")
+    sitting.drive(25.0)
+    assert "All right, I wait for them for a while." in sitting.car()
+    assert sitting.now.question is None
+    assert not moves(sitting)

@@ -18,9 +18,9 @@ from stucksolver.passenger.sentences.plans import BEHAVIORS
 from stucksolver.passenger.sentences.reasons import CAUSES, WAITS
 from stucksolver.passenger.sentences.refusals import FAILURES, REFUSALS
 from stucksolver.passenger.sentences.things import THINGS
-from stucksolver.passenger.sentences.wishes import INTENTS
+from stucksolver.passenger.sentences.wishes import CLAIMS, INTENTS
 from stucksolver.passenger.teller import _HANDLERS, SILENT
-from stucksolver.scene import GuidanceIntent, ObjectKind, PlanFailure, Reading, RejectCode
+from stucksolver.scene import Claim, GuidanceIntent, ObjectKind, PlanFailure, Reading, RejectCode
 from stucksolver.solver import EventKind, Question, QuestionKind
 from stucksolver.solver.machine.state import StateName
 
@@ -32,6 +32,7 @@ TABLES = {
     "failures": (FAILURES, PlanFailure),
     "things": (THINGS, ObjectKind),
     "intents": (INTENTS, GuidanceIntent),
+    "claims": (CLAIMS, Claim),
 }
 LEFT = BorrowOncomingLane(past_object_id="7", speed_mps=5.0)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver.scene import GuidanceIntent, Reading
+from stucksolver.scene import Claim, GuidanceIntent, Reading
 
 SEE = "Let me see whether that is possible."
 INTENTS: dict[GuidanceIntent, str] = {
@@ -23,6 +23,20 @@ INTENTS: dict[GuidanceIntent, str] = {
     GuidanceIntent.UNCLEAR: "I still do not understand, so I carry on as before. The buttons show what I can do.",
     GuidanceIntent.UNLAWFUL: "I can't do that: it is not allowed. I carry on as before.",
 }
+CLAIMS: dict[Claim, str] = {
+    Claim.CLEAR: "Thank you. I still look for myself before I go.",
+    Claim.NOT_CLEAR: "Thank you. I look out for that.",
+    Claim.RETURNING_SOON: "All right, I wait for them for a while.",
+    Claim.LONG_STAY: "Thank you. Then I look for a way past as soon as I may.",
+    Claim.EMPTY: "Thank you. I still keep my distance from it.",
+    Claim.SOFT_OBJECT: "Thank you. I drive over it only if it looks like that to me, too.",
+    Claim.WAVED_THROUGH: "Thank you. I go as soon as I see that it is safe.",
+    Claim.BLOCKED_AHEAD: "Thank you. Tell me if I should take another way.",
+    Claim.BROKEN_LIGHT: "Thank you. If I stand at it, I ask the operator whether I may cross.",
+    Claim.HURRY: "I understand. I will not wait for others longer than I must, but I take no risks.",
+    Claim.NO_HURRY: "Thank you. I take my time.",
+}
+"""The answer to words that ask for nothing, but say something of the world. The first claim counts."""
 ASKED_BACK = "I did not understand that. Shall I wait, drive on, go round it, or take another way?"
 YES_OR_NO = "I did not understand that. Please answer with yes or no."
 NOBODY_READS = "I could not read your words. Please try again, or use the buttons."
@@ -34,5 +48,7 @@ NOTHING_TO_STOP = "All right, I begin nothing new. I keep to our route; ask me t
 
 def acknowledged(reading: Reading) -> str:
     """The first answer to words that were read."""
+    if reading.intent is GuidanceIntent.NONE and reading.claims and not reading.negated:
+        return CLAIMS[reading.claims[0]]
     side = "" if reading.side is None else f" on the {reading.side.value}"
     return INTENTS[reading.intent].format(side=side)

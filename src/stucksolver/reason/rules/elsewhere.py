@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from stucksolver.decision import Analysis, CauseCode, GuidanceIntent, RecoveryPlan, WaitReason
-from stucksolver.decision.behaviors import BackUp, KeepLane, PullOver, ReplanRoute
+from stucksolver.decision.behaviors import BackUp, KeepLane, PullOver, ReplanRoute, Wait
 from stucksolver.decision.behaviors.base import Behavior
 from stucksolver.reason.rules.analyse import blocker, red_light_within
 from stucksolver.reason.rules.attempts import was_tried
@@ -20,6 +20,8 @@ LOOKED_S = 3.0
 CROSS_M = 20.0
 CREEP_MPS = 2.2
 LIGHT_AHEAD_M = 20.0
+GET_OUT_S = 30.0
+"""For so long it stands where somebody gets out. Ours; "drive on" ends it sooner."""
 
 
 def without_lead(scene: Scene, analysis: Analysis) -> Way:
@@ -62,7 +64,10 @@ def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
     light = red_light_within(scene, LIGHT_AHEAD_M)
     if wanted is GuidanceIntent.BACK_UP:
         return _one(scene, BackUp(distance_m=3.0), "the passenger asks to back up")
-    turn = turning_round(scene, blocker(scene), "a person asks for it") if wanted is GuidanceIntent.TURN_ROUND else None
+    lead = blocker(scene)
+    # "Another street" before what cannot be passed, with none to turn off into, lies behind.
+    back = wanted is GuidanceIntent.REROUTE and lead is not None and not elsewhere(scene)
+    turn = turning_round(scene, lead, "a person asks for it") if back or wanted is GuidanceIntent.TURN_ROUND else None
     if turn is not None:
         return turn
     if wanted in (GuidanceIntent.REROUTE, GuidanceIntent.TURN_ROUND):
@@ -74,6 +79,9 @@ def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
         )
     if light is not None:
         return None, (WaitReason.LIGHT, light)
+    if wanted is GuidanceIntent.LET_ME_OUT and scene.offers("pull_over", "wait"):
+        stop = RecoveryPlan(behaviors=(PullOver(), Wait(duration_s=GET_OUT_S)))
+        return stop, (None, "the passenger wants to get out: pull over, and stand there")
     return _one(scene, PullOver(), "the passenger asks to pull over")
 
 
