@@ -28,11 +28,13 @@ LENGTHS = 6
 """So many lengths are tried from the gentlest to the tightest."""
 SOONER_M = 0.5
 """The way back begins sooner by so much at a time."""
-CLEAR_M, CLEAR_S, CLEAR_PEOPLE_M = 0.35, 0.1, 1.4
+CLEAR_M, CLEAR_S, CLEAR_PEOPLE_M = 0.25, 0.085, 1.4
 """Kept by the tail from what is passed: so much, with so many seconds of the speed more; and from people and cyclists.
 The guard asks for 0.3 m, with what a fault draws the body aside by until it stands."""
 MOVES_MPS = 0.5
 """What goes quicker moves: the way back begins when the ego is past it."""
+QUICK_MPS, QUICK_DOOR_M = 5.6, 1.15
+"""Quicker than 20 km/h more is kept from doors."""
 DOORS_PART = 0.5
 """Doors are on the middle half of a vehicle."""
 
@@ -92,4 +94,5 @@ def _is_clear(view: FrenetScene, path: Manoeuvre, passing: Passing, speed_mps: f
     if speed_mps <= CREEP_MPS or not vehicles.any():
         return True
     doors = separation(body, size, there, (DOORS_PART * view.half_length[which], view.half_width[which]))
-    return not ((doors < np.minimum(doors[0], DOOR_M)) & vehicles).any()
+    least = DOOR_M if speed_mps <= QUICK_MPS else QUICK_DOOR_M
+    return not ((doors < np.minimum(doors[0], least)) & vehicles).any()

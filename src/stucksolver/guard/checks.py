@@ -7,6 +7,7 @@ import numpy as np
 from stucksolver.decision.behaviors import Release
 from stucksolver.decision.rollout import MIN_SPEED_MPS
 from stucksolver.guard.abreast import will_be_followed
+from stucksolver.guard.caps import cap_mps, too_quick
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.numerics import EPSILON, way_to_stop
 from stucksolver.guard.policy import GuardPolicy
@@ -185,15 +186,14 @@ def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, w
 
 
 def speed(case: CheckContext) -> list[Reject]:
-    """The cap: low while recovering, higher for what a passenger asked for on the move. It must be kept, too.
+    """The cap: low while recovering, higher for a pass, and for what a passenger asked for. It must be kept, too.
 
     A way too short to slow down to what is asked for ends in what lies beyond it, which nobody has looked at.
     """
     speeds = case.policy.speeds
-    cap = speeds.guided_mps if case.guided else speeds.recovery_mps
     asked, ends = float(case.path.speed.max()), float(case.path.speed[-1])
-    if asked > cap + EPSILON:
-        return [Reject(code=RejectCode.OVERSPEED, detail=f"asks {asked:.1f} m/s, the cap is {cap:.1f} m/s")]
+    if asked > speeds.recovery_mps + EPSILON and asked > cap_mps(case) + EPSILON:
+        return [too_quick(case, asked)]
     left = float(case.quick.v[-1])
     if left > max(ends, MIN_SPEED_MPS) + speeds.tolerance_mps:
         detail = f"at {left:.1f} m/s still at the end of the way, which asks for {ends:.1f} m/s"

@@ -47,7 +47,7 @@ def _against_solid(case: CheckContext, lane: Lane, k: int) -> str | None:
         return "crossing is forbidden here"
     if not case.approvals.cover("solid_line", Release(policy.solid_line)):
         return f"crossing needs the yes of the {policy.solid_line}"
-    if case.path.speed[k] > policy.speeds.recovery_mps:
+    if case.path.speed.max() > policy.speeds.recovery_mps:
         return f"only at {KMH_PER_MPS * policy.speeds.recovery_mps:.0f} km/h or less"
     margin_m = policy.lanes.zone_margin_m
     if any(z.start_m - margin_m < here < z.end_m + margin_m for z in case.view.surroundings.road.zones):

@@ -87,7 +87,7 @@ def _sight(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
     policy, view, lane = case.policy.oncoming, case.view, borrowed.lane
     limit = lane.strip.speed_limit_mps or policy.unknown_limit_mps
     own = float(case.path.s[borrowed.last]) - view.ego_s
-    needed = own + limit * borrowed.unseen_s + policy.sight_margin_m
+    needed = own + limit * borrowed.unseen_s + margin_m(case)
     seen = view.sight_ahead_m(lane)
     if seen >= needed:
         return []
@@ -102,6 +102,13 @@ def _sight(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
             seen_m=seen,
         )
     ]
+
+
+def margin_m(case: CheckContext) -> float:
+    """Left of the sight when the ego is back, metres: the more, the quicker the plan is."""
+    policy = case.policy.oncoming
+    quicker = max(float(case.quick.v.max()) - case.policy.speeds.recovery_mps, 0.0)
+    return policy.sight_margin_m + policy.sight_margin_s * quicker
 
 
 def _gap(case: CheckContext, borrowed: Borrowed) -> list[Reject]:

@@ -1,5 +1,6 @@
 """Go round what is in the way through the lane of the oncoming traffic, and come back."""
 
+import math
 from dataclasses import replace
 from typing import ClassVar, Literal
 
@@ -49,5 +50,8 @@ class BorrowOncomingLane(Behavior):
         speed = min(self.speed_mps, CREEP_MPS) if passing.slowly else self.speed_mps
         out = lateral_shift(view, start, passing.offset_m, speed)
         past_s = out.end_s + length_abreast(view, start, out, passing, speed)
-        back = way_back(view, out, passing, past_s, speed, self.speed_mps)
+        # Speeding up on the way, a short pass does not get as quick as it may be.
+        gains = 2 * view.ego.limits.comfort_acceleration_mps2 * (past_s - start.s_m)
+        reached = min(speed, math.sqrt(start.speed_mps**2 + gains))
+        back = way_back(view, out, passing, past_s, reached, self.speed_mps)
         return replace(out.then(back), enters=(lane,), passes=passing.ids)

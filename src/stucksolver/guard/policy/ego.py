@@ -8,10 +8,16 @@ from stucksolver.scene.model import Model
 
 
 class SpeedPolicy(Model):
-    """Caps on what a plan asks for. Read by `checks`, `rules`, `marking` and `guard`."""
+    """Caps on what a plan asks for. Read by `caps`, `checks`, `rules`, `marking`, `oncoming` and `guard`."""
 
     recovery_mps: PositiveFloat = 20 / 3.6
     """Of a plan of our own. The design's."""
+    passing_mps: PositiveFloat = 40 / 3.6
+    """Of a pass through the oncoming lane, where both lanes' limits allow it: that of `guided_mps`."""
+    people_aside_m: NonNegativeFloat = 3.0
+    """With people or two-wheelers nearer than this a pass is no quicker than `recovery_mps`: two seconds of walking."""
+    doors_aside_m: NonNegativeFloat = 1.1
+    """Nor with a vehicle's doors nearer: `DoorPolicy.reach_m`, and 0.2 m to the open door."""
     guided_mps: PositiveFloat = 40 / 3.6
     """Of an overtaking that a passenger asked for. The design's."""
     creep_mps: PositiveFloat = 8 / 3.6

@@ -101,6 +101,9 @@ class OncomingPolicy(Model):
     sight_margin_m: NonNegativeFloat = 10.0
     """Left of the sight when the ego is back. AASHTO's passing sight distance has such a clearance between the two, of
     30 m and more, for passes at 50 km/h and more; 10 m is ours, for passes at 20 km/h."""
+    sight_margin_s: NonNegativeFloat = 0.75
+    """And the way of so many seconds of all speed above `SpeedPolicy.recovery_mps`: the clearance then lasts as long as
+    10 m do between 20 km/h and 30 km/h."""
     seen_ago_s: NonNegativeFloat = 0.5
     """So old may what is seen be at the last look before the commit point: `GuardPolicy.max_age_s`."""
     time_gap_s: NonNegativeFloat = 1.5

@@ -9,6 +9,7 @@ from stucksolver.decision import RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import AnyBehavior, BorrowOncomingLane, ChangeLane, DriveOver, KeepLane
 from stucksolver.reason.rules.analyse import red_light_within
 from stucksolver.reason.rules.attempts import failed_for, was_tried
+from stucksolver.reason.rules.pass_speed import pass_speed
 from stucksolver.reason.rules.passing import (
     PassTarget,
     end_of,
@@ -116,7 +117,7 @@ def way_past(scene: Scene, target: PassTarget, speed: float) -> Way:
             return None, (WaitReason.NO_SAFE_WAY, narrow)
         busy = oncoming_blocked(scene, oncoming, target, speed)
         if busy is None:
-            return _by_oncoming_lane(target, speed)
+            return _by_oncoming_lane(target, pass_speed(scene, oncoming, target, speed))
         why = (WaitReason.YIELD, busy)
     return None, why
 
@@ -207,4 +208,5 @@ def _waypoint_in(scene: Scene, lane: SceneLane, distance_m: float) -> CandidateW
 def _by_oncoming_lane(target: PassTarget, speed: float) -> Way:
     behavior = BorrowOncomingLane(past_object_id=target.far.id, speed_mps=speed)
     who = ", ".join(f"{o.kind.value} {o.id}" for o in target.objects)
-    return RecoveryPlan(behaviors=(behavior,)), (None, f"pass {who} through the oncoming lane")
+    at = f"at {3.6 * speed:.0f} km/h"
+    return RecoveryPlan(behaviors=(behavior,)), (None, f"pass {who} through the oncoming lane {at}")

@@ -1,0 +1,56 @@
+"""How quick a pass through the oncoming lane should be: the slowest for which enough of the lane is seen."""
+
+from __future__ import annotations
+
+from stucksolver.reason.rules.attempts import failed_for
+from stucksolver.reason.rules.passing import PassTarget, way_to_pass_m
+from stucksolver.scene import VULNERABLE, LineKind, RejectCode, Scene, SceneLane
+
+RECOVERY_MPS = 5.5
+"""Just under the 20 km/h of a recovery."""
+MOST_MPS = 11.0
+"""Just under the 40 km/h of a pass."""
+STEP_MPS = 0.5
+USUAL_LIMIT_MPS = 50 / 3.6
+"""Where no limit is told: the usual one in towns."""
+MARGIN_M, MARGIN_S = 12.0, 0.75
+"""Left of the sight when we are back, with so many seconds of all speed above `RECOVERY_MPS`. The guard asks for a
+little less."""
+PEOPLE_ASIDE_M = 4.5
+"""With people nearer beside the way it is no quicker than a recovery: more than the guard asks for."""
+
+
+def pass_speed(scene: Scene, lane: SceneLane, target: PassTarget, speed_mps: float) -> float:
+    """The speed to ask for (m/s), `speed_mps` if nothing speaks for more.
+
+    `lane`: the oncoming lane. A quicker pass needs less sight, since it is sooner over. The slowest that is seen to be
+    free bears the least risk; where none is, the one that lacks the least sight. Only past what stands, over a broken
+    line, with nobody on foot or on two wheels near, and within the limit.
+    """
+    if speed_mps < RECOVERY_MPS or target.speed_mps > 0.1 or lane.line is LineKind.SOLID or lane.sight_ahead_m is None:
+        return speed_mps
+    if failed_for(scene, RejectCode.OVERSPEED, RejectCode.GAP, RejectCode.DOOR) or _people_beside(scene, target):
+        return speed_mps
+    limit = min(scene.speed_limit_mps or USUAL_LIMIT_MPS, lane.speed_limit_mps or USUAL_LIMIT_MPS, MOST_MPS)
+    count = int(max(limit - speed_mps, 0.0) / STEP_MPS)
+    speeds = [speed_mps + STEP_MPS * k for k in range(count + 1)]
+    lacking = {v: _needed_m(scene, lane, target, v) - lane.sight_ahead_m for v in speeds}
+    return next((v for v in speeds if lacking[v] <= 0.0), min(speeds, key=lambda v: lacking[v]))
+
+
+def _needed_m(scene: Scene, lane: SceneLane, target: PassTarget, speed_mps: float) -> float:
+    """How much of the oncoming lane must be seen, by the rules' own estimate of the way and the time."""
+    way, time = way_to_pass_m(scene, target, speed_mps)
+    return way + (lane.speed_limit_mps or USUAL_LIMIT_MPS) * time + MARGIN_M + MARGIN_S * (speed_mps - RECOVERY_MPS)
+
+
+def _people_beside(scene: Scene, target: PassTarget) -> bool:
+    aside = scene.ego.width_m / 2 + PEOPLE_ASIDE_M
+    return any(
+        o.kind in VULNERABLE
+        and o.gap_m is not None
+        and -scene.ego.length_m < o.gap_m < target.end_m + scene.ego.length_m
+        and o.right_edge_m < aside
+        and o.left_edge_m > -aside
+        for o in scene.objects
+    )
