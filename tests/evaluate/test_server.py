@@ -17,7 +17,7 @@ pytest.importorskip("carla")
 import msgpack
 
 from stucksolver_eval import server as servers
-from stucksolver_eval.server import ServerError, carlette_server, remote_server
+from stucksolver_eval.server import ServerError, carlette_server, connect, remote_server, set_synchronous
 
 pytestmark = pytest.mark.integration
 
@@ -48,6 +48,16 @@ def test_an_error_in_the_block_ends_it_too() -> None:
 def test_two_of_them_do_not_meet() -> None:
     with carlette_server("demo_town") as one, carlette_server("demo_town") as other:
         assert abs(one.port - other.port) > 1
+
+
+def test_a_world_that_stands_begins_with_its_first_tick_however_late_that_comes() -> None:
+    with carlette_server("demo_town", stands=True) as server:
+        world = connect(server, 15.0).get_world()
+        time.sleep(0.5)
+        set_synchronous(world, 0.05)
+        world.tick()
+        # The client library lets two ticks pass to change the settings; by itself the world would be 0.5 s old.
+        assert world.get_snapshot().timestamp.elapsed_seconds == pytest.approx(0.15)
 
 
 def test_a_map_that_is_not_there_is_told_in_its_own_words(tmp_path: Path) -> None:
