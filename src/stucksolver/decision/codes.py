@@ -36,6 +36,7 @@ class WaitLimits:
     queue_moved_within_s: float = 60.0
     unknown_vehicle_s: float = 10.0
     hazard_or_parked_s: float = 3.0
+    yield_s: float = 120.0
 
 
 QUESTIONS = {

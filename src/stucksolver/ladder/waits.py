@@ -45,5 +45,7 @@ class Waits(Model):
     def limits(self) -> WaitLimits:
         """The same for the rules and the guard."""
         return WaitLimits(
-            light_s=self.patience(WaitReason.LIGHT).longest_s, **{name: getattr(self, name) for name in SEEING}
+            light_s=self.patience(WaitReason.LIGHT).longest_s,
+            yield_s=self.patience(WaitReason.YIELD).longest_s,
+            **{name: getattr(self, name) for name in SEEING},
         )

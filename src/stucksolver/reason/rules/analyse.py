@@ -160,7 +160,8 @@ def _held_by_people(scene: Scene, limits: WaitLimits) -> Hold | None:
 
 def _held_by_vehicle(scene: Scene, limits: WaitLimits) -> Hold | None:
     lead = blocker(scene)
-    if lead is None or (drives(lead) and lead.speed_along_mps < 0.5):
+    patient = scene.ego.stopped_for_s <= limits.yield_s
+    if patient and (lead is None or (drives(lead) and lead.speed_along_mps < 0.5)):
         first = goes_first(scene)
         if first is not None:
             return Hold(WaitReason.YIELD, f"{first.kind.value} {first.id} comes into the way ahead")

@@ -12,6 +12,7 @@ from stucksolver.reason.rules.attempts import was_tried
 from stucksolver.reason.rules.closed import elsewhere
 from stucksolver.reason.rules.onward import along_the_free_lane
 from stucksolver.reason.rules.past import Way
+from stucksolver.reason.rules.stream import into_the_stream
 from stucksolver.reason.rules.turning import turning_round
 from stucksolver.scene import ControlKind, LightState, Scene
 
@@ -36,7 +37,7 @@ def without_lead(scene: Scene, analysis: Analysis) -> Way:
     if analysis.guidance_intent is None and _all_way_stop(scene):
         onward = KeepLane(distance_m=CROSS_M, speed_mps=CREEP_MPS)
         return _one(scene, onward, "the light is dark: after a stop, creep across when nobody comes")
-    return along_the_free_lane(scene) or (None, (None, "nothing in the path"))
+    return into_the_stream(scene) or along_the_free_lane(scene) or (None, (None, "nothing in the path"))
 
 
 def across_stuck_light(scene: Scene) -> Way | None:

@@ -133,7 +133,7 @@ def no_gap_to_join(scene: Scene, lead: SceneObject) -> SceneObject | None:
 
 def goes_first(scene: Scene) -> SceneObject | None:
     """Who drives across the route just ahead, or into it from the side, and not at a crawl; they hold their course."""
-    route = [(0.0, 0.0), *((w.x_m, w.y_m) for w in scene.waypoints if _on_route(scene, w))]
+    route = [(0.0, 0.0), *((w.x_m, w.y_m) for w in scene.waypoints if on_route(scene, w))]
     if len(route) < 2:
         return None
     way, along = LineString(route), _way_along(scene)
@@ -168,7 +168,7 @@ def _way_along(scene: Scene) -> LineString:
     """The ego's way ahead in the same coordinates: on in the lane that it is in."""
     own = next((lane for lane in scene.lanes if lane.id == scene.ego.lane_id), None)
     d = 0.0 if own is not None and own.relation is LaneRelation.EGO else scene.ego.lateral_offset_m
-    reach = max(w.distance_m for w in scene.waypoints if _on_route(scene, w))
+    reach = max(w.distance_m for w in scene.waypoints if on_route(scene, w))
     return LineString([(0.0, d), (reach, d)])
 
 
@@ -177,7 +177,8 @@ def drives(o: SceneObject) -> bool:
     return o.kind in VEHICLES and math.hypot(o.vx_mps, o.vy_mps) > CRAWLS_MPS
 
 
-def _on_route(scene: Scene, waypoint: CandidateWaypoint) -> bool:
+def on_route(scene: Scene, waypoint: CandidateWaypoint) -> bool:
+    """Is a candidate waypoint on the ego's own way, and near enough to matter for who goes first there?"""
     return waypoint.lane_id == scene.ego.lane_id and waypoint.distance_m < YIELD_AHEAD_M
 
 

@@ -1,0 +1,63 @@
+"""Across a stream that never ends: when the wait has outlived its reason, the first gap that can be proven is taken.
+
+The rules only propose the way across. The guard looks at it on every tick and lets it begin in a gap in which nobody is
+met who goes on as they do, or brakes; where there is no such gap, it never begins. Into the lane of a stream nobody is
+led: at 20 km/h whoever brakes for nobody catches up with us behind the end of what is proven.
+"""
+
+from __future__ import annotations
+
+import math
+
+from stucksolver.decision import RecoveryPlan, WaitReason
+from stucksolver.decision.behaviors import AnyBehavior, KeepLane
+from stucksolver.reason.rules.observe import drives, goes_first, on_route
+from stucksolver.reason.rules.past import Way
+from stucksolver.scene import ControlKind, Scene, SceneObject
+
+ACROSS_M, ACROSS_MPS = 30.0, 5.5
+"""Over a street of four lanes, and out of the way; 20 km/h at most. The quicker, the shorter the gap that is needed."""
+OVER_LINE_M, CREEP_MPS = 2.0, 2.2
+"""Over a stop line it creeps until the bumper is so far past it: what the guard asks for, and a little."""
+LINE_AHEAD_M = 8.0
+SAME_WAY_COS, LANE_M = 0.5, 4.0
+"""Who goes the way of the route by less than 60 degrees, and passes where it leads by less than a lane's width."""
+AGAIN_S = 12.0
+"""After a wait for a gap in vain, a person is thought of before the next one: longer than such a wait (`hold_s`)."""
+
+
+def into_the_stream(scene: Scene) -> Way | None:
+    """On along the route in the first proven gap, or the reason to wait on; None where nobody goes first."""
+    first = goes_first(scene)
+    if first is None or scene.guidance is not None or not scene.offers("keep_lane"):
+        return None
+    who = f"{first.kind.value} {first.id} and others"
+    if any("keep_lane" in a.behaviors and scene.time_s - a.time_s < AGAIN_S for a in scene.attempts):
+        return None, (WaitReason.YIELD, f"{who} leave no gap")
+    if any(_shares_the_way_on(scene, o) for o in scene.objects):
+        return None, (WaitReason.YIELD, f"{who} drive on where the route leads: there is no gap that is long enough")
+    plan = RecoveryPlan(behaviors=(*_over_the_line(scene), KeepLane(distance_m=ACROSS_M, speed_mps=ACROSS_MPS)))
+    stood = f"{scene.ego.stopped_for_s:.0f} s"
+    return plan, (None, f"{who} have left no gap for {stood}: go in the first one that is long enough")
+
+
+def _shares_the_way_on(scene: Scene, o: SceneObject) -> bool:
+    """Does a vehicle drive towards where the route leads on beyond the conflict, in that direction and in that lane?"""
+    route = [(w.x_m, w.y_m) for w in scene.waypoints if on_route(scene, w)]
+    if len(route) < 2 or not drives(o):
+        return False
+    (x0, y0), (x1, y1) = route[-2:]
+    way_m, speed_mps = math.hypot(x1 - x0, y1 - y0), math.hypot(o.vx_mps, o.vy_mps)
+    along = ((x1 - x0) * o.vx_mps + (y1 - y0) * o.vy_mps) / (way_m * speed_mps) if way_m > 0.0 else 0.0
+    aside_m = abs((x1 - o.x_m) * o.vy_mps - (y1 - o.y_m) * o.vx_mps) / speed_mps
+    upstream = (x1 - o.x_m) * o.vx_mps + (y1 - o.y_m) * o.vy_mps > 0.0
+    return along > SAME_WAY_COS and upstream and aside_m < LANE_M
+
+
+def _over_the_line(scene: Scene) -> tuple[AnyBehavior, ...]:
+    """Creeping over the line of a stop sign at which the vehicle stands; dark lights are crossed at a creep anyway."""
+    for control in scene.controls:
+        binds = control.applies is not False and control.kind is ControlKind.STOP_SIGN
+        if binds and 0.0 <= control.distance_m < LINE_AHEAD_M:
+            return (KeepLane(distance_m=round(control.distance_m + OVER_LINE_M, 1), speed_mps=CREEP_MPS),)
+    return ()
