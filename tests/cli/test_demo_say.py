@@ -9,7 +9,10 @@ import pytest
 
 from stucksolver.cli.main import main
 
+pytest.importorskip("carla")
 pytest.importorskip("onnxruntime", reason="the reader of words is not installed: pip install 'stucksolver[words]'")
+
+from stucksolver_eval.demo import SPOKEN
 
 
 def said(tmp_path, capsys, words):
@@ -31,10 +34,11 @@ def test_it_says_what_it_understood_why_it_waits_and_what_came_of_it(tmp_path, c
 
 
 @pytest.mark.integration
-def test_a_refusal_is_understood_and_the_cyclists_are_followed(tmp_path, capsys):
-    out, logs = said(tmp_path, capsys, "Leave those two on their bikes alone, please, no overtaking")
+def test_a_refusal_is_understood_and_the_cyclists_are_followed(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("stucksolver_eval.demo.SPOKEN", SPOKEN[1:])
+    out, (cyclists,) = said(tmp_path, capsys, "Leave those two on their bikes alone, please, no overtaking")
     assert "understood: " in out and "understood: overtake" not in out
-    assert logs[1]["result"]["plans_accepted"] == 0
+    assert cyclists["result"]["plans_accepted"] == 0
 
 
 @pytest.mark.parametrize(("words", "why"), [("  ", "nothing is said"), ("x" * 501, "at most 500")])
