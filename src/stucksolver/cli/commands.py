@@ -54,6 +54,7 @@ COMMANDS = {
     ),
     "memory": Command("list, show, export or delete what is remembered of earlier drives", "memory"),
     "perception": Command("record drives, train perception on them, and score it", "perception"),
+    "voice": Command("install a speech recognizer for the passenger's page, which runs in the browser", "voice"),
     "doctor": Command("say what is installed here, what is missing, and how to get it", "doctor"),
     "config": Command("show the settings of file and environment, or write a file to start from", "config"),
     "completion": Command("print what makes a shell complete commands and options", "completion"),

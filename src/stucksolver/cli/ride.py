@@ -116,6 +116,7 @@ def page_server(options: argparse.Namespace) -> PassengerServer:
     except ImportError as error:
         raise UsageError(MISSING) from error
     from stucksolver.passenger import PageError, PageOptions, PassengerServer
+    from stucksolver.passenger.recognizer import find_recognizer
     from stucksolver.words import NoReader, find_reader
     from stucksolver_eval.report import ASSETS
 
@@ -129,6 +130,7 @@ def page_server(options: argparse.Namespace) -> PassengerServer:
         key=options.key,
         names=tuple(options.page_name),
         drawing=ASSETS,
+        recognizer=find_recognizer(),
     )
     try:
         page.check()

@@ -14,6 +14,7 @@ from fastapi.responses import PlainTextResponse, StreamingResponse
 
 from stucksolver.ladder.moves import Person
 from stucksolver.passenger.frames import Topic
+from stucksolver.passenger.recognizer import Recognizer
 from stucksolver.passenger.roles import Holder, Tokens
 from stucksolver.passenger.server.access import NOT_YOURS, Access
 from stucksolver.passenger.server.board import Board, Vehicle
@@ -22,6 +23,7 @@ from stucksolver.passenger.server.hub import Hub
 from stucksolver.passenger.server.limits import Limiter
 from stucksolver.passenger.server.pages import add_pages
 from stucksolver.passenger.server.stream import events
+from stucksolver.passenger.server.voice import add_voice
 from stucksolver.passenger.told import Call, Command, CommandKind, Now, Outcome
 
 ABOUT = (
@@ -30,8 +32,17 @@ ABOUT = (
 )
 
 
-def make_app(board: Board, tokens: Tokens, hub: Hub | None = None, drawing: Path | None = None) -> FastAPI:
-    """The application. `hub`: started and stopped with it; `drawing`: folder of the scripts that draw the view."""
+def make_app(
+    board: Board,
+    tokens: Tokens,
+    hub: Hub | None = None,
+    drawing: Path | None = None,
+    recognizer: Recognizer | None = None,
+) -> FastAPI:
+    """The application. `hub`: started and stopped with it; `drawing`: folder of the scripts that draw the view.
+
+    `recognizer`: of speech, for the browser.
+    """
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -54,6 +65,7 @@ def make_app(board: Board, tokens: Tokens, hub: Hub | None = None, drawing: Path
     _add_talking(app, access)
     _add_operating(app, access)
     add_pages(app, drawing)
+    add_voice(app, recognizer)
     _add_schema(app)
     return app
 

@@ -18,6 +18,11 @@ POLICY = (
     "form-action 'none'; base-uri 'none'; frame-ancestors 'none'"
 )
 """Nothing inline, nothing from elsewhere, no frames. `data:` is for the camera's picture and the page's own icon."""
+COMPILING_POLICY = POLICY.replace("script-src 'self'", "script-src 'self' 'wasm-unsafe-eval'")
+"""With the recognizer of speech: WebAssembly may be compiled, text still never becomes a script."""
+VOICE = "/voice/"
+CACHED = "private, max-age=31536000, immutable"
+"""Of the recognizer's files, 40 MB under a version of their own: a phone fetches them once."""
 HEADERS = {
     "content-security-policy": POLICY,
     "x-content-type-options": "nosniff",
@@ -46,10 +51,12 @@ class Doors:
 
     A page of another site that has its name point at this machine (DNS rebinding) still says its own name as host;
     one that posts to us from afar (CSRF) says its own origin. `hosts`: as in the header, `127.0.0.1:8765`.
+    `compiles`: the page may compile WebAssembly from here, as the recognizer of speech does.
     """
 
-    def __init__(self, app: App, hosts: frozenset[str], scheme: str) -> None:
+    def __init__(self, app: App, hosts: frozenset[str], scheme: str, *, compiles: bool = False) -> None:
         self._app = app
+        self._headers = HEADERS if not compiles else HEADERS | {"content-security-policy": COMPILING_POLICY}
         self._hosts = hosts
         self._origins = frozenset(f"{scheme}://{host}" for host in hosts)
 
@@ -58,8 +65,11 @@ class Doors:
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
         elif scope["type"] == "http":
-            await self._http(scope, receive, _with_headers(send))
+            await self._http(scope, receive, _with_headers(send, self._headers_for(scope["path"])))
         # There are no websockets: whoever asks for one is hung up on.
+
+    def _headers_for(self, path: str) -> dict[str, str]:
+        return self._headers | {"cache-control": CACHED} if path.startswith(VOICE) else self._headers
 
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
         try:
@@ -131,10 +141,10 @@ def _replay(body: bytes, receive: Receive) -> Receive:
     return again
 
 
-def _with_headers(send: Send) -> Send:
+def _with_headers(send: Send, headers: dict[str, str]) -> Send:
     async def sending(message: Message) -> None:
         if message["type"] == "http.response.start":
-            ours = {name.encode(): value.encode() for name, value in HEADERS.items()}
+            ours = {name.encode(): value.encode() for name, value in headers.items()}
             others = [(name, value) for name, value in message.get("headers", []) if name.lower() not in ours]
             message = {**message, "headers": [*others, *ours.items()]}
         await send(message)

@@ -8,6 +8,8 @@ import ssl
 from dataclasses import dataclass
 from pathlib import Path
 
+from stucksolver.passenger.recognizer import Recognizer
+
 LOOPBACK = "127.0.0.1"
 
 
@@ -21,6 +23,7 @@ class PageOptions:
 
     `names`: by which the server may be called beside its addresses, as `car.example`. `drawing`: the folder of the
     scripts that draw the view from above; without it there is no such view.
+    `recognizer`: of speech, for the browser; without it pages have their browser's own, if that has one.
     """
 
     listen: str = LOOPBACK
@@ -29,6 +32,7 @@ class PageOptions:
     key: Path | None = None
     names: tuple[str, ...] = ()
     drawing: Path | None = None
+    recognizer: Recognizer | None = None
 
     @property
     def scheme(self) -> str:

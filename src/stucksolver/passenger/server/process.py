@@ -115,10 +115,10 @@ async def _serving(told: _Told, listening: socket.socket, theirs: Connection) ->
     from stucksolver.passenger.server.hub import Hub
 
     options, board = told.options, Board()
-    app = make_app(board, Tokens(told.secret), Hub(board, told.address), options.drawing)
+    app = make_app(board, Tokens(told.secret), Hub(board, told.address), options.drawing, options.recognizer)
     hosts = frozenset(options.addresses(int(listening.getsockname()[1])))
     config = uvicorn.Config(
-        Doors(app, hosts, options.scheme),
+        Doors(app, hosts, options.scheme, compiles=options.recognizer is not None),
         log_level="error",
         access_log=False,
         server_header=False,

@@ -10,7 +10,7 @@ const $ = (id) => document.getElementById(id);
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const CALM_MS = 1000;
 
-const voice = new Voice((text) => talk.say(text));
+const voice = new Voice((text) => talk.say(text), (why) => talk.outcome(why, true));
 const talk = new Talk((text) => voice.say(text));
 const view = canDraw() ? new View($("canvas")) : null;
 let stream = null;

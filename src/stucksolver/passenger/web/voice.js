@@ -1,7 +1,12 @@
-// Voice in and out, by what the browser has. Both are off until somebody switches them on.
+// Voice in and out. Both are off until somebody switches them on, and the page says where the sound goes.
+
+import { BrowsersListener, OwnListener } from "/files/listener.js";
 
 const $ = (id) => document.getElementById(id);
-const Recognition = window.SpeechRecognition || window.webkitSpeechRecognition;
+const OWN = "Off until you switch it on. What you say is turned into text in this browser, by files that came from this "
+  + "car: the sound stays on this device, only the text goes to the car.";
+const BROWSERS = "Off until you switch it on: some browsers send what you say to their maker to have it recognized. What "
+  + "you type goes to this car only.";
 
 function toggle(button) {
   const on = button.getAttribute("aria-pressed") !== "true";
@@ -9,25 +14,43 @@ function toggle(button) {
   return on;
 }
 
+// The recognizer that this car offers, else the browser's own, else none.
+async function listener() {
+  if (!window.isSecureContext) return null;
+  const { version } = await (await fetch("/voice")).json();
+  if (version && navigator.mediaDevices && window.AudioWorkletNode) return new OwnListener(version);
+  return BrowsersListener.made ? new BrowsersListener() : null;
+}
+
 export class Voice {
-  // `heard` is called with what was recognized.
-  constructor(heard) {
+  // `heard` is called with what was recognized, `told` with what went wrong.
+  constructor(heard, told) {
     this.heard = heard;
-    this.aloud = false;
+    this.told = told;
+    this.aloud = this.listening = false;
+    this.listener = null;
     const speaks = "speechSynthesis" in window;
-    const listens = Boolean(Recognition) && window.isSecureContext;
     $("aloud").hidden = !speaks;
-    $("listen").hidden = $("listen-note").hidden = !listens;
-    $("voice").hidden = !speaks && !listens;
+    $("listen").hidden = $("listen-note").hidden = true;
+    $("voice").hidden = !speaks;
     $("aloud").addEventListener("click", () => {
       this.aloud = toggle($("aloud"));
       if (!this.aloud) speechSynthesis.cancel();
     });
     $("listen").addEventListener("click", () => {
       $("speak").hidden = !toggle($("listen"));
-      if ($("speak").hidden && this.recognition) this.recognition.abort();
+      if ($("speak").hidden && this.listening) this.listener.abort();
+      else if (!$("speak").hidden && this.listener.recognizer) this.listener.recognizer(); // it takes a while to load
     });
     $("speak").addEventListener("click", () => this.listenOnce());
+    listener().then((found) => this.offer(found), () => {});
+  }
+
+  offer(found) {
+    this.listener = found;
+    if (!found) return;
+    $("listen-note").textContent = found instanceof OwnListener ? OWN : BROWSERS;
+    $("listen").hidden = $("listen-note").hidden = $("voice").hidden = false;
   }
 
   say(text) {
@@ -38,21 +61,23 @@ export class Voice {
   }
 
   listenOnce() {
-    if (this.recognition) {
-      this.recognition.stop();
+    if (this.listening) {
+      this.listener.stop();
       return;
     }
     if (this.aloud) speechSynthesis.cancel(); // it would hear itself
-    this.recognition = new Recognition();
-    this.recognition.lang = "en";
-    this.recognition.addEventListener("result", (event) => this.heard(event.results[0][0].transcript));
-    this.recognition.addEventListener("end", () => {
-      this.recognition = null;
+    this.listening = true;
+    $("speak").setAttribute("aria-pressed", "true");
+    $("speak").textContent = "One moment …";
+    const started = this.listener.start(({ text, failed }) => {
+      this.listening = false;
       $("speak").setAttribute("aria-pressed", "false");
       $("speak").textContent = "Speak";
+      if (text) this.heard(text);
+      else this.told(failed || "I heard nothing.");
     });
-    this.recognition.start();
-    $("speak").setAttribute("aria-pressed", "true");
-    $("speak").textContent = "Listening …";
+    Promise.resolve(started).then(() => {
+      if (this.listening) $("speak").textContent = "Listening …";
+    });
   }
 }
