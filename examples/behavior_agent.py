@@ -6,6 +6,7 @@ python examples/behavior_agent.py [HOST PORT]
 
 from __future__ import annotations
 
+import socket
 import sys
 
 try:
@@ -22,15 +23,18 @@ from stucksolver.solver import Event
 
 LIMIT_TICKS = 2400
 ANSWER_S = 20.0
+REACH_S = 5.0
 
 
 def main(host: str = "127.0.0.1", port: int = 2000) -> bool:
     """Drives 120 m past a car that stands 40 m ahead; True when it came there."""
-    client = carla.Client(host, port)
-    client.set_timeout(ANSWER_S)
     try:
+        # The client library would wait for its whole time-out where nobody listens.
+        socket.create_connection((host, port), timeout=REACH_S).close()
+        client = carla.Client(host, port)
+        client.set_timeout(ANSWER_S)
         world = client.get_world()
-    except RuntimeError:
+    except (OSError, RuntimeError):
         sys.exit(f"no CARLA server at {host}:{port}; start one, or carlette, or give HOST PORT")
     world.apply_settings(carla.WorldSettings(synchronous_mode=True, fixed_delta_seconds=0.05))
     blueprint = world.get_blueprint_library().find("vehicle.lincoln.mkz_2020")
