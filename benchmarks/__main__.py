@@ -12,6 +12,7 @@ NAMES = (
     "driver_ticks",
     "query_overhead",
     "perception_stages",
+    "passenger_clients",
     "carlette_ticks",
     "carlette_forks",
     "carlette_camera",

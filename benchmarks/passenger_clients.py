@@ -1,0 +1,236 @@
+"""Pages beside the control loop: the same drive at 20 Hz with and without 50 pages that listen, in turn, in one run.
+
+    python -m benchmarks.passenger_clients            # 5 minutes with pages, 5 without
+    python -m benchmarks.passenger_clients --smoke    # some seconds of each, to see that it works
+
+A car stands behind a parked one; the real solver looks for a way past it, and everything a page shows is sent: thoughts
+and conversation, the view from above ten times a second, a camera picture five times a second. The server is a process
+of its own and so are the pages, on whatever cores the machine has. Both halves go in turn, a slice of each, so that
+what else the machine does falls on both.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import io
+import json
+import multiprocessing
+import os
+import sys
+import time
+from dataclasses import dataclass, field
+from importlib import import_module
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+TICK_S = 0.05
+CLIENTS = 50
+SECONDS, SLICE_S = 300.0, 30.0
+SMOKE_S, SMOKE_SLICE_S = 4.0, 2.0
+LATE_S = 0.05
+"""A tick that begins later than this after its time, by a whole tick, is late."""
+VIEW_TICKS, PICTURE_TICKS = 2, 4
+OPEN_S = 30.0
+"""For all pages to be open."""
+PICTURE_PX = (800, 450)
+CORE_TESTS = Path(__file__).parents[1] / "tests" / "core"
+"""The small world of the core's tests is what drives here."""
+
+
+@dataclass
+class Half:
+    """Ticks with, or without, pages: how late each began, and how long its own work took (s)."""
+
+    late_s: list[float] = field(default_factory=list)
+    work_s: list[float] = field(default_factory=list)
+    late: int = 0
+
+    def figures(self) -> dict[str, float]:
+        """Counts, and times in milliseconds."""
+        late, work = sorted(self.late_s), sorted(self.work_s)
+        return {
+            "ticks": len(late),
+            "late": self.late,
+            "behind_median_ms": 1000 * _quantile(late, 0.5),
+            "behind_p99_ms": 1000 * _quantile(late, 0.99),
+            "behind_worst_ms": 1000 * late[-1],
+            "work_median_ms": 1000 * _quantile(work, 0.5),
+            "work_p99_ms": 1000 * _quantile(work, 0.99),
+        }
+
+
+class Car:
+    """A world, its solver and its seat at the desk."""
+
+    def __init__(self, desk: Any, vehicle: str) -> None:
+        sys.path.insert(0, str(CORE_TESTS))
+        worlds = import_module("worlds")
+        from stucksolver import StuckSolver
+
+        self._desk, self._vehicle, self._number = desk, vehicle, 0
+        # It never gets past: there is too little of the oncoming lane in sight. So every tick is one of a stuck car.
+        self._world = worlds.World(worlds.straight_road(), [worlds.thing("parked", 75.0)], sight_m=40.0)
+        self._solver = StuckSolver(self._world.scene, clock="wall", on_event=desk.ear(vehicle))
+        self._seat = desk.add(vehicle, self._solver)
+        self._picture = _picture()
+
+    def tick(self) -> None:
+        """What a stack's loop does in a tick, with all that is for the page."""
+        world = self._world
+        directive = self._solver.step(world.status(), world.surroundings)
+        self._seat.tick(world.status(), world.scene)
+        world.drive(directive)
+        self._number += 1
+        if self._number % VIEW_TICKS == 0:
+            ego = [0, "car", "ego", 4.9, 1.85, world.x, world.y, 0.0]
+            view = {"time": world.time_s, "speed": world.speed, "actors": [ego], "lights": [], "path": []}
+            self._desk.show_view(self._vehicle, view)
+        if self._number % PICTURE_TICKS == 0:
+            self._desk.show_picture(self._vehicle, self._picture)
+
+    def close(self) -> None:
+        """Leave the desk."""
+        self._solver.close()
+        self._desk.leave(self._vehicle)
+
+
+def measure(seconds: float, slice_s: float, clients: int = CLIENTS) -> dict[str, float]:
+    """Both halves, so many seconds each. Raises `RuntimeError` where pages do not open, or get nothing."""
+    from stucksolver.passenger import Desk, PageOptions, PassengerServer
+
+    halves = {True: Half(), False: Half()}
+    events, received = 0, 0
+    with PassengerServer(PageOptions()) as server, Desk(server.address) as desk:
+        car = Car(desk, "car-1")
+        token = server.tokens.passenger("car-1")
+        _drive(car, Half(), 2.0)  # everything is loaded
+        left_s = seconds
+        while left_s > 0.0:
+            for watched in (False, True):
+                pages = Pages(server.port, token, clients) if watched else None
+                if pages is not None:
+                    _until_open(car, pages)
+                _drive(car, halves[watched], min(slice_s, left_s))
+                if pages is not None:
+                    counts = pages.close()
+                    events, received = events + sum(n for n, _ in counts), received + sum(size for _, size in counts)
+                    if min(n for n, _ in counts) == 0:
+                        raise RuntimeError("a page got no event: the server serves fewer than are counted")
+            left_s -= slice_s
+        car.close()
+    alone, with_pages = halves[False].figures(), halves[True].figures()
+    compared = ("behind_median_ms", "behind_p99_ms", "work_median_ms", "work_p99_ms")
+    return {
+        "clients": clients,
+        "cores": os.cpu_count() or 0,
+        "load_of_the_machine": os.getloadavg()[0],
+        "events_sent": events,
+        "sent_mb": received / 1e6,
+        **{f"without_{name}": value for name, value in alone.items()},
+        **{f"with_{name}": value for name, value in with_pages.items()},
+        **{f"ratio_{name.removesuffix('_ms')}": with_pages[name] / alone[name] for name in compared},
+    }
+
+
+def _drive(car: Car, half: Half, seconds: float) -> None:
+    """At 20 Hz by the clock on the wall; a tick that comes late does not make the next one late."""
+    due = time.monotonic()
+    end = due + seconds
+    while due < end:
+        time.sleep(max(due - time.monotonic(), 0.0))
+        began = time.monotonic()
+        car.tick()
+        half.late_s.append(began - due)
+        half.late += began - due >= LATE_S
+        half.work_s.append(time.monotonic() - began)
+        due = max(due + TICK_S, time.monotonic() if began - due >= LATE_S else 0.0)
+
+
+class Pages:
+    """So many listeners in a process of their own, until they are closed."""
+
+    def __init__(self, port: int, token: str, count: int) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._ours, theirs = context.Pipe()
+        self._process = context.Process(target=_listen, args=(theirs, port, token, count), daemon=True)
+        self._process.start()
+        theirs.close()
+
+    @property
+    def open(self) -> bool:
+        """Have all of them got their first event?"""
+        return self._ours.poll() and bool(self._ours.recv())
+
+    def close(self) -> list[tuple[int, int]]:
+        """For each page: events and bytes that it got."""
+        self._ours.send("over")
+        counts: list[tuple[int, int]] = self._ours.recv()
+        self._process.join()
+        return counts
+
+
+def _until_open(car: Car, pages: Pages) -> None:
+    end = time.monotonic() + OPEN_S
+    while not pages.open:
+        if time.monotonic() > end:
+            raise RuntimeError(f"the pages were not open after {OPEN_S:g} s")
+        car.tick()
+        time.sleep(TICK_S)
+
+
+def _listen(theirs: Connection, port: int, token: str, count: int) -> None:
+    """The body of the pages' process."""
+    counts = [[0, 0] for _ in range(count)]
+
+    async def one(number: int) -> None:
+        reader, writer = await asyncio.open_connection("127.0.0.1", port, limit=1 << 22)
+        lines = ["GET /api/vehicles/car-1/stream HTTP/1.1", f"host: 127.0.0.1:{port}", f"authorization: Bearer {token}"]
+        writer.write(("\r\n".join(lines) + "\r\n\r\n").encode())
+        while data := await reader.read(1 << 16):
+            counts[number][0] += data.count(b"event: ")
+            counts[number][1] += len(data)
+
+    async def run() -> None:
+        tasks = [asyncio.create_task(one(number)) for number in range(count)]
+        while any(events == 0 for events, _ in counts):
+            await asyncio.sleep(0.05)
+        for each in counts:
+            each[:] = [0, 0]
+        theirs.send(True)
+        while not theirs.poll():
+            await asyncio.sleep(0.1)
+        for task in tasks:
+            task.cancel()
+
+    asyncio.run(run())
+    theirs.send([(events, size) for events, size in counts])
+
+
+def _picture() -> bytes:
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.effect_noise(PICTURE_PX, 40.0).save(file, "JPEG", quality=60)
+    return file.getvalue()
+
+
+def _quantile(ordered: list[float], share: float) -> float:
+    return ordered[min(int(share * len(ordered)), len(ordered) - 1)]
+
+
+def run(smoke: bool) -> dict[str, float]:
+    """All figures. With `smoke` a few seconds: shows that it runs, not how late ticks are."""
+    return measure(SMOKE_S, SMOKE_SLICE_S) if smoke else measure(SECONDS, SLICE_S)
+
+
+def main() -> None:
+    """Print all figures as JSON."""
+    parser = argparse.ArgumentParser(description="Ticks of the control loop with and without pages that listen.")
+    parser.add_argument("--smoke", action="store_true", help="some seconds only")
+    print(json.dumps(run(parser.parse_args().smoke), indent=2))
+
+
+if __name__ == "__main__":
+    main()
