@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import json
+import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +13,7 @@ from stucksolver.cli.errors import UsageError
 
 if TYPE_CHECKING:
     from stucksolver_eval.results.store import Store
+    from stucksolver_eval.scores.compare import Compared
     from stucksolver_eval.scores.summary import Summary
 
 
@@ -27,6 +31,7 @@ def add_compare_options(parser: argparse.ArgumentParser) -> None:
         "others", nargs="+", type=Path, metavar="B", help="what `evaluate --out` wrote, of the same routes; one or more"
     )
     parser.add_argument("--page", type=Path, metavar="HTML", help="write a page with all of them side by side")
+    parser.add_argument("--json", action="store_true", help="print the figures for a script")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -109,13 +114,25 @@ def run_compare(options: argparse.Namespace) -> int:
     try:
         first = summarize(Store(options.first))
         others = [summarize(Store(one), Store(options.first)) for one in options.others]
-        print("\n\n".join(comparison_text(first, one, comparison(first, one)) for one in others))
+        compared = [comparison(first, one) for one in others]
+        if options.json:
+            print(json.dumps([_figures(one) for one in compared], indent=1))
+        else:
+            print("\n\n".join(comparison_text(first, *pair) for pair in zip(others, compared, strict=True)))
         if options.page is not None:
             write_comparison([options.first, *options.others], [first, *others], options.page)
-            print(f"\npage: {options.page}")
+            print(f"\npage: {options.page}", file=sys.stderr if options.json else sys.stdout)
     except (StoreError, RouteFileError, ComparisonError, OutputError, ReportError) as error:
         raise UsageError(str(error)) from error
     warned = [text for one in (first, *others) for text in banners(one)]
     if warned:
-        print("\n" + "\n".join(map(filled, warned)))
+        print("\n" + "\n".join(map(filled, warned)), file=sys.stderr if options.json else sys.stdout)
     return int(bool(warned))
+
+
+def _figures(compared: Compared) -> dict[str, dict[str, object]]:
+    """Each figure of A and B, and their difference over the pairs, with 95 % intervals."""
+    return {
+        name: {"a": asdict(a), "b": asdict(b), "difference": asdict(d.difference), "p": d.p, "pairs": d.pairs}
+        for name, (a, b, d) in compared.items()
+    }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -35,6 +36,14 @@ def test_compare_gives_the_difference_with_its_interval(tmp_path: Path, capsys: 
     told = capsys.readouterr().out
     assert "50.00 [50.00, 50.00]" in told
     assert "won by B: 1 Accident, 2 T_Junction" in told
+
+
+def test_compare_gives_a_script_the_same_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    first, second = evaluation(tmp_path / "a", "none", 50.0), evaluation(tmp_path / "b", "rules", 100.0)
+    assert main(["compare", "--json", str(first), str(second)]) == 0
+    [told] = json.loads(capsys.readouterr().out)
+    completion = next(figures for figures in told.values() if figures["a"]["mean"] == pytest.approx(50.0))
+    assert completion["difference"]["mean"] == pytest.approx(50.0) and completion["pairs"] >= 2
 
 
 def test_a_crashed_route_shows_in_the_exit_code(tmp_path: Path) -> None:
