@@ -17,6 +17,8 @@ BLUE: Color = (24, 84, 176)
 AMBER: Color = (252, 196, 22)
 STEEL: Color = (142, 146, 150)
 BACK: Color = (120, 122, 126)
+ROAD_CLOSED, DETOUR = "250", "454"
+"""Closed to all vehicles, and the way round, by their German numbers; with words on them as in the Americas."""
 POST_TOP_M = 2.6
 FACE_M = 2.25
 RIGHT: Point = (0.0, 1.0, 0.0)
@@ -41,6 +43,7 @@ def face_of(builder: Builder, kind: str, value: str, middle: Point) -> None:
         stop_face(builder, middle)
     elif kind == "205":
         _ring(builder, middle, _corners(3, 0.52, -90.0), RED, WHITE, 0.62)
+        _write(builder, (middle[0], middle[1], middle[2] + 0.08), "YIELD", 0.1, RED, 0.36)
     elif kind == "274":
         _round(builder, middle, RED, WHITE)
         _write(builder, middle, value or "50", 0.34, BLACK)
@@ -50,6 +53,10 @@ def face_of(builder: Builder, kind: str, value: str, middle: Point) -> None:
     elif kind == "267":
         _round(builder, middle, RED, RED)
         _plate(builder, (middle[0] + 0.02, middle[1], middle[2]), 0.5, 0.12, WHITE)
+    elif kind == ROAD_CLOSED:
+        _lines(builder, middle, ("ROAD", "CLOSED"), WHITE, BLACK)
+    elif kind == DETOUR:
+        _lines(builder, middle, ("DETOUR",), AMBER, BLACK)
     elif kind == "306":
         _ring(builder, middle, _corners(4, 0.44, 0.0), WHITE, AMBER, 0.72)
     elif kind == "201":
@@ -72,6 +79,10 @@ def kind_of(name: str, type_: str, value: str) -> tuple[str, str] | None:
         return "206", ""
     if "yield" in name.lower():
         return "205", ""
+    if re.search(r"road_?closed", name.lower()):
+        return ROAD_CLOSED, ""
+    if "detour" in name.lower():
+        return DETOUR, ""
     if type_.isdigit() and type_ != "1000001":
         number = value.split(".")[0]
         return type_, number if number.lstrip("-").isdigit() and not number.startswith("-") else ""
@@ -108,6 +119,14 @@ def _plate(builder: Builder, middle: Point, width: float, height: float, color: 
     ring = [(width / 2 * a, height / 2 * b) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
     shape = [(y * cos - z * sin, y * sin + z * cos) for y, z in ring]
     _ring(builder, middle, shape, color, color, 0.5)
+
+
+def _lines(builder: Builder, middle: Point, lines: Sequence[str], ground: Color, ink: Color) -> None:
+    """A plate as wide as the longest line asks, with the lines one below the other."""
+    _plate(builder, middle, 0.2 * max(map(len, lines)) + 0.16, 0.36 * len(lines) + 0.12, ground)
+    for number, line in enumerate(lines):
+        up_m = 0.36 * ((len(lines) - 1) / 2.0 - number)
+        _write(builder, (middle[0], middle[1], middle[2] + up_m), line, 0.26, ink)
 
 
 def _write(builder: Builder, middle: Point, text: str, height: float, color: Color, width: float | None = None) -> None:
