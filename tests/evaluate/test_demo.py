@@ -24,15 +24,19 @@ def shown(tmp_path_factory):
     """Drives one street with one arm, each kind once."""
 
     @cache
-    def drive(street=PARKED_CAR, arm=HELPED, again=0, **changes: object) -> RunLog:
+    def driven(street, arm, again, changes) -> RunLog:
         class One(DemoSpec):
             arms = ((street, arm),)
 
         told: list[str] = []
-        spec = One(out=tmp_path_factory.mktemp("demo"), **({"oncoming": 0} | changes))
+        spec = One(out=tmp_path_factory.mktemp("demo"), **dict(changes))
         (log,), report = demo(spec, told.append)
         assert report.exists() and told[-1].endswith("s\n") and len(told) > log.result.duration_s / 10
         return log
+
+    def drive(street=PARKED_CAR, arm=HELPED, again=0, **changes: object) -> RunLog:
+        changes = {"seed": 1, "oncoming": 0, "pictures": False} | changes
+        return driven(street, arm, again, tuple(sorted(changes.items())))
 
     return drive
 
@@ -81,13 +85,14 @@ def test_the_log_replays_the_run(shown):
 
 @pytest.mark.parametrize(("street", "arm"), [(PARKED_CAR, HELPED), (CYCLISTS, GUIDED)])
 def test_the_same_seed_is_the_same_run_with_oncoming_cars_and_cyclists_too(shown, street, arm):
-    first, second = (shown(street, arm, again=k, oncoming=3) for k in range(2))
+    first, second = (shown(street, arm, again=k, oncoming=3, road="one_lane") for k in range(2))
     assert first == second
     assert {a.kind for a in first.actors} == {"car"} | ({"bicycle"} if street is CYCLISTS else set())
 
 
 def test_another_seed_is_another_place_or_other_cars(shown):
-    assert shown(oncoming=3, seed=2).actors != shown(oncoming=3).actors
+    one, other = (shown(seed=seed, oncoming=3, road="one_lane") for seed in (1, 2))
+    assert one.actors != other.actors
 
 
 def test_where_there_is_a_lane_of_our_direction_it_changes_into_that(shown):
@@ -126,9 +131,14 @@ def test_oncoming_cars_are_let_by_before_their_lane_is_borrowed(shown):
     assert "yield" in waits and log.decisions[-1].verdict == "accepted"
 
 
-def test_a_driver_of_one_s_own_is_shown_too(shown):
-    log = shown(driver="examples.own_driver:PurePursuit")
-    assert (log.result.status, log.driver) == ("Completed", "examples.own_driver:PurePursuit")
+def test_a_driver_of_one_s_own_stands_behind_the_parked_car_alone_and_gets_past_with_help(shown):
+    own = {"driver": "examples.own_driver:PurePursuit", "oncoming": 3, "road": "one_lane"}
+    alone, helped = shown(arm=ALONE, **own), shown(**own)
+    assert (alone.driver, helped.driver) == (own["driver"],) * 2
+    assert (alone.result.status, alone.result.immobilizations) == ("Failed - Agent got blocked", 1)
+    assert alone.result.decisions == 0 and alone.result.route_completion_pct < 50.0
+    assert helped.result.status == "Completed" and helped.result.plans_accepted >= 1
+    assert not [kind for log in (alone, helped) for kind in log.result.infractions if kind.startswith("collision")]
 
 
 def test_a_server_that_runs_already_is_used_and_left_on_its_own_clock(shown):

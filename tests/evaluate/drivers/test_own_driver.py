@@ -40,9 +40,9 @@ def found(monkeypatch):
     monkeypatch.setattr(sys, "path", [*sys.path, str(ROOT)])
 
 
-def driven(driver, folder, recovery="none"):
+def driven(driver, folder):
     route = load_routes("dev", (ROUTE,))[0]
-    return run_task(Task(RouteJob(route, 1, ArmSpec(driver=driver, recovery=recovery)), folder))
+    return run_task(Task(RouteJob(route, 1, ArmSpec(driver=driver)), folder))
 
 
 @pytest.mark.parametrize(
@@ -207,16 +207,6 @@ def test_while_nobody_reads_a_sensor_only_its_latest_data_is_kept():
     assert sum(ref() is not None for ref in held) == 1
     with pytest.raises(AgentError, match=r"sensor\.camera\.rgb, which mine:Agent asks for, gave nothing for frame 600"):
         listening.read(600, time.monotonic())
-
-
-@pytest.mark.integration
-def test_the_example_stands_behind_a_parked_car_alone_and_gets_past_with_help(tmp_path):
-    alone = driven("examples.own_driver:PurePursuit", tmp_path / "alone")
-    helped = driven("examples.own_driver:PurePursuit", tmp_path / "helped", "rules")
-    reached = [one.track[-1][1] for one in (alone, helped)]
-    assert alone.spells and not alone.interventions and reached[0] < 0.5 * alone.length_m
-    assert helped.interventions and reached[1] > 0.95 * helped.length_m
-    assert not [i.kind for one in (alone, helped) for i in one.infractions if i.kind.startswith("collision")]
 
 
 @pytest.mark.integration
