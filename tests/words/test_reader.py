@@ -108,7 +108,9 @@ def test_sounds_without_meaning_are_no_yes_to_an_open_question(text):
     assert READER.read(text, "Standing behind a parked van. The car asks: May I overtake?").intent not in MOVES
 
 
-@pytest.mark.parametrize("text", ["yes", "sure, why not", "okay then", "ja, gerne", "oui, vas-y", "by all means, do it"])
+@pytest.mark.parametrize(
+    "text", ["yes", "sure, why not", "okay then", "ja, gerne", "oui, vas-y", "by all means, do it"]
+)
 def test_an_everyday_yes_is_one(text):
     asked = READER.read(text, "Standing behind a parked van. The car asks: May I overtake?")
     assert asked.intent in (GuidanceIntent.YES, GuidanceIntent.UNCLEAR)

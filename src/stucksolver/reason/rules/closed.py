@@ -76,4 +76,8 @@ def _edges_m(scene: Scene) -> tuple[float, float]:
 def elsewhere(scene: Scene) -> list[CandidateWaypoint]:
     """Candidates beside the route from which the destination is reached."""
     known = {lane.id for lane in scene.lanes}
-    return [w for w in scene.waypoints if w.reaches_destination and w.route_length_m and w.lane_id not in known and w.x_m >= 0.0]
+    return [
+        w
+        for w in scene.waypoints
+        if w.reaches_destination and w.route_length_m and w.lane_id not in known and w.x_m >= 0.0
+    ]
