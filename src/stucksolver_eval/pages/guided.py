@@ -20,8 +20,8 @@ from stucksolver_eval.scores.summary import Summary, summarize
 TITLE = "# What a person's words gain, and what they cost"
 ABOUT = """Routes and words were drawn by seed and scenario type (`python -m stucksolver_eval.guidance.draw`), and
 committed before anything was driven with them. Each row is guided less unguided on the routes on which that was
-said, paired; brackets hold 95 % of a bootstrap over routes. `won` and `lost` are drives that are a success in one arm only; `harm` is
-infractions and near misses more, of all drives together. Bold rows have all sorts of one kind.
+said, paired; brackets hold 95 % of a bootstrap over routes. `won` and `lost` are drives that are a success in one
+arm only; `harm` is infractions and near misses more, of all drives together. Bold rows have all sorts of one kind.
 Driven with `--recovery rules`, ladder `evaluation`, simulator carlette."""
 HEAD = "| kind | what was said | drives | DS | SR, points | won | lost | harm |\n|---|---|---|---|---|---|---|---|"
 
