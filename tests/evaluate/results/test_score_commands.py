@@ -71,6 +71,17 @@ def test_a_model_that_hardly_answered_shows_in_table_page_and_exit_code(
     assert (line in capsys.readouterr().out) is warned
     page = (store.folder / "report.html").read_text()
     assert (line in page) is warned and "<the server>" not in page
+    alone, beside = evaluation(tmp_path / "alone", "none", 50.0), tmp_path / "beside.html"
+    assert main(["compare", str(alone), str(store.folder), "--page", str(beside)]) == int(warned)
+    assert (line in capsys.readouterr().out) is warned and (line in beside.read_text()) is warned
+
+
+def test_several_runs_are_compared_with_the_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    runs = [evaluation(tmp_path / name, name, percent) for name, percent in (("none", 40.0), ("timers", 60.0))]
+    runs.append(evaluation(tmp_path / "rules", "rules", 100.0))
+    assert main(["compare", *map(str, runs)]) == 0
+    told = capsys.readouterr().out
+    assert "20.00 [20.00, 20.00]" in told and "60.00 [60.00, 60.00]" in told
 
 
 @pytest.mark.parametrize("command", [["score", "{}"], ["compare", "{}", "{}"]])
