@@ -5,11 +5,11 @@ from __future__ import annotations
 from enum import Enum
 
 from stucksolver.scene import (
+    MOTOR_VEHICLES,
     VULNERABLE,
     ControlKind,
     LaneRelation,
     Scene,
-    SceneLane,
     SceneObject,
 )
 from stucksolver.scene.model import Model
@@ -48,8 +48,10 @@ class LaneState(str, Enum):
 
     NONE = "none"
     FREE = "free"
+    BUSY = "busy"
+    """A vehicle or a person is in it, who will go on."""
     BLOCKED = "blocked"
-    """Something stands in it beside the obstacle or near it."""
+    """Something is in it that stays there: a thing, or a vehicle with hazard lights."""
 
 
 class SceneFeatures(Model):
@@ -122,12 +124,20 @@ def _lane(scene: Scene, where: LaneRelation) -> LaneState:
     lane = next((one for one in scene.lanes if one.relation is where), None)
     if lane is None:
         return LaneState.NONE
-    return LaneState.BLOCKED if any(_stands_in(o, lane) for o in scene.objects) else LaneState.FREE
+    there = [o for o in scene.objects if o.lane_id == lane.id and _beside(o)]
+    if any(_stays(o) for o in there):
+        return LaneState.BLOCKED
+    return LaneState.BUSY if there else LaneState.FREE
 
 
-def _stands_in(o: SceneObject, lane: SceneLane) -> bool:
-    near = o.gap_m is not None and BEHIND_M < o.gap_m < BESIDE_M
-    return near and o.lane_id == lane.id and abs(o.speed_along_mps) <= STANDS_MPS
+def _beside(o: SceneObject) -> bool:
+    return o.gap_m is not None and BEHIND_M < o.gap_m < BESIDE_M
+
+
+def _stays(o: SceneObject) -> bool:
+    """Will it be there however long one waits?"""
+    goes_on = o.kind in MOTOR_VEHICLES | VULNERABLE and not o.hazard_lights
+    return not goes_on and abs(o.speed_along_mps) <= STANDS_MPS
 
 
 def _detour(scene: Scene) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from stucksolver.decision import Decision, RecoveryPlan, WaitLimits, WaitReason
 from stucksolver.memory.episode import Episode
-from stucksolver.memory.features import SceneFeatures, features_of
+from stucksolver.memory.features import LaneState, SceneFeatures, features_of
 from stucksolver.memory.recall import Remembered, recall
 from stucksolver.memory.solution import solution_of
 from stucksolver.reason import Answer, Reasoner, Request, RuleReasoner, Trace
@@ -58,9 +58,9 @@ class RememberingReasoner:
 
     def _proposed(self, scene: Scene) -> Answer | None:
         base = self._rules.decide(Request(scene)).decision
-        if not base.analysis.immobilized or base.analysis.wait not in (None, WaitReason.NO_SAFE_WAY):
-            return None  # waiting is right, or there is nothing to do
         features = features_of(scene)
+        if not base.analysis.immobilized or _is_wait(base.analysis.wait, features):
+            return None  # waiting is right, or there is nothing to do
         reading = None if scene.guidance is None else scene.guidance.reading
         found = recall(self._episodes(features), features, reading)
         for one in found:
@@ -85,6 +85,12 @@ class RememberingReasoner:
         guidance = Guidance(text="", time_s=scene.time_s, reading=asked)
         plan = self._rules.decide(Request(scene.model_copy(update={"guidance": guidance}))).decision.plan
         return plan if plan is not None and solution_of(plan) == one.solution else None
+
+
+def _is_wait(reason: WaitReason | None, features: SceneFeatures) -> bool:
+    """Does waiting help? Nobody need yield to what lies in the oncoming lane and will not go on."""
+    lasting = reason is WaitReason.YIELD and features.oncoming is LaneState.BLOCKED
+    return reason not in (None, WaitReason.NO_SAFE_WAY) and not lasting
 
 
 def _was_tried(scene: Scene, plan: RecoveryPlan) -> bool:

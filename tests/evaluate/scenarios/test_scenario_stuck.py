@@ -18,7 +18,7 @@ RIGHT = {
     "recover": """DisabledCarAndPaperBag DebrisInLane ClosedBoxInLane NarrowRoadStandoff DarkTrafficLight
     DoubleParkedVan AllWayStopDeadlock MergeNeverOpens PictureOfTrafficLight AmbulanceBehind""",
     "ask": "DisabledCarAndRock StuckRedLight",
-    "reroute": "RoundaboutLoop ClosedRoad",
+    "reroute": "RoundaboutLoop ClosedRoad RocksAcrossRoad",
     "wait": """ToyInLane BlockedJunctionBox RoadBlockedForAMinute AnimalsOnRoad Flagger RedLight QueueAtLight
     PedestriansCrossing SchoolBus LevelCrossing EmergencyScene""",
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import ClassVar
 
 import carla
 
@@ -25,13 +26,13 @@ class ClosedRoad(Stuck):
     """The road is closed from kerb to kerb: leave the route and come to the destination another way."""
 
     type = "ClosedRoad"
-    placed = Placed("immobilized", 3140, closed_streets, only_in="grid_town")
+    placed: ClassVar[Placed | None] = Placed("immobilized", 3140, closed_streets, only_in="grid_town")
     driver_alone = "stuck before the barrier"
     expected = "reroute"
     suspends = frozenset({"blocked", "route_deviation"})
     simplified = "nobody else drives into the closed road"
     needs_map = "another way from where the hero is stopped: in the suite the closed street's mouth is at a junction"
-    blueprints = (BARRIER, SIGN)
+    blueprints: ClassVar[tuple[str, ...]] = (BARRIER, SIGN)
 
     def script(self) -> Iterator[None]:
         self.traffic.handle_junction_scenario()
