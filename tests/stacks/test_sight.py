@@ -9,7 +9,7 @@ pytest.importorskip("carla")
 
 from towns import demo_road
 
-from stucksolver.scene import EgoState, ObjectKind, TrackedObject
+from stucksolver.scene import EgoState, LaneSight, ObjectKind, TrackedObject
 from stucksolver.scene.frenet import RoadFrame
 from stucksolver.stacks.carla_stack.sight import STEP_M, SightLines
 
@@ -36,11 +36,17 @@ class Lookout:
         motion = {"vx_mps": 0.0, "vy_mps": 0.0}
         return TrackedObject(id="1", kind=ObjectKind.TRUCK, x_m=x, y_m=y, yaw_rad=yaw, **motion, **size)
 
-    def seen(self, *things: TrackedObject) -> dict[str, tuple[float, float]]:
-        """(ahead, behind) of each lane by its name."""
+    def told(self, *things: TrackedObject) -> tuple[LaneSight, ...]:
+        """What the sight lines say."""
         x, y, yaw = self.place(0.0)
         ego = EgoState(x_m=x, y_m=y, yaw_rad=yaw, speed_mps=0.0, length_m=4.8, width_m=1.9)
-        found = self.sight.of_lanes(ego, self.arc_m, things)
+        return self.sight.of_lanes(ego, self.arc_m, things)
+
+    def seen(self, *things: TrackedObject) -> dict[str, tuple[float, float]]:
+        """(ahead, behind) of each lane by its name, the one that begins nearest where several have the same."""
+        found = self.told(*things)
+        starts = {lane.strip.id: lane.start_m for lane in self.frame.lanes}
+        found = sorted(found, key=lambda one: starts[one.lane_id], reverse=True)
         return {one.lane_id.split("@")[0]: (one.ahead_m, one.behind_m) for one in found}
 
 
@@ -99,3 +105,16 @@ def test_a_lane_is_not_seen_beyond_its_end():
     lanes = {lane.strip.id.split("@")[0]: lane for lane in lookout.frame.lanes if lane.start_m < lookout.arc_m}
     oncoming = lanes["left1-oncoming"]
     assert lookout.seen()["left1-oncoming"][0] <= oncoming.end_m - lookout.arc_m < 45.0
+
+
+def test_an_oncoming_lane_is_seen_through_the_junction_before_it_unless_something_hides_it():
+    road = demo_road((11, 1, 60.0), (1, -1, 60.0))
+    lookout = Lookout(((11, 1, 60.0), (1, -1, 60.0)), road.start_arc + 20.0)
+    further = [lane for lane in lookout.frame.lanes if lane.start_m > lookout.arc_m and "oncoming" in lane.strip.id]
+    told = {one.lane_id: one for one in lookout.told()}
+    assert further
+    for lane in further:
+        assert told[lane.strip.id].behind_m == 0.0
+        assert told[lane.strip.id].ahead_m <= lane.end_m - lookout.arc_m
+        wall = lookout.thing(25.0, 3.5, left_m=lane.at(lane.start_m)[1])
+        assert {one.lane_id: one for one in lookout.told(wall)}[lane.strip.id].ahead_m < 25.0

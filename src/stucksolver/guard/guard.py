@@ -137,7 +137,7 @@ class Guard:
         rejects = self._run(proven.checks, case) or self._swings(case, proven) or stops_are_safe(case, proven.no_stop)
         if stops:
             rejects = rejects or (backing.backing_place if proven.reverse else rules.stopping_place)(case)
-        return (Verdict(rejects=tuple(rejects)), None) if rejects else (OK, proven)
+        return (Verdict(rejects=tuple(rejects)), None) if rejects else (Verdict(sight=oncoming.proof_of(case)), proven)
 
     def accept_turn(
         self, behavior: TurnRound, view: FrenetScene, approvals: Approvals = NOBODY

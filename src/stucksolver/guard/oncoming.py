@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.verdict import Reject
+from stucksolver.guard.unseen import who_may_come
+from stucksolver.guard.verdict import Reject, SightProof
 from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection
@@ -83,12 +84,9 @@ def _zone(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
 
 
 def _sight(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
-    """Seen free: sight >= own way + what an unseen car at the limit covers meanwhile + margin."""
-    policy, view, lane = case.policy.oncoming, case.view, borrowed.lane
-    limit = lane.strip.speed_limit_mps or policy.unknown_limit_mps
-    own = float(case.path.s[borrowed.last]) - view.ego_s
-    needed = own + limit * borrowed.unseen_s + margin_m(case)
-    seen = view.sight_ahead_m(lane)
+    """Seen free: sight >= own way + what somebody who is not seen covers meanwhile + margin."""
+    proof = sight_proof(case, borrowed)
+    needed, seen = proof.needed_m, proof.seen_m
     if seen >= needed:
         return []
     detail = f"sees {seen:.0f} m of the oncoming lane, needs {needed:.0f} m for {borrowed.unseen_s:.1f} s"
@@ -102,6 +100,22 @@ def _sight(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
             seen_m=seen,
         )
     ]
+
+
+def proof_of(case: CheckContext) -> SightProof | None:
+    """The tightest proof of a plan's passes through oncoming lanes; None for a plan that uses none."""
+    proofs = [sight_proof(case, borrowed) for borrowed in borrowed_lanes(case)]
+    return min(proofs, key=lambda proof: proof.seen_m - proof.needed_m, default=None)
+
+
+def sight_proof(case: CheckContext, borrowed: Borrowed) -> SightProof:
+    """What must be seen, and what is, for the one of those who may come that leaves the least."""
+    own = float(case.path.s[borrowed.last]) - case.view.ego_s + margin_m(case)
+    proofs = [
+        SightProof(needed_m=own + one.way_m(borrowed.unseen_s), seen_m=one.at_m, unseen_s=borrowed.unseen_s)
+        for one in who_may_come(case, borrowed.lane)
+    ]
+    return min(proofs, key=lambda proof: proof.seen_m - proof.needed_m)
 
 
 def margin_m(case: CheckContext) -> float:

@@ -23,12 +23,24 @@ class Reject(Model):
     """How far is seen, with the same."""
 
 
+class SightProof(Model):
+    """Why a pass may begin: how far the oncoming lane must be seen, how far it is, for how long nobody may come."""
+
+    needed_m: float
+    seen_m: float
+    unseen_s: float
+
+
 class Verdict(Model):
-    """`abort` is set only while a plan runs: what to do instead; `brake_mps2`: how hard, where it is to brake."""
+    """`abort` is set only while a plan runs: what to do instead; `brake_mps2`: how hard, where it is to brake.
+
+    `sight`: the proof of an accepted pass through the oncoming lane.
+    """
 
     rejects: tuple[Reject, ...] = ()
     abort: Abort | None = None
     brake_mps2: float | None = None
+    sight: SightProof | None = None
 
     @property
     def accepted(self) -> bool:

@@ -96,7 +96,7 @@ class EntryPolicy(Model):
 
 
 class OncomingPolicy(Model):
-    """The oncoming lane. Read by `oncoming`; the limit also by `sight` and `traffic`."""
+    """The oncoming lane. Read by `oncoming` and `unseen`; the limit also by `sight` and `traffic`."""
 
     sight_margin_m: NonNegativeFloat = 10.0
     """Left of the sight when the ego is back. AASHTO's passing sight distance has such a clearance between the two, of
@@ -104,6 +104,13 @@ class OncomingPolicy(Model):
     sight_margin_s: NonNegativeFloat = 0.75
     """And the way of so many seconds of all speed above `SpeedPolicy.recovery_mps`: the clearance then lasts as long as
     10 m do between 20 km/h and 30 km/h."""
+    turning_mps2: PositiveFloat = 4.0
+    """Nobody turns in a junction with more lateral acceleration. AASHTO's Green Book designs turns at 15 to 25 km/h for
+    side friction of 0.32 to 0.38 (3.7 m/s²); 0.4 g is about where turning becomes uncomfortable. Rounded up."""
+    least_crossing_rad: PositiveFloat = 1.05
+    """Roads meet at no smaller angle, 60 degrees: the least that the same book long asked of new intersections."""
+    turned_accelerates_mps2: PositiveFloat = 3.0
+    """And speeds up by no more once it has turned: twice what is usual in traffic. Ours."""
     seen_ago_s: NonNegativeFloat = 0.5
     """So old may what is seen be at the last look before the commit point: `GuardPolicy.max_age_s`."""
     time_gap_s: NonNegativeFloat = 1.5

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from stucksolver.scene import LaneKind, LaneSight
+from stucksolver.scene import LaneDirection, LaneKind, LaneSight
 from stucksolver.scene.frenet import RoadFrame
 from stucksolver.scene.objects import TrackedObject
 from stucksolver.scene.surroundings import EgoState
@@ -29,12 +29,17 @@ class SightLines:
         shapely.prepare(self._ground)
 
     def of_lanes(self, ego: EgoState, ego_s: float, objects: tuple[TrackedObject, ...]) -> tuple[LaneSight, ...]:
-        """For each driving lane beside the ego: the length seen without a break, ahead and behind."""
+        """For each driving lane beside the ego: the length seen without a break, ahead and behind.
+
+        Of oncoming lanes that begin further on, too: seen along their line from here, through the junction between.
+        """
         hidden = [_footprint(o) for o in objects if o.height_m > SENSOR_HEIGHT_M]
         blocking = shapely.union_all(hidden) if hidden else None
         found = []
         for lane in self._frame.lanes:
-            if lane.strip.kind is not LaneKind.DRIVING or not lane.start_m - 2.0 <= ego_s <= lane.end_m + 2.0:
+            further_on = lane.strip.direction is LaneDirection.OPPOSITE and lane.start_m < ego_s + self._range_m
+            begins_m = ego_s if further_on else lane.start_m - 2.0
+            if lane.strip.kind is not LaneKind.DRIVING or not begins_m <= ego_s <= lane.end_m + 2.0:
                 continue
             ahead = np.arange(ego_s, min(lane.end_m, ego_s + self._range_m), STEP_M)
             behind = ego_s - BEHIND_M[ego_s - max(lane.start_m, ego_s - self._range_m) > BEHIND_M]

@@ -1,0 +1,105 @@
+"""Who may come out of what is not seen of an oncoming lane: a model with numbers, beside the worst case.
+
+Where the sight ends, somebody may come at the limit: that is the worst case, and what counts where nothing better is
+known. Where the lane begins at a junction that the route crosses straight on, and is seen up to there, only those can
+come who enter it there:
+
+* who turns in goes no quicker than a turn lets them, v = sqrt(a R), and speeds up to the limit;
+* who comes straight on uses the oncoming lane on the other side. If that is seen through the junction, they are no
+  nearer than its sight ends; if not, they are as near as the junction, at the limit.
+
+No light and no stop line is counted on: the surroundings tell those that hold the ego, not those that hold others.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from stucksolver.guard.context import CheckContext
+from stucksolver.guard.policy import OncomingPolicy
+from stucksolver.scene.frenet import Lane
+from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """Somebody who may appear: the front `at_m` metres ahead of the ego's centre, how quick then, and at most."""
+
+    at_m: float
+    speed_mps: float
+    limit_mps: float
+    accelerates_mps2: float = 0.0
+
+    def way_m(self, duration_s: float) -> float:
+        """How far they come in a time, speeding up to the limit (m)."""
+        if self.speed_mps >= self.limit_mps or self.accelerates_mps2 <= 0.0:
+            return self.speed_mps * duration_s
+        gaining_s = min((self.limit_mps - self.speed_mps) / self.accelerates_mps2, duration_s)
+        gained_m = self.speed_mps * gaining_s + self.accelerates_mps2 * gaining_s**2 / 2
+        return gained_m + self.limit_mps * (duration_s - gaining_s)
+
+
+def who_may_come(case: CheckContext, lane: Lane) -> tuple[Unseen, ...]:
+    """Those who may appear in an oncoming lane at the moment from which on nobody is looked for."""
+    policy, sight = case.policy.oncoming, case.view.sight_ahead_m(lane)
+    limit = lane.strip.speed_limit_mps or policy.unknown_limit_mps
+    worst = Unseen(sight, limit, limit)
+    zone = _begins_at(case, lane, sight)
+    beyond = None if zone is None else _straight_on(case, lane, zone)
+    if zone is None or beyond is None:
+        return (worst,)
+    quickest = max(turning_mps(zone.end_m - zone.start_m, policy), _quickest_in(case, zone))
+    if quickest >= limit:
+        return (worst,)
+    return Unseen(sight, quickest, limit, policy.turned_accelerates_mps2), beyond
+
+
+def turning_mps(length_m: float, policy: OncomingPolicy) -> float:
+    """The most that anybody drives in a turn within a junction of a length along the route (m/s): v = sqrt(a R).
+
+    R is the largest radius of an arc that fits: that of a road which meets ours at `least_crossing_rad`, over all of
+    the junction's length.
+    """
+    return math.sqrt(policy.turning_mps2 * length_m / math.sin(policy.least_crossing_rad))
+
+
+def _begins_at(case: CheckContext, lane: Lane, sight_m: float) -> Zone | None:
+    """The junction at which a lane begins for those who come in it, if it is seen up to there."""
+    end_s, near_m = case.view.ego_s + sight_m, case.policy.sight.sampled_m
+    if end_s < lane.end_m - near_m:
+        return None
+    zones = (zone for zone in case.view.surroundings.road.zones if zone.kind is ZoneKind.JUNCTION)
+    return next((zone for zone in zones if abs(zone.start_m - lane.end_m) <= near_m), None)
+
+
+def _straight_on(case: CheckContext, lane: Lane, zone: Zone) -> Unseen | None:
+    """Who comes straight on through a junction; None where the lane beyond is not the same, or not seen through it."""
+    view, policy = case.view, case.policy
+    turns = abs(float(np.diff(np.interp([zone.start_m, zone.end_m], view.frame.s, view.frame.headings))[0]))
+    if turns > policy.prediction.turns_rad:
+        return None
+    beyond = [
+        one
+        for one in view.frame.lanes
+        if one.strip.direction is LaneDirection.OPPOSITE
+        and one.strip.kind is LaneKind.DRIVING
+        and one.start_m <= zone.end_m + policy.sight.sampled_m
+        and one.end_m > zone.end_m + policy.sight.sampled_m
+    ]
+    if not beyond:
+        return None
+    sights = [view.sight_ahead_m(one) for one in beyond]
+    if view.ego_s + min(sights) <= zone.end_m:
+        return None
+    limit = max(one.strip.speed_limit_mps or policy.oncoming.unknown_limit_mps for one in (lane, *beyond))
+    return Unseen(min(sights), limit, limit)
+
+
+def _quickest_in(case: CheckContext, zone: Zone) -> float:
+    """The speed of the quickest vehicle that is seen in a junction (m/s): those drive there as they are seen to."""
+    view = case.view
+    within = view.moving & ~view.on_foot & (view.s + view.along > zone.start_m) & (view.s - view.along < zone.end_m)
+    return float(np.hypot(view.vs[within], view.vd[within]).max()) if within.any() else 0.0
