@@ -7,10 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from remembering import BACK_UP, LEFT, REROUTE, RIGHT, episode, features, reading
 from scipy.stats import beta
+from worlds import World, red_light, straight_road, thing
 
-from stucksolver.memory import Ending, Rate, recall, similarity
+from stucksolver.memory import Ending, Rate, features_of, recall, similarity
 from stucksolver.memory.rate import CONFIDENCE
-from stucksolver.scene import GuidanceIntent, Side
+from stucksolver.scene import GuidanceIntent, LightState, Side
 
 FAILED, WORKED = Ending.FAILED, Ending.WORKED
 
@@ -59,6 +60,14 @@ def test_another_obstacle_motion_or_light_is_another_kind_of_scene(change):
 def test_a_scene_that_differs_in_one_detail_is_alike_and_in_two_is_not():
     assert recall([episode()] * 3, features(people=True))
     assert not recall([episode()] * 3, features(people=True, detour=False))
+
+
+@pytest.mark.parametrize(
+    ("state", "told"), [(LightState.RED, "red"), (LightState.OFF, "off"), (LightState.GREEN, "none")]
+)
+def test_a_light_that_holds_nobody_up_is_none(state, told):
+    world = World(straight_road(), [thing("parked", 62.0)], controls=(red_light(5.0, state),))
+    assert features_of(world.scene()).light == told
 
 
 def test_words_recall_what_they_mean():

@@ -9,6 +9,7 @@ from stucksolver.scene import (
     VULNERABLE,
     ControlKind,
     LaneRelation,
+    LightState,
     Scene,
     SceneObject,
 )
@@ -58,8 +59,8 @@ class SceneFeatures(Model):
     """A scene without places, times, pictures or names: nothing in it tells where or with whom it was.
 
     `obstacle`: kind of the nearest thing in the path, `none` without one. `light`: state of the light ahead, `none`
-    without one. `people`: is a person, an animal or a cyclist near ahead? `detour`: does another road lead to the
-    destination from here?
+    without one and for a green one, which holds nobody up. `people`: is a person, an animal or a cyclist near ahead?
+    `detour`: does another road lead to the destination from here?
     """
 
     obstacle: str
@@ -115,7 +116,8 @@ def _motion(lead: SceneObject | None) -> Motion:
 def _light(scene: Scene) -> str:
     for control in scene.controls:
         ahead = control.applies is not False and -1.0 < control.distance_m < LIGHT_M
-        if ahead and control.kind is ControlKind.TRAFFIC_LIGHT and control.state is not None:
+        light = control.kind is ControlKind.TRAFFIC_LIGHT and control.state not in (None, LightState.GREEN)
+        if ahead and light and control.state is not None:
             return control.state.value
     return "none"
 
