@@ -191,3 +191,18 @@ def test_who_wants_to_get_out_is_given_the_time_for_it(words):
     drive(world, 45.0, words={4.0: words}, every_tick=lambda w: stood.append(w.speed < 0.05))
     assert 25.0 < 0.05 * sum(stood[80:]) < 40.0
     assert world.x > 90.0
+
+
+def test_an_operator_who_does_not_answer_is_asked_again_only_after_a_while():
+    _, asked, _ = at_red({5.0: "that light has been broken for days"}, seconds=60.0)
+    assert [q.needs for q in asked].count(("red_light",)) == 1
+
+
+def test_help_is_called_where_nobody_answers_about_a_light_that_has_been_red_for_too_long():
+    world = World(straight_road(oncoming=None), controls=(red_light(3.0),), x=60.0, cruise_mps=0.0)
+    told = []
+    with StuckSolver(world.scene, clock="lockstep", ladder=ladder("evaluation"), on_event=told.append) as solver:
+        while world.time_s < 225.0:
+            world.drive(solver.step(world.status(), world.surroundings))
+    assert any(e.kind is EventKind.ASKED and e.question.needs == ("red_light",) for e in told)
+    assert "request_assistance" in [e.text for e in told if e.kind is EventKind.STARTED]

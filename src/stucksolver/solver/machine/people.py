@@ -43,6 +43,9 @@ def unanswered(turn: Turn, question: Question) -> None:
     if question.kind is QuestionKind.ADVICE:
         turn.climb()
     else:
+        if question.plan is not None:
+            told = f"no answer from the {question.to}"
+            turn.set(history=turn.state.history.noted(question.plan, AttemptEnd.REFUSED, turn.stack_s, text=told))
         turn.failed()
 
 
