@@ -32,7 +32,7 @@ class Turner(World):
     error_m: float = 0.0
 
     def drive(self, directive):
-        if not isinstance(directive.behavior, TurnRound):
+        if not isinstance(getattr(directive, "behavior", None), TurnRound):
             super().drive(directive)
             return
         if directive.path != self.line:
