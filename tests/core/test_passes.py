@@ -11,7 +11,7 @@ from worlds import World, straight_road, thing
 from stucksolver.decision.behaviors import BorrowOncomingLane
 from stucksolver.guard import Guard
 from stucksolver.reason.rules.passing import group_of
-from stucksolver.scene import PlanFailure
+from stucksolver.scene import ObjectKind, PlanFailure
 
 GUARD = Guard()
 ROAD = straight_road()
@@ -67,9 +67,17 @@ def test_where_the_known_road_is_too_short_to_come_back_there_is_no_pass():
 
 @pytest.mark.parametrize(("gap_m", "together"), [(5.0, True), (12.0, True), (14.0, False), (25.0, False)])
 def test_a_row_is_cut_at_a_gap_that_one_can_stand_in(gap_m, together):
-    objects = [thing("lead", 62.0, hazard=True), thing("next", 62.0 + 4.6 + gap_m)]
+    objects = [thing("lead", 62.0, hazard=True), thing("next", 62.0 + 4.6 + gap_m, hazard=True)]
     scene = World(ROAD, objects).scene()
     lead = next(o for o in scene.objects if o.id == "lead")
     assert (len(group_of(scene, lead).objects) == 2) is together
     if not together:
         assert proven(*objects).path.passes == ("lead",)
+
+
+def test_the_way_back_keeps_clear_of_what_stands_beside_what_is_passed():
+    """Cones along the border of the lane, as beside a construction site, reach further than what is passed."""
+    cones = [thing(f"cone{k}", 64.0 + 2.0 * k, 1.45, kind=ObjectKind.CONE) for k in range(5)]
+    path = proven(thing("lead", 70.0, hazard=True), *cones, speed=3.0).path
+    bodies = [body(*at) for at in zip(path.s, path.d, path.body(0.0, 2.9), strict=True)]
+    assert min(b.distance(box(c.x_m - 0.2, 1.25, c.x_m + 0.2, 1.65)) for b in bodies for c in cones) > 0.3

@@ -81,8 +81,10 @@ def _soonest(
 
 
 def _is_clear(view: FrenetScene, path: Manoeuvre, passing: Passing, speed_mps: float) -> bool:
-    """Does the body keep clear of all that is passed, at more than walking pace of its doors, too?"""
-    which = np.array([i for i, o in enumerate(view.objects) if o.id in passing.ids], dtype=int)
+    """Does the body keep clear of all that is passed or stands beside it, at more than walking pace of doors, too?"""
+    passed = np.array([o.id in passing.ids for o in view.objects], dtype=bool)
+    beside = ~view.moving & (view.s - view.along < passing.far_s)
+    which = np.flatnonzero(passed | beside)
     body = (path.s[:, None], path.d[:, None], path.body(0.0, view.ego.limits.wheelbase_m)[:, None])
     size = (view.ego.length_m / 2, view.ego.width_m / 2)
     there = (view.s[which], view.d[which], view.yaw[which])
