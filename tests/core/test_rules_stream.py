@@ -46,6 +46,12 @@ def test_the_wait_is_right_for_as_long_as_the_ladder_says():
     assert plan(decide(crossing(), stopped_s=20.0, limits=WaitLimits(yield_s=10.0))) == [("keep_lane", 5.5)]
 
 
+def test_who_is_just_crossing_stands_nowhere():
+    found = decide(crossing(away_m=1.0))
+    assert plan(found) == [("keep_lane", 5.5)]
+    assert plan(decide(crossing(away_m=1.0), stopped_s=60.0)) == []
+
+
 def test_nobody_is_led_into_the_lane_of_a_stream():
     found = decide(crossing(), route=RIGHT)
     assert (plan(found), found.analysis.wait) == ([], WaitReason.YIELD)

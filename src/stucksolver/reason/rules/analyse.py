@@ -161,7 +161,9 @@ def _held_by_people(scene: Scene, limits: WaitLimits) -> Hold | None:
 def _held_by_vehicle(scene: Scene, limits: WaitLimits) -> Hold | None:
     lead = blocker(scene)
     patient = scene.ego.stopped_for_s <= limits.yield_s
-    if patient and (lead is None or (drives(lead) and lead.speed_along_mps < 0.5)):
+    if not patient and lead is not None and _drives_across(lead):
+        return None
+    if patient and (lead is None or _drives_across(lead)):
         first = goes_first(scene)
         if first is not None:
             return Hold(WaitReason.YIELD, f"{first.kind.value} {first.id} comes into the way ahead")
@@ -183,6 +185,11 @@ def _held_by_vehicle(scene: Scene, limits: WaitLimits) -> Hold | None:
     return None
 
 
+def _drives_across(lead: SceneObject) -> bool:
+    """Does a vehicle in the path drive, but not along it?"""
+    return drives(lead) and lead.speed_along_mps < 0.5
+
+
 NEAR_M = 25.0
 """What stands farther ahead does not hold the vehicle up."""
 
@@ -197,6 +204,8 @@ def find_cause(scene: Scene, limits: WaitLimits) -> tuple[CauseCode, str]:
     lead = blocker(scene)
     if lead is None:
         return CauseCode.UNKNOWN, f"stopped for {scene.ego.stopped_for_s:.0f} s with nothing in the path"
+    if _drives_across(lead):
+        return CauseCode.UNKNOWN, f"stopped for {scene.ego.stopped_for_s:.0f} s before those who drive across the path"
     joining = no_gap_to_join(scene, lead)
     if joining is not None:
         since = f"for {scene.ego.stopped_for_s:.0f} s"
