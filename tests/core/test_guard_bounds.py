@@ -121,7 +121,7 @@ def test_lights_that_say_otherwise_make_no_queue_whoever_shows_them(who):
 
 def test_how_far_a_queue_reaches_is_the_policys():
     near = Guard(GuardPolicy(queues=QueuePolicy(reach_m=5.0)))
-    following = thing("next", BUMPER_X + LEAD_FRONT_M + 10.0 + NEXT_HALF_M, stationary_s=30.0)
+    following = thing("next", BUMPER_X + LEAD_FRONT_M + 14.0 + NEXT_HALF_M, stationary_s=30.0)
     assert waits(following) and not waits(following, guard=near)
 
 
