@@ -1,4 +1,4 @@
-"""The object a stack owns."""
+"""The public face of the solver: `StuckSolver`, its events and its questions."""
 
 from stucksolver.solver.events import Event, EventKind, Judgement, Tick
 from stucksolver.solver.progress import ProgressWatch

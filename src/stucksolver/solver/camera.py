@@ -1,4 +1,4 @@
-"""Is a camera image worth looking at? A black or frozen one is left out of the scene: unknown is None."""
+"""Checks each camera image and leaves a black, frozen or old one out of the scene."""
 
 from __future__ import annotations
 
@@ -7,20 +7,29 @@ import hashlib
 from stucksolver.scene import CameraImage, Scene
 
 LEAST_BYTES_PER_PIXEL = 0.02
-"""A JPEG of one even colour spends 6 bits on a block of 64 luma samples and 4 on one of 256 chroma samples (Annex K
-tables), 0.016 bytes a pixel; a picture of a road takes several times that."""
+"""A uniform JPEG spends 6 bits on a block of 64 luma samples and 4 bits on a block of 256 chroma samples (Annex K
+tables). That is 0.016 bytes per pixel; a picture of a road takes several times as much.
+"""
 MOVED_M = 0.5
 
 
 class CameraWatch:
-    """Remembers the last image, and where it was taken."""
+    """Remembers the last image and the place where it was taken."""
 
     def __init__(self) -> None:
         self._digest: bytes | None = None
         self._progress_m = 0.0
 
     def checked(self, scene: Scene, progress_m: float) -> tuple[Scene, str | None]:
-        """The scene without an image that shows nothing, or an old one; and what was wrong with it."""
+        """Remove an unusable image from the scene.
+
+        Args:
+            scene: The scene as the stack built it.
+            progress_m: Progress along the route (m), used to tell a frozen image from a standing vehicle.
+
+        Returns:
+            The scene without an empty or old image, and the fault found (None if the image is good).
+        """
         if scene.image is None:
             return scene, None
         fault = self._fault(scene.image, progress_m)
@@ -31,7 +40,7 @@ class CameraWatch:
             return "the camera image shows nothing"
         digest = hashlib.sha256(image.jpeg).digest()
         if digest == self._digest:
-            # Where the vehicle stands still, a simulated camera may well see the very same again.
+            # A simulated camera may produce the same image twice while the vehicle stands still.
             return "the camera image is frozen" if abs(progress_m - self._progress_m) > MOVED_M else None
         self._digest, self._progress_m = digest, progress_m
         return None

@@ -1,4 +1,4 @@
-"""Tells listeners and the witness what happens; one that fails is told of, and not called again."""
+"""Delivers events to listeners and steps to the witness. One that raises is reported and not called again."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from stucksolver.solver.witness import StepTaken, Witness
 
 
 class EventBus:
-    """Whatever a listener does, the control loop goes on."""
+    """Isolates the control loop from errors in listeners and in the witness."""
 
     def __init__(self, listener: Listener | None, witness: Witness | None) -> None:
         self._listener = listener
         self._witness = witness
 
     def step(self, step: StepTaken) -> None:
-        """A step was taken: the witness is told first."""
+        """Report a step: first to the witness, then to the listeners."""
         if self._witness is not None:
             try:
                 self._witness.step(step)
@@ -25,7 +25,7 @@ class EventBus:
                 self._listen(one)
 
     def fault(self, event: Event) -> None:
-        """Something went wrong outside of a step."""
+        """Report a fault that happened outside a step."""
         if self._witness is not None:
             try:
                 self._witness.fault(event)

@@ -1,4 +1,4 @@
-"""What the solver tells whoever listens: one event for each thing that a reviewer would want to know."""
+"""The events that the solver sends to its listeners, one for each thing that a reviewer wants to know."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stucksolver.solver.questions import Question
 
 
 class EventKind(str, Enum):
-    """What an event tells of."""
+    """The type of an event."""
 
     TRIGGERED = "triggered"
     DECIDED = "decided"
@@ -24,51 +24,53 @@ class EventKind(str, Enum):
     ABORTED = "aborted"
     FINISHED = "finished"
     USELESS = "useless"
-    """The plan that finished last changed nothing: the vehicle is where it was, and still immobilized."""
+    """The last plan finished, but the vehicle has not moved on and is still immobilized."""
     RECOVERED = "recovered"
     GUIDANCE = "guidance"
     GUIDANCE_ENDED = "guidance_ended"
     ASKED_BACK = "asked_back"
-    """Words were not understood; the text asks what was meant. Answered by other words."""
+    """The passenger's words were not understood; the text asks what was meant. The answer is given in words."""
     DISAGREED = "disagreed"
-    """A reasoner that looks at the picture contradicts perception; what it grants counts as unknown for a while."""
+    """A reasoner that looks at the image contradicts perception; what perception allowed counts as unknown for a
+    while.
+    """
     FAILED = "failed"
     CANCELLED = "cancelled"
-    """A question to a reasoner or a person is not wanted any more: the situation cleared."""
+    """A question to a reasoner or a person was withdrawn because the situation cleared."""
     ESCALATED = "escalated"
     ASKED = "asked"
-    """A person was asked."""
+    """A person was asked a question."""
     ANSWERED = "answered"
     STOPPED = "stopped"
     RELEASED = "released"
     CLOSED = "closed"
-    """The intervention is over."""
+    """The intervention has ended."""
     FAULT = "fault"
-    """The clock, the surroundings or a listener did something that they should not."""
+    """The clock, the surroundings or a listener misbehaved."""
 
 
 class Event(Model):
-    """Something that happened, at time `time_s` of the stack's clock."""
+    """One event. `time_s` is the time of the stack's clock."""
 
     time_s: float
     kind: EventKind
     text: str
     intervention: int | None = None
-    """Counts from 1; None while nothing but a legitimate wait goes on."""
+    """Number of the intervention, counted from 1; None during a legitimate wait."""
     rung: str | None = None
     trigger: str | None = None
     scene: Scene | None = None
     reasoner: str | None = None
     decision: Decision | None = None
     waiting: bool = False
-    """A decision that says to wait, and the ladder agrees."""
+    """True if the decision is to wait and the ladder allows it."""
     trace: Trace | None = None
     verdict: Verdict | None = None
     question: Question | None = None
     answer: bool | None = None
-    """A person's yes or no, with `EventKind.ANSWERED`."""
+    """The person's answer, for `EventKind.ANSWERED`."""
     reading: Reading | None = None
-    """What a passenger's words were read as."""
+    """How the passenger's words were understood."""
 
 
 Listener = Callable[[Event], None]
@@ -76,7 +78,9 @@ Listener = Callable[[Event], None]
 
 @dataclass(frozen=True)
 class Judgement:
-    """All that the verdict on a proposed plan depends on. `now_s`: the solver's own time, which never jumps."""
+    """Everything on which the verdict on a proposed plan depends. `now_s` is the solver's own time, which never
+    jumps.
+    """
 
     time_s: float
     now_s: float
@@ -89,16 +93,16 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Tick:
-    """All that the verdict on a running plan depends on at one tick, and what came of it."""
+    """Everything on which the verdict on a running plan depends at one tick, and the result."""
 
     time_s: float
     now_s: float
     surroundings: Surroundings
     withdrawn: bool
-    """Taken back by words before this tick."""
+    """True if words withdrew the plan before this tick."""
     result: Directive | ExecutionOutcome
     verdict: Verdict
 
 
 Told = Event | Judgement | Tick
-"""What a transition tells, in order."""
+"""What a transition reports, in order."""

@@ -1,4 +1,4 @@
-"""Watches whether the vehicle got going again: 15 m of new progress after the onset of an immobilization."""
+"""Watches whether the vehicle recovered: 15 m of new progress after an immobilization began."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ RECOVERED_M = 15.0
 
 @dataclass(frozen=True)
 class ProgressWatch:
-    """Remembers where and when the present immobilization began.
+    """Remembers where and when the current immobilization began.
 
-    `onset`: time (s) and progress on the route (m) at its begin; None while there is none.
+    `onset` is the time (s) and the progress on the route (m) at its beginning; None if there is none.
     """
 
     recovered_m: float = RECOVERED_M
@@ -22,13 +22,13 @@ class ProgressWatch:
 
     @property
     def on(self) -> bool:
-        """Is an immobilization going on that has not been recovered from?"""
+        """True during an immobilization that has not been recovered from."""
         return self.onset is not None
 
     def updated(
         self, status: Status, slow_since_s: float | None, trigger: Trigger | None
     ) -> tuple[ProgressWatch, float | None]:
-        """After one more tick; and the seconds from onset to recovery, at the tick at which the way is made."""
+        """Return the watch after one more tick, and the seconds from onset to recovery at the tick of the recovery."""
         if self.onset is None:
             if trigger is None:
                 return self, None

@@ -1,4 +1,4 @@
-"""A question of the solver to a reasoner."""
+"""A question to a reasoner."""
 
 from __future__ import annotations
 
@@ -10,11 +10,18 @@ from stucksolver.scene import Reading, Scene, Surroundings
 
 @dataclass(frozen=True)
 class Query:
-    """A question to a reasoner. Its number tells it from all others of a solver.
+    """A question to a reasoner. Its number is unique in a solver.
 
-    `reasoner`: the ladder's name for it. `asked_s`: when it was asked, in the solver's own time. `deadline_s`: seconds
-    for the answer. `screen`: rules answer in its place where the vehicle is only held up. `outlived`: reasons to wait
-    that have lasted too long. `seen`, `reading`: with these the guard is asked about plans that the reasoner thinks of.
+    Attributes:
+        number: Number of the question.
+        reasoner: The ladder's name for the reasoner.
+        scene: What the reasoner is told.
+        asked_s: When it was asked (s, the solver's own time).
+        deadline_s: Time for the answer (s).
+        screen: The rules answer instead if the vehicle is only held up.
+        outlived: Reasons to wait that have lasted too long.
+        seen: The surroundings with which the guard checks plans that the reasoner considers.
+        reading: The reading of the passenger's words, for the same check.
     """
 
     number: int
@@ -30,6 +37,6 @@ class Query:
 
 @dataclass(frozen=True)
 class NoAnswer:
-    """Why there is none."""
+    """The reason why there is no answer."""
 
     why: str

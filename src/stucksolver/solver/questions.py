@@ -1,4 +1,4 @@
-"""Questions to people: what is asked, by when, and what they say."""
+"""Questions to people: what is asked, the deadline, and the reply."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class QuestionKind(str, Enum):
 
 
 class Question(Model):
-    """One question, for a page to show."""
+    """One question, in the form that a page shows."""
 
     id: str
     time_s: float
@@ -32,9 +32,9 @@ class Question(Model):
     text: str
     plan: RecoveryPlan | None = None
     needs: tuple[str, ...] = ()
-    """What the yes would release: names of behaviours or of rules, as `solid_line`."""
+    """What a yes would release: names of behaviours or rules, for example `solid_line`."""
     within_s: float | None = None
-    """It is withdrawn after so long; None: it stays."""
+    """The question is withdrawn after this time; None if it stays open."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +47,11 @@ class Reply:
 
 
 class QuestionError(ValueError):
-    """An answer to no question, or by the wrong person; the message says what is asked."""
+    """A reply without an open question, or from the wrong person. The message says what is asked."""
 
 
 class QuestionDesk:
-    """Shows the open question, and takes the reply to it. May be called from any thread."""
+    """Shows the open question and takes the reply. May be called from any thread."""
 
     def __init__(self) -> None:
         self.pending: Question | None = None
@@ -59,13 +59,22 @@ class QuestionDesk:
         self._lock = threading.Lock()
 
     def show(self, question: Question | None) -> None:
-        """What is asked from now on; a reply to what was asked before counts no more."""
+        """Set the open question. A reply to the previous question no longer counts."""
         with self._lock:
             if question != self.pending:
                 self.pending, self._reply = question, None
 
     def reply(self, yes: bool, question_id: str | None, by: Person) -> None:
-        """Take an answer; it counts from the next step on. Raises `QuestionError`."""
+        """Take a reply; it counts from the next step on.
+
+        Args:
+            yes: The answer.
+            question_id: Id of the question, or None for the open one.
+            by: Who answers.
+
+        Raises:
+            QuestionError: Nothing is asked, another question is open, or it is for another person.
+        """
         with self._lock:
             question = self.pending
             if question is None:
@@ -79,7 +88,7 @@ class QuestionDesk:
             self._reply = Reply(question, yes, by)
 
     def take(self) -> Reply | None:
-        """The reply to the open question, once; None while there is none."""
+        """Return the reply to the open question once; None while there is none."""
         with self._lock:
             reply, self._reply = self._reply, None
             return reply

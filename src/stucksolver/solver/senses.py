@@ -1,7 +1,7 @@
-"""What the guard is shown: the stack's surroundings, with what is wrong with them made visible.
+"""The surroundings as the guard sees them, with their faults made visible as age.
 
-The guard refuses and aborts on surroundings that are too old. So everything that makes them doubtful becomes age: a
-sensor that stands still, none at all, a position that jumps. And what vanishes for a moment is kept where it must be.
+The guard refuses and aborts on surroundings that are too old. A frozen sensor, missing data and a jump of position are
+therefore all reported as age. An object that vanishes for a moment is kept where it must be.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from stucksolver.scene import EgoState, Surroundings, TrackedObject
 from stucksolver.scene.sound import why_unsound
 
 HOLD_S = 1.0
-"""An object that is not seen any more is taken to be there for so long, going on as it did."""
+"""An object that is no longer seen is kept for this long and extrapolated."""
 SAME_S = 1e-6
-"""Ticks are sums of tenths; so much apart is the same moment."""
+"""Times this close are equal: ticks are sums of tenths of a second."""
 JUMP_M = 1.5
-"""The position may differ from where the speed leads by this much at most."""
+"""The position may differ from the one that the speed leads to by at most this distance."""
 NEAR_S = 0.5
-"""Only looks no further apart than this can tell a jump."""
+"""Only looks at most this far apart can reveal a jump."""
 DISTRUST_S = 0.5
-"""After a jump the position is not believed for so long."""
+"""The position is not believed for this long after a jump."""
 DOUBTFUL_AGE_S = 60.0
 """The age given to surroundings that are not believed; no guard accepts it."""
 FROZEN_TELL_S = 0.5
@@ -38,21 +38,21 @@ class _Look:
 
 
 class Senses:
-    """Looks through the stack's eyes. Give every call the solver's own time."""
+    """Reads the stack's surroundings. Every call takes the solver's own time."""
 
     def __init__(self) -> None:
         self._last: _Look | None = None
         self._fresh_s = -math.inf
-        """When the frame that is still shown was shown first."""
+        """The time at which the current frame was first shown."""
         self._jumped_s = -math.inf
         self._trusted: EgoState | None = None
         self._trusted_s = 0.0
         self._seen: dict[str, tuple[TrackedObject, float]] = {}
         self.fault: str | None = None
-        """What is wrong now, in a few words."""
+        """The current fault, in a few words."""
 
     def look(self, read: Read, now_s: float) -> Surroundings | None:
-        """The surroundings at this tick, None when nothing has ever been seen."""
+        """Return the surroundings at this tick, or None if nothing was ever seen."""
         raw, why = _read(read)
         if raw is None:
             return self._missing(now_s, why)
@@ -65,7 +65,7 @@ class Senses:
         return raw.model_copy(update={"age_s": age, "objects": objects, "ego": ego})
 
     def blind_s(self, now_s: float) -> float:
-        """For how long nothing new has been seen."""
+        """Seconds since anything new was seen."""
         return now_s - self._fresh_s
 
     def _missing(self, now_s: float, why: str) -> Surroundings | None:
@@ -76,7 +76,7 @@ class Senses:
         return raw.model_copy(update={"age_s": raw.age_s + max(now_s - self._fresh_s, 0.0)})
 
     def _doubt(self, raw: Surroundings, now_s: float) -> tuple[float, str | None]:
-        """The age to give to them, and what is wrong."""
+        """Return the age to report, and the fault."""
         last = self._last
         if last is None or now_s <= last.now_s:
             if last is None or not _same(last.raw, raw):
@@ -95,9 +95,9 @@ class Senses:
         return raw.age_s, None
 
     def _believed(self, ego: EgoState, now_s: float, *, jumped: bool) -> EgoState:
-        """The ego; right after a jump it is where its speed has led it from the last place that was believed.
+        """Return the ego; right after a jump it is extrapolated from the last believed position.
 
-        A place that only a jump has led to must not tell that a plan is past its commit point.
+        A position reached only by a jump must not prove that a plan has passed its commit point.
         """
         before, passed = self._trusted, now_s - self._trusted_s
         self._trusted_s = now_s
@@ -109,7 +109,7 @@ class Senses:
         return ego
 
     def _kept(self, objects: tuple[TrackedObject, ...], now_s: float) -> tuple[TrackedObject, ...]:
-        """The objects seen, and those that were seen a moment ago."""
+        """Return the objects seen now and those seen a moment ago."""
         seen = self._seen
         for o in objects:
             seen[o.id] = (o, now_s)
@@ -127,7 +127,7 @@ class Senses:
 
 
 def _read(read: Read) -> tuple[Surroundings | None, str]:
-    """What the stack hands over, None where it cannot be used, and why not. Nothing that it raises gets further."""
+    """Read the stack's surroundings: None with the reason if they cannot be used. Catches whatever the stack raises."""
     try:
         raw: object = read()
     except Exception as error:  # noqa: BLE001 - a stack's own fault, of whatever type, must not end the control loop
@@ -141,7 +141,7 @@ def _read(read: Read) -> tuple[Surroundings | None, str]:
 
 
 def _same(one: Surroundings, other: Surroundings) -> bool:
-    """The same frame again: by its number, or by a moving ego, or moving others, that have not moved."""
+    """True if this is the same frame: the same number, or a moving ego or moving objects that have not moved."""
     if one is other or (one.frame == other.frame and one.time_s == other.time_s):
         return True
     a, b = one.ego, other.ego
@@ -151,7 +151,7 @@ def _same(one: Surroundings, other: Surroundings) -> bool:
 
 
 def _frozen(one: Surroundings, other: Surroundings) -> bool:
-    """Is everybody who moves where they were, under another frame number? Then the list has stood still, not they."""
+    """True if no moving object has moved although the frame number changed: the list is frozen."""
     if len(one.objects) != len(other.objects):
         return False
     pairs = list(zip(one.objects, other.objects, strict=True))
@@ -160,7 +160,7 @@ def _frozen(one: Surroundings, other: Surroundings) -> bool:
 
 
 def _off_course(before: EgoState, after: EgoState, dt_s: float) -> float:
-    """How far the position is from any that the speed could have led to, metres."""
+    """Distance of the position from any that the speed could have led to (m)."""
     moved = math.hypot(after.x_m - before.x_m, after.y_m - before.y_m)
     return moved - max(abs(before.speed_mps), abs(after.speed_mps)) * dt_s
 

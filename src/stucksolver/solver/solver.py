@@ -1,4 +1,4 @@
-"""`StuckSolver`: the object that a driving stack owns. It watches, asks, checks, and tells what to do."""
+"""`StuckSolver`: the object that a driving stack owns. It watches, asks, checks and gives directives."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ ASK_BACK = "I did not understand that. Shall I wait, drive on, go round, or take
 
 
 class Once(Generic[T]):
-    """A function that is called at most once; `made` is what it gave, None before."""
+    """A function that is called at most once. `made` is its result, None before the call."""
 
     def __init__(self, make: Callable[[], T]) -> None:
         self._make = make
@@ -50,24 +50,35 @@ class Once(Generic[T]):
 
 
 MakeScene = Callable[[Surroundings], "Scene | None"]
-"""Tells a reasoner of surroundings: what the stack adds to them is its route, its lanes and what it can do."""
+"""Builds the scene for a reasoner: the stack adds its route, its lanes and its behaviours to the surroundings."""
 
 
 class StuckSolver:
-    """Three lines around a stack's own loop: make one, call `step` on every tick, perform what it returns.
+    """Gets a stuck vehicle moving again. Make one, call `step` on every tick, and perform the directive it returns.
 
-    `surroundings` (an argument of `step`) is called only when something may be wrong, and while a plan runs. `scene`
-    is then given what was seen, as the guard sees it, and makes of it what a reasoner is told; both may give None
-    where they have nothing. Everything is called from the thread that calls `step`, except the reasoners. `guide`,
-    `approve` and `deny` may be called from any thread.
+    `step`, `scene` and `surroundings` run in the caller's thread; reasoners run in their own. `guide`, `approve` and
+    `deny` may be called from any thread.
 
-    `ladder`: a profile's name, a file or a `Ladder`. `reasoner` takes the place of the rules; `models` are those that
-    the ladder's other rungs name. `reader` reads a passenger's words: the shipped network, where its packages are
-    installed. `record` is told all that is needed to derive everything again. With `observe_only`
-    plans are judged but never performed, and nobody is asked. Raises `LadderError`.
+    This class owns threads, clocks and senses. All decisions are made by `stucksolver.solver.machine.transition`, a
+    pure function of a state and the inputs of a tick.
 
-    This is the shell: it owns threads, clocks and senses. What follows from what they bring is decided by `transition`
-    alone (`stucksolver.solver.machine`), a pure function of a state and a tick's inputs.
+    Args:
+        scene: Builds the scene for a reasoner from the surroundings that the guard sees; may return None.
+        ladder: The escalation policy: the name of a profile, a file, or a `Ladder`.
+        reasoner: Replaces the built-in rules.
+        models: Reasoners for the other rungs of the ladder, by the names that the ladder uses.
+        reader: Reads the passenger's words. Default: the network that ships with the package, if its packages are
+            installed.
+        guard: Checks every plan. Default: a guard with the ladder's policy. It must not be laxer than that.
+        detector: What counts as immobilized.
+        clock: When answers are delivered: `wall`, `lockstep`, `latency:SECONDS`, `latency:measured`, or a `Clock`.
+        on_event: Called with every event.
+        record: Receives everything that is needed to derive each step again.
+        observe_only: Judge plans, but never perform them and ask nobody.
+
+    Raises:
+        LadderError: The ladder cannot be read, or the guard is laxer than the ladder's policy.
+        ValueError: The clock is unknown, or no rung of the ladder can be used.
     """
 
     def __init__(
@@ -108,7 +119,7 @@ class StuckSolver:
         self._desk = QuestionDesk()
         self._said: str | None = None
         self._blind = False
-        """Was it told that there is no status?"""
+        """True if the missing status was already reported."""
         unread = self._reader.reader
         ask_back = unread.why if isinstance(unread, NoReader) else ASK_BACK
         self._setup = Setup(self.guard, self.ladder, names, ask_back, observe_only)
@@ -118,10 +129,19 @@ class StuckSolver:
             clock, policy = self.clock.name, self.guard.policy
             record.begin(Facts(self.ladder, policy, clock, settings, names, ask_back, observe_only))
 
-    # ---- called by the stack, a page, an operator's desk
+    # ---- called by the stack, a web page, or an operator's desk
 
     def step(self, status: Status, surroundings: Read | Callable[[], Surroundings]) -> Directive:
-        """What the stack is to do at this tick. Returns at once (a lockstep clock waits for the reasoner)."""
+        """Return what the stack should do at this tick. Returns at once, except with a lockstep clock.
+
+        Args:
+            status: Time (s), speed (m/s) and progress along the route (m) of the ego.
+            surroundings: Returns the surroundings in the local frame of their road, or None if there are none. Called
+                only when something may be wrong and while a plan runs.
+
+        Returns:
+            `Continue` if the stack should drive by itself, otherwise the directive to perform.
+        """
         if not math.isfinite(status.time_s + status.speed_mps + status.progress_m):
             return self._without_status()
         status = self._timeline.follow(status)
@@ -146,7 +166,7 @@ class StuckSolver:
 
     @property
     def state(self) -> State:
-        """Where it stands: a frozen value."""
+        """The current state, a frozen value."""
         return self._state
 
     @property
@@ -155,24 +175,44 @@ class StuckSolver:
         return self._detector.settings
 
     def guide(self, text: str) -> None:
-        """Take a passenger's words, at any time; they count from the next step on. Longer than `MAX_WORDS` is cut."""
+        """Take a passenger's words at any time; they count from the next step on.
+
+        Args:
+            text: What the passenger said; cut after `MAX_WORDS` characters.
+        """
         self._said = text[:MAX_WORDS]
 
     @property
     def pending_question(self) -> Question | None:
-        """What a person is asked now."""
+        """The open question to a person, or None."""
         return self._desk.pending
 
     def approve(self, question_id: str | None = None, by: Person = "passenger") -> None:
-        """Say yes to the open question; it counts from the next step on. Raises `QuestionError`."""
+        """Say yes to the open question; it counts from the next step on.
+
+        Args:
+            question_id: Id of the question, or None for the open one.
+            by: Who answers.
+
+        Raises:
+            QuestionError: Nothing is asked, another question is open, or it is for another person.
+        """
         self._desk.reply(True, question_id, by)
 
     def deny(self, question_id: str | None = None, by: Person = "passenger") -> None:
-        """Say no to the open question. Raises `QuestionError`."""
+        """Say no to the open question; it counts from the next step on.
+
+        Args:
+            question_id: Id of the question, or None for the open one.
+            by: Who answers.
+
+        Raises:
+            QuestionError: Nothing is asked, another question is open, or it is for another person.
+        """
         self._desk.reply(False, question_id, by)
 
     def close(self) -> None:
-        """Forget the question under way; nothing is asked any more unless `step` is called again."""
+        """Drop the question under way. Nothing more is asked unless `step` is called again."""
         if isinstance(self._state.activity, Querying):
             self._state = self._state.but(activity=Monitoring())
         self._put_to_work()
@@ -186,7 +226,7 @@ class StuckSolver:
     # ---- the tick
 
     def _without_status(self) -> Directive:
-        """Nothing is known of this tick."""
+        """Handle a tick without a valid status."""
         now = self._timeline.now_s
         if now is not None and not self._blind:
             under_way, rung = self._state.intervention, self._state.escalation.rung
@@ -197,7 +237,9 @@ class StuckSolver:
         return without_status(self._state)
 
     def _inputs(self, status: Status, trigger: Trigger | None, look: Once[Sight], scene: Once[Snapshot]) -> Inputs:
-        """All that this tick brings. Words and answers are taken from their threads when the clock delivers them."""
+        """Collect the inputs of this tick. Words and answers are taken from their threads when the clock delivers
+        them.
+        """
         now = status.time_s
         if self._said is not None:
             said, self._said = self._said, None
@@ -227,7 +269,7 @@ class StuckSolver:
         return Sight(seen, self._senses.fault, self._senses.blind_s(now_s))
 
     def _snapshot(self, status: Status, sight: Sight) -> Snapshot:
-        """The scene, made of the very surroundings that the guard sees at this tick."""
+        """Build the scene from the same surroundings that the guard sees at this tick."""
         if sight.surroundings is None:
             return Snapshot(None, sight.fault or "nothing has been seen yet")
         try:
@@ -240,6 +282,6 @@ class StuckSolver:
         return Snapshot(scene, camera_fault=fault)
 
     def _put_to_work(self) -> None:
-        """Have the reasoner at work on what the state asks, and on nothing else."""
+        """Start the reasoner on the question in the state, and stop any other question."""
         activity = self._state.activity
         self._reasoner.work_on(activity.query if isinstance(activity, Querying) else None)

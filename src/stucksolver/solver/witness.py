@@ -1,4 +1,4 @@
-"""Who is told everything that is needed to derive every step again: the record is one."""
+"""The interface that receives everything needed to derive each step again. The record implements it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from stucksolver.solver.machine.state import State
 
 @dataclass(frozen=True)
 class Facts:
-    """What a solver is made of. `reasoners`: the rungs' names for them, and their own."""
+    """The parts of a solver. `reasoners` maps the rungs' names to the reasoners' own names."""
 
     ladder: Ladder
     policy: GuardPolicy
@@ -30,9 +30,9 @@ class Facts:
 
 @dataclass(frozen=True)
 class StepTaken:
-    """One call of `transition`: with `before` and the inputs, the rest can be derived again.
+    """One call of `transition`. Everything else can be derived again from `before` and the inputs.
 
-    `sight`, `snapshot`: what the inputs' `look` and `scene` gave, None where they were not called.
+    `sight` and `snapshot` are what the inputs' `look` and `scene` returned, None if they were not called.
     """
 
     before: State
@@ -45,13 +45,13 @@ class StepTaken:
 
 
 class Witness(Protocol):
-    """Is told of every step. What it raises ends it: the solver tells of it once, and drives on."""
+    """Receives every step. If it raises, the solver reports it once, stops calling it, and drives on."""
 
     def begin(self, facts: Facts) -> None:
         """Called once, when the solver is made."""
 
     def step(self, step: StepTaken) -> None:
-        """A tick on which something was, or might have been, the matter."""
+        """Receives a tick on which something was, or might have been, wrong."""
 
     def fault(self, event: Event) -> None:
-        """Something went wrong outside of a step: a status that is none, a listener that failed."""
+        """Receives a fault outside a step, for example an invalid status or a listener that failed."""

@@ -1,1 +1,1 @@
-"""The solver as a state machine: frozen states, a tick's inputs, and the pure function from one to the next."""
+"""The solver as a state machine: frozen states, the inputs of a tick, and a pure transition function."""

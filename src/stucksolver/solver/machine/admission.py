@@ -1,4 +1,4 @@
-"""Admits a proposed plan: is it offered, has it failed before, does the guard accept it, whose yes would it need?"""
+"""Admits a proposed plan: is it offered, has it failed before, does the guard accept it, and who must approve it?"""
 
 from __future__ import annotations
 
@@ -15,31 +15,35 @@ from stucksolver.solver.machine.execution import Execution
 from stucksolver.solver.machine.history import History, passes
 
 RELEASABLE = frozenset(name for name in RULES if name != "red_light")
-"""What a question may be raised for, whatever the plan. A red light is asked about for a plan that is nothing else."""
+"""Rules for which a person may be asked, for any plan. A red light is asked about only if the plan does nothing
+else.
+"""
 
 RED_LIGHT = ("red_light",)
 ASKABLE = frozenset({RejectCode.APPROVAL, RejectCode.AUTHORITY, RejectCode.SOLID_LINE, RejectCode.RED_LIGHT})
-"""Reasons that a person's yes may take away."""
+"""Reasons for refusal that a person's approval can remove."""
 
 
 @dataclass(frozen=True)
 class Need:
-    """A yes that would make a refused plan acceptable."""
+    """An approval that would make a refused plan acceptable."""
 
     to: Person
     what: tuple[str, ...]
 
     def given(self) -> Approvals:
-        """What is approved once it is given."""
+        """The approvals that hold once it is given."""
         names = frozenset(self.what)
         return Approvals(passenger=names) if self.to == "passenger" else Approvals(operator=names)
 
 
 @dataclass(frozen=True)
 class Admission:
-    """A plan with its verdict; `execution` is ready to go on where that is an acceptance.
+    """A plan with its verdict. If the plan is accepted, `execution` is ready to continue.
 
-    `need`: the yes that is all it lacks. `passing`: is it refused only for traffic that will go on?
+    Attributes:
+        need: The only approval that the plan still lacks.
+        passing: True if the plan is refused only because of traffic that will move on.
     """
 
     plan: RecoveryPlan
@@ -63,8 +67,19 @@ def admit(
 ) -> Admission:
     """Judge a plan against the world as it is now.
 
-    `scene`: what was offered. `guided`: the passenger's words ask for it. `again`: it is looked at on every tick, for
-    its moment; then nobody is looked for who might say yes.
+    Args:
+        plan: The proposed plan.
+        view: The surroundings in road coordinates.
+        now_s: The solver's own time (s).
+        guard: The guard that judges the plan.
+        scene: The scene that was given to the reasoner, with the behaviours it offered.
+        history: The plans that failed before in this intervention.
+        guided: True if the passenger's words ask for the plan.
+        approvals: What people have approved so far.
+        again: True if the plan waits for a gap and is judged on every tick; no approval is then searched for.
+
+    Returns:
+        The plan with its verdict and, if one approval is missing, which one.
     """
     execution = Execution(plan, guard, guided, approvals)
     known = against_offers(plan, scene) or history.against(plan)
@@ -76,17 +91,17 @@ def admit(
 
 
 def second_opinion(plan: RecoveryPlan, view: FrenetScene, now_s: float, *, guard: Guard, guided: bool) -> str:
-    """What the guard would say of a plan, for a reasoner that asks before it commits to it."""
+    """Return what the guard would say about a plan, for a reasoner that checks a plan before it answers."""
     return str(Execution(plan, guard, guided, NOBODY).start(view, now_s))
 
 
 def moving(view: FrenetScene) -> frozenset[str]:
-    """Ids of what moves now."""
+    """Ids of the objects that are moving now."""
     return frozenset(o.id for o, moves in zip(view.objects, view.moving, strict=True) if moves)
 
 
 def against_offers(plan: RecoveryPlan, scene: Scene | None) -> Verdict | None:
-    """Refuses what the stack did not offer in the scene: a behaviour, or a start for a new route."""
+    """Refuse a behaviour, or a start of a new route, that the stack did not offer in the scene."""
     if scene is None:
         return None
     lacking = [f"behaviour {b.name} is not offered" for b in plan.behaviors if not scene.offers(b.name)]
@@ -97,7 +112,7 @@ def against_offers(plan: RecoveryPlan, scene: Scene | None) -> Verdict | None:
 
 
 def against_releases(plan: RecoveryPlan, guard: Guard, has: Approvals) -> Verdict | None:
-    """Refuses a plan with any behaviour that lacks a yes, also one that comes late in it: it would end half-way."""
+    """Refuse a plan if any of its behaviours lacks an approval, even a late one: the plan would end half-way."""
     lacking = [
         Reject(code=RejectCode.APPROVAL, detail=f"{name} needs the yes of the {needed.value}")
         for name in dict.fromkeys(b.name for b in plan.behaviors)
@@ -109,7 +124,7 @@ def against_releases(plan: RecoveryPlan, guard: Guard, has: Approvals) -> Verdic
 def missing_yes(
     plan: RecoveryPlan, verdict: Verdict, guard: Guard, view: FrenetScene, now_s: float, guided: bool, has: Approvals
 ) -> Need | None:
-    """The least yes with which the guard accepts a refused plan as things stand; None where no yes would help."""
+    """Return the smallest approval with which the guard accepts a refused plan, or None if no approval would help."""
     if not any(r.code in ASKABLE for r in verdict.rejects):
         return None
     people: tuple[Person, ...] = ("passenger", "operator")
@@ -120,14 +135,16 @@ def missing_yes(
             if not need.what:
                 continue
             would = Execution(plan, guard, guided, joined(has, need.given())).start(view, now_s)
-            # Traffic that will go on is no reason not to ask about a light: the plan then waits for its gap.
+            # Traffic that will move on does not prevent a question about a light: the plan then waits for a gap.
             if would.accepted or (extra == RED_LIGHT and not _at_red(would) and passes(would, moving(view))):
                 return need
     return None
 
 
 def releasable_for(plan: RecoveryPlan) -> frozenset[str]:
-    """The rules that a question may be raised for. A lit red light only for creeping across it and nothing else."""
+    """The rules for which a person may be asked. A red light only if the plan creeps across it and does nothing
+    else.
+    """
     creeps = len(plan.behaviors) == 1 and isinstance(one := plan.behaviors[0], KeepLane) and one.speed_mps <= CREEP_MPS
     return RELEASABLE | set(RED_LIGHT) if creeps else RELEASABLE
 
@@ -142,10 +159,10 @@ def _needs(guard: Guard, behavior: str, to: Person) -> bool:
 
 
 def joined(one: Approvals, other: Approvals) -> Approvals:
-    """What has been said yes to in either."""
+    """The union of two sets of approvals."""
     return Approvals(one.passenger | other.passenger, one.operator | other.operator)
 
 
 def granted(has: Approvals, by: Person, what: tuple[str, ...]) -> Approvals:
-    """What people have said yes to, with one yes more."""
+    """The approvals with one more added."""
     return joined(has, Need(by, what).given())

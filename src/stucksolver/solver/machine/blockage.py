@@ -1,4 +1,4 @@
-"""What is told to people about where the vehicle stands, and whether the way is still blocked."""
+"""Describes to people where the vehicle stands, and whether the way is still blocked."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ AHEAD_M = 25.0
 
 
 def still_blocked(scene: Scene | None) -> bool:
-    """Does anything stand in the way close ahead?"""
+    """True if something stands in the way close ahead."""
     if scene is None:
         return False
     return bool(scene.in_path_ahead(AHEAD_M))
 
 
 def why_stopped(scene: Scene | None, attempts: tuple[PastAttempt, ...]) -> str:
-    """In a line: what blocks the way, and what became of the last plan."""
+    """One line that says what blocks the way and how the last plan ended."""
     parts = []
     ahead = scene.in_path_ahead() if scene else ()
     if ahead:

@@ -1,7 +1,7 @@
-"""What people say of the world without asking for anything: what it changes, and for how long.
+"""Claims that people make about the world without asking for anything: what each changes, and for how long.
 
-A claim never replaces what is seen: none of them makes a road clear, a queue an obstruction or an unknown thing soft.
-docs/words.md lists what each of them does.
+A claim never replaces what is seen: no claim makes a road clear, a queue an obstruction or an unknown object soft.
+docs/words.md lists the effect of each claim.
 """
 
 from __future__ import annotations
@@ -24,17 +24,20 @@ TAKES_BACK: Mapping[Claim, frozenset[Claim]] = MappingProxyType(
         Claim.NO_HURRY: frozenset({Claim.HURRY}),
     }
 )
-"""What is no longer believed once another claim is made."""
+"""The claims that a newer claim replaces."""
 CONFIRMS: Mapping[Claim, str] = MappingProxyType(
     {Claim.SOFT_OBJECT: "soft_object", Claim.LONG_STAY: "long_stay"},
 )
-"""Claims that the guard knows of, by its names for them (`guard.policy.approvals.CLAIMS`)."""
+"""The claims that the guard uses, by its own names for them (`guard.policy.approvals.CLAIMS`)."""
 
 
 def take(turn: Turn, reading: Reading) -> bool:
-    """Believe what is claimed, as far as a claim is believed; False where nothing is claimed.
+    """Accept a claim as far as claims are believed.
 
-    A denied claim ("that is not a bag"), and one in words that ask for something unlawful, counts for nothing.
+    A denied claim ("that is not a bag") has no effect, nor has a claim in words that ask for something unlawful.
+
+    Returns:
+        False if the words claim nothing.
     """
     if not reading.claims or reading.negated or reading.intent is GuidanceIntent.UNLAWFUL:
         return False
@@ -46,23 +49,23 @@ def take(turn: Turn, reading: Reading) -> bool:
     if Claim.RETURNING_SOON in reading.claims:
         _wait_for_who_returns(turn)
     elif reading.intent is GuidanceIntent.NONE and isinstance(turn.state.activity, Monitoring):
-        turn.pause(turn.now_s)  # look again now, in the light of what was said
+        turn.pause(turn.now_s)  # look again now with the new claim
     return True
 
 
 def in_force(state: State, now_s: float) -> tuple[Claim, ...]:
-    """Claims that are believed now."""
+    """The claims that are believed now."""
     return tuple(claim for claim, until_s in state.claims.items() if now_s <= until_s)
 
 
 def confirmed(state: State, now_s: float) -> Approvals:
-    """What the guard is told that a passenger has confirmed."""
+    """What the passenger has confirmed, in the form that the guard reads."""
     names = frozenset(CONFIRMS[claim] for claim in in_force(state, now_s) if claim in CONFIRMS)
     return Approvals(passenger=names) if names else NOBODY
 
 
 def _set_patience(turn: Turn, reading: Reading) -> None:
-    """Who is late waits for less long, who has time for longer, within the ladder's bounds."""
+    """A passenger who is late waits less long, one who has time waits longer, within the ladder's bounds."""
     asked = turn.setup.ladder.words.patience
     for claim, factor in ((Claim.HURRY, asked.hurry), (Claim.NO_HURRY, asked.no_hurry)):
         if claim in reading.claims:
@@ -70,7 +73,7 @@ def _set_patience(turn: Turn, reading: Reading) -> None:
 
 
 def _wait_for_who_returns(turn: Turn) -> None:
-    """Nothing is begun for as long as words count; a plan that runs goes on, since only a call to stop ends it."""
+    """Begin nothing while the words count. A running plan continues, since only a call to stop ends it."""
     state = turn.state
     if isinstance(state.activity, Executing):
         return

@@ -1,8 +1,8 @@
-"""Where a reasoner that looks at the picture contradicts perception: what things are then no longer taken for.
+"""Handles a reasoner that looks at the image and contradicts perception.
 
-A doubt only takes away. Perception's word grants something where a thing is said to be soft or not to move, and where
-a light is said to be green or off; contradicted, it counts as unknown for a while. What forbids (a person, a vehicle, a
-school bus, a red light) is not changed by anything a model says, and no model's word makes a thing harmless.
+A doubt only takes away. Perception allows something when it calls an object soft or immovable, or a light green or off.
+If the reasoner contradicts it, the object or light counts as unknown for a while. Nothing that a model says changes
+what forbids (a person, a vehicle, a school bus, a red light), and nothing that a model says makes an object harmless.
 """
 
 from __future__ import annotations
@@ -16,31 +16,31 @@ from stucksolver.scene import ControlKind, LightState, ObjectKind, Scene, Surrou
 from stucksolver.scene.objects import STATIC_KINDS, TrackedObject
 
 DOUBTED_S = 30.0
-"""Longer than three looks at the picture by a model that takes 10 s; after that perception is believed again."""
+"""Longer than three looks at the image by a model that takes 10 s; after that perception is believed again."""
 LIGHT = "light"
-"""Stands for the light ahead, among the ids of objects; no stack has an object of this name."""
+"""The key of the light ahead among the ids of objects; no stack gives an object this id."""
 CONTRADICTED = STATIC_KINDS - {ObjectKind.CROSSING_GATE}
-"""Kinds that grant something: some may be driven over, all are held not to move. (A gate forbids.)"""
+"""Kinds that allow something: some may be driven over, and all are assumed not to move. (A gate forbids.)"""
 SHOWN = frozenset({LightState.GREEN, LightState.OFF})
-"""States that grant something."""
+"""Light states that allow something."""
 ALIKE = (
     frozenset({ObjectKind.CAR, ObjectKind.VAN, ObjectKind.TRUCK, ObjectKind.BUS}),
     frozenset({ObjectKind.BAG, ObjectKind.LITTER}),
     frozenset({ObjectKind.DEBRIS, ObjectKind.PROP}),
 )
-"""Kinds that are treated alike: to take one for the other is no contradiction."""
+"""Kinds that are treated alike: confusing them is no contradiction."""
 
 Told = TypeVar("Told", bound=TrackedObject)
 
 
 class Disagreement(NamedTuple):
-    """One contradiction; `key` is the object's id or `LIGHT`."""
+    """One contradiction. `key` is the object's id or `LIGHT`."""
 
     key: str
     perceived: str
     said: str
     counts: bool
-    """Is it taken for unknown from now on? False where what was perceived forbids already."""
+    """True if the object counts as unknown from now on. False if what was perceived already forbids."""
 
     def __str__(self) -> str:
         what = "the light" if self.key == LIGHT else f"object {self.key}"
@@ -49,7 +49,7 @@ class Disagreement(NamedTuple):
 
 
 def disagreements(scene: Scene, said: Observation) -> tuple[Disagreement, ...]:
-    """What an observation contradicts in the scene that it is of; nothing where the reasoner had no picture."""
+    """Return where an observation contradicts its scene; empty if the reasoner had no image."""
     if scene.image is None:
         return ()
     kinds = {one.id: one.kind for one in scene.objects}
@@ -69,13 +69,13 @@ def disagreements(scene: Scene, said: Observation) -> tuple[Disagreement, ...]:
 
 
 def noted(doubts: Mapping[str, float], found: tuple[Disagreement, ...], now_s: float) -> Mapping[str, float]:
-    """The doubts in force from now on, each with the time at which it ends."""
+    """Return the doubts now in force, each with the time at which it ends (s, the solver's own time)."""
     kept = {key: until_s for key, until_s in doubts.items() if until_s > now_s}
     return MappingProxyType({**kept, **{one.key: now_s + DOUBTED_S for one in found if one.counts}})
 
 
 def doubted(seen: Surroundings, doubts: Mapping[str, float], now_s: float) -> Surroundings:
-    """The surroundings with what is doubted as unknown; the same object where nothing in it is."""
+    """Return the surroundings with doubted objects as unknown, or the same object if nothing is doubted."""
     held = _in_force(doubts, now_s)
     if not held:
         return seen
@@ -83,7 +83,7 @@ def doubted(seen: Surroundings, doubts: Mapping[str, float], now_s: float) -> Su
 
 
 def doubted_scene(scene: Scene, doubts: Mapping[str, float], now_s: float) -> Scene:
-    """The same for what reasoners are told."""
+    """Return the scene for reasoners with doubted objects as unknown."""
     held = _in_force(doubts, now_s)
     if not held:
         return scene

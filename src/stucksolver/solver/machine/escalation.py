@@ -1,4 +1,4 @@
-"""Where on the ladder the solver stands: tries used up, pauses, waits. It is climbed one way until it is reset."""
+"""The solver's place on the ladder: tries used, pauses and waits. It climbs in one direction until it is reset."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from stucksolver.ladder import AskPerson, AskReasoner, Assist, Ladder, Move, Scr
 DUTIES = frozenset(
     {WaitReason.LIGHT, WaitReason.STOP_SIGN, WaitReason.PEOPLE, WaitReason.YIELD, WaitReason.AT_DESTINATION}
 )
-"""Waits that no hurry shortens."""
+"""Waits that a hurried passenger cannot shorten."""
 NO_WAITS: Mapping[WaitReason, float] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
 class Rungs:
-    """The rungs of a ladder that can be used here, lowest first, by kind. `screens`: rules look first, before each."""
+    """The usable rungs of a ladder, lowest first. `screens` is True if the rules look first, before each reasoner."""
 
     rungs: tuple[tuple[str, Move], ...]
     screens: bool
@@ -27,10 +27,19 @@ class Rungs:
 
     @classmethod
     def of(cls, ladder: Ladder, reasoners: Collection[str], *, only_reasoners: bool = False) -> Rungs:
-        """`reasoners`: names of those there are; rungs that need another are left out.
+        """Select the rungs that can be used.
 
-        `only_reasoners` leaves out the rungs of people: for words, which are an answer of theirs already, and for those
-        who only look on. Raises `ValueError` where nothing is left.
+        Args:
+            ladder: The escalation policy.
+            reasoners: Names of the reasoners present; rungs that need another one are left out.
+            only_reasoners: Leave out the rungs of people, for words (which are already a person's answer) and for
+                observers.
+
+        Returns:
+            The usable rungs, lowest first.
+
+        Raises:
+            ValueError: No rung is left.
         """
         moves = [(rung.kind, rung.move()) for rung in ladder.rungs]
         usable = tuple(
@@ -47,7 +56,7 @@ class Rungs:
 
 @dataclass(frozen=True)
 class Escalation:
-    """A place on the ladder. Times are the solver's own, seconds."""
+    """A place on the ladder. Times are the solver's own (s)."""
 
     on: Rungs = field(repr=False)
     index: int = 0
@@ -55,58 +64,59 @@ class Escalation:
     repairs: int = 0
     not_before_s: float = -math.inf
     quiet_until_s: float = -math.inf
-    """A passenger asked to wait until then."""
+    """The passenger asked to wait until this time."""
     since_s: float = -math.inf
-    """When this rung was climbed."""
+    """The time at which this rung was reached."""
     waiting: Mapping[WaitReason, float] = field(default_factory=lambda: NO_WAITS)
-    """Since when there has been a reason to wait."""
+    """For each reason to wait, the time since when it has held."""
     last_wait_s: float | None = None
-    """When waiting was last found to be right."""
+    """The last time at which waiting was found right."""
     patience: float = 1.0
-    """How patient the passenger asked to be: the longest waits for others count so many times as long."""
+    """The patience that the passenger asked for: a factor on the longest waits for others."""
 
     def reset(self) -> Escalation:
-        """Back to the lowest rung, with all tries."""
+        """Return to the lowest rung, with all tries."""
         return Escalation(self.on, patience=self.patience)
 
     @property
     def rung(self) -> str:
-        """Name of the rung that it is on."""
+        """Name of the current rung."""
         return self.on.rungs[self.index][0]
 
     @property
     def move(self) -> Move:
-        """What is done on that rung."""
+        """The move of the current rung."""
         return self.on.rungs[self.index][1]
 
     @property
     def lowest(self) -> AskReasoner | None:
-        """The first reasoner, who is also asked on the rungs of people."""
+        """The first reasoner; it is also asked on the rungs of people."""
         return next((move for _, move in self.on.rungs if isinstance(move, AskReasoner)), None)
 
     @property
     def is_last(self) -> bool:
-        """Whether no rung is left above."""
+        """True on the last rung."""
         return self.index == len(self.on.rungs) - 1
 
     def ready(self, now_s: float) -> bool:
-        """May the next thing be asked?"""
+        """True if the next question may be asked."""
         return now_s >= max(self.not_before_s, self.quiet_until_s)
 
     def paused(self, until_s: float) -> Escalation:
-        """The same, with nothing asked before `until_s`."""
+        """Ask nothing before `until_s`."""
         return replace(self, not_before_s=until_s)
 
     # ---- waiting
 
     def outlived(self, now_s: float) -> frozenset[WaitReason]:
-        """Reasons to wait that have lasted too long to count as such."""
+        """The reasons to wait that have lasted too long to count."""
         return frozenset(r for r, since in self.waiting.items() if now_s - since > self._patience(r))
 
     def waited(self, reason: WaitReason | None, now_s: float) -> Escalation | None:
-        """After a look that found this reason to wait; the next look is due when the ladder says.
+        """Note that a look found this reason to wait, and schedule the next look as the ladder says.
 
-        None: waiting is not right, or has lasted too long.
+        Returns:
+            The new place, or None if waiting is not right or has lasted too long.
         """
         waits = self.on.waits
         if reason is None or not waits.is_wait(reason):
@@ -119,7 +129,7 @@ class Escalation:
         return replace(self, waiting=waiting, last_wait_s=now_s, repairs=0, not_before_s=due)
 
     def moved(self) -> Escalation:
-        """The vehicle goes by itself: whatever it waits for next is a new wait."""
+        """The vehicle is moving on its own: the next wait is a new one."""
         return self if not self.waiting else replace(self, waiting=NO_WAITS)
 
     def _patience(self, reason: WaitReason) -> float:
@@ -129,14 +139,20 @@ class Escalation:
     # ---- failing
 
     def repair(self, now_s: float) -> Escalation | None:
-        """A plan was refused: the reasoner is told why and asked again at once; None where no rounds are left."""
+        """A plan was refused: tell the reasoner why and ask it again at once.
+
+        Returns:
+            The new place, or None if no repair rounds are left.
+        """
         move = self.move if isinstance(self.move, AskReasoner) else None
         if move is None or self.repairs >= move.repair_rounds:
             return None
         return replace(self, repairs=self.repairs + 1, not_before_s=now_s)
 
     def failed(self, now_s: float, *, counts: bool = True) -> Escalation:
-        """A try led to nothing (one that does not count: traffic will go on). On the rungs of people: look again."""
+        """A try led to nothing. With `counts=False` (traffic will move on) it uses up no try. On a person's rung:
+        look again.
+        """
         move = self.move
         if isinstance(move, AskReasoner):
             return replace(self, repairs=0, tries=self.tries + counts, not_before_s=now_s + move.cooldown_s)
@@ -146,11 +162,11 @@ class Escalation:
 
     @property
     def exhausted(self) -> bool:
-        """Are the tries of this rung used up?"""
+        """True if the tries of this rung are used up."""
         return isinstance(self.move, AskReasoner) and self.tries >= self.move.tries
 
     def climbed(self, now_s: float) -> Escalation:
-        """On the next rung; the last one is stayed on."""
+        """Go to the next rung; stay if this is the last one."""
         if self.is_last:
             return replace(self, tries=0, repairs=0)
         return replace(self, index=self.index + 1, tries=0, repairs=0, since_s=now_s, not_before_s=now_s)

@@ -1,4 +1,4 @@
-"""Carries an accepted plan through, behaviour by behaviour, with the guard looking on at every tick."""
+"""Executes an accepted plan, one behaviour after another; the guard checks it at every tick."""
 
 from __future__ import annotations
 
@@ -27,21 +27,25 @@ from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import FrenetScene
 
 ARRIVED_M = 1.5
-"""A behaviour counts as driven this far before its end, a whole path as far as `landing_m` says."""
+"""A behaviour counts as driven at this distance before its end; a whole path at the distance that `landing_m` gives."""
 SHORT_M = 5.0
-"""A path up to this long is crept along for its own sake: it counts as driven when a quarter is left."""
+"""A path up to this long is driven in a creep for its own sake and counts as driven when a quarter is left."""
 STOPPED_MPS = 0.15
 BACK_IN_LANE_M = 0.4
 LEG_LEFT_M = 1.0
-"""A leg of a turn counts as driven so far before its end, or half-way where it is shorter, once the vehicle stands."""
+"""A leg of a turn counts as driven at this distance before its end, or at half its length if it is shorter, once
+the vehicle stands.
+"""
 STALLED_S = 1.5
-"""A vehicle that has stood for so long before that will go no further."""
+"""A vehicle that has stood this long at the end of a leg will go no further."""
 LEG_ENDS_M = 0.2
-"""And it is braked for so far before it."""
+"""The vehicle brakes for the end of a leg from this distance."""
 MOST_LEGS = 10
-"""So many legs are begun in one turn: twice as many as it is laid out in: each begins where the last one ended."""
+"""A turn may begin this many legs, twice as many as planned, because each leg begins where the last one really
+ended.
+"""
 ALONE = frozenset({Check.CREEP_SPEED, Check.WITHIN_LANE, Check.ROADSIDE, Check.STOPPING_PLACE, Check.TURNING})
-"""Behaviours with bounds of their own on the whole path are proven by themselves."""
+"""Behaviours with their own bounds on the whole path are proven separately."""
 
 
 @dataclass(frozen=True)
@@ -51,28 +55,28 @@ class ExecutionOutcome:
     finished: bool
     text: str
     verdict: Verdict = field(default=OK, compare=False)
-    """Why it was given up, where the guard said so. A record has it in the tick's own verdict."""
+    """The verdict if the guard ended the plan. A record keeps it in the tick's own verdict."""
 
     def recorded(self) -> dict[str, object]:
-        """What a record keeps of it."""
+        """What a record keeps of the outcome."""
         return {"finished": self.finished, "text": self.text}
 
 
 Step = Execute | Replan | SafeStop
 STAND = Execute(behavior=Wait(duration_s=1.0))
-"""Brake and stand, until whoever crosses is by, or the stack can drive on by itself."""
+"""Brake and stand until crossing traffic has passed or the stack can drive on by itself."""
 
 
 @lru_cache(maxsize=8)
 def stand(brake_mps2: float | None) -> Execute:
-    """The same with a deceleration to brake with, if one is given."""
+    """The same with a given deceleration (m/s²), if there is one."""
     return STAND if brake_mps2 is None else STAND.model_copy(update={"brake_mps2": brake_mps2})
 
 
 class Execution:
-    """One plan on its way. Call `start`, then `tick` until it returns an `ExecutionOutcome`.
+    """One running plan. Call `start`, then `tick` until it returns an `ExecutionOutcome`.
 
-    Whatever it holds is never changed in place, so a shallow copy (`ticked`, `withdrawn`) goes its own way from there.
+    Its members are never changed in place, so a shallow copy (`ticked`, `withdrawn`) is independent of the original.
     """
 
     def __init__(self, plan: RecoveryPlan, guard: Guard, guided: bool, approvals: Approvals = NOBODY) -> None:
@@ -97,7 +101,7 @@ class Execution:
         self.last_verdict = Verdict()
 
     def start(self, view: FrenetScene, now_s: float) -> Verdict:
-        """Have the guard prove the next stretch; begins it when it is accepted."""
+        """Have the guard prove the next stretch, and begin it if it is accepted."""
         segment = self._segments[0]
         proven: Proven | None = None
         leg: ProvenLeg | None = None
@@ -106,8 +110,8 @@ class Execution:
         elif segment[0].stands_still:
             verdict = self._guard.allows_standing(segment[0], view, self._approvals)
         else:
-            # Only a plan's last stretch may end in motion: the stack drives on from there. The stop for what follows,
-            # or for its refusal, would lead beyond the end of what is proven.
+            # Only the last stretch of a plan may end in motion, because the stack drives on from there. A stop before
+            # the next stretch, or after its refusal, would lead beyond the proven path.
             stops = len(self._segments) > 1
             verdict, proven = self._guard.accept(segment, view, self._guided, self._approvals, stops)
         if verdict.accepted:
@@ -121,22 +125,22 @@ class Execution:
         return verdict
 
     def withdraw(self) -> None:
-        """Give the plan up as soon as that is safe: at once before the commit point, else at its end."""
+        """Give the plan up as soon as that is safe: at once before the commit point, otherwise at its end."""
         self._withdrawn = True
 
     def withdrawn(self) -> Execution:
-        """The same, to be given up."""
+        """A copy of this plan that will be given up as soon as that is safe."""
         other = copy.copy(self)
         other.withdraw()
         return other
 
     def ticked(self, view: FrenetScene, now_s: float) -> tuple[Execution, Step | ExecutionOutcome]:
-        """How it stands after one more tick, and what to do at that tick, or how it ended. This one stays as it is."""
+        """Return a copy advanced by one tick, with the step to take or the outcome. This object does not change."""
         other = copy.copy(self)
         return other, other.tick(view, now_s)
 
     def tick(self, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
-        """What to do at this tick, or how it ended."""
+        """Return what to do at this tick, or how the plan ended."""
         if self._ending is not None:
             return self._end(view)
         if self._withdrawn and not self._committed(view):
@@ -149,7 +153,7 @@ class Execution:
 
     def _committed(self, view: FrenetScene) -> bool:
         if self._leg is not None:
-            # Who stands across the road does best to finish the turn.
+            # A vehicle that stands across the road should finish the turn.
             return abs(view.ego_yaw) > BEGUN_RAD
         return self._proven is not None and self._proven.committed(_facing(view, self._proven).ego_s)
 
@@ -164,7 +168,7 @@ class Execution:
         self.last_verdict = verdict = self._guard.recheck(proven, view, self._gives_way)
         if verdict.abort is Abort.GIVE_WAY:
             if now_s > self._until_s:
-                # The stack knows how to get through a junction, too; it is not left standing there by a plan.
+                # The stack can get through a junction by itself; a plan does not leave it standing there.
                 return ExecutionOutcome(False, f"it gave way for longer than its time allowance: {verdict}", verdict)
             self._gives_way = True
             return stand(verdict.brake_mps2)
@@ -188,7 +192,7 @@ class Execution:
         return self._directive
 
     def _turn(self, leg: ProvenLeg, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
-        """On with a leg of a turn; a stop for who comes near, or at its end, where the next leg begins."""
+        """Continue a leg of a turn. Stop for someone near, or at the end of the leg, where the next one begins."""
         refused, verdict = self.last_verdict, self._guard.recheck_turn(leg, view)
         self.last_verdict = verdict
         rests = abs(view.ego.speed_mps) < STOPPED_MPS
@@ -201,7 +205,7 @@ class Execution:
         left_m = leg.left_m(view)
         self._moved_s = self._moved_s if rests else now_s
         driven = left_m < min(LEG_LEFT_M, leg.leg.length_m / 2)
-        # The stack brakes by itself for what is near: the turn goes on from where that was.
+        # The stack brakes for near objects by itself; the turn continues from where it stopped.
         stalled = now_s - self._moved_s > STALLED_S and left_m < leg.leg.length_m - LEG_LEFT_M / 2
         if rests and (driven or stalled or not verdict.accepted):
             return self._next_leg(leg, view, now_s)
@@ -213,7 +217,7 @@ class Execution:
         return self._directive
 
     def _next_leg(self, leg: ProvenLeg, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
-        """The turn is done, or its next leg begins, laid out and proven from where the vehicle really stands."""
+        """Finish the turn, or begin its next leg, planned and proven from where the vehicle really stands."""
         self._gives_way = False
         if leg.behavior.done(view):
             self._leg = None
@@ -243,9 +247,9 @@ class Execution:
     def _abort(
         self, way: Abort, verdict: Verdict, view: FrenetScene, why: str | None = None
     ) -> Step | ExecutionOutcome:
-        """Ends the plan by a stop where one may stand, else by the way back, else by handing over at once.
+        """End the plan: stop if the place allows it, else drive back, else hand over at once.
 
-        The stack then drives on by itself; it never stands where nobody should.
+        After a hand-over the stack drives on by itself. The vehicle never stands where nobody should.
         """
         self._ending = ExecutionOutcome(False, why or str(verdict), verdict)
         if way is Abort.RETURN_TO_LANE or not self._guard.may_stand(view):
@@ -261,7 +265,7 @@ class Execution:
         return self._end(view)
 
     def _end(self, view: FrenetScene) -> Step | ExecutionOutcome:
-        """Until the abort has brought the ego to rest, or back into its lane."""
+        """Continue the abort until the ego stands, or is back in its lane."""
         assert self._ending is not None and self._directive is not None
         if self._way_back is None:
             done = abs(view.ego.speed_mps) < STOPPED_MPS
@@ -273,7 +277,7 @@ class Execution:
         return self._ending if done else self._directive
 
     def _go_back(self, path: Manoeuvre, view: FrenetScene) -> Step | ExecutionOutcome:
-        """Further on the way back, or a stop for who would be touched on it. Who stands is handed over."""
+        """Continue on the way back, or stop for someone who would be touched. Hand over if the ego stands."""
         assert self._ending is not None and self._directive is not None
         verdict = self._guard.recheck_way_back(path, view, self._gives_way)
         self._gives_way = verdict.abort is Abort.GIVE_WAY
@@ -284,7 +288,7 @@ class Execution:
         return stand(verdict.brake_mps2)
 
     def _direct(self, view: FrenetScene) -> Step:
-        """What the stack is to do for the present behaviour."""
+        """Return what the stack should do for the current behaviour."""
         behavior, proven = self._behavior, self._proven
         if self._leg is not None:
             return _along_leg(self._leg, view)
@@ -325,7 +329,7 @@ def _arrived(proven: Proven, seen: FrenetScene) -> bool:
 
 
 def _segments(behaviors: tuple[Behavior, ...]) -> tuple[tuple[Behavior, ...], ...]:
-    """Behaviours that move on without a stop are proven together, as one path; the others each by itself."""
+    """Group behaviours that follow each other without a stop, to prove them as one path; the others stay single."""
     segments: list[list[Behavior]] = []
     joined = False
     for behavior in behaviors:
@@ -339,7 +343,7 @@ def _segments(behaviors: tuple[Behavior, ...]) -> tuple[tuple[Behavior, ...], ..
 
 
 def path_points(path: Manoeuvre, view: FrenetScene, no_stop: Array | bool = False) -> tuple[PathPoint, ...]:
-    """A path in the local frame; `no_stop` where finishing, and no stop, is the safe way out."""
+    """Return a path in the local frame. `no_stop` marks the points where finishing is safe and stopping is not."""
     x, y, _ = view.frame.to_local(path.s, path.d)
     rows = np.stack([x, y, path.speed], axis=1).round(3).tolist()
     bound = np.broadcast_to(no_stop, len(rows)).tolist()

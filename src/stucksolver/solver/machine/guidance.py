@@ -1,4 +1,4 @@
-"""The passenger's words: which ones count, what they stop, and when they are done with."""
+"""The passenger's words: which ones count, what they stop, and when they expire."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from stucksolver.words.fields import STAYS
 
 
 def to_be_answered(state: State) -> Question | None:
-    """The open question that a yes or no of the passenger answers. "What shall I do?" is answered by a request."""
+    """Return the open question that the passenger's yes or no answers. "What shall I do?" is answered by a request."""
     asked = state.question
     answerable = asked is not None and asked.to == "passenger" and asked.kind is not QuestionKind.ADVICE
     return asked if answerable else None
 
 
 def hear(turn: Turn) -> None:
-    """Act on words that were read, and drop those that led to nothing in time."""
+    """Act on words that were read, and drop words that have expired."""
     heard = turn.inputs.heard
     if heard is not None:
         turn.tell_fault(heard.fault)
@@ -37,7 +37,7 @@ def hear(turn: Turn) -> None:
 
 
 def end_words(turn: Turn, how: str) -> None:
-    """They do not count any more."""
+    """Stop following the words."""
     in_force = turn.state.words
     assert in_force is not None
     _dismiss(turn, in_force.words, how)
@@ -45,7 +45,7 @@ def end_words(turn: Turn, how: str) -> None:
 
 
 def _expired(turn: Turn) -> bool:
-    """Have the words that count led to nothing in time? Those that a running plan follows have not."""
+    """True if the words have led to nothing in time. Words that a running plan follows do not expire."""
     in_force, activity = turn.state.words, turn.state.activity
     if in_force is None or (isinstance(activity, Executing) and activity.words is in_force.words):
         return False
@@ -53,7 +53,7 @@ def _expired(turn: Turn) -> bool:
 
 
 def _understand(turn: Turn, words: Guidance) -> None:
-    """Act on a reading: an answer, a refusal, a call to stop, a request, or nothing that concerns the driving."""
+    """Act on a reading: an answer, a refusal, a call to stop, a request, or nothing about the driving."""
     reading = words.reading
     assert reading is not None
     turn.tell_words(words)
@@ -76,7 +76,7 @@ def _understand(turn: Turn, words: Guidance) -> None:
 
 
 def _is_answered(turn: Turn, intent: GuidanceIntent, words: Guidance) -> bool:
-    """Take yes or no as the answer to the passenger's open question, if there is one that a yes answers."""
+    """Take yes or no as the answer to the passenger's open question, if it is one that a yes answers."""
     question = to_be_answered(turn.state)
     if question is None:
         return False
@@ -86,7 +86,7 @@ def _is_answered(turn: Turn, intent: GuidanceIntent, words: Guidance) -> bool:
 
 
 def _take(turn: Turn, words: Guidance) -> None:
-    """From now on these count: everything that was about to be done for another reason is dropped."""
+    """Follow these words from now on and drop everything that was about to be done for another reason."""
     state = turn.state
     turn.set(
         words=WordsInForce(words, turn.now_s),
@@ -104,9 +104,9 @@ def _take(turn: Turn, words: Guidance) -> None:
 
 
 def _hold_back(turn: Turn, reading: Reading) -> None:
-    """They ask to stay: a running plan ends by its safe abort, and nothing begins for now.
+    """The words ask to stay: a running plan ends by its safe abort, and nothing begins for now.
 
-    A refusal holds until other words are said or the intervention is over; a plain "wait" as long as words last.
+    A refusal holds until other words are said or the intervention ends; a plain "wait" holds until it expires.
     """
     running = turn.state.activity
     if isinstance(running, Executing):
@@ -118,7 +118,7 @@ def _hold_back(turn: Turn, reading: Reading) -> None:
 
 
 def _ask_back(turn: Turn, words: Guidance) -> None:
-    """Unclear words move nothing; the passenger is asked once what was meant."""
+    """Unclear words move nothing; ask the passenger once what was meant."""
     _dismiss(turn, words, "not understood")
     if not turn.state.asked_back:
         turn.set(asked_back=True)

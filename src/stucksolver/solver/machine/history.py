@@ -1,4 +1,4 @@
-"""What has failed in this intervention: told to the reasoner, and not repeated for the same reason."""
+"""The plans that failed in this intervention: reported to the reasoner, and not repeated for the same reason."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stucksolver.guard import OK, Reject, RejectCode, Verdict
 from stucksolver.scene import AttemptEnd, PastAttempt
 
 UNSEEN = frozenset({RejectCode.TIMEOUT, RejectCode.DEVIATION})
-"""Reasons that no look at the start of a plan can find: a plan that failed for them is not started again."""
+"""Reasons that cannot be seen before a plan starts: a plan that failed for one of them is not started again."""
 PASSING = frozenset(
     {
         RejectCode.ONCOMING_GAP,
@@ -23,21 +23,21 @@ PASSING = frozenset(
         RejectCode.WAIT_FIRST,
     }
 )
-"""Reasons that go away with the traffic: waiting is right, and no try is used up."""
+"""Reasons that end when the traffic moves on: waiting is right, and no try is used up."""
 TEXTS = {
     AttemptEnd.DENIED: "a person said no",
     AttemptEnd.USELESS: "it was done, and the vehicle did not get on",
 }
 GOT_ON_M = 1.0
-"""With less new progress than this a finished plan changed nothing."""
+"""A finished plan with less new progress than this changed nothing."""
 
 Signature = tuple[tuple[str, ...], ...]
 
 
 def signature(plan: RecoveryPlan) -> Signature:
-    """What makes two plans the same: their behaviours with what they refer to, whatever the figures.
+    """The key by which two plans count as the same: their behaviours and what they refer to, without the numbers.
 
-    Walking pace alone makes another plan: what was given up for being too quick or too near may be tried again so.
+    Walking pace makes a different plan: a plan that was too fast or too near may be tried again at walking pace.
     """
     return tuple((b.name, *_words(b), *_pace(b)) for b in plan.behaviors)
 
@@ -54,19 +54,24 @@ def _pace(behavior: Behavior) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class History:
-    """Kept from the start of an intervention to its end. `remembered`: so many attempts are told to the reasoner."""
+    """The failed plans of one intervention. `remembered` is the number of attempts reported to the reasoner."""
 
     remembered: int
     barred: Mapping[Signature, str] = field(default_factory=lambda: MappingProxyType({}))
-    """Plans that are not begun again, and why."""
+    """Plans that are not begun again, with the reason."""
     attempts: tuple[PastAttempt, ...] = ()
 
     def noted(
         self, plan: RecoveryPlan, ended: AttemptEnd, time_s: float, *, text: str = "", verdict: Verdict = OK
     ) -> History:
-        """With one more for the reasoner.
+        """Add an attempt to those reported to the reasoner.
 
-        `verdict`: for what it was refused or given up; `text`: where that is not all.
+        Args:
+            plan: The plan that did not work.
+            ended: How it ended.
+            time_s: When it ended (s).
+            text: A reason beyond the verdict.
+            verdict: Why it was refused or given up.
         """
         attempt = PastAttempt(
             time_s=time_s,
@@ -79,25 +84,25 @@ class History:
         return replace(self, attempts=(*self.attempts, attempt)[-self.remembered :] if self.remembered else ())
 
     def aborted(self, plan: RecoveryPlan, verdict: Verdict) -> History:
-        """A running plan was given up: bar it, where the reason cannot be seen before it starts again."""
+        """A running plan was given up: bar it if the reason cannot be seen before it starts."""
         codes = sorted({r.code.value for r in verdict.rejects if r.code in UNSEEN})
         return self._barred(plan, ", ".join(codes)) if codes else self
 
     def useless(self, plan: RecoveryPlan) -> History:
-        """It was carried through, and changed nothing."""
+        """The plan finished and changed nothing."""
         return self._barred(plan, TEXTS[AttemptEnd.USELESS])
 
     @staticmethod
     def may_be_useless(plan: RecoveryPlan) -> bool:
-        """Should the vehicle have got on by it? Not by moves that only prepare what comes next."""
+        """True if the plan should have moved the vehicle on. Moves that only prepare the next step do not count."""
         return not all(b.prepares for b in plan.behaviors)
 
     def denied(self, plan: RecoveryPlan) -> History:
-        """A person said no to it."""
+        """A person denied the plan."""
         return self._barred(plan, TEXTS[AttemptEnd.DENIED])
 
     def against(self, plan: RecoveryPlan) -> Verdict | None:
-        """Refuses a plan that has failed before for a reason that has not gone away."""
+        """Refuse a plan that failed before, if the reason still holds."""
         why = self.barred.get(signature(plan))
         if why is None:
             return None
@@ -105,7 +110,7 @@ class History:
         return Verdict(rejects=(Reject(code=RejectCode.REPEATED, detail=detail),))
 
     def without_attempts(self) -> History:
-        """New words ask for something new; what is barred stays barred."""
+        """Forget the attempts, because new words ask for something new; barred plans stay barred."""
         return replace(self, attempts=())
 
     def _barred(self, plan: RecoveryPlan, why: str) -> History:
@@ -113,9 +118,9 @@ class History:
 
 
 def passes(verdict: Verdict, moving: frozenset[str]) -> bool:
-    """Is everything that speaks against a plan traffic that will go on? `moving`: ids of what moves now."""
+    """True if a plan is refused only because of traffic that will move on. `moving` has the ids of moving objects."""
     near = (RejectCode.COLLISION, RejectCode.CLEARANCE, RejectCode.GAP, RejectCode.NO_ABORT)
     traffic = [r.code in PASSING or (r.code in near and r.object_id in moving) for r in verdict.rejects]
-    # What cannot be seen beside traffic is mostly hidden by it: it shows when that has gone on.
+    # What is hidden beside traffic is mostly hidden by that traffic, and is seen once it has moved on.
     hidden = [r.code is RejectCode.UNSEEN for r in verdict.rejects]
     return any(traffic) and all(one or other for one, other in zip(traffic, hidden, strict=True))

@@ -1,4 +1,4 @@
-"""What one tick brings, and what a solver is made of: with a state, all that a step depends on."""
+"""The inputs of one tick and the fixed parts of a solver: together with a state, all that a step depends on."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stucksolver.solver.questions import Reply
 
 @dataclass(frozen=True)
 class Sight:
-    """What the senses show at a tick. `blind_s`: for how long nothing new has been seen (s)."""
+    """What the senses show at a tick. `blind_s` is the time since anything new was seen (s)."""
 
     surroundings: Surroundings | None
     fault: str | None
@@ -25,10 +25,7 @@ class Sight:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The stack's scene at a tick; None with the reason where it gave none.
-
-    `camera_fault`: why its image was left out.
-    """
+    """The stack's scene at a tick, or None with the reason. `camera_fault` says why its image was left out."""
 
     scene: Scene | None
     why_none: str = ""
@@ -37,7 +34,7 @@ class Snapshot:
 
 @dataclass(frozen=True)
 class Heard:
-    """A passenger's words with their reading; `fault`: why they could not be read."""
+    """A passenger's words with their reading. `fault` says why they could not be read."""
 
     words: Guidance
     fault: str | None = None
@@ -45,13 +42,22 @@ class Heard:
 
 @dataclass(frozen=True)
 class Inputs:
-    """One tick. `look` and `scene` give the same each time they are called; what is not called is not measured.
+    """The inputs of one tick.
 
-    `status`: in the solver's own time, which never jumps. `offset_s`: what must be taken off it for the stack's time.
-    `jump_s`: by how much the stack's clock jumped at this tick. `slow_since_s`, `progress_in_window_m`: what the
-    detector says. `hearing`: words are on their way to being read. `reply`: a person's yes or no to the open question.
-    `answer`: what came of the question to a reasoner, if it is there. `busy`: reasoners still at a question, by
-    the ladder's names for them.
+    `look` and `scene` give the same result each time they are called; what is not called is not measured.
+
+    Attributes:
+        status: The status in the solver's own time, which never jumps.
+        trigger: What the detector found, if anything.
+        slow_since_s: Since when the detector has seen the vehicle slow (s).
+        progress_in_window_m: New progress in the detector's window (m).
+        offset_s: Subtract this from the solver's time to get the stack's time (s).
+        jump_s: How far the stack's clock jumped at this tick (s).
+        heard: Words that have been read.
+        hearing: True while words are being read.
+        reply: A person's yes or no to the open question.
+        answer: The result of the question to a reasoner, if there is one.
+        busy: Reasoners that are still working on a question, by the ladder's names for them.
     """
 
     status: Status
@@ -71,10 +77,14 @@ class Inputs:
 
 @dataclass(frozen=True)
 class Setup:
-    """What does not change: the guard, the ladder, the reasoners' own names by the ladder's.
+    """The parts of a solver that do not change.
 
-    `ask_back`: what a passenger is told whose words are not understood. `observe_only`: plans are judged, and never
-    performed.
+    Attributes:
+        guard: The guard.
+        ladder: The escalation policy.
+        reasoners: The reasoners' own names, by the ladder's names for them.
+        ask_back: The text for a passenger whose words are not understood.
+        observe_only: Judge plans, but never execute them.
     """
 
     guard: Guard

@@ -1,4 +1,4 @@
-"""The minimal risk condition: the best place to stand that can be reached, with hazard lights, and a call for help."""
+"""The minimal risk condition: stop at the best place in reach, with hazard lights on, and call for help."""
 
 from __future__ import annotations
 
@@ -20,29 +20,29 @@ from stucksolver.guard import Guard
 from stucksolver.scene.view import FrenetScene
 
 CLEAR_M = 1.0
-"""Left between the body and a zone that it has left."""
+"""Distance kept between the body and a zone that it has left."""
 CREEPS_M, BACKS_M, FURTHEST_M = 15.0, 8.0, 60.0
-"""The furthest that is crept, backed up, and driven for the sake of a place to stand."""
+"""The longest distances to creep, to back up and to drive in order to reach a place to stand."""
 SPEED_MPS = 3.0
 
 
 def minimal_risk(guard: Guard, view: FrenetScene, reason: str) -> RecoveryPlan:
-    """The way to the minimal risk condition from here: hazard lights, to the best place in reach, stop, call."""
+    """Return the plan for the minimal risk condition: hazard lights, drive to the best place in reach, stop, call."""
     lights, call = HazardLights(), RequestAssistance(reason=reason[:200])
     way = way_to_stand(guard, view)
     return RecoveryPlan(behaviors=(lights, call) if way is None else (lights, way, call))  # type: ignore[arg-type]
 
 
 def way_to_stand(guard: Guard, view: FrenetScene) -> Behavior | None:
-    """The first way that the guard accepts: to the roadside; else, where nobody may stand, to where one may.
+    """Return the first way that the guard accepts: to the roadside, or out of a zone where nobody may stand.
 
-    None where the ego may as well stay, and where there is no such way.
+    None if the ego may stay where it is, or if there is no such way.
     """
     return next((one for one in _ways(guard, view) if guard.accept([one], view, False)[0].accepted), None)
 
 
 def stops_where_one_may_stand(guard: Guard, view: FrenetScene) -> bool:
-    """Would a stop that begins now end at a place to stand? No junction, crosswalk, level crossing or oncoming lane."""
+    """True if a stop begun now ends outside junctions, crosswalks, level crossings and oncoming lanes."""
     if not guard.may_stand(view):
         return False
     speed = max(view.ego.speed_mps, 0.0)

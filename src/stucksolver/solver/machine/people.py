@@ -1,4 +1,4 @@
-"""Questions to people, their yes or no, and the stop in which help is called."""
+"""Questions to people, their answers, and the stop in which help is called."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from stucksolver.solver.machine.state import AwaitingApproval, MinimalRisk, Moni
 from stucksolver.solver.machine.turn import Turn
 from stucksolver.solver.questions import Question, QuestionKind
 
-# ---- a yes to a plan
+# ---- approval of a plan
 
 
 def ask_for_yes(turn: Turn, judged: Admission, answer: Answer) -> None:
-    """A plan that would be accepted if a person agreed."""
+    """Ask a person to approve a plan that lacks only this approval."""
     need = judged.need
     assert need is not None
     turn.set(activity=AwaitingApproval(answer))
@@ -30,14 +30,14 @@ def ask_for_yes(turn: Turn, judged: Admission, answer: Answer) -> None:
 
 
 def overdue(turn: Turn) -> bool:
-    """Has nobody answered the open question in time?"""
+    """True if nobody answered the open question in time."""
     question = turn.state.question
     limit = None if question is None else question.within_s
     return limit is not None and turn.now_s - turn.state.question_since_s > limit
 
 
 def unanswered(turn: Turn, question: Question) -> None:
-    """Nobody answered in time."""
+    """Handle a question that nobody answered in time."""
     turn.withdraw_question()
     turn.tell(EventKind.CANCELLED, f"no answer from the {question.to}", question=question)
     if question.kind is QuestionKind.ADVICE:
@@ -50,7 +50,7 @@ def unanswered(turn: Turn, question: Question) -> None:
 
 
 def agreed(turn: Turn, question: Question) -> None:
-    """Keep a yes for this plan, for as long as the intervention lasts."""
+    """Keep an approval of this plan until the intervention ends."""
     under_way = turn.state.intervention
     assert question.plan is not None and under_way is not None
     key = signature(question.plan)
@@ -59,7 +59,7 @@ def agreed(turn: Turn, question: Question) -> None:
 
 
 def denied(turn: Turn, question: Question) -> None:
-    """A plan that somebody said no to is not begun in this intervention."""
+    """Bar a plan that a person denied for the rest of this intervention."""
     assert question.plan is not None
     turn.set(activity=Monitoring())
     history = turn.state.history.denied(question.plan)
@@ -71,7 +71,7 @@ def denied(turn: Turn, question: Question) -> None:
 
 
 def halt(turn: Turn, move: Assist) -> Directive:
-    """The minimal risk condition, and the call for help."""
+    """Enter the minimal risk condition and call for help."""
     state = turn.state
     why = why_stopped(state.scene, state.history.attempts)
     assert not isinstance(state.posture, MinimalRisk)
@@ -84,7 +84,7 @@ def halt(turn: Turn, move: Assist) -> Directive:
 
 
 def not_held(turn: Turn, move: Assist) -> Directive:
-    """No place to stand, and no way to one: call for help, and leave the stack free to drive off."""
+    """No place to stand is in reach: call for help, and leave the stack free to drive off."""
     why = why_stopped(turn.state.scene, turn.state.history.attempts)
     if turn.state.question is None:
         call_for_help(turn, f"it stands where nobody should: {why}")
@@ -93,37 +93,37 @@ def not_held(turn: Turn, move: Assist) -> Directive:
 
 
 def call_for_help(turn: Turn, why: str) -> None:
-    """Asks the operator for help, and says why."""
+    """Ask the operator for help and say why."""
     turn.ask_person(QuestionKind.ASSISTANCE, "operator", f"The vehicle needs help: {why}")
 
 
 def resumes(turn: Turn) -> Resume | None:
-    """What ends the stop, on the last rung."""
+    """Return what ends the stop on the last rung, if anything does."""
     move = turn.state.escalation.move
     return move.resume if isinstance(move, Assist) else None
 
 
 def release(turn: Turn, why: str) -> None:
-    """End the stop; the rung stays until the hand-back is verified."""
+    """End the stop. The rung stays until the hand-back is verified."""
     posture, move = turn.state.posture, turn.state.escalation.move
     if isinstance(posture, MinimalRisk):
         turn.set(posture=posture.was)
     turn.note(tried_aside=False)
     turn.withdraw_question()
     turn.tell(EventKind.RELEASED, why)
-    turn.set(afresh_s=turn.now_s)  # it stood because it was told to
+    turn.set(afresh_s=turn.now_s)  # it stood because it was told to stand
     turn.pause(turn.now_s + (move.look_every_s if isinstance(move, Assist) else 0.0))
 
 
 def free_again(turn: Turn) -> bool:
-    """Has what stood in the way when the vehicle stopped gone?"""
+    """True if what stood in the way when the vehicle stopped is gone."""
     posture, by_itself = turn.state.posture, resumes(turn) in (Resume.CLEAR, Resume.PLAN)
     blocked = isinstance(posture, MinimalRisk) and posture.blocked
     return by_itself and blocked and not still_blocked(turn.state.scene)
 
 
 def helped_out(turn: Turn, yes: bool) -> Directive:
-    """The operator's answer to the call."""
+    """Handle the operator's answer to the call for help."""
     if yes:
         release(turn, "the operator lets it try again")
         turn.set(escalation=turn.state.escalation.reset())
@@ -131,6 +131,6 @@ def helped_out(turn: Turn, yes: bool) -> Directive:
 
 
 def only_looks(turn: Turn) -> bool:
-    """In the stop of the last rung: does a plan of the reasoner not count?"""
+    """True if the vehicle has stopped on the last rung and a plan of the reasoner does not count."""
     stopped = isinstance(turn.state.posture, MinimalRisk)
     return stopped and turn.state.words is None and resumes(turn) is not Resume.PLAN

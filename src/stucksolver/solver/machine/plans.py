@@ -1,4 +1,4 @@
-"""A plan from its proposal to its end: judged, held for a gap, begun, carried out, given up."""
+"""The life of a plan: proposed, judged, held for a gap, begun, carried out, given up."""
 
 from __future__ import annotations
 
@@ -22,20 +22,21 @@ from stucksolver.solver.machine.state import AwaitingGap, Driving, Executing, Ho
 from stucksolver.solver.machine.turn import Turn
 
 HARDLY_BEGUN_M = 2.0
-"""A plan given up for traffic before that much of it was driven waits for the next gap as it is."""
+"""A plan given up for traffic before this distance was driven waits unchanged for the next gap."""
 STANDS_THERE = "; it stands: the way back into the lane is not free"
 OBSERVED_AGAIN_S = 5.0
-"""An observer who found a plan looks again this much later."""
+"""An observer who found a plan looks again after this time."""
 BLIND_LIMIT_S = 5.0
-"""A running plan ends after so long without anything new seen: it cannot be known any more whether it is done."""
+"""A running plan ends after this long without new surroundings: nobody can tell any more whether it is done."""
 
 # ---- judging
 
 
 def judge(turn: Turn, answer: Answer, plan: RecoveryPlan) -> Directive | None:
-    """Check a plan against the world as it is now, not as it was when the question was asked.
+    """Judge a plan against the world as it is now, not as it was when the question was asked.
 
-    None: it was refused, and the reasoner may be told why and asked again at once.
+    Returns:
+        The directive, or None if the plan was refused and the reasoner may be told why and asked again at once.
     """
     turn.set(activity=Monitoring())
     reading = turn.state.reading
@@ -63,7 +64,10 @@ def judge(turn: Turn, answer: Answer, plan: RecoveryPlan) -> Directive | None:
 
 
 def _refused(turn: Turn, judged: Admission, answer: Answer) -> Directive | None:
-    """Keep it for a gap where traffic is all; else tell the reasoner why, at once while repair rounds last."""
+    """Hold the plan for a gap if only traffic prevents it; otherwise tell the reasoner why it was refused.
+
+    The reasoner is asked again at once while repair rounds are left.
+    """
     if judged.passing:
         until = turn.now_s + turn.setup.ladder.asking.hold_s
         turn.set(activity=AwaitingGap(answer, judged.plan, until))
@@ -76,7 +80,7 @@ def _refused(turn: Turn, judged: Admission, answer: Answer) -> Directive | None:
 
 
 def await_gap(turn: Turn, held: AwaitingGap) -> Directive:
-    """A plan that waits for a gap in the traffic: is this the moment?"""
+    """Check whether a plan that waits for a gap in the traffic can begin now."""
     guided = releases(turn.state.reading, held.plan)
     judged = _admitted(turn, held.plan, guided=guided, approvals=_approvals(turn, held.plan), again=True)
     if judged is not None and judged.verdict.accepted:
@@ -90,14 +94,14 @@ def await_gap(turn: Turn, held: AwaitingGap) -> Directive:
 
 
 def still_there(turn: Turn) -> bool:
-    """Does a plan, given up right after its start, wait for the next gap while the vehicle has not driven on?"""
+    """True if a plan given up right after its start waits for the next gap and the vehicle has not driven on."""
     held = turn.state.activity
     begun = held.from_m if isinstance(held, AwaitingGap) else None
     return begun is not None and turn.status.progress_m - begun < HARDLY_BEGUN_M
 
 
 def aside(turn: Turn) -> Admission | None:
-    """The way to a better place to stand, judged; None where there is none, or nothing is known."""
+    """Return the judged way to a better place to stand, or None if there is none or nothing is known."""
     view = turn.view
     behaviors: tuple[Behavior, ...] = ()
     if view is not None:
@@ -108,14 +112,14 @@ def aside(turn: Turn) -> Admission | None:
 
 
 def may_stop(turn: Turn) -> bool:
-    """Would a stop here end where one may stand? Where nothing is known it must do."""
+    """True if a stop here ends where the vehicle may stand, or if nothing is known of the place."""
     return turn.view is None or stops_where_one_may_stand(turn.setup.guard, turn.view)
 
 
 def _admitted(
     turn: Turn, plan: RecoveryPlan, *, guided: bool, approvals: Approvals, again: bool = False
 ) -> Admission | None:
-    """The plan judged, and told; one that is looked at again on every tick only when it is accepted."""
+    """Judge a plan and report the verdict. A plan that is judged again on every tick is reported only if accepted."""
     seen, view, now = turn.seen, turn.view, turn.now_s
     if seen is None or view is None:
         return None
@@ -137,7 +141,7 @@ def _admitted(
 
 
 def _approvals(turn: Turn, plan: RecoveryPlan) -> Approvals:
-    """What people have agreed to for this plan, and what they have confirmed of the world."""
+    """What people have approved for this plan, and what they have confirmed about the world."""
     under_way = turn.state.intervention
     agreed = NOBODY if under_way is None else under_way.approved.get(signature(plan), NOBODY)
     return joined(agreed, confirmed(turn.state, turn.now_s))
@@ -149,11 +153,11 @@ def _note_refusal(turn: Turn, judged: Admission) -> None:
     turn.set(history=noted)
 
 
-# ---- carrying out
+# ---- execution
 
 
 def start(turn: Turn, judged: Admission, answer: Answer | None = None) -> Directive:
-    """Begin an accepted plan; `answer` is what it comes from, None for the way to the roadside."""
+    """Begin an accepted plan. `answer` is where it comes from; None for the way to the roadside."""
     state = turn.state
     words = None if state.words is None else state.words.words
     turn.set(
@@ -174,7 +178,7 @@ def start(turn: Turn, judged: Admission, answer: Answer | None = None) -> Direct
 
 
 def perform(turn: Turn) -> Directive:
-    """One tick of the plan under way."""
+    """Execute one tick of the running plan."""
     running = turn.state.activity
     assert isinstance(running, Executing)
     execution, result = _ticked(turn, running)
@@ -192,7 +196,7 @@ def perform(turn: Turn) -> Directive:
 
 
 def _ticked(turn: Turn, running: Executing) -> tuple[Execution, Step | ExecutionOutcome]:
-    """The plan after this tick, and what to do, or how it ended."""
+    """Return the plan after this tick, with the step to take or the outcome."""
     seen, view, now = turn.seen, turn.view, turn.now_s
     if seen is None or view is None or turn.sight.blind_s > BLIND_LIMIT_S:
         return running.execution, ExecutionOutcome(False, f"nothing has been seen for {BLIND_LIMIT_S:g} s")
@@ -208,7 +212,7 @@ def _finished(turn: Turn, running: Executing) -> Directive:
         end_words(turn, "done")
     turn.note(done=(plan, running.begun_m))
     if running.answer is None and isinstance(move, Assist) and may_stop(turn):
-        return halt(turn, move)  # at once: the stack would drive back to where it was blocked
+        return halt(turn, move)  # at once, because the stack would drive back to where it was blocked
     turn.set(escalation=turn.state.escalation.failed(turn.now_s), afresh_s=turn.now_s)
     return Replan(route_start=plan.route_start) if plan.replan_route else CONTINUE
 
@@ -229,7 +233,7 @@ def _given_up(turn: Turn, running: Executing, result: ExecutionOutcome, last: Ve
 
 
 def stay(turn: Turn) -> Directive:
-    """A plan was given up: stand until the stack can drive on from here, or another plan begins."""
+    """A plan was given up: stand until the stack can drive on from here or another plan begins."""
     if not turn.status.at_destination and not _clear_to_hand_back(turn):
         return STAND
     turn.set(posture=Driving())
@@ -238,7 +242,7 @@ def stay(turn: Turn) -> Directive:
 
 
 def _clear_to_hand_back(turn: Turn) -> bool:
-    """May the stack drive on from where a plan was given up? So it must, too, where nothing is seen for long."""
+    """True if the stack may drive on from where a plan was given up, or if nothing has been seen for long."""
     if turn.view is None:
         return turn.sight.blind_s > BLIND_LIMIT_S
     return turn.setup.guard.clear_to_hand_back(turn.view)

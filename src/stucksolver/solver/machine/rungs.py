@@ -1,4 +1,4 @@
-"""Whoever is due on the ladder: reasoners are asked and answer, people are asked, help is called."""
+"""Acts on the current rung of the ladder: asks reasoners and people, takes answers, and calls for help."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from stucksolver.solver.questions import QuestionKind, Reply
 
 
 def next_step(turn: Turn) -> Directive:
-    """Nothing is under way: ask whoever is due."""
+    """Ask whoever is next, because nothing is running."""
     now, question = turn.now_s, turn.state.question
     if question is not None and people.overdue(turn):
         people.unanswered(turn, question)
@@ -48,12 +48,15 @@ def next_step(turn: Turn) -> Directive:
     if turn.state.escalation.ready(now):
         return _on_rung(turn)
     if now >= turn.state.escalation.not_before_s:
-        _keep_calling(turn)  # also where the passenger asked that nothing be begun
+        _keep_calling(turn)  # even if the passenger asked to begin nothing
     return turn.resting
 
 
 def _keep_calling(turn: Turn) -> None:
-    """Stopped for good without a call for help: an operator said no, or a question about words took its place."""
+    """Call again if the vehicle has stopped for good and no call is open.
+
+    That happens after an operator's no, or when a question about words replaced the call.
+    """
     posture, move = turn.state.posture, turn.state.escalation.move
     if isinstance(posture, MinimalRisk) and isinstance(move, Assist) and turn.state.question is None:
         people.call_for_help(turn, posture.stop.reason)
@@ -85,9 +88,9 @@ def _on_rung(turn: Turn) -> Directive:
 
 
 def _help(turn: Turn, move: Assist) -> Directive:
-    """The last rung: to the best place in reach, where a plan for that is accepted; then stop, where one may stand.
+    """The last rung: drive to the best place in reach if such a plan is accepted, then stop if the place allows it.
 
-    Where nobody may, help is called, the vehicle is not held, and a way out is looked for again and again.
+    If the place does not allow it, help is called, the vehicle is not held, and a way out is looked for repeatedly.
     """
     may_stop, under_way = plans.may_stop(turn), turn.state.intervention
     tried = under_way is not None and under_way.tried_aside
@@ -103,7 +106,7 @@ def _help(turn: Turn, move: Assist) -> Directive:
 
 
 def _ask(turn: Turn, move: AskReasoner, trigger: Trigger) -> None:
-    """Start a question, unless the stack has no scene, or the reasoner is still at an older one."""
+    """Start a question, unless the stack has no scene or the reasoner is still working on an older question."""
     turn.set(trigger=trigger)
     seen = turn.seen
     _look_back(turn)
@@ -141,7 +144,7 @@ def _ask(turn: Turn, move: AskReasoner, trigger: Trigger) -> None:
 
 
 def _look_back(turn: Turn) -> None:
-    """Still immobilized after a finished plan: did that plan change anything?"""
+    """The vehicle is still immobilized after a finished plan: note whether that plan changed anything."""
     under_way = turn.state.intervention
     done = None if under_way is None else under_way.done
     turn.note(done=None)
@@ -155,7 +158,7 @@ def _look_back(turn: Turn) -> None:
 
 
 def take_answer(turn: Turn) -> Directive:
-    """The reasoner's answer, where it is there."""
+    """Take the reasoner's answer, if there is one."""
     answer = turn.inputs.answer
     if answer is None:
         return turn.resting
@@ -173,7 +176,7 @@ def take_answer(turn: Turn) -> Directive:
 
 
 def _asked_again(turn: Turn) -> Directive:
-    """At once, with the reason of the refusal among the past attempts."""
+    """Ask again at once, with the reason for the refusal among the past attempts."""
     next_step(turn)
     return turn.resting
 
@@ -185,7 +188,7 @@ def _no_answer(turn: Turn, why: str) -> None:
 
 
 def _no_plan(turn: Turn, answer: Answer) -> None:
-    """Is waiting right? Else it was a try that led to nothing."""
+    """The answer has no plan: either waiting is right, or the try led to nothing."""
     now = turn.now_s
     if turn.state.words is not None:
         turn.begin(turn.state.trigger)
@@ -209,7 +212,7 @@ def _no_plan(turn: Turn, answer: Answer) -> None:
 
 
 def replied(turn: Turn, reply: Reply) -> Directive:
-    """A person's yes or no."""
+    """Handle a person's yes or no."""
     question, activity = reply.question, turn.state.activity
     said = "yes" if reply.yes else "no"
     turn.tell(EventKind.ANSWERED, f"{reply.by}: {said}", question=question, answer=reply.yes)
@@ -224,7 +227,7 @@ def replied(turn: Turn, reply: Reply) -> Directive:
 
 
 def cleared(turn: Turn) -> None:
-    """The vehicle goes by itself: nobody need answer any more."""
+    """The vehicle is moving on its own: nobody needs to answer any more."""
     if turn.drop_query():
         turn.tell(EventKind.CANCELLED, "the vehicle moves again")
     if not isinstance(turn.state.activity, Executing):

@@ -1,4 +1,4 @@
-"""What the solver knows and is about: frozen values, from which everything that may happen next follows."""
+"""The state of the solver: frozen values that determine everything that may happen next."""
 
 from __future__ import annotations
 
@@ -21,36 +21,36 @@ from stucksolver.solver.questions import Question
 
 
 class StateName(str, Enum):
-    """The named states. The first five are activities, the others say what the vehicle does meanwhile."""
+    """The named states. The first five are activities; the others say what the vehicle does meanwhile."""
 
     MONITORING = "monitoring"
-    """Nothing is asked and nothing runs: the status is watched, and whoever is due on the ladder will be asked."""
+    """Nothing is asked and nothing runs. The status is watched, and the next rung of the ladder will be asked."""
     QUERYING = "querying"
-    """A reasoner has a question about the scene."""
+    """A reasoner is answering a question about the scene."""
     AWAITING_APPROVAL = "awaiting approval"
-    """A plan lacks only the yes of a person, who has been asked for it."""
+    """A plan lacks only a person's approval, and the person has been asked."""
     AWAITING_GAP = "awaiting a gap"
-    """Only traffic speaks against a plan: the guard looks at it on every tick until a gap comes, or time is over."""
+    """Only traffic prevents a plan. The guard checks it on every tick until there is a gap or the time is over."""
     EXECUTING = "executing"
-    """The stack carries out a plan, and the guard looks at it on every tick."""
+    """The stack executes a plan, and the guard checks it on every tick."""
     DRIVING = "driving"
-    """The stack drives as it likes."""
+    """The stack drives by itself."""
     HOLDING = "holding"
-    """A plan was given up where the stack would turn into what stands there: the vehicle is held until that is free."""
+    """A plan was given up where the stack would turn into an obstacle: the vehicle is held until the way is free."""
     MINIMAL_RISK = "minimal risk condition"
-    """The vehicle is stopped where one may stand, and help has been called."""
+    """The vehicle is stopped at a place where it may stand, and help has been called."""
 
 
 @dataclass(frozen=True)
 class Monitoring:
-    """Nothing is asked, and nothing runs."""
+    """Nothing is asked and nothing runs."""
 
     name = StateName.MONITORING
 
 
 @dataclass(frozen=True)
 class Querying:
-    """A reasoner has a question."""
+    """A reasoner is answering a question."""
 
     query: Query
 
@@ -59,7 +59,7 @@ class Querying:
 
 @dataclass(frozen=True)
 class AwaitingApproval:
-    """The plan in question lacks only a yes; `answer` is what it came from."""
+    """The plan lacks only a person's approval. `answer` is where it came from."""
 
     answer: Answer
 
@@ -68,10 +68,13 @@ class AwaitingApproval:
 
 @dataclass(frozen=True)
 class AwaitingGap:
-    """A plan that only traffic speaks against.
+    """A plan that only traffic prevents.
 
-    `until_s`: it is dropped at this time. `from_m`: progress on the route when it was begun (m), for one that was given
-    up for the traffic right after its start; else None.
+    Attributes:
+        answer: Where the plan came from.
+        plan: The plan.
+        until_s: The plan is dropped at this time (s, the solver's own).
+        from_m: Progress on the route at its start (m) if it was given up for traffic right after that; else None.
     """
 
     answer: Answer
@@ -84,10 +87,14 @@ class AwaitingGap:
 
 @dataclass(frozen=True)
 class Executing:
-    """A plan under way.
+    """A running plan.
 
-    `answer`: what it comes from, None for the way to the roadside. `words`: those that it follows. `begun_m`: progress
-    on the route at its start (m). `withdrawn`: it was taken back by words, and ends as soon as that is safe.
+    Attributes:
+        execution: The plan's execution.
+        answer: Where the plan came from; None for the way to the roadside.
+        words: The words that it follows, if any.
+        begun_m: Progress on the route at its start (m).
+        withdrawn: True if words withdrew it; it then ends as soon as that is safe.
     """
 
     execution: Execution
@@ -104,31 +111,37 @@ Activity = Monitoring | Querying | AwaitingApproval | AwaitingGap | Executing
 
 @dataclass(frozen=True)
 class Driving:
-    """The stack drives as it likes."""
+    """The stack drives by itself."""
 
     name = StateName.DRIVING
 
     @property
     def directive(self) -> Continue:
-        """The stack goes on by itself."""
+        """The directive: continue."""
         return CONTINUE
 
 
 @dataclass(frozen=True)
 class Holding:
-    """The vehicle is held where a plan was given up. Each tick looks whether it still must be."""
+    """The vehicle is held where a plan was given up. Each tick checks whether it must still be held."""
 
     name = StateName.HOLDING
 
     @property
     def directive(self) -> Continue:
-        """The stack goes on by itself."""
+        """The directive: continue."""
         return CONTINUE
 
 
 @dataclass(frozen=True)
 class MinimalRisk:
-    """Stopped, with help called. `blocked`: did something stand in the way? `was`: what to go back to on release."""
+    """The vehicle is stopped and help has been called.
+
+    Attributes:
+        stop: The stop that was ordered.
+        blocked: True if something stood in the way.
+        was: The posture to return to on release.
+    """
 
     stop: SafeStop
     blocked: bool
@@ -138,7 +151,7 @@ class MinimalRisk:
 
     @property
     def directive(self) -> SafeStop:
-        """The stop that was ordered."""
+        """The directive: the stop that was ordered."""
         return self.stop
 
 
@@ -147,7 +160,7 @@ Posture = Driving | Holding | MinimalRisk
 
 @dataclass(frozen=True)
 class WordsInForce:
-    """A passenger's words that count now, and since when, in the solver's own time."""
+    """The passenger's words that count now, and since when (s, the solver's own time)."""
 
     words: Guidance
     since_s: float
@@ -155,72 +168,74 @@ class WordsInForce:
 
 @dataclass(frozen=True)
 class Intervention:
-    """From the first answer that is no legitimate wait to a verified hand-back. `number` counts from 1."""
+    """An intervention: from the first answer that is not a legitimate wait to a verified hand-back. Numbers start
+    at 1.
+    """
 
     number: int
     recovered: bool = False
     helped: bool = False
-    """Has a plan been started since the last recovery?"""
+    """True if a plan was started since the last recovery."""
     done: tuple[RecoveryPlan, float] | None = None
-    """The plan that finished last, with the progress on the route at its start (m)."""
+    """The last finished plan, with the progress on the route at its start (m)."""
     tried_aside: bool = False
-    """Was pulling over tried before the stop?"""
+    """True if pulling over was tried before the stop."""
     approved: Mapping[Signature, Approvals] = field(default_factory=lambda: MappingProxyType({}))
-    """What people have agreed to, by plan."""
+    """What people have approved, by plan."""
 
 
 @dataclass(frozen=True)
 class State:
-    """All that the next step depends on, but the inputs of its tick. Times are the solver's own, seconds."""
+    """Everything that the next step depends on, except its inputs. Times are the solver's own (s)."""
 
     escalation: Escalation
-    """Where on the ladder it is."""
+    """The place on the ladder."""
     words_escalation: Escalation
-    """The same for a plan that follows words: no rungs of people."""
+    """The place on the ladder for a plan that follows words, without the rungs of people."""
     history: History
     progress: ProgressWatch
     activity: Activity = Monitoring()
     posture: Posture = Driving()
     question: Question | None = None
-    """What a person is asked now."""
+    """The open question to a person."""
     question_since_s: float = 0.0
     questions: int = 0
-    """Asked so far."""
+    """Number of questions asked so far."""
     queries: int = 0
     words: WordsInForce | None = None
     claims: Mapping[Claim, float] = field(default_factory=lambda: MappingProxyType({}))
-    """What people have said of the world, and until when it is believed."""
+    """What people have claimed about the world, and until when each claim is believed (s)."""
     doubts: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
-    """What perception is not believed about, by object's id, and until when (see `doubts`)."""
+    """Objects that perception is doubted about, by id, and until when (s); see `doubts`."""
     asked_back: bool = False
-    """Were the last words asked back already?"""
+    """True if the passenger was already asked what the last words meant."""
     intervention: Intervention | None = None
     interventions: int = 0
     scene: Scene | None = None
-    """What the last question to a reasoner was about."""
+    """The scene of the last question to a reasoner."""
     trigger: Trigger | None = None
     refused_m: float | None = None
-    """Progress at which the passenger refused what would have been done (m); None where nothing is refused."""
+    """Progress at which the passenger refused the plan (m); None if nothing is refused."""
     afresh_s: float | None = None
-    """What the detector saw before this time says nothing any more: a plan finished."""
+    """Detector output before this time is ignored, because a plan has finished since."""
     senses_fault: str | None = None
     camera_fault: str | None = None
     told_fault: str | None = None
-    """The fault that goes on, and was told."""
+    """The current fault, if it was reported already."""
 
     @property
     def reading(self) -> Reading | None:
-        """What the words that count now were read as."""
+        """How the words that count now were understood."""
         return None if self.words is None else self.words.words.reading
 
     @property
     def names(self) -> tuple[StateName, StateName]:
-        """The activity, and what the vehicle does meanwhile."""
+        """The current activity, and what the vehicle does meanwhile."""
         return self.activity.name, self.posture.name
 
     @property
     def engaged(self) -> bool:
-        """Is anything going on that a tick must look at, even while nothing triggers?"""
+        """True if a tick has something to check even without a trigger."""
         return (
             self.intervention is not None
             or self.progress.on
@@ -232,7 +247,7 @@ class State:
 
     @property
     def settled(self) -> bool:
-        """May an intervention be closed: is nothing and nobody being waited for?"""
+        """True if an intervention may be closed because nothing is being waited for."""
         return (
             self.words is None
             and self.question is None
@@ -241,5 +256,5 @@ class State:
         )
 
     def but(self, **changes: object) -> State:
-        """The same with these fields changed."""
+        """A copy with these fields changed."""
         return replace(self, **changes)  # type: ignore[arg-type]

@@ -1,9 +1,9 @@
-"""The states and what leads from one to the next, as a table: `docs/states.md` is made of it.
+"""The table of states and transitions, from which `docs/states.md` is generated.
 
     python -m stucksolver.solver.machine.table > docs/states.md
 
-`tests/core/test_machine.py` drives the machine at random and checks that it takes no other way, and that it takes each
-of these.
+`tests/core/test_machine.py` drives the machine at random and checks that it takes each of these transitions and no
+other.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ POSTURES: dict[tuple[StateName, StateName], str] = {
 
 
 def page() -> str:
-    """The whole page, in Markdown."""
+    """Return the whole page in Markdown."""
     return f"""# The solver's states
 
 Made by `python -m stucksolver.solver.machine.table > docs/states.md`.
@@ -79,7 +79,7 @@ passenger's words, an open question to a person, and what has failed are further
 
 
 def _meanings() -> str:
-    """What stands below each name."""
+    """The explanation below each name."""
     source = inspect.getsource(state.StateName)
     rows = []
     for one in StateName:

@@ -1,4 +1,4 @@
-"""The solver's rule: from a state and a tick's inputs to the next state, what the stack is to do, and what is told."""
+"""The transition function: from a state and the inputs of a tick to the next state, a directive and events."""
 
 from __future__ import annotations
 
@@ -19,11 +19,20 @@ from stucksolver.solver.machine.turn import Turn
 from stucksolver.solver.progress import ProgressWatch
 
 REFUSAL_M = 50.0
-"""So far on, what a passenger refused lies behind: about a braking distance and the length of a queue."""
+"""What a passenger refused is behind after this distance: about a braking distance and the length of a queue."""
 
 
 def first_state(ladder: Ladder, reasoners: frozenset[str], *, observe_only: bool = False) -> State:
-    """Before the first tick. Raises `ValueError` where no rung of the ladder can be used."""
+    """Return the state before the first tick.
+
+    Args:
+        ladder: The escalation policy.
+        reasoners: Names of the reasoners present.
+        observe_only: Judge plans, but never execute them.
+
+    Raises:
+        ValueError: No rung of the ladder can be used.
+    """
     return State(
         escalation=Escalation(Rungs.of(ladder, reasoners, only_reasoners=observe_only)),
         words_escalation=Escalation(Rungs.of(ladder, reasoners, only_reasoners=True)),
@@ -33,10 +42,16 @@ def first_state(ladder: Ladder, reasoners: frozenset[str], *, observe_only: bool
 
 
 def transition(state: State, inputs: Inputs, setup: Setup) -> tuple[State, Directive, tuple[Told, ...]]:
-    """One tick. Depends on its arguments alone, and changes none of them.
+    """Compute one tick. The result depends only on the arguments, and none of them is changed.
 
-    A `Querying` state with a new query asks for a reasoner to be put to work; one that has gone without its answer asks
-    for that work to be dropped.
+    Args:
+        state: The state after the last tick.
+        inputs: The inputs of this tick.
+        setup: The fixed parts of the solver.
+
+    Returns:
+        The next state, the directive for the stack, and the events in order. A `Querying` state with a new query asks
+        the caller to start a reasoner; leaving that state without an answer asks it to drop the question.
     """
     turn = Turn(state, inputs, setup)
     if inputs.jump_s is not None:
@@ -52,7 +67,7 @@ def transition(state: State, inputs: Inputs, setup: Setup) -> tuple[State, Direc
 
 
 def without_status(state: State) -> Directive:
-    """For a tick of which nothing is known: nothing begins, and a plan that runs stands still."""
+    """Return the directive for a tick without a valid status: nothing begins, and a running plan stands still."""
     return STAND if isinstance(state.activity, Executing) else state.posture.directive
 
 
@@ -75,7 +90,7 @@ def _act(turn: Turn) -> Directive:
 
 
 def _watch(turn: Turn) -> None:
-    """Notes progress. A legitimate wait is no immobilization: only an open intervention is."""
+    """Note the progress. A legitimate wait is not an immobilization; only an open intervention is."""
     _forget_refusal(turn)
     under_way = turn.state.intervention
     counted: Trigger | None = None if under_way is None else turn.inputs.trigger
@@ -90,7 +105,7 @@ def _watch(turn: Turn) -> None:
 
 
 def _forget_refusal(turn: Turn) -> None:
-    """What a passenger refused counts until it lies behind."""
+    """Forget what a passenger refused once it is behind the vehicle."""
     escalation, refused_m = turn.state.escalation, turn.state.refused_m
     if escalation.quiet_until_s != math.inf:
         turn.set(refused_m=None)
@@ -102,7 +117,7 @@ def _forget_refusal(turn: Turn) -> None:
 
 
 def _settle(turn: Turn) -> None:
-    """The hand-back is verified, or there is nothing more to do: the counters start anew."""
+    """Reset the counters once the hand-back is verified or there is nothing left to do."""
     state = turn.state
     if state.intervention is None or not state.settled or turn.inputs.hearing:
         return

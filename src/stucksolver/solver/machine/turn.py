@@ -1,4 +1,4 @@
-"""One transition while it is worked out: the state so far, and what is to be told. Nothing outside of it changes."""
+"""A transition in progress: the state so far and the events to report. Nothing outside this object changes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from stucksolver.solver.questions import Question, QuestionKind
 
 
 class Turn:
-    """Starts from a state and one tick's inputs; the functions of this package take it on, step by step."""
+    """Starts from a state and the inputs of one tick; the functions of this package change it step by step."""
 
     def __init__(self, state: State, inputs: Inputs, setup: Setup) -> None:
         self.state = state
@@ -28,12 +28,12 @@ class Turn:
         self.setup = setup
         self.told: list[Told] = []
         self.reply = inputs.reply
-        """A person's yes or no that has not been acted on."""
+        """A person's yes or no that has not been handled yet."""
 
     def set(self, **changes: object) -> None:
         """Change fields of the state."""
         before = self.state
-        # Most of what is set on a tick is what was there; a new state costs more than to see that.
+        # Most fields keep their value on a tick, and comparing is cheaper than creating a new state.
         if any(getattr(before, name) is not value for name, value in changes.items()):
             self.state = before.but(**changes)
 
@@ -41,27 +41,27 @@ class Turn:
 
     @property
     def status(self) -> Status:
-        """The vehicle's status in this step."""
+        """The vehicle's status at this tick."""
         return self.inputs.status
 
     @property
     def now_s(self) -> float:
-        """The solver's own time."""
+        """The solver's own time (s)."""
         return self.inputs.status.time_s
 
     @property
     def stack_s(self) -> float:
-        """The stack's time."""
+        """The stack's time (s)."""
         return self.now_s - self.inputs.offset_s
 
     @property
     def resting(self) -> Continue | SafeStop:
-        """What to do while nothing is performed."""
+        """The directive while no plan is executed."""
         return self.state.posture.directive
 
     @property
     def onset_s(self) -> float | None:
-        """Since when the vehicle has been slow without a good reason; None while it is not."""
+        """Since when the vehicle has been slow without a good reason (s); None if it is not."""
         slow, waited = self.inputs.slow_since_s, self.state.escalation.last_wait_s
         return slow if slow is None or waited is None else max(slow, waited)
 
@@ -76,36 +76,36 @@ class Turn:
 
     @property
     def seen(self) -> Surroundings | None:
-        """The surroundings, with what is doubted as unknown; None where nothing has ever been seen."""
+        """The surroundings with doubted objects as unknown; None if nothing was ever seen."""
         found = self.sight.surroundings
         return None if found is None else doubted(found, self.state.doubts, self.now_s)
 
     @cached_property
     def view(self) -> FrenetScene | None:
-        """The same beside the road."""
+        """The same surroundings in road coordinates."""
         seen = self.seen
         return None if seen is None else FrenetScene(seen)
 
     def doubt(self, found: tuple[Disagreement, ...]) -> None:
-        """Tell of what a reasoner's word contradicts, and look at the surroundings anew."""
+        """Report what a reasoner contradicts, and look at the surroundings again."""
         if not found:
             return
         self.tell(EventKind.DISAGREED, "; ".join(str(one) for one in found))
         self.set(doubts=noted(self.state.doubts, found, self.now_s))
         self.__dict__.pop("view", None)
 
-    # ---- telling
+    # ---- reporting
 
     def tell(self, kind: EventKind, text: str, *, question: Question | None = None, answer: bool | None = None) -> None:
-        """Adds an event to those of this step."""
+        """Add an event to this step."""
         self._tell(kind, text, question=question, answer=answer)
 
     def tell_words(self, words: Guidance) -> None:
-        """What was said, and what it was read as."""
+        """Report what was said and how it was understood."""
         self._tell(EventKind.GUIDANCE, words.text, reading=words.reading)
 
     def tell_decision(self, answer: Answer, verdict: Verdict | None, *, waiting: bool = False) -> None:
-        """Adds the event of a decision, with the guard's verdict on it."""
+        """Report a decision, with the guard's verdict on it."""
         trigger = self.state.trigger
         self._tell(
             EventKind.DECIDED,
@@ -120,7 +120,7 @@ class Turn:
         )
 
     def tell_fault(self, fault: str | None) -> None:
-        """Once for each fault that begins."""
+        """Report each fault once, when it begins."""
         if fault is not None and fault != self.state.told_fault:
             self.tell(EventKind.FAULT, fault)
         self.set(told_fault=fault)
@@ -140,7 +140,7 @@ class Turn:
     # ---- the intervention
 
     def begin(self, trigger: Trigger | None) -> None:
-        """From the first answer on that is no legitimate wait, this is an intervention."""
+        """Begin an intervention at the first answer that is not a legitimate wait."""
         if self.state.intervention is not None:
             return
         number = self.state.interventions + 1
@@ -150,21 +150,21 @@ class Turn:
         self.set(progress=progress)
 
     def note(self, **changes: object) -> None:
-        """Change fields of the intervention under way, if there is one."""
+        """Change fields of the open intervention, if there is one."""
         if self.state.intervention is not None:
             self.set(intervention=replace(self.state.intervention, **changes))  # type: ignore[arg-type]
 
     # ---- the ladder
 
     def failed(self, *, counts: bool = True) -> None:
-        """Whoever was asked did not help: pause, and count it where it counts."""
+        """The last reasoner or person did not help: pause, and count the try if it counts."""
         if self.state.words is not None:
             self.set(words_escalation=self.state.words_escalation.failed(self.now_s, counts=False))
         else:
             self.set(escalation=self.state.escalation.failed(self.now_s, counts=counts))
 
     def may_repair(self) -> bool:
-        """A plan was refused: take one of the rounds in which the reasoner is told why. False where none is left."""
+        """Take one of the rounds in which the reasoner is told why its plan was refused. False if none is left."""
         state = self.state
         if state.words is not None:
             repaired = state.words_escalation.repair(self.now_s)
@@ -175,20 +175,20 @@ class Turn:
         return repaired is not None
 
     def climb(self) -> None:
-        """To the next rung, if there is one."""
+        """Go to the next rung, if there is one."""
         before = self.state.escalation
         self.set(escalation=before.climbed(self.now_s))
         if not before.is_last:
             self.tell(EventKind.ESCALATED, f"to the rung {self.state.escalation.rung}")
 
     def pause(self, until_s: float) -> None:
-        """Ask nobody before then."""
+        """Ask nobody before this time (s)."""
         self.set(escalation=self.state.escalation.paused(until_s))
 
     # ---- questions
 
     def drop_query(self) -> bool:
-        """The question to a reasoner is not wanted any more. Was there one?"""
+        """Drop the question to a reasoner. Returns True if there was one."""
         asked = isinstance(self.state.activity, Querying)
         if asked:
             self.set(activity=Monitoring())
@@ -197,7 +197,7 @@ class Turn:
     def ask_person(
         self, kind: QuestionKind, to: Person, text: str, *, within_s: float | None = None, **more: object
     ) -> None:
-        """Open a question to a person, in place of the one that was open."""
+        """Ask a person a question, replacing the open one."""
         number = self.state.questions + 1
         question = Question(
             id=f"q{number}",
@@ -213,7 +213,7 @@ class Turn:
         self.tell(EventKind.ASKED, text, question=question)
 
     def withdraw_question(self) -> Question | None:
-        """Close the open question without an answer; gives it back."""
+        """Close the open question without an answer and return it."""
         question, self.reply = self.state.question, None
         self.set(question=None)
         if isinstance(self.state.activity, AwaitingApproval):

@@ -1,1 +1,1 @@
-"""What takes time, off the control loop: reasoners, the reader of words, and the clock that delivers their answers."""
+"""Work outside the control loop: reasoners, the reader of words, and the clock that delivers their answers."""

@@ -1,4 +1,4 @@
-"""When an answer is delivered: the clock is injected, so that a run can be repeated or charged for its thinking."""
+"""Decides when an answer is delivered. The clock is injected, so a run can be repeated or charged for latency."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from typing import Protocol, TypeVar
 
 T = TypeVar("T")
 WAIT_LIMIT_S = 60.0
-"""Wall time for which a simulated world is held up at most, unless a reasoner's deadline is longer; after that the
-answer counts as missing."""
+"""The longest wall time for which a simulated world is held, unless a reasoner's deadline is longer. After that
+the answer counts as missing.
+"""
 
 
 @dataclass
@@ -21,35 +22,35 @@ class Pending:
     asked_s: float
     asked_wall_s: float
     ticks: int = 0
-    """Calls of `step` since it was asked."""
+    """Number of calls of `step` since the question."""
     wait_s: float = WAIT_LIMIT_S
-    """How long a simulated world is held up for it."""
+    """The longest time for which a simulated world is held for the answer (s)."""
     took_s: float | None = None
-    """Wall time to the answer, once it is there."""
+    """Wall time until the answer (s), once there is one."""
 
 
 class Clock(Protocol):
-    """Decides at each tick whether an answer may be delivered, and waits for it where time is only simulated."""
+    """Decides at each tick whether an answer may be delivered, and waits for it if time is only simulated."""
 
     name: str
 
     def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
-        """True when the answer is to be taken now. It is there, unless the reasoner hangs."""
+        """True if the answer should be taken now. It is ready, unless the reasoner hangs."""
 
 
 class Lockstep:
-    """Delivered on the next tick, whatever the wall time (as CARLA's leaderboard has it)."""
+    """Delivers on the next tick, whatever the wall time, as the CARLA leaderboard does."""
 
     name = "lockstep"
 
     def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
-        """At once: waits for the answer while the world stands still."""
+        """Always true; waits for the answer while the simulated world stands still."""
         _wait(answer, query.wait_s)
         return True
 
 
 class Latency:
-    """Delivered after a fixed time of a world that goes on."""
+    """Delivers after a fixed time in a world that goes on."""
 
     def __init__(self, latency_s: float) -> None:
         if not 0 <= latency_s < math.inf:
@@ -58,7 +59,7 @@ class Latency:
         self.name = f"latency:{latency_s:g}"
 
     def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
-        """When the latency is over in the world's time."""
+        """True when the latency is over in the world's time."""
         if now_s - query.asked_s < self.latency_s - 1e-6:
             return False
         _wait(answer, query.wait_s)
@@ -66,12 +67,12 @@ class Latency:
 
 
 class Measured:
-    """Delivered after as many ticks as it took on the wall; not repeatable."""
+    """Delivers after as many ticks as the answer took in wall time; not repeatable."""
 
     name = "latency:measured"
 
     def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
-        """When as much time has gone by in the world as the answer took."""
+        """True when as much time has passed in the world as the answer took."""
         simulated = now_s - query.asked_s
         if not answer.done():
             _wait(answer, max(query.asked_wall_s + simulated - time.monotonic(), 0.0))
@@ -83,17 +84,17 @@ class Measured:
 
 
 class Wall:
-    """Delivered as soon as it is there; never waits. For live stacks."""
+    """Delivers as soon as the answer is ready and never waits. For live stacks."""
 
     name = "wall"
 
     def due(self, query: Pending, now_s: float, answer: Future[T]) -> bool:
-        """When the answer is there."""
+        """True when the answer is ready."""
         return answer.done()
 
 
 def _wait(answer: Future[T], timeout_s: float) -> None:
-    """Until the answer is there (or failed, which the taker finds out), or the time is up."""
+    """Wait until the answer is ready (or failed, which the caller finds out) or the time is up."""
     try:
         answer.exception(timeout=timeout_s)
     except TimeoutError:
@@ -104,7 +105,14 @@ CHOICES = "lockstep, latency:SECONDS, latency:measured or wall"
 
 
 def make_clock(text: str) -> Clock:
-    """`lockstep`, `latency:SECONDS`, `latency:measured` or `wall`. Raises `ValueError` for anything else."""
+    """Make a clock from its name.
+
+    Args:
+        text: `lockstep`, `latency:SECONDS`, `latency:measured` or `wall`.
+
+    Raises:
+        ValueError: The name is unknown or the latency is not a number of seconds.
+    """
     if text == "lockstep":
         return Lockstep()
     if text == "wall":

@@ -1,4 +1,4 @@
-"""The reasoners there are, and how one is consulted: first the cheap look for a reason to wait, then the question."""
+"""The available reasoners, and how one is asked: first a cheap check for a reason to wait, then the question."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stucksolver.scene import Scene
 
 
 class ReasonerPool:
-    """Reasoners by the name that the ladder calls them."""
+    """Reasoners by the names that the ladder uses."""
 
     def __init__(self, reasoners: Mapping[str, Reasoner], waits: Waits) -> None:
         self.reasoners = dict(reasoners)
@@ -29,11 +29,18 @@ class ReasonerPool:
         check: PlanCheck | None = None,
         limit_s: float | None = None,
     ) -> Answer:
-        """Ask one about a scene; with `screen`, rules answer in its place where the vehicle is only held up.
+        """Ask one reasoner about a scene. Runs outside the control loop.
 
-        `check` lets it ask the guard first; `limit_s` is the wall time that it has.
+        Args:
+            name: The ladder's name for the reasoner.
+            scene: What the reasoner is told.
+            screen: Let the rules answer instead if the vehicle is only held up.
+            outlived: Reasons to wait that have lasted too long.
+            check: Asks the guard about a plan before the reasoner answers.
+            limit_s: Wall time for the answer (s).
 
-        Runs off the control loop. Raises what the reasoner raises, and `ReasonerError` for an answer of the wrong type.
+        Raises:
+            ReasonerError: The reasoner failed or returned the wrong type.
         """
         reasoner, request = self.reasoners[name], Request(scene, check, limit_s)
         if screen and scene.guidance is None and not isinstance(reasoner, RuleReasoner):

@@ -1,4 +1,4 @@
-"""Asks a reasoner off the control loop: one question at a time, in a thread of its own, with a deadline."""
+"""Asks a reasoner outside the control loop: one question at a time, in its own thread, with a deadline."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stucksolver.solver.workers.reasoner_pool import ReasonerPool
 
 
 class ReasonerWorker:
-    """Holds the question under way, if one is.
+    """Holds the question under way, if there is one.
 
     Its threads are daemons: a reasoner that never answers does not keep the process from ending.
     """
@@ -32,10 +32,12 @@ class ReasonerWorker:
         self._pending: Pending | None = None
         self._answer: Future[Answer] | None = None
         self._calls: dict[str, Future[Answer]] = {}
-        """By the ladder's name: the last call, dropped ones too. One reasoner is never called twice at once."""
+        """The last call by the ladder's name, including dropped ones. A reasoner never has two calls at once."""
 
     def work_on(self, query: Query | None) -> None:
-        """From now on this is asked, or nothing; a reasoner at work on something else is told to stop, if it can be."""
+        """Work on this question, or on none. A reasoner that is working on another one is told to stop, if it
+        supports that.
+        """
         if query is self._query:
             return
         self._drop()
@@ -43,12 +45,14 @@ class ReasonerWorker:
             self._begin(query)
 
     def at_work(self) -> frozenset[str]:
-        """Reasoners whose last call has not come back, by the ladder's names for them."""
+        """Reasoners whose last call has not returned, by the ladder's names for them."""
         busy = {id(self._pool.reasoners[name]) for name, call in self._calls.items() if not call.done()}
         return frozenset(name for name, one in self._pool.reasoners.items() if id(one) in busy)
 
     def poll(self, now_s: float) -> Answer | NoAnswer | None:
-        """The answer when the clock delivers it, again on every tick until something else is asked."""
+        """Return the answer when the clock delivers it, and on every tick after that until another question is
+        asked.
+        """
         query, pending, answer = self._query, self._pending, self._answer
         if query is None or pending is None or answer is None:
             return None
@@ -69,7 +73,8 @@ class ReasonerWorker:
 
     def _begin(self, query: Query) -> None:
         self._query = query
-        # A simulated world waits for as long as the reasoner may take, and a little more, so that it can say why not.
+        # A simulated world waits as long as the reasoner may take and a little more, so that the reasoner can report
+        # why it has no answer.
         wait_s = max(WAIT_LIMIT_S, query.deadline_s + 5.0)
         self._pending = pending = Pending(query.asked_s, time.monotonic(), wait_s=wait_s)
         self._answer = self._calls[query.reasoner] = answer = Future[Answer]()
@@ -77,18 +82,18 @@ class ReasonerWorker:
         threading.Thread(target=_think, args=work, name="stucksolver-reasoner", daemon=True).start()
 
     def _drop(self) -> None:
-        """Forget the question under way; a reasoner that can be told so is told that its answer is not wanted."""
+        """Drop the question under way, and tell the reasoner if it supports that."""
         query, answer = self._query, self._answer
         self._query = self._pending = self._answer = None
         if query is None or answer is None or answer.done():
             return
         reasoner: object = self._pool.reasoners[query.reasoner]
         if isinstance(reasoner, Cancellable):
-            with contextlib.suppress(Exception):  # whatever a reasoner does when it is told to stop
+            with contextlib.suppress(Exception):  # whatever a reasoner raises when it is told to stop
                 reasoner.cancel()
 
     def _check(self, query: Query) -> PlanCheck | None:
-        """What the guard would say of a plan, as things stood when the question was asked."""
+        """Return a check that says what the guard would say of a plan at the time of the question."""
         seen = query.seen
         if seen is None:
             return None

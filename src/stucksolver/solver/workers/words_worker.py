@@ -1,4 +1,4 @@
-"""Has a passenger's words read off the control loop: the newest only, delivered by the clock."""
+"""Reads a passenger's words outside the control loop: only the newest, delivered by the clock."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from stucksolver.solver.workers.clock import Clock, Lockstep, Measured, Pending,
 from stucksolver.words import NoReader, WordsReader
 
 DEADLINE_S = 5.0
-"""Words that are not read by then count as unclear. The first ones wait for the reader to load."""
+"""Words that are not read by then count as unclear. The first words wait for the reader to load."""
 
 
 class WordsWorker:
-    """Words on their way to being understood.
+    """Words that are being read.
 
-    A reading takes tens of milliseconds: a clock that charges a language model's answers with seconds does not apply.
-    A simulated world waits for the reading, a live stack never does.
+    Reading takes tens of milliseconds, so a clock that charges seconds for a language model's answers does not apply. A
+    simulated world waits for the reading; a live stack never does.
     """
 
     def __init__(self, reader: WordsReader, clock: Clock) -> None:
@@ -31,18 +31,18 @@ class WordsWorker:
 
     @property
     def busy(self) -> bool:
-        """Whether words are being read."""
+        """True while words are being read."""
         return self._said is not None
 
     def take(self, text: str, time_s: float, now_s: float, situation: str) -> None:
-        """New words, in place of those not read yet. `time_s` is the stack's time, `now_s` the solver's own."""
+        """Take new words, replacing those not read yet. `time_s` is the stack's time, `now_s` the solver's own."""
         self._said, self._query = Guidance(text=text, time_s=time_s), Pending(now_s, time.monotonic())
         self._reading = reading = Future[Reading]()
         work = (self.reader, text, situation, self._query, reading)
         threading.Thread(target=_read, args=work, name="stucksolver-words", daemon=True).start()
 
     def poll(self, now_s: float) -> Heard | None:
-        """The words with their reading, once it is due."""
+        """Return the words with their reading, once it is due."""
         said, query, reading = self._said, self._query, self._reading
         if said is None or query is None or reading is None:
             return None
@@ -55,7 +55,7 @@ class WordsWorker:
 
 
 def _result(reading: Future[Reading]) -> tuple[Reading, str | None]:
-    """The reading, or an unclear one with what went wrong."""
+    """Return the reading, or an unclear one with the fault."""
     nobody = NoReader().read("", "")
     if not reading.done():
         return nobody, f"the reader of words gave no answer within {DEADLINE_S:g} s"
