@@ -48,7 +48,10 @@ class Config(NamedTuple):
     rig: str = ""
     """The calibration of these sensors, a file like `stucksolver/perception/rig.toml`; empty: that one."""
     sensors: bool = True
-    """Declare the paper's sensors. Without them nothing is rendered; only perception `sensors` looks at them."""
+    """Declare the sensors of Bao and Li 2025 (arXiv:2510.26023). Without them nothing is rendered.
+
+    Only perception `sensors` looks at them.
+    """
     metrics: str = ""
     """Folder for Bench2Drive's `metric_info.json`, one folder in it for each route; empty: $SAVE_PATH."""
     record: str = ""

@@ -1,4 +1,4 @@
-"""`stucksolver cases`: the paper's three cases, acted out and drawn."""
+"""`stucksolver cases`: the three cases of Bao and Li 2025 (arXiv:2510.26023), run and drawn."""
 
 from __future__ import annotations
 

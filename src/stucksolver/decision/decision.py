@@ -1,4 +1,4 @@
-"""What a reasoner answers: observation, analysis, decision, as in the paper's chain."""
+"""What a reasoner answers: observation, analysis, decision, the chain of Bao and Li 2025 (arXiv:2510.26023)."""
 
 from __future__ import annotations
 

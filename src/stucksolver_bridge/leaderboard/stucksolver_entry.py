@@ -73,7 +73,7 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
             self._begin(self._config)
 
     def sensors(self) -> list[dict[str, Any]]:
-        """Front camera, LiDAR, IMU, GNSS and speedometer, as in the paper."""
+        """Front camera, LiDAR, IMU, GNSS and speedometer, as in Bao and Li 2025 (arXiv:2510.26023)."""
         if not self._config.sensors:
             return [{"type": "sensor.speedometer", "reading_frequency": 20, "id": "SPEED"}]
         return [

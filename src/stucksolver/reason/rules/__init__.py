@@ -1,4 +1,4 @@
-"""The rule reasoner: the paper's chain without a language model. The baseline that every model must beat."""
+"""The rule reasoner: the chain of Bao and Li 2025 without a language model. The baseline that every model must beat."""
 
 from __future__ import annotations
 

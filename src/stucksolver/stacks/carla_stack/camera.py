@@ -1,4 +1,4 @@
-"""The front camera, as the paper's: one picture now and then, encoded only when a scene is made of it."""
+"""The front camera, as in Bao and Li 2025: one picture now and then, encoded only when a scene is made of it."""
 
 from __future__ import annotations
 
