@@ -50,7 +50,7 @@ COMMANDS = {
     "prompt": Command("show what a model would be sent for a scene", "prompt"),
     "words": Command("read a passenger's words: lines of situation and text in, readings out", "read_words"),
     "cases": Command(
-        "run the three cases of the StuckSolver paper (Bao and Li 2025) with a reasoner; draw what it saw and decided", "cases", drives=True
+        "run the three cases of Bao and Li 2025 with a reasoner, and draw what it saw", "cases", drives=True
     ),
     "memory": Command("list, show, export or delete what is remembered of earlier drives", "memory"),
     "perception": Command("record drives, train perception on them, and score it", "perception"),
