@@ -1,4 +1,4 @@
-"""What the solver is told."""
+"""The data that the solver receives."""
 
 from stucksolver.scene.attempts import AttemptEnd, PastAttempt, PlanFailure, RejectCode
 from stucksolver.scene.objects import (

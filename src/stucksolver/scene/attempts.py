@@ -1,4 +1,4 @@
-"""Plans that did not work, and why: as codes, which programs act on, beside the text that people and models read."""
+"""Plans that did not work, and why: codes for programs, and text for people and models."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from stucksolver.scene.model import Model
 
 
 class RejectCode(str, Enum):
-    """Why the guard refuses a plan, or ends it."""
+    """Why the guard refuses or ends a plan."""
 
     STALE = "stale_surroundings"
     UNSOUND = "unsound_input"
     PRECONDITION = "precondition"
     APPROVAL = "approval_missing"
     NO_PATH = "no_path"
-    """There is no path to be judged; `PlanFailure` says why."""
+    """There is no path to judge; `PlanFailure` says why."""
     COLLISION = "collision"
     GAP = "gap"
     CLEARANCE = "vulnerable_clearance"
@@ -64,16 +64,16 @@ class PlanFailure(str, Enum):
 
 
 class AttemptEnd(str, Enum):
-    """What became of a plan."""
+    """How a plan ended."""
 
     REFUSED = "refused"
     """It was never begun."""
     GIVEN_UP = "given_up"
-    """It was begun, and ended before its end."""
+    """It was begun and then ended early."""
     DENIED = "denied"
     """A person said no."""
     USELESS = "useless"
-    """It was carried through, and the vehicle did not get on."""
+    """It finished, but the vehicle did not move on."""
 
 
 class PastAttempt(Model):
@@ -85,4 +85,4 @@ class PastAttempt(Model):
     codes: tuple[RejectCode, ...] = ()
     failures: tuple[PlanFailure, ...] = ()
     outcome: str
-    """The same for people and language models."""
+    """The reason as text for people and language models."""

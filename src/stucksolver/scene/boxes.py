@@ -15,34 +15,34 @@ HalfSize = tuple[Any, Any]
 
 
 Axis = tuple[Any, Any, Any]
-"""(x, y) of a unit vector, and how near the middles come along it before the boxes overlap."""
+"""(x, y) of a unit vector, and the distance of the centres along it below which the boxes overlap."""
 
 
 class AxisGaps(NamedTuple):
-    """Gaps between two boxes along the axes of the separating-axis test, metres; negative where they overlap on one."""
+    """Gaps between two boxes along the axes of the separating-axis test (m); negative if they overlap on that axis."""
 
     along_a: Array
     across_a: Array
     along_b: Array
     across_b: Array
     cos: Array
-    """Absolute cosine and sine of the angle between the two."""
+    """Absolute cosine and sine of the angle between the boxes."""
     sin: Array
 
     @property
     def separation(self) -> Array:
-        """The largest of the four; see the function of this name."""
+        """The largest of the four gaps; see the function `separation`."""
         result: Array = np.maximum(np.maximum(self.along_a, self.across_a), np.maximum(self.along_b, self.across_b))
         return result
 
     def with_a_wider(self, margin_m: Any) -> AxisGaps:
-        """The gaps of a box `a` that reaches farther by a margin on either side."""
+        """The gaps if box `a` is wider by a margin on each side."""
         beside, along, across = self.across_a - margin_m, margin_m * self.sin, margin_m * self.cos
         return self._replace(across_a=beside, along_b=self.along_b - along, across_b=self.across_b - across)
 
 
 def axis_gaps(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> AxisGaps:
-    """Of two boxes, or of many pairs at once."""
+    """Return the gaps between two boxes, or between many pairs at once."""
     dx, dy = np.asarray(b[0]) - a[0], np.asarray(b[1]) - a[1]
     axes, cos, sin = _axes(a, a_half, b, b_half)
     along_a, across_a, along_b, across_b = (np.abs(dx * x + dy * y) - reach for x, y, reach in axes)
@@ -50,9 +50,11 @@ def axis_gaps(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> AxisGaps:
 
 
 def _axes(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> tuple[tuple[Axis, ...], Array, Array]:
-    """Along and across a, along and across b; absolute cosine and sine of the angle between them."""
+    """Return the axes along and across a, along and across b, and the absolute cosine and sine of the angle
+    between them.
+    """
     ca, sa, cb, sb = np.cos(a[2]), np.sin(a[2]), np.cos(b[2]), np.sin(b[2])
-    # Of the angle between the two, by the addition theorems: far fewer sines than pairs.
+    # By the addition theorems for the angle between the boxes: this needs far fewer sines than pairs.
     cos, sin = np.abs(ca * cb + sa * sb), np.abs(ca * sb - sa * cb)
     axes = (
         (ca, sa, a_half[0] + b_half[0] * cos + b_half[1] * sin),
@@ -64,19 +66,29 @@ def _axes(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> tuple[tuple[A
 
 
 def separation(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> Array:
-    """Largest gap between two boxes over the four axes of the separating-axis test, metres.
+    """Return the largest gap between two boxes over the four axes of the separating-axis test (m).
 
-    Negative means that they overlap. Positive, it is exact where a face looks at the other box and a lower bound
-    corner to corner, so that to demand a gap is always on the safe side.
+    A negative gap means that they overlap. A positive gap is exact if a face looks at the other box, and a lower bound
+    corner to corner. So a required gap is always on the safe side.
     """
     return axis_gaps(a, a_half, b, b_half).separation
 
 
 def time_to_contact(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize, relative_mps: tuple[Any, Any]) -> Array:
-    """Seconds until two boxes touch that keep their headings, b moving past a by (x, y) `relative_mps`.
+    """Return the seconds until two boxes touch, if both keep their headings and b moves past a.
 
-    0 where they touch already, infinity where they never do. Exact: on each axis of the separating-axis test the
-    boxes overlap during one span of time, and they touch while all four spans hold.
+    The result is exact: on each axis of the separating-axis test the boxes overlap during one time span, and they touch
+    while all four spans hold.
+
+    Args:
+        a: Pose of box a (m, m, rad).
+        a_half: Half length and half width of a (m).
+        b: Pose of box b, in the same frame.
+        b_half: Half length and half width of b (m).
+        relative_mps: Velocity (x, y) of b relative to a (m/s).
+
+    Returns:
+        Seconds; 0 if they touch already, infinity if they never do.
     """
     dx, dy = np.asarray(b[0]) - a[0], np.asarray(b[1]) - a[1]
     begins: Array = np.zeros(np.shape(dx))
@@ -89,7 +101,7 @@ def time_to_contact(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize, relati
 
 
 def _overlap_span(distance_m: Array, speed_mps: Array, reach_m: Array) -> tuple[Array, Array]:
-    """From when to when something that starts at a signed distance is within reach; empty (inf, -inf) if never."""
+    """Return from when to when a moving point at a signed distance is within reach; empty (inf, -inf) if never."""
     standing = np.abs(speed_mps) < 1e-9
     speed = np.where(standing, 1.0, speed_mps)
     one, other = (-reach_m - distance_m) / speed, (reach_m - distance_m) / speed

@@ -1,4 +1,4 @@
-"""Makes the scene for a reasoner out of what the guard sees too: surroundings, status and the stack's offers."""
+"""Builds the scene for a reasoner from the surroundings that the guard sees, the status and the stack's offers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stucksolver.scene.view import FrenetScene
 
 PATH_MARGIN_M = 0.2
 RANGE_M = 120.0
-"""Objects further away along the road are left out of the scene; the guard sees them all the same."""
+"""Objects further away along the road are left out of the scene; the guard still sees them."""
 
 
 def build_scene(
@@ -34,7 +34,16 @@ def build_scene(
     route_command: str | None = None,
     image: CameraImage | None = None,
 ) -> Scene:
-    """Everything a reasoner may know about now, in the ego frame."""
+    """Build the scene: everything that a reasoner may know now, in the ego frame.
+
+    Args:
+        view: The surroundings in road coordinates.
+        status: The stack's status at this tick.
+        behaviors: What the stack can do now.
+        waypoints: Places from which the route could be planned again.
+        route_command: The route's next command, if there is one.
+        image: The front camera's image, if there is one.
+    """
     lanes = _nearby_lanes(view)
     own = view.ego_lane
     limit = own.strip.speed_limit_mps if own else None
@@ -67,13 +76,13 @@ def _ego(view: FrenetScene, status: Status) -> SceneEgo:
 
 
 def _nearby_lanes(view: FrenetScene) -> list[tuple[Lane, LaneRelation]]:
-    """Lanes beside the ego now, each with its relation."""
+    """Return the lanes beside the ego with their relation to it."""
     here = [lane for lane in view.frame.lanes if lane.start_m - 1.0 <= view.ego_s <= lane.end_m + 1.0]
     return [(lane, relation(view, lane)) for lane in here]
 
 
 def relation(view: FrenetScene, lane: Lane | None) -> LaneRelation:
-    """A lane as seen from the route's own one."""
+    """Return the relation of a lane to the route's own lane."""
     if lane is None:
         return LaneRelation.OFF_ROAD
     if lane.strip.kind is not LaneKind.DRIVING:
@@ -150,7 +159,7 @@ def _lane(view: FrenetScene, lane: Lane, where: LaneRelation) -> SceneLane:
 
 
 def _free(view: FrenetScene, lane: Lane) -> tuple[float, float]:
-    """Free length ahead of and behind the ego in a lane, at most what the lane's own extent is."""
+    """Return the free length ahead of and behind the ego in a lane (m), at most the lane's own extent."""
     ahead, behind = lane.end_m - view.ego_front_s, view.ego_s - view.ego.length_m / 2 - lane.start_m
     rear = view.ego_s - view.ego.length_m / 2
     for i in range(len(view.objects)):

@@ -13,17 +13,17 @@ from stucksolver.scene.road import LaneKind, LaneStrip, LineKind, RoadGeometry
 
 Array = NDArray[Any]
 Mask = NDArray[np.bool_]
-"""True or False for each station, object or instant."""
+"""True or False for each station, object or time."""
 
 
 def wrap_angle(angle: Array) -> Array:
-    """Angles brought to [-pi, pi)."""
+    """Wrap angles to [-pi, pi) (rad)."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 @dataclass(frozen=True)
 class Lane:
-    """A lane strip as arrays over its own stretch `[start_m, end_m]` of the reference line."""
+    """A lane strip as arrays over its stretch `[start_m, end_m]` of the reference line."""
 
     strip: LaneStrip
     start_m: float
@@ -34,11 +34,11 @@ class Lane:
     right: Array
 
     def covers(self, start_m: float, end_m: float) -> bool:
-        """Whether the lane reaches from `start_m` to `end_m` along the route."""
+        """True if the lane reaches from `start_m` to `end_m` along the route."""
         return self.start_m <= start_m and end_m <= self.end_m
 
     def at(self, s: float) -> tuple[float, float, float]:
-        """(right border, centre, left border) at `s`, held constant beyond the ends."""
+        """Return (right border, centre, left border) at `s` (m), held constant beyond the ends."""
         last = len(self.s) - 1
         i = min(max((s - self.start_m) / self.spacing, 0.0), float(last))
         k = min(int(i), max(last - 1, 0))
@@ -52,14 +52,14 @@ class Lane:
         return float(self.s[1] - self.s[0]) if len(self.s) > 1 else 1.0
 
     def lines(self, start_m: float, end_m: float) -> frozenset[LineKind]:
-        """The kinds of line that lie between this lane and its neighbour towards the route, on a stretch."""
+        """The kinds of line between this lane and its neighbour towards the route, on a stretch."""
         first = int(np.searchsorted(self.s, start_m - self.spacing))
         last = int(np.searchsorted(self.s, end_m + self.spacing, side="right"))
         return frozenset(self.strip.line[first:last])
 
 
 class RoadFrame:
-    """Converts between the local frame and road coordinates, and knows the lanes by arc length."""
+    """Converts between the local frame and road coordinates, and finds lanes by arc length."""
 
     def __init__(self, road: RoadGeometry) -> None:
         self.road = road
@@ -82,7 +82,7 @@ class RoadFrame:
         return Lane(strip, float(s[0]), float(s[-1]), s, centre, centre + half, centre - half)
 
     def to_road(self, xy: Array) -> tuple[Array, Array, Array]:
-        """Local points (n, 2) as (s, d, heading of the road there); beyond the ends the line is prolonged."""
+        """Convert local points (n, 2) to (s, d, road heading). The line is extended beyond its ends."""
         xy = np.atleast_2d(xy)
         dx, dy = xy[:, :1] - self.points[:, 0], xy[:, 1:] - self.points[:, 1]
         nearest = (dx * dx + dy * dy).argmin(axis=1)
@@ -98,7 +98,7 @@ class RoadFrame:
         return best[0], best[1], np.interp(best[0], self.s, self.headings)
 
     def _project(self, xy: Array, segment: NDArray[np.intp]) -> tuple[Array, Array, Array]:
-        """(s, d, distance) of each point on the given segment; only end segments are prolonged."""
+        """Return (s, d, distance) of each point on the given segment. Only end segments are extended."""
         direction = self.directions[segment]
         relative = xy - self.points[segment]
         along = (relative * direction).sum(axis=1)
@@ -109,7 +109,7 @@ class RoadFrame:
         return self.s[segment] + clipped, lateral, np.hypot(lateral, along - clipped)
 
     def to_local(self, s: Array, d: Array) -> tuple[Array, Array, Array]:
-        """Road coordinates as (x, y, heading of the road) in the local frame."""
+        """Convert road coordinates to (x, y, road heading) in the local frame."""
         index = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.directions) - 1)
         along = (s - self.s[index])[:, None] * self.directions[index]
         heading = np.interp(s, self.s, self.headings)
@@ -117,11 +117,13 @@ class RoadFrame:
         return base[:, 0] - np.sin(heading) * d, base[:, 1] + np.cos(heading) * d, heading
 
     def same_lane(self, lane: Lane) -> Lane:
-        """A lane of another window of the same road as it is known here; itself where it is not."""
+        """Return this road's version of a lane from another window of the same road, or the lane itself if it is
+        unknown here.
+        """
         return next((one for one in self.lanes if one.strip.id == lane.strip.id), lane)
 
     def lane_at(self, s: float, d: float) -> Lane | None:
-        """The lane in which a point lies, the narrowest distance to its centre winning; None off the lanes."""
+        """Return the lane that holds a point, the one with the nearest centre if several do; None off the lanes."""
         best: Lane | None = None
         nearest = np.inf
         for lane in self.lanes:
@@ -134,12 +136,14 @@ class RoadFrame:
 
     @cached_property
     def drivable(self) -> tuple[Array, Array]:
-        """(right, left) border of the connected driving lanes around the route's own lane at each station."""
+        """Return the (right, left) border of the connected driving lanes around the route's own lane at each
+        station.
+        """
         return self._borders(frozenset({LaneKind.DRIVING}))
 
     @cached_property
     def roadside(self) -> tuple[Array, Array]:
-        """The same with parking lanes and shoulders, where one may stand."""
+        """Return the same borders with parking lanes and shoulders included, where a vehicle may stand."""
         return self._borders(frozenset({LaneKind.DRIVING, LaneKind.PARKING, LaneKind.SHOULDER}))
 
     def _borders(self, kinds: frozenset[LaneKind]) -> tuple[Array, Array]:
@@ -154,7 +158,7 @@ class RoadFrame:
         return low, high
 
     def beside(self, s: float, d: float, side: int) -> Lane | None:
-        """The next lane of any kind to a side (+1 left, -1 right) of the lane that holds (s, d)."""
+        """Return the next lane of any kind on a side (+1 left, -1 right) of the lane that holds (s, d)."""
         here = self.lane_at(s, d)
         origin = here.at(s)[1] if here is not None else d
         found = [
@@ -167,11 +171,11 @@ class RoadFrame:
 
 
 JOINT_M = 0.3
-"""Lanes this near to each other count as touching."""
+"""Lanes this close to each other count as touching."""
 
 
 def _connected(spans: list[tuple[float, float]]) -> tuple[float, float]:
-    """The union of the spans that hangs together with the one around zero; empty (0, 0) where there is none."""
+    """Return the connected union of spans around zero; empty (0, 0) if there is none."""
     own = next((span for span in spans if span[0] <= 0.0 <= span[1]), None)
     if own is None:
         return 0.0, 0.0
@@ -192,7 +196,7 @@ def _frame_of(key: str, road: RoadGeometryByKey) -> RoadFrame:
 
 @dataclass(frozen=True, eq=False)
 class RoadGeometryByKey:
-    """Hashes by the geometry's key, so that the cache need not hash thousands of numbers."""
+    """Hashes by the geometry's key, so that the cache does not hash thousands of numbers."""
 
     road: RoadGeometry
 
@@ -206,5 +210,5 @@ class RoadGeometryByKey:
 
 
 def road_frame(road: RoadGeometry) -> RoadFrame:
-    """The frame of a road geometry, kept from one tick to the next."""
+    """Return the frame of a road geometry, cached from tick to tick."""
     return _frame_of(road.key, RoadGeometryByKey(road))

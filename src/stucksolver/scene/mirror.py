@@ -1,6 +1,6 @@
-"""Surroundings as one sees them who backs up: the reference line runs the other way, and the ego faces its rear.
+"""Surroundings as seen by a vehicle that backs up: the reference line runs the other way and the ego faces its rear.
 
-A manoeuvre in reverse is then an ordinary one in that frame, and all that is known of going ahead holds for it.
+A manoeuvre in reverse is then an ordinary one in that frame, and everything that holds for driving ahead holds for it.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from stucksolver.scene.surroundings import LaneSight, Surroundings
 
 
 def backwards(surroundings: Surroundings) -> Surroundings:
-    """The same place and time, looking back along the route; arc lengths and offsets change their sign.
+    """Return the same place and time, looking back along the route. Arc lengths and offsets change sign.
 
-    Traffic controls are left out: they bind those who come the other way.
+    Traffic controls are left out, because they bind traffic in the other direction.
     """
     ego = surroundings.ego
     turned = ego.model_copy(

@@ -1,4 +1,4 @@
-"""The base of everything that crosses a boundary: immutable, strict, and with one JSON form."""
+"""The base class of all data that crosses a process boundary: immutable, strict, with one JSON form."""
 
 from pydantic import BaseModel, ConfigDict
 

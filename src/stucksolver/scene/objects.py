@@ -44,12 +44,12 @@ MOTOR_VEHICLES = frozenset(
 )
 VEHICLES = MOTOR_VEHICLES | {ObjectKind.BICYCLE}
 ON_FOOT = frozenset({ObjectKind.PEDESTRIAN, ObjectKind.FLAGGER, ObjectKind.ANIMAL})
-"""Those who may step into the road from a standstill."""
+"""Kinds that may step into the road from a standstill."""
 VULNERABLE = ON_FOOT | {ObjectKind.BICYCLE}
 """Vulnerable road users: passed with a wider clearance."""
 TWO_WHEELED = frozenset({ObjectKind.MOTORCYCLE, ObjectKind.BICYCLE})
 PASSABLE_KINDS = frozenset({ObjectKind.BAG, ObjectKind.LITTER})
-"""Soft by class: an empty bag, paper, cardboard. All that may ever be driven over."""
+"""Soft by class: an empty bag, paper, cardboard. Nothing else may ever be driven over."""
 STATIC_KINDS = PASSABLE_KINDS | {
     ObjectKind.CONE,
     ObjectKind.BARRIER,
@@ -76,17 +76,17 @@ class TrackedObject(Model):
     width_m: float = Field(gt=0)
     height_m: float = Field(gt=0)
     stationary_s: float | None = None
-    """For how long it has been seen standing (below 0.1 m/s); 0 while it moves; None where not tracked."""
+    """How long it has been seen standing (below 0.1 m/s); 0 while it moves; None if this is not tracked."""
     moved_s_ago: float | None = None
-    """Since when it has not been seen moving, None if it never was."""
+    """Time since it was last seen moving; None if it never was."""
     pushed: bool = False
-    """Does it move only because the ego pushes it along? Then it counts as standing, whatever its velocity."""
+    """True if it moves only because the ego pushes it. It then counts as standing, whatever its velocity."""
     seen_for_s: float | None = None
-    """For how long it has been tracked without a break."""
+    """How long it has been tracked without a break."""
     kind_confidence: float | None = Field(default=None, ge=0, le=1)
-    """How sure perception is of the kind; None where it does not say."""
+    """Probability that the kind is right; None if perception does not give one."""
     position_sd_m: float | None = Field(default=None, ge=0)
-    """Standard deviation of its place, in whichever direction it is largest; None where perception is exact."""
+    """Standard deviation of its position in the worst direction; None if perception is exact."""
     hazard_lights: bool | None = None
     emergency_lights: bool | None = None
     brake_lights: bool | None = None

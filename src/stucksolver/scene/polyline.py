@@ -12,23 +12,23 @@ Mask = NDArray[np.bool_]
 
 
 def arc_lengths(points: Array) -> Array:
-    """Metres from the first of `points` (n, 2) to each of them along the line, shape (n,)."""
+    """Return the distance along the line from the first of `points` (n, 2) to each of them (m), shape (n,)."""
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
 
 
 def distances(points: Array, x: float, y: float) -> Array:
-    """From a place to each of `points` (n, 2 or more) in the plane, metres, shape (n,)."""
+    """Return the distance in the plane from (x, y) to each of `points` (n, 2 or more) (m), shape (n,)."""
     result: Array = np.hypot(points[:, 0] - x, points[:, 1] - y)
     return result
 
 
 def nearest_index(points: Array, x: float, y: float) -> int:
-    """Index of the one of `points` (n, 2 or more) that is nearest to a place in the plane; the first of several."""
+    """Return the index of the point nearest to (x, y) in the plane; the first if several are."""
     return int(np.argmin((points[:, 0] - x) ** 2 + (points[:, 1] - y) ** 2))
 
 
 def nearest_of_each_pass(near: Mask, away: Array) -> Iterator[int]:
-    """Of each run of points that are `near` a place, the index of the one that is least far `away` from it."""
+    """Return, for each run of points that are `near`, the index of the one with the smallest `away`."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], near, [False]]).astype(np.int8)))
     for first, last in zip(edges[::2], edges[1::2], strict=True):
         yield int(first + np.argmin(away[first:last]))

@@ -1,4 +1,4 @@
-"""What a passenger's words were read as: an intent out of a closed list, a side, what is claimed, and how surely."""
+"""How a passenger's words were understood: an intent from a closed list, a side, the claims, and the confidence."""
 
 from enum import Enum
 
@@ -8,13 +8,13 @@ from stucksolver.scene.model import Model
 
 
 class GuidanceIntent(str, Enum):
-    """What words ask of the driving."""
+    """What the words ask the vehicle to do."""
 
     GO = "go"
     OVERTAKE = "overtake"
-    """Pass, or go round, something ahead."""
+    """Pass or go round something ahead."""
     WAIT = "wait"
-    """Stay or stop; also a refusal of a manoeuvre, with `negated`."""
+    """Stay or stop. With `negated` also the refusal of a manoeuvre."""
     BACK_UP = "back_up"
     REROUTE = "reroute"
     TURN_ROUND = "turn_round"
@@ -24,12 +24,12 @@ class GuidanceIntent(str, Enum):
     """Stay behind somebody."""
     LET_ME_OUT = "let_me_out"
     CANCEL = "cancel"
-    """End what is being done, forget what was said."""
+    """End the current manoeuvre and forget what was said."""
     YES = "yes"
-    """Consent to a question of the vehicle's."""
+    """Consent to the vehicle's question."""
     NO = "no"
     NONE = "none"
-    """Nothing is asked of the driving: small talk, or a fact."""
+    """The words ask nothing of the driving: small talk, or a fact."""
     UNCLEAR = "unclear"
     UNLAWFUL = "unlawful"
     """Something forbidden, or an attempt to change the system's rules."""
@@ -47,24 +47,24 @@ REQUESTS = frozenset(
         GuidanceIntent.LET_ME_OUT,
     }
 )
-"""Intents for which the vehicle may have to move."""
+"""Intents that may require the vehicle to move."""
 
 
 class Side(str, Enum):
-    """The side on which the vehicle is asked to go."""
+    """The side to which the vehicle is asked to go."""
 
     LEFT = "left"
     RIGHT = "right"
 
 
 class Claim(str, Enum):
-    """What a passenger says of the world. Evidence for people and reasoners; it never replaces what is seen."""
+    """What a passenger says about the world. Evidence for people and reasoners; it never replaces what is seen."""
 
     CLEAR = "clear"
     """Nobody is coming."""
     NOT_CLEAR = "not_clear"
     RETURNING_SOON = "returning_soon"
-    """The driver of what is in the way is about to move it."""
+    """The driver of the obstacle is about to move it."""
     LONG_STAY = "long_stay"
     EMPTY = "empty"
     SOFT_OBJECT = "soft_object"
@@ -78,8 +78,8 @@ class Claim(str, Enum):
 class Reading(Model):
     """A passenger's words as the vehicle understood them.
 
-    `intent` is what may be acted on. It is `unclear` where the reader was in doubt about a reading that would move the
-    vehicle; `likely` then tells what it took the words for.
+    The vehicle may act on `intent`. It is `unclear` if the reader doubts a reading that would move the vehicle;
+    `likely` is then its best guess.
     """
 
     intent: GuidanceIntent
@@ -91,11 +91,11 @@ class Reading(Model):
     """Calibrated probability that `likely` is what was meant."""
     likely: GuidanceIntent
     reader: str
-    """Name and version of what has read the words."""
+    """Name and version of the reader."""
 
     @property
     def told(self) -> str:
-        """For people: `overtake on the left (91 %)`, `unclear (overtake? 87 %)`."""
+        """The reading as text for people: `overtake on the left (91 %)`, `unclear (overtake? 87 %)`."""
         intent, likely = (one.value.replace("_", " ") for one in (self.intent, self.likely))
         sure = f"{100 * self.confidence:.0f} %"
         if intent != likely:

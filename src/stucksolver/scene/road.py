@@ -1,7 +1,7 @@
-"""The road around the ego as lanes beside one reference line; fetched once per episode.
+"""The road around the ego as lanes beside one reference line, read once per episode.
 
-All geometry is in the *local frame*: right-handed, metres, fixed for the episode, its origin chosen by the stack.
-The reference line is the centre of the lanes that the route follows, so that a lane is a lateral offset from it.
+All geometry is in the *local frame*: right-handed, metres, fixed for the episode, its origin chosen by the stack. The
+reference line is the centre of the lanes that the route follows, so that a lane is a lateral offset from it.
 """
 
 from enum import Enum
@@ -29,7 +29,7 @@ class LaneDirection(str, Enum):
 
 
 class LineKind(str, Enum):
-    """A painted line, as it binds a vehicle coming from the route's side."""
+    """A painted line, as it binds a vehicle on the route's side."""
 
     BROKEN = "broken"
     SOLID = "solid"
@@ -38,7 +38,7 @@ class LineKind(str, Enum):
 
 
 class ZoneKind(str, Enum):
-    """What is special about a stretch of road."""
+    """What kind of zone a stretch of road is."""
 
     JUNCTION = "junction"
     CROSSWALK = "crosswalk"
@@ -48,7 +48,7 @@ class ZoneKind(str, Enum):
 class LaneStrip(Model):
     """A lane beside the reference line, sampled at the reference's own stations.
 
-    Sample `i` belongs to reference sample `start + i`. Offsets are those of the lane's centre, left positive.
+    Sample `i` belongs to reference sample `start + i`. Offsets are those of the lane's centre (m), left positive.
     """
 
     id: str
@@ -58,7 +58,7 @@ class LaneStrip(Model):
     offset_m: tuple[float, ...] = Field(min_length=1)
     width_m: tuple[float, ...] = Field(min_length=1)
     line: tuple[LineKind, ...] = Field(min_length=1)
-    """The line to be crossed to enter this lane from its neighbour nearer to the route (own lane: `none`)."""
+    """The line between this lane and its neighbour nearer to the route (own lane: `none`)."""
     speed_limit_mps: float | None = None
 
     @model_validator(mode="after")
@@ -69,7 +69,7 @@ class LaneStrip(Model):
 
 
 class Zone(Model):
-    """A stretch of the route with rules of its own, as arc lengths along the route."""
+    """A stretch of the route with its own rules, as arc lengths along the route (m)."""
 
     kind: ZoneKind
     start_m: float
@@ -80,16 +80,16 @@ class RoadGeometry(Model):
     """Lanes and zones along a piece of the route, ahead of and behind the ego."""
 
     key: str
-    """Changes whenever the geometry does, so that derived values can be kept."""
+    """Changes whenever the geometry does, so that derived values can be cached."""
     spacing_m: float = Field(gt=0)
     reference: tuple[tuple[float, float], ...] = Field(min_length=2)
     """(x, y) every `spacing_m`, in driving direction."""
     lanes: tuple[LaneStrip, ...]
     zones: tuple[Zone, ...] = ()
     route_start_m: float = 0.0
-    """Arc length along the whole route at the first sample; all arc lengths are counted along the route."""
+    """Arc length along the whole route at the first sample (m). All arc lengths are counted along the route."""
     destination_m: float | None = None
-    """Arc length of the destination, None when it lies beyond."""
+    """Arc length of the destination (m); None if it lies beyond this piece."""
 
     @model_validator(mode="after")
     def _lanes_lie_beside_it(self) -> "RoadGeometry":

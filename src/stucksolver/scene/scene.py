@@ -1,7 +1,7 @@
-"""What a reasoner is told: the scene when something may be wrong, in the ego frame of ISO 8855.
+"""The scene: what a reasoner is told when something may be wrong, in the ego frame of ISO 8855.
 
-x ahead, y left, metres, radians, counter-clockwise, origin at the centre of the ego's bounding box. What is
-unknown is None, never a made-up value.
+x ahead, y left, metres, radians, counter-clockwise, origin at the centre of the ego's bounding box. Unknown values are
+None, never invented.
 """
 
 import math
@@ -19,7 +19,7 @@ from stucksolver.scene.surroundings import TrafficControl
 
 
 class LaneRelation(str, Enum):
-    """Where something is, seen from the ego's route."""
+    """The position of something relative to the ego's route."""
 
     EGO = "ego"
     LEFT = "left"
@@ -31,16 +31,18 @@ class LaneRelation(str, Enum):
 
 
 class SceneEgo(Model):
-    """The vehicle itself, as a reasoner is told of it."""
+    """The ego as described to a reasoner."""
 
     speed_mps: float
     lane_id: str | None
     lateral_offset_m: float
-    """From the centre of the route's lane, left positive."""
+    """Offset from the centre of the route's lane (m), left positive."""
     stopped_for_s: float = 0.0
-    """How long it has been slower than the detector's bound; filled in by the solver."""
+    """How long it has been slower than the detector's bound (s). The solver fills this in."""
     progress_20s_m: float | None = None
-    """New progress along the route in the detector's window; None before a whole window. Filled in by the solver."""
+    """New progress along the route in the detector's window (m); None before the first full window. The solver
+    fills this in.
+    """
     distance_to_destination_m: float | None
     at_destination: bool
     length_m: float = Field(gt=0)
@@ -48,25 +50,27 @@ class SceneEgo(Model):
 
 
 class SceneObject(TrackedObject):
-    """A tracked object with its place on the road."""
+    """A tracked object with its position on the road."""
 
     lane: LaneRelation
     lane_id: str | None
     gap_m: float | None
-    """Along the route from the ego's front bumper to its near side; negative while it overlaps or lies behind."""
+    """Distance along the route from the ego's front bumper to its near side (m); negative if it overlaps or lies
+    behind.
+    """
     left_edge_m: float
     right_edge_m: float
-    """Lateral extent from the centre of the route's lane at its place, left positive."""
+    """Lateral extent from the centre of the route's lane at its position (m), left positive."""
     speed_along_mps: float
-    """Along the route; negative when it comes towards us."""
+    """Speed along the route (m/s); negative if it comes towards the ego."""
     speed_across_mps: float = 0.0
-    """Across the road at its place, to the left of the route; 0 in records from before it was told."""
+    """Speed across the road to the left of the route (m/s); 0 in old records without this field."""
     in_path: bool
-    """Would the ego touch it on its way along the route's lane?"""
+    """True if the ego would touch it on its way along the route's lane."""
 
 
 class SceneLane(Model):
-    """A lane beside the vehicle, or its own."""
+    """The ego's lane, or a lane beside it."""
 
     id: str
     relation: LaneRelation
@@ -75,38 +79,38 @@ class SceneLane(Model):
     width_m: float
     line: LineKind
     may_enter: bool
-    """By the road's markings, from the ego's lane."""
+    """True if the road markings allow entry from the ego's lane."""
     free_ahead_m: float | None
     free_behind_m: float | None
-    """From the ego's bumpers to the nearest object in the lane; None where the lane is not seen."""
+    """Distance from the ego's bumper to the nearest object in the lane (m); None if the lane is not seen."""
     sight_ahead_m: float | None
     speed_limit_mps: float | None
 
 
 class CandidateWaypoint(Model):
-    """A place from which the route could be planned anew."""
+    """A place from which the route could be planned again."""
 
     id: str
     lane_id: str
     x_m: float
     y_m: float
     distance_m: float
-    """Along the route from the ego; to a place beside the route, in a lane that the scene does not list, straight."""
+    """Distance along the route from the ego (m); a straight distance for a place off the route, in an unlisted lane."""
     reaches_destination: bool | None = None
-    """Does a route lead on from there: of a place beside the route, one that does not come back to the road ahead?"""
+    """True if a route leads on from there. For a place off the route: one that does not come back to the road ahead."""
     route_length_m: float | None = None
-    """Of that route."""
+    """Length of that route (m)."""
 
 
 class AvailableBehavior(Model):
-    """A behaviour the stack can perform now, with the JSON schema of its parameters."""
+    """A behaviour that the stack can perform now, with the JSON schema of its parameters."""
 
     name: str
     parameters: dict[str, JsonValue]
 
 
 class CameraImage(Model):
-    """The front camera's picture, as JPEG."""
+    """The front camera's image as JPEG."""
 
     width: int
     height: int
@@ -114,7 +118,7 @@ class CameraImage(Model):
 
 
 MAX_WORDS = 500
-"""Characters of what a passenger says that are listened to."""
+"""Longest input from a passenger, in characters; the rest is cut."""
 
 
 class Guidance(Model):
@@ -123,15 +127,15 @@ class Guidance(Model):
     text: str = Field(max_length=MAX_WORDS)
     time_s: float
     reading: Reading | None = None
-    """What the words were read as, by the vehicle's own reader; None where nobody has read them."""
+    """How the vehicle's own reader understood the words; None if nobody has read them."""
 
 
 TOUCHING_M = -0.5
-"""A gap down to this is one of boxes that are larger than their bodies."""
+"""A gap down to this is an artefact of boxes that are larger than the bodies."""
 
 
 class Scene(Model):
-    """Everything a reasoner may know. Scenario labels and role names never appear in it."""
+    """Everything that a reasoner may know. Scenario labels and role names never appear in it."""
 
     version: Literal[1] = 1
     time_s: float
@@ -147,18 +151,21 @@ class Scene(Model):
     image: CameraImage | None = None
     guidance: Guidance | None = None
     claims: tuple[Claim, ...] = ()
-    """What people have said of the world lately, as it was read: evidence, which never replaces what is seen."""
+    """Recent claims of people about the world, as they were understood: evidence, which never replaces what is seen."""
     attempts: tuple[PastAttempt, ...] = ()
 
     def offers(self, *names: str) -> bool:
-        """Can the stack do all of these behaviours now?"""
+        """True if the stack can perform all of these behaviours now."""
         offered = {behavior.name for behavior in self.behaviors}
         return offered.issuperset(names)
 
     def in_path_ahead(self, within_m: float = math.inf) -> tuple[SceneObject, ...]:
-        """What is in the path in front of the vehicle and nearer than that, the nearest first.
+        """Return the objects in the path ahead, nearest first.
 
-        The gap counts from bumper to bumper; what already touches it in front is there as well.
+        The gap counts from bumper to bumper; an object that already touches the front is included.
+
+        Args:
+            within_m: Only objects nearer than this (m).
         """
         near = [(o.gap_m, o) for o in self.objects if o.in_path and o.gap_m is not None]
         return tuple(o for gap_m, o in sorted(near, key=lambda one: one[0]) if TOUCHING_M < gap_m < within_m)

@@ -1,4 +1,4 @@
-"""Whether surroundings can be true at all: looked at once, where they come in, so that nobody need doubt a number."""
+"""Checks once, at the entry, whether surroundings can be true, so that no later code needs to doubt a number."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ from stucksolver.scene.objects import TrackedObject
 from stucksolver.scene.surroundings import Surroundings
 
 FURTHEST_M, LONGEST_M, QUICKEST_MPS, OLDEST_S = 1e6, 60.0, 120.0, 1e6
-"""No place is further off in a local frame, no road user is longer or quicker, nothing is remembered for longer."""
+"""Upper bounds for positions in a local frame, lengths, speeds and ages."""
 MOST_OBJECTS = 2000
 
 
 def why_unsound(surroundings: Surroundings) -> str | None:
-    """What in them cannot be true, in a few words, or None: numbers not finite or out of all bounds, an id twice.
+    """Return what cannot be true in the surroundings, in a few words, or None.
 
-    The models refuse most of it when they are made; copies and what is made without validation come through here.
+    Checked are numbers that are not finite or out of all bounds, and duplicate ids. The models refuse most of it when
+    they are made; copies and objects made without validation are checked here.
     """
     return next(_faults(surroundings), None)
 

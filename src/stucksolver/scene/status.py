@@ -1,4 +1,4 @@
-"""What the stack says of itself on every tick; cheap enough to be built always."""
+"""What the stack reports about itself on every tick; cheap enough to build each time."""
 
 from stucksolver.scene.model import Model
 
@@ -7,10 +7,10 @@ class Status(Model):
     """The progress of the ego at one tick."""
 
     time_s: float
-    """Simulation or wall time, never running backwards."""
+    """Simulation or wall time (s); never runs backwards."""
     speed_mps: float
     progress_m: float
-    """High-water mark of the arc length driven along the route, without what was driven pushing something along."""
+    """The largest arc length driven along the route so far (m), without what was driven while pushing something."""
     pushes: bool = False
-    """Does it push something along? Then it is immobilized, at whatever speed."""
+    """True if the ego pushes something along. It is then immobilized at any speed."""
     at_destination: bool = False

@@ -1,4 +1,4 @@
-"""What the guard reads, on every tick while a plan is pending or running."""
+"""The data that the guard reads on every tick while a plan is pending or running."""
 
 from enum import Enum
 
@@ -27,19 +27,19 @@ class ControlKind(str, Enum):
 
 
 class TrafficControl(Model):
-    """A light or sign ahead on the route."""
+    """A traffic light or sign ahead on the route."""
 
     kind: ControlKind
     distance_m: float
-    """From the ego's front bumper to its stop line along the route; negative once passed."""
+    """Distance along the route from the ego's front bumper to its stop line (m); negative once passed."""
     applies: bool | None
-    """Does it govern the ego's lane and direction?"""
+    """True if it governs the ego's lane and direction; None if unknown."""
     state: LightState | None = None
-    """Of a light only."""
+    """Only for a light."""
 
 
 class VehicleLimits(Model):
-    """What the vehicle can do, as the guard may assume of it."""
+    """The vehicle's limits, as the guard may assume them."""
 
     wheelbase_m: float = 2.9
     min_turn_radius_m: float = 6.0
@@ -50,7 +50,7 @@ class VehicleLimits(Model):
 
 
 class EgoState(Model):
-    """The ego in the local frame; `x_m, y_m` is the centre of its bounding box."""
+    """The ego in the local frame. `x_m, y_m` is the centre of its bounding box."""
 
     x_m: float
     y_m: float
@@ -60,11 +60,11 @@ class EgoState(Model):
     width_m: float = Field(gt=0)
     limits: VehicleLimits = VehicleLimits()
     position_sd_m: float | None = Field(default=None, ge=0)
-    """Standard deviation of its place across the road; None where localisation is exact."""
+    """Standard deviation of its position across the road (m); None if localisation is exact."""
 
 
 class LaneSight(Model):
-    """How far a lane is *seen* along the reference line, ahead of and behind the ego."""
+    """How far a lane is *seen* along the reference line, ahead of and behind the ego (m)."""
 
     lane_id: str
     ahead_m: float
@@ -72,15 +72,15 @@ class LaneSight(Model):
 
 
 class Surroundings(Model):
-    """Perception's answer for one tick, in the local frame of its `road`."""
+    """The output of perception for one tick, in the local frame of its `road`."""
 
     frame: int
     time_s: float
     age_s: float = 0.0
-    """How old the sensor data were when this was handed over."""
+    """Age of the sensor data at hand-over (s)."""
     ego: EgoState
     objects: tuple[TrackedObject, ...]
     controls: tuple[TrafficControl, ...] = ()
     sight: tuple[LaneSight, ...] = ()
-    """Lanes not listed are not seen at all."""
+    """Lanes that are not listed are not seen at all."""
     road: RoadGeometry

@@ -1,4 +1,4 @@
-"""One tick's surroundings in road coordinates: what behaviours and the guard compute with."""
+"""The surroundings of one tick in road coordinates, for behaviours and the guard."""
 
 from __future__ import annotations
 
@@ -15,19 +15,22 @@ from stucksolver.scene.surroundings import Surroundings
 
 ACROSS_SIN = math.sin(math.radians(20.0))
 HEADS_MPS = 1.0
-"""Above this speed the way that something goes tells more than the way that it points."""
+"""Above this speed the direction of motion is more reliable than the heading."""
 MOVING_MPS = 0.1
 """Above this speed an object counts as moving."""
 SURE_SDS = 2.0
-"""Boxes are taken to be larger on every side by so many standard deviations of their places: 95 % of a normal error."""
+"""Boxes are enlarged on every side by this many standard deviations of their position: 95 % of a normal error."""
 
 
 class FrenetScene:
-    """Arrays over the objects (index as in `objects`) and the ego, in road coordinates: all of shape (objects,).
+    """Arrays over the objects (index as in `objects`) and the ego in road coordinates, each of shape (objects,).
 
-    `s`, `d`: box centres; `yaw`: heading relative to the road; `vs`, `vd`: velocity along and across;
-    `half_length`, `half_width`: of the boxes, grown by what perception is not sure of; `along`, `across`: half extents
-    of these boxes seen along the road.
+    Attributes:
+        s, d: Box centres (m).
+        yaw: Heading relative to the road (rad).
+        vs, vd: Velocity along and across the road (m/s).
+        half_length, half_width: Half size of the boxes, enlarged by perception's uncertainty (m).
+        along, across: Half extents of these boxes along and across the road (m).
     """
 
     def __init__(self, surroundings: Surroundings) -> None:
@@ -55,37 +58,39 @@ class FrenetScene:
 
     @cached_property
     def backwards(self) -> FrenetScene:
-        """The same tick as one sees it who backs up along the route: forward is behind, left is right."""
+        """Return the same tick for a vehicle that backs up along the route: forward is behind, left is right."""
         return FrenetScene(backwards(self.surroundings))
 
     @cached_property
     def on_foot(self) -> Mask:
-        """(objects,): may they step into the road?"""
+        """(objects,): True for kinds that may step into the road."""
         return np.array([o.kind in ON_FOOT for o in self.objects], dtype=bool)
 
     @cached_property
     def vulnerable(self) -> Mask:
-        """(objects,): are they vulnerable road users?"""
+        """(objects,): True for vulnerable road users."""
         return np.array([o.kind in VULNERABLE for o in self.objects], dtype=bool)
 
     @cached_property
     def two_wheeled(self) -> Mask:
-        """(objects,): are they on two wheels?"""
+        """(objects,): True for two-wheelers."""
         return np.array([o.kind in TWO_WHEELED for o in self.objects], dtype=bool)
 
     @cached_property
     def moving(self) -> Mask:
-        """(objects,): do they move?"""
+        """(objects,): True for moving objects."""
         still = np.array([o.kind in STATIC_KINDS for o in self.objects], dtype=bool)
         result: Mask = (np.hypot(self.vs, self.vd) > MOVING_MPS) & ~still
         return result
 
     def index_of(self, object_id: str) -> int | None:
-        """Where an object stands in the arrays, None if it is not seen now."""
+        """Return the index of an object in the arrays, or None if it is not seen now."""
         return next((i for i, o in enumerate(self.objects) if o.id == object_id), None)
 
     def zone_at(self, s: float, *kinds: ZoneKind) -> Zone | None:
-        """The zone that the ego's body would touch with its centre at `s`; of the given kinds, if any are given."""
+        """Return the zone that the ego's body would touch with its centre at `s`, optionally only of the given
+        kinds.
+        """
         half = self.ego.length_m / 2
         for zone in self.surroundings.road.zones:
             if zone.start_m < s + half and s - half < zone.end_m and (not kinds or zone.kind in kinds):
@@ -94,17 +99,17 @@ class FrenetScene:
 
     @property
     def ego_front_s(self) -> float:
-        """The vehicle's front bumper along the route (m)."""
+        """Arc length of the ego's front bumper along the route (m)."""
         return self.ego_s + self.ego.length_m / 2
 
     @cached_property
     def gap(self) -> Array:
-        """From the ego's front bumper to each object's near side along the road; negative beside or behind."""
+        """Gap along the road from the ego's front bumper to each object's near side (m); negative beside or behind."""
         return self.s - self.along - self.ego_front_s
 
     @cached_property
     def ego_lane(self) -> Lane | None:
-        """The lane in which the vehicle's centre is, if it is in one."""
+        """The lane that holds the ego's centre, if any."""
         return self.frame.lane_at(self.ego_s, self.ego_d)
 
     @cached_property
@@ -114,10 +119,10 @@ class FrenetScene:
 
     @cached_property
     def on_lane(self) -> Mask:
-        """(objects,): have they their centre on a lane of the route's road?"""
+        """(objects,): True if the centre is on a lane of the route's road."""
         found = np.zeros(len(self.objects), dtype=bool)
         for lane in self.frame.lanes:
-            # Before and beyond what is known of the road, its lanes are taken to go on.
+            # Outside the known stretch of road, its lanes are assumed to continue.
             start = -np.inf if lane.start_m <= self.frame.s[0] else lane.start_m
             end = np.inf if lane.end_m >= self.frame.end_m else lane.end_m
             beside = (self.s >= start) & (self.s <= end)
@@ -128,9 +133,9 @@ class FrenetScene:
 
     @cached_property
     def elsewhere(self) -> Mask:
-        """(objects,): are they vehicles under way on no lane of the route's road, or across them?
+        """(objects,): True for moving vehicles on no lane of the route's road, or across its lanes.
 
-        Such are on roads that join or cross it.
+        They are on roads that join or cross it.
         """
         speed = np.hypot(self.vs, self.vd)
         heads = np.where(speed > HEADS_MPS, np.abs(self.vd) / np.maximum(speed, HEADS_MPS), np.abs(np.sin(self.yaw)))
@@ -139,25 +144,27 @@ class FrenetScene:
         return result
 
     def sight_ahead_m(self, lane: Lane) -> float:
-        """How far a lane is seen ahead of the ego; 0 where the surroundings do not say."""
+        """How far a lane is seen ahead of the ego (m); 0 if the surroundings do not say."""
         return next((x.ahead_m for x in self.surroundings.sight if x.lane_id == lane.strip.id), 0.0)
 
     def sight_behind_m(self, lane: Lane) -> float:
-        """How far a lane is seen behind the ego; 0 where the surroundings do not say."""
+        """How far a lane is seen behind the ego (m); 0 if the surroundings do not say."""
         return next((x.behind_m for x in self.surroundings.sight if x.lane_id == lane.strip.id), 0.0)
 
     def free_ahead_m(self) -> float:
-        """From the front bumper to the nearest thing in the ego's way along the route; infinite where there is none."""
+        """Gap from the front bumper to the nearest object in the ego's way along the route (m); infinite if there
+        is none.
+        """
         ahead = self.gap[self.in_corridor(self.ego.width_m / 2) & (self.s > self.ego_s)]
         return float(ahead.min()) if len(ahead) else math.inf
 
     def in_corridor(self, half_width_m: float, clearance_m: float = 0.2) -> Mask:
-        """(objects,): do they reach into a strip of that half width around the route's centre line?"""
+        """(objects,): True if it reaches into a strip of that half width around the route's centre line."""
         result: Mask = np.abs(self.d) - self.across < half_width_m + clearance_m
         return result
 
     def oncoming(self, index: int) -> bool:
-        """Does an object come towards us, or stand in a lane whose traffic does?"""
+        """True if an object comes towards the ego, or stands in a lane of oncoming traffic."""
         if self.vs[index] < -0.5:
             return True
         lane = self.lane_of[index]

@@ -1,11 +1,11 @@
-"""Places and times as people say them."""
+"""Phrases for places and times, as people say them."""
 
 from __future__ import annotations
 
 import math
 
 BESIDE_M = 0.5
-"""Nearer than this, somebody is beside us and neither ahead nor behind."""
+"""Nearer than this, something is beside us, neither ahead nor behind."""
 
 
 def whereabouts(ahead_m: float) -> str:
@@ -16,5 +16,5 @@ def whereabouts(ahead_m: float) -> str:
 
 
 def stood_too_briefly(stood_s: float, needed_s: float) -> str:
-    """`stands for 9 s; 10 s are needed`: the first figure rounded down, so that the two never look alike."""
+    """`stands for 9 s; 10 s are needed`: the first number is rounded down, so that the two never look alike."""
     return f"stands for {math.floor(stood_s)} s; {math.ceil(needed_s)} s are needed"
