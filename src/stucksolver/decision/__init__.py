@@ -1,4 +1,4 @@
-"""What the solver answers."""
+"""The data that the solver returns."""
 
 from stucksolver.decision.codes import QUESTIONS, CauseCode, Intent, WaitLimits, WaitReason
 from stucksolver.decision.decision import (

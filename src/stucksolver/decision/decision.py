@@ -1,4 +1,7 @@
-"""What a reasoner answers: observation, analysis, decision, the chain of Bao and Li 2025 (arXiv:2510.26023)."""
+"""A reasoner's answer: observation, analysis and decision.
+
+The chain follows Bao and Li 2025 (arXiv:2510.26023).
+"""
 
 from __future__ import annotations
 
@@ -22,11 +25,11 @@ class ObservedControl(Model):
     state: LightState | None
     applies: bool | None
     distance_m: float | None
-    """None where only the image shows it."""
+    """Distance along the route (m); None if only the image shows the control."""
 
 
 class Participant(Model):
-    """A road user or obstacle that matters, with its lane and what it is about to do."""
+    """A relevant road user or obstacle, with its lane and its intent."""
 
     object_id: str
     kind: ObjectKind
@@ -36,7 +39,7 @@ class Participant(Model):
 
 
 class Observation(Model):
-    """Step 1."""
+    """Step 1: what the reasoner observes."""
 
     controls: tuple[ObservedControl, ...]
     participants: tuple[Participant, ...]
@@ -49,24 +52,24 @@ class AnalysisStep(Model):
     id: str
     question: str
     answer: bool | None
-    """None: cannot be told from the scene."""
+    """None: the scene does not tell."""
     evidence: str
 
 
 class Analysis(Model):
-    """Step 2."""
+    """Step 2: the questions of the chain, and what follows from them."""
 
     steps: tuple[AnalysisStep, ...]
     immobilized: bool
     cause: CauseCode | None = None
     wait: WaitReason | None = None
-    """Why waiting is right, when it is."""
+    """Why waiting is right, if it is."""
     guidance_intent: GuidanceIntent | None = None
     reason: str
 
 
 class RecoveryPlan(Model):
-    """Step 3: behaviours to perform one after the other, and whether to plan the route anew."""
+    """Step 3: behaviours to perform in order, and whether to plan the route again."""
 
     behaviors: tuple[AnyBehavior, ...] = Field(min_length=1, max_length=6)
     replan_route: bool = False
@@ -75,7 +78,9 @@ class RecoveryPlan(Model):
 
 
 class Decision(Model):
-    """`plan` is None when the vehicle is not stuck, or nothing safe can be done: the stack then drives on."""
+    """A reasoner's decision. `plan` is None if the vehicle is not stuck or nothing safe can be done: the stack
+    then drives on.
+    """
 
     version: Literal[1] = 1
     observation: Observation

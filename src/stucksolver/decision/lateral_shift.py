@@ -1,4 +1,4 @@
-"""How to get sideways past what stands close ahead: the longest swing-out that keeps clear of it."""
+"""How to get sideways past an obstacle close ahead: the longest swing-out that stays clear of it."""
 
 from __future__ import annotations
 
@@ -13,17 +13,25 @@ from stucksolver.scene.view import FrenetScene
 NEARER_M = 0.05
 LATER_M = 5.0
 SHIFT_TIME_S = 3.0
-"""A lane change at speed takes about this long."""
+"""About the duration of a lane change at speed."""
 CORNER_CLEARANCES_M = (0.8, 0.65, 0.5, 0.4, 0.32)
 VULNERABLE_CORNER_CLEARANCES_M = (1.4, 1.3, 1.2, 1.1, 1.05)
-"""Planned clearances of the body's corners while swinging out: from what is wished for to what is just enough; the
-second ones beside people and cyclists."""
+"""Clearances planned for the body's corners while swinging out, from the desired one to the smallest sufficient
+one. The second ones apply beside people and cyclists.
+"""
 
 
 def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float) -> Manoeuvre:
-    """A sideways move to `d_to`, as long (gentle) as the space ahead lets it be.
+    """Return a sideways move to `d_to`, as long (and so as gentle) as the space ahead allows.
 
-    Raises `CannotPlan` where even the tightest turn of the vehicle would touch what stands ahead.
+    Args:
+        view: The surroundings in road coordinates.
+        start: Where the move begins.
+        d_to: Lateral offset at its end (m, left positive).
+        speed_mps: Upper bound on the speed (m/s).
+
+    Raises:
+        CannotPlan: Even the tightest turn of the vehicle would touch what stands ahead.
     """
     side = d_to - start.d_m
     shortest = max(shortest_shift(side, view.ego.limits.min_turn_radius_m), 4.0)
@@ -45,7 +53,7 @@ def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float
 
 
 def touches_standing(view: FrenetScene, path: Manoeuvre, clearance_m: float, vulnerable_m: float) -> bool:
-    """Would the ego's body on a path come nearer than `clearance_m`, or than it is, to anything that stands?
+    """True if the body on a path would come nearer to a standing object than `clearance_m` and than it is now.
 
     `vulnerable_m` is the clearance to people and cyclists.
     """

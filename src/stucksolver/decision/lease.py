@@ -1,6 +1,6 @@
-"""What a stack performs when nobody renews its order: every order of ours is a lease, counted in the stack's ticks.
+"""What a stack performs when nobody renews its order: every order is a lease, counted in the stack's ticks.
 
-`stucksolver_bridge.lease` is the same for stacks that cannot import this; a test compares the two.
+`stucksolver_bridge.lease` is the same for stacks that cannot import this one; a test compares the two.
 """
 
 from __future__ import annotations
@@ -10,45 +10,52 @@ from stucksolver.decision.directive import CONTINUE, Directive, Execute
 
 STAND = Execute(behavior=Wait(duration_s=1.0))
 STUCK_TICKS = 200
-"""At rest for so long (10 s at 20 Hz), a path that is being finished is given up: something stands in it."""
+"""After standing this long (10 s at 20 Hz), a path that is being finished is given up: something stands in it."""
 
 
 class Lease:
-    """Call `renew` with whatever `step` returns, and `tick` once on every tick of the stack's control loop."""
+    """Holds the current order. Call `renew` with whatever `step` returns, and `tick` once per tick of the control
+    loop.
+    """
 
     def __init__(self) -> None:
         self._order: Directive = CONTINUE
         self._ticks = 0
         self._fallen = False
         self._finishes = False
-        """Once it has expired: is its path finished, or does the vehicle stop?"""
+        """After expiry: True if the path is finished, False if the vehicle stops."""
         self._rests = 0
 
     def renew(self, order: Directive) -> None:
-        """The solver has spoken: this holds from now on."""
+        """Take the solver's new order; it holds from now on."""
         self._order, self._ticks = order, 0
         self._fallen, self._rests = False, 0
 
     def expire(self) -> None:
-        """Nobody will renew it any more: its fallback is due on the next tick."""
+        """Nobody will renew the order any more: its fallback is due on the next tick."""
         if isinstance(self._order, Execute):
             self._ticks = max(self._ticks, self._order.expires_ticks)
 
     @property
     def order(self) -> Directive:
-        """What was said last, or what has taken its place."""
+        """The last order, or its replacement."""
         return self._order
 
     @property
     def expired(self) -> bool:
-        """Has the solver been silent for longer than its order was good for?"""
+        """True if the solver has been silent for longer than its order was valid."""
         return self._fallen
 
     def tick(self, x_m: float, y_m: float, *, path_is_done: bool, at_rest: bool) -> Directive:
-        """What to perform now: the order; once it has expired, its fallback; once that is done, nothing of ours.
+        """Return what to perform now: the order, after its expiry the fallback, and after that `Continue`.
 
-        `x_m`, `y_m`: the centre of the vehicle in the frame of the path. `path_is_done`: it is at the end of the
-        order's path. `at_rest`: it stands. A safe stop does not expire: the vehicle stands where it may, and stays.
+        A safe stop does not expire: the vehicle stands where it may, and stays.
+
+        Args:
+            x_m: Centre of the vehicle in the frame of the path (m).
+            y_m: The same across (m).
+            path_is_done: The vehicle is at the end of the order's path.
+            at_rest: The vehicle stands.
         """
         self._ticks += 1
         order = self._order
@@ -60,5 +67,5 @@ class Lease:
         if (path_is_done or self._rests > STUCK_TICKS) if self._finishes else at_rest:
             self._order = CONTINUE
             return CONTINUE
-        # One that stands still is its own fallback, and brakes as hard as it was told.
+        # An order that stands still is its own fallback and keeps its braking.
         return order if self._finishes or not order.path else STAND

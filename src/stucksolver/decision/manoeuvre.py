@@ -1,4 +1,4 @@
-"""A manoeuvre: the path that a behaviour asks for, in road coordinates, so that the guard can prove it."""
+"""A manoeuvre: the path of a behaviour in road coordinates, in the form that the guard proves."""
 
 from __future__ import annotations
 
@@ -14,17 +14,25 @@ STEP_M = 0.5
 SOFT_BRAKING_MPS2 = 1.0
 LEAST_MPS = 0.3
 HAND_BACK_BRAKING_MPS2 = 2.5
-"""No stack begins to brake for the end of a path later than this deceleration would need."""
+"""No stack begins to brake for the end of a path later than this deceleration requires."""
 
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """Stations every `STEP_M` along the road with lateral offset and an upper bound on the speed.
+    """A path: stations every `STEP_M` along the road, with lateral offsets and upper bounds on the speed.
 
-    `enters`: the lanes that the path moves into or through, in order, the ego's own lane excluded.
-    `passes`: ids of the objects that it goes round; `over`: of those it drives over. `returns`: does it end in the
-    route's lane? `stops`: does it end at rest? A manoeuvre in reverse is one in the frame of `FrenetScene.backwards`.
-    `yaw`: headings of the body relative to the road, radians, where they are known not to be the path's own.
+    A manoeuvre in reverse is one in the frame of `FrenetScene.backwards`.
+
+    Attributes:
+        s: Arc lengths (stations,) (m).
+        d: Lateral offsets (stations,) (m, left positive).
+        speed: Upper bounds on the speed (stations,) (m/s).
+        enters: Lanes that the path moves into or through, in order, without the ego's own lane.
+        passes: Ids of the objects that it goes round.
+        returns: It ends in the route's lane.
+        over: Ids of the objects that it drives over.
+        stops: It ends at rest.
+        yaw: Headings of the body relative to the road (rad), if they are known to differ from the path's.
     """
 
     s: Array
@@ -39,16 +47,16 @@ class Manoeuvre:
 
     @property
     def end_s(self) -> float:
-        """Where it ends along the route (m)."""
+        """Arc length of its end along the route (m)."""
         return float(self.s[-1])
 
     @property
     def end_d(self) -> float:
-        """Where it ends beside the route's lane (m, left positive)."""
+        """Lateral offset of its end from the route's lane (m, left positive)."""
         return float(self.d[-1])
 
     def heading(self) -> Array:
-        """Heading relative to the road at each station, radians."""
+        """Heading relative to the road at each station (rad)."""
         if len(self.s) < 2:
             return np.zeros(len(self.s))
         d = np.concatenate([self.d[:1], self.d, self.d[-1:]])
@@ -57,18 +65,18 @@ class Manoeuvre:
         return heading
 
     def body(self, yaw_rad: float, wheelbase_m: float) -> Array:
-        """Headings of the body of a vehicle whose centre is on the path, and which points so at first."""
+        """Return the headings of a body whose centre is on the path and that starts with heading `yaw_rad` (rad)."""
         return self.yaw if self.yaw is not None else body_heading(self.heading(), yaw_rad, wheelbase_m / 2)
 
     def from_station(self, s: float) -> Manoeuvre:
-        """What is left of it from `s` on, to its very end; at least its last two stations."""
+        """Return the rest of it from `s` to its end; at least its last two stations."""
         left = np.arange(max(s, float(self.s[0])), self.end_s - STEP_M / 2, STEP_M)
         stations: Array = np.append(left, self.end_s) if len(left) else self.s[-2:]
         d, speed = np.interp(stations, self.s, self.d), np.interp(stations, self.s, self.speed)
         return replace(self, s=stations, d=d, speed=speed, yaw=None)
 
     def then(self, other: Manoeuvre) -> Manoeuvre:
-        """This one, followed by another that starts where this ends."""
+        """Append another manoeuvre that starts where this one ends."""
         return Manoeuvre(
             np.concatenate([self.s, other.s[1:]]),
             np.concatenate([self.d, other.d[1:]]),
@@ -81,7 +89,7 @@ class Manoeuvre:
         )
 
     def stopping(self) -> Manoeuvre:
-        """The same one, coming to rest at its end."""
+        """The same manoeuvre, stopping at its end."""
         room = np.maximum(self.end_s - self.s, 0.0)
         speed = np.minimum(self.speed, np.maximum(np.sqrt(2 * SOFT_BRAKING_MPS2 * room), LEAST_MPS))
         speed[-1] = 0.0
@@ -89,10 +97,15 @@ class Manoeuvre:
 
 
 def body_heading(course_rad: Array, yaw_rad: float, lever_m: float) -> Array:
-    """Headings of a body whose centre moves in the directions `course_rad`, one every `STEP_M`, and points so at first.
+    """Return the headings of a body whose centre moves in the directions `course_rad` and that starts with `yaw_rad`.
 
-    The rear axle, `lever_m` behind the centre, does not slip aside: dyaw/ds = sin(course - yaw) / lever. For a steady
-    bend of radius R that is the slip asin(lever / R) of the kinematic bicycle; here for small angles.
+    The rear axle, `lever_m` behind the centre, does not slip sideways: dyaw/ds = sin(course - yaw) / lever. In a steady
+    bend of radius R the slip is asin(lever / R), as for the kinematic bicycle; here for small angles.
+
+    Args:
+        course_rad: Directions, one every `STEP_M` (rad).
+        yaw_rad: Heading at the start (rad).
+        lever_m: Distance of the rear axle behind the centre (m).
     """
     keeps = math.exp(-STEP_M / lever_m)
     found = [yaw_rad]
@@ -104,10 +117,18 @@ def body_heading(course_rad: Array, yaw_rad: float, lever_m: float) -> Array:
 def coming_back(
     start: tuple[float, float], back_s: float, length_m: float, end_s: float, beside_mps: float, view: FrenetScene
 ) -> Manoeuvre:
-    """From `start` (arc length, offset) on at that offset, from `back_s` by a cosine shift to the route, on to `end_s`.
+    """Return a path that keeps the offset of `start` until `back_s`, shifts back to the route, and goes on to `end_s`.
 
-    Neither place need be a multiple of `STEP_M`; only the end is brought to one, towards the start. `beside_mps` bounds
-    the speed, that of the shift is bounded by comfort too.
+    The shift is a cosine. Neither place need be a multiple of `STEP_M`; only the end is rounded to one, towards the
+    start.
+
+    Args:
+        start: Arc length and offset (m).
+        back_s: Arc length at which the shift begins (m).
+        length_m: Length of the shift (m).
+        end_s: Arc length of the end (m).
+        beside_mps: Upper bound on the speed (m/s); comfort bounds the shift as well.
+        view: The surroundings in road coordinates.
     """
     s_from, d_from = start
     s: Array = s_from + STEP_M * np.arange(max(int((end_s - s_from) / STEP_M + 1e-6), 1) + 1)
@@ -118,18 +139,18 @@ def coming_back(
 
 
 def landing_m(speed_mps: float) -> float:
-    """Straight way that ends every path: there the stack takes over again, before it would brake for the end."""
+    """Length of the straight that ends every path (m): the stack takes over there before it would brake for the end."""
     return 2.0 + 0.5 * speed_mps + speed_mps**2 / (2 * HAND_BACK_BRAKING_MPS2)
 
 
 def shift(d_from: float, d_to: float, length_m: float) -> Array:
-    """A lateral move as half a cosine wave, sampled every `STEP_M`, both ends included."""
+    """Return a lateral move as half a cosine wave, sampled every `STEP_M`, both ends included (m)."""
     x = np.linspace(0.0, 1.0, max(round(length_m / STEP_M), 2) + 1)
     return d_from + (d_to - d_from) * (1 - np.cos(np.pi * x)) / 2
 
 
 def shift_speed(lateral_m: float, length_m: float, max_lateral_mps2: float) -> float:
-    """Highest speed at which a cosine shift stays within a lateral acceleration, m/s.
+    """Return the highest speed at which a cosine shift stays within a lateral acceleration (m/s).
 
     The curvature of d(s) = D/2 (1 - cos(pi s/L)) is at most D/2 (pi/L)^2, reached at both ends.
     """
@@ -138,19 +159,19 @@ def shift_speed(lateral_m: float, length_m: float, max_lateral_mps2: float) -> f
 
 
 def shortest_shift(lateral_m: float, radius_m: float) -> float:
-    """Length of the tightest cosine shift that a turning radius allows, metres."""
+    """Return the length of the tightest cosine shift that a turning radius allows (m)."""
     return float(np.pi * np.sqrt(abs(lateral_m) * radius_m / 2))
 
 
 def straight(s_from: float, d: float, length_m: float, speed_mps: float) -> Manoeuvre:
-    """On at a constant offset."""
+    """Return a path at a constant offset."""
     count = max(round(length_m / STEP_M), 1)
     s: Array = s_from + STEP_M * np.arange(count + 1)
     return Manoeuvre(s, np.full(count + 1, d), np.full(count + 1, speed_mps))
 
 
 def along_lane(lane: Lane | None, s_from: float, d_from: float, length_m: float, speed_mps: float) -> Manoeuvre:
-    """On in a lane, coming back to its centre within ten metres; at a constant offset where there is no lane."""
+    """Return a path along a lane that reaches its centre within ten metres; at a constant offset without a lane."""
     path = straight(s_from, d_from, length_m, speed_mps)
     if lane is None:
         return path
@@ -162,7 +183,7 @@ def along_lane(lane: Lane | None, s_from: float, d_from: float, length_m: float,
 def lateral(
     s_from: float, d_from: float, d_to: float, length_m: float, speed_mps: float, view: FrenetScene
 ) -> Manoeuvre:
-    """A sideways move, slowed to what the vehicle's comfort allows."""
+    """Return a sideways move, slowed down to the vehicle's comfort limits."""
     offsets = shift(d_from, d_to, length_m)
     bound = shift_speed(d_to - d_from, length_m, view.ego.limits.max_lateral_acceleration_mps2)
     s: Array = s_from + STEP_M * np.arange(len(offsets))

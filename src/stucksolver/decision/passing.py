@@ -1,4 +1,4 @@
-"""What must be passed, how far to the side, and for how long."""
+"""Finds what must be passed, how far to the side, and for how long."""
 
 from __future__ import annotations
 
@@ -15,34 +15,35 @@ from stucksolver.scene.road import LaneDirection, LaneKind
 from stucksolver.scene.view import FrenetScene
 
 CLEARANCE_M, NARROW_CLEARANCE_M = 1.2, 0.5
-"""Planned lateral clearance beside what stands (room for a door ajar), and the least where the road is narrow."""
+"""Planned clearance beside standing objects (enough for a door ajar), and the smallest one on a narrow road."""
 VULNERABLE_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M = 1.7, 1.35
 """The same beside pedestrians and cyclists."""
 DOOR_M = 0.95
-"""With less than this beside a vehicle (or less than wished beside people) the pass is done at walking pace."""
+"""With less than this beside a vehicle (or less than planned beside people) the pass is done at walking pace."""
 ROOM_TO_RETURN_M = 10.0
-"""A gap shorter than this beyond the passed object is none to stand in: what follows is passed too. The ego's length,
-2 m to what stands beyond, and what the tail needs to swing in behind the passed object."""
+"""A gap shorter than this beyond the passed object is too short to stand in, so the next object is passed too. It
+is the ego's length, 2 m to what stands beyond, and the room that the tail needs to swing in.
+"""
 AHEAD_OF_MOVING_M = 6.0
-"""The ego's rear is this far ahead of a moving object when the return begins."""
+"""The ego's rear must be this far ahead of a moving object when the return begins."""
 SPEED_MARGIN_MPS = 0.5
-"""A passed road user may be this much faster than seen."""
+"""A passed road user may be faster than seen by this much."""
 
 
 @dataclass(frozen=True)
 class Passing:
-    """The objects to pass, the lateral offset to do it at, and where and how fast the foremost one is."""
+    """The objects to pass, the lateral offset, and the position and speed of the foremost one."""
 
     ids: tuple[str, ...]
     offset_m: float
     far_s: float
     speed_mps: float
     slowly: bool = False
-    """Is it so narrow that only walking pace will do?"""
+    """True if it is so narrow that only walking pace is allowed."""
 
 
 def borrowed_lane(view: FrenetScene, s: float) -> Lane | None:
-    """The oncoming driving lane on the left of the route's own lane, None if that is not what lies there."""
+    """Return the oncoming driving lane on the left of the route's own lane, or None if there is none."""
     lane = view.frame.beside(s, 0.0, +1)
     if lane is None or lane.strip.kind is not LaneKind.DRIVING:
         return None
@@ -50,7 +51,17 @@ def borrowed_lane(view: FrenetScene, s: float) -> Lane | None:
 
 
 def find_passing(view: FrenetScene, start: Start, object_id: str, lane: Lane) -> Passing:
-    """All that is to be passed up to and including an object. Raises `CannotPlan` where it does not fit."""
+    """Find everything that must be passed up to and including an object.
+
+    Args:
+        view: The surroundings in road coordinates.
+        start: Where the pass begins.
+        object_id: The object.
+        lane: The oncoming lane.
+
+    Raises:
+        CannotPlan: The object is not seen or not in the way, or the lane is too narrow.
+    """
     target = view.index_of(object_id)
     if target is None:
         raise CannotPlan(PlanFailure.NOT_SEEN, f"object {object_id} is not seen")
@@ -66,7 +77,7 @@ def find_passing(view: FrenetScene, start: Start, object_id: str, lane: Lane) ->
         )
     wished = _beside(view, which, CLEARANCE_M, VULNERABLE_CLEARANCE_M)
     moving = max(float(view.vs[i]) for i in which)
-    # Beside something that moves we want all of the other lane; beside something that stands no more than needed.
+    # Beside a moving object use the whole other lane; beside a standing one no more than needed.
     offset = max(wished, centre) if moving > 0.5 else wished
     far = max(which, key=lambda i: float(view.s[i] + view.along[i]))
     return Passing(
@@ -79,7 +90,9 @@ def find_passing(view: FrenetScene, start: Start, object_id: str, lane: Lane) ->
 
 
 def standing_beyond(view: FrenetScene, passing: Passing) -> float:
-    """Arc length of the near end of what stands in the own lane beyond what is passed; infinite if nothing does."""
+    """Return the arc length of the near end of what stands in the own lane beyond the pass (m); infinite if
+    nothing does.
+    """
     half = view.ego.width_m / 2
     near = [
         float(view.s[i] - view.along[i])
@@ -93,7 +106,7 @@ def standing_beyond(view: FrenetScene, passing: Passing) -> float:
 
 
 def _beside(view: FrenetScene, which: list[int], clearance_m: float, vulnerable_clearance_m: float) -> float:
-    """Lateral offset of the ego's centre that keeps a clearance from all of them."""
+    """Return the lateral offset of the ego's centre that keeps a clearance from all of them (m)."""
     edges = [
         float(view.d[i] + view.across[i]) + (vulnerable_clearance_m if view.vulnerable[i] else clearance_m)
         for i in which
@@ -102,7 +115,7 @@ def _beside(view: FrenetScene, which: list[int], clearance_m: float, vulnerable_
 
 
 def _group(view: FrenetScene, start: Start, target: int) -> list[int]:
-    """The target, what stands in the own lane before it, and what follows too closely behind it."""
+    """Return the target, what stands in the own lane before it, and what follows too closely behind it."""
     half = view.ego.width_m / 2 + 0.3
     in_path = [
         int(i)
@@ -122,9 +135,9 @@ def _group(view: FrenetScene, start: Start, target: int) -> list[int]:
 
 
 def length_abreast(view: FrenetScene, start: Start, out: Manoeuvre, passing: Passing, speed_mps: float) -> float:
-    """How far to go on beside what is passed until the return may begin, metres.
+    """Return the distance to drive beside the passed objects before the return may begin (m).
 
-    Computed with a sluggish ego and, for what moves, a speed a little above the one seen.
+    It assumes a sluggish ego and moving objects that are a little faster than seen.
     """
     half = view.ego.length_m / 2
     if passing.speed_mps <= 0.5:

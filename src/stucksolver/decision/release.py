@@ -1,6 +1,6 @@
 """What a passenger's words allow: the intent that our own reader understood must match the plan.
 
-The reasoner that proposes a plan has no say in this.
+The reasoner that proposes a plan has no influence on this.
 """
 
 from __future__ import annotations
@@ -35,7 +35,9 @@ LATERAL = (BorrowOncomingLane, ChangeLane, Nudge)
 
 
 def asks_for(reading: Reading | None, plan: RecoveryPlan) -> bool:
-    """Does the plan do what the passenger asked for? Only then may it begin while the vehicle is not immobilized."""
+    """True if the plan does what the passenger asked for. Only then may it begin while the vehicle is not
+    immobilized.
+    """
     if reading is None or reading.intent not in DOES:
         return False
     if reading.intent is GuidanceIntent.OVERTAKE:
@@ -47,10 +49,10 @@ def asks_for(reading: Reading | None, plan: RecoveryPlan) -> bool:
 
 
 def releases(reading: Reading | None, plan: RecoveryPlan) -> bool:
-    """Did the passenger ask for this plan's overtaking, on the side on which it goes?
+    """True if the passenger asked for this plan's overtaking on its side.
 
-    Words release two things of the guard: passing somebody who moves or has not stood for long, and going quicker than
-    a recovery. Both belong to overtaking alone.
+    Words allow two things of the guard: passing someone who moves or has not stood long, and driving faster than in a
+    recovery. Both apply to overtaking only.
     """
     if reading is None or reading.intent is not GuidanceIntent.OVERTAKE:
         return False
@@ -59,7 +61,7 @@ def releases(reading: Reading | None, plan: RecoveryPlan) -> bool:
 
 
 def _side(behavior: object) -> Side | None:
-    """On which side a behaviour leaves the lane; None for one that stays in it."""
+    """Return the side on which a behaviour leaves the lane; None if it stays in it."""
     if isinstance(behavior, BorrowOncomingLane):
         return Side.LEFT
     return Side(behavior.side) if isinstance(behavior, ChangeLane | Nudge) else None

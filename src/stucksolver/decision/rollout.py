@@ -1,4 +1,4 @@
-"""When the ego is where on a path: a speed profile within the path's bounds and the vehicle's limits."""
+"""Computes when the ego is where on a path: a speed profile within the path's bounds and the vehicle's limits."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ class Rollout:
 
     @property
     def duration_s(self) -> float:
-        """How long the drive takes (s)."""
+        """Duration of the drive (s)."""
         return float(self.t[-1])
 
 
 MIN_SPEED_MPS = 0.3
-"""Floor of the profile, so that standing still at the start takes a finite time."""
+"""Lower bound of the profile, so that standing at the start takes a finite time."""
 
 
 def rollout(path: Manoeuvre, speed_mps: float, acceleration_mps2: float, braking_mps2: float) -> Rollout:
-    """The quickest profile under the bounds that starts at `speed_mps`.
+    """Return the fastest profile under the bounds that starts at `speed_mps`.
 
-    The classical forward and backward pass over v^2 with constant acceleration between stations. A start above the
-    bounds brakes as hard as it is allowed to.
+    It is the classical forward and backward pass over v^2 with constant acceleration between stations. A start above
+    the bounds brakes at the given limit.
     """
     ramp = 2 * STEP_M * np.arange(len(path.speed))
     bound = np.maximum(np.square(path.speed), MIN_SPEED_MPS**2)
@@ -49,7 +49,7 @@ def rollout(path: Manoeuvre, speed_mps: float, acceleration_mps2: float, braking
 
 
 def _from_above(bound: list[float], start: float, acceleration_mps2: float, braking_mps2: float) -> Array:
-    """The forward pass from a speed above the bound, which is braked down to first."""
+    """The forward pass from a speed above the bound, which brakes down to it first."""
     squared = [start]
     for limit in bound[1:]:
         previous = squared[-1]
@@ -59,9 +59,9 @@ def _from_above(bound: list[float], start: float, acceleration_mps2: float, brak
 
 
 SLUGGISH_SPEED = 0.85
-"""A sluggish vehicle drives so much of the speed that it is asked for. Ours: stacks keep below a bound, not at it."""
+"""A sluggish vehicle drives this part of the requested speed. Ours: stacks stay below a bound, not at it."""
 SLUGGISH_ACCELERATION = 0.6
-"""And so much of its comfortable acceleration. Ours: loaded, uphill, or with a careful controller."""
+"""A sluggish vehicle uses this part of its comfortable acceleration. Ours: loaded, uphill, or a careful controller."""
 
 
 def sluggish(
@@ -71,7 +71,7 @@ def sluggish(
     speed_part: float = SLUGGISH_SPEED,
     acceleration_part: float = SLUGGISH_ACCELERATION,
 ) -> Rollout:
-    """The pessimistic hypothesis: weaker acceleration, and never quite the speed that was asked for."""
+    """Return the pessimistic profile: weaker acceleration, and always below the requested speed."""
     slower = Manoeuvre(path.s, path.d, speed_part * path.speed)
     acceleration = acceleration_part * limits.comfort_acceleration_mps2
     return rollout(slower, speed_mps, acceleration, limits.comfort_braking_mps2)

@@ -1,4 +1,4 @@
-"""The one versioned JSON form of all that crosses the boundary, as JSON Schemas."""
+"""JSON Schemas of all data that crosses the process boundary, with one version."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stucksolver.decision.directive import directive_adapter
 from stucksolver.scene import Scene, Status, Surroundings
 
 VERSION = 1
-"""Raised whenever a record written before can no longer be read."""
+"""Increased whenever an older record can no longer be read."""
 
 ADAPTERS: dict[str, TypeAdapter[Any]] = {
     "status": TypeAdapter(Status),
@@ -23,5 +23,5 @@ ADAPTERS: dict[str, TypeAdapter[Any]] = {
 
 
 def schemas() -> dict[str, dict[str, Any]]:
-    """The five schemas by name, each a document of its own with the version in its `$id`."""
+    """Return the five schemas by name, each a separate document with the version in its `$id`."""
     return {name: {"$id": f"stucksolver/v{VERSION}/{name}", **a.json_schema()} for name, a in ADAPTERS.items()}

@@ -1,6 +1,6 @@
 """The geometry of a turn in several legs: ahead on the left lock, back on the right lock, until the vehicle faces back.
 
-The vehicle is a bicycle whose rear axle does not slip aside: it goes on a circle whose radius the steering allows.
+The vehicle is a bicycle whose rear axle does not slip sideways: it drives on a circle whose radius the steering allows.
 """
 
 from __future__ import annotations
@@ -18,30 +18,30 @@ from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import MOVING_MPS, FrenetScene
 
 POSE_STEP_M = 0.1
-"""Travel of the rear axle from pose to pose: what counts as contact (`HarmPolicy.touch_m`)."""
+"""Travel of the rear axle between poses; equal to the gap that counts as contact (`HarmPolicy.touch_m`)."""
 RADIUS_PART = 1.05
-"""The circle is so much wider than the vehicle's smallest: a reserve to steer with."""
+"""The circle is wider than the vehicle's smallest one by this factor, as a reserve for steering."""
 LOCK_M = 1.0
-"""The wheels turn from straight to their lock within so many metres: they begin to at rest."""
+"""The wheels turn from straight to their lock over this distance, beginning at rest."""
 EDGE_M = 0.3
-"""Kept from the edges of the road when a leg is laid out: the gap to what stands."""
+"""Distance from the road edges when a leg is planned: the gap to standing objects."""
 THING_M, LIVING_M = 0.6, 1.5
-"""Kept from what stands, and from people and bicycles: more than the guard asks for, so that errors are covered."""
+"""Distance from standing objects, and from people and bicycles: more than the guard requires, to cover errors."""
 POINT_EVERY = 3
-"""Every so many poses are a point of the line that a stack drives."""
+"""Every how many poses become a point of the line that a stack drives."""
 CRAWL_MPS = 0.05
-"""Next to nothing: drivers refuse a line that they would never get past."""
+"""Almost zero: drivers refuse a line that they would never finish."""
 LEAST_LEG_M = 0.5
-"""A leg shorter than this gets nobody round."""
+"""A shorter leg does not help to turn."""
 MOST_LEGS = 5
-"""More legs mean that the road is too narrow."""
+"""If more legs are needed, the road is too narrow."""
 TURNED_RAD = math.radians(165.0)
-"""Turned by so much, the vehicle drives off in the other lane, and straightens on the way."""
+"""Turned by this much, the vehicle drives off in the other lane and straightens on the way."""
 
 
 @dataclass(frozen=True)
 class Leg:
-    """One way of the turn, from rest to rest.
+    """One leg of the turn, from rest to rest.
 
     `x_m`, `y_m`, `yaw_rad` (poses,): the body's centre and heading in the local frame, every `POSE_STEP_M` of travel.
     """
@@ -53,20 +53,20 @@ class Leg:
 
     @property
     def length_m(self) -> float:
-        """Travel of the rear axle."""
+        """Travel of the rear axle (m)."""
         return POSE_STEP_M * (len(self.x_m) - 1)
 
     @property
     def end(self) -> tuple[float, float, float]:
-        """x, y, heading at its end."""
+        """(x, y, heading) at its end (m, m, rad)."""
         return float(self.x_m[-1]), float(self.y_m[-1]), float(self.yaw_rad[-1])
 
 
 def driven_line(leg: Leg, wheelbase_m: float, speed_mps: float) -> tuple[Array, Array, Array]:
-    """x, y (m) and speed (m/s) at the points of the line that a stack is told to drive, to rest at the leg's end.
+    """Return x, y (m) and speed (m/s) at the points of the line that a stack must drive, to rest at the leg's end.
 
-    Ahead it is that of the body's centre. Back it is that of the rear axle, which leads then, from the centre on: it
-    goes on at a crawl beyond where the centre is at the end of the leg, where whoever carries the turn out brakes.
+    Ahead it is the line of the body's centre. Backing up it is the line of the rear axle, which then leads. That line
+    continues at a crawl beyond the centre's final position, where the stack brakes.
     """
     lever_m = wheelbase_m / 2
     travel = POSE_STEP_M * np.arange(len(leg.x_m))
@@ -85,14 +85,17 @@ def driven_line(leg: Leg, wheelbase_m: float, speed_mps: float) -> tuple[Array, 
 
 
 def turned_rad(view: FrenetScene) -> float:
-    """By how much the ego is turned to the left from the direction of the road, in [-pi/2, 3 pi/2)."""
+    """Return how far the ego is turned left from the direction of the road, in [-pi/2, 3 pi/2) (rad)."""
     return (view.ego_yaw + math.pi / 2) % math.tau - math.pi / 2
 
 
 def turn_round(view: FrenetScene) -> tuple[Leg, ...]:
-    """The legs from where the ego stands until it faces the other way, each as long as the road allows.
+    """Return the legs until the ego faces the other way, each as long as the road allows.
 
-    It begins ahead if there is room, else by backing up. Raises `CannotPlan` where the road is too narrow.
+    The turn begins ahead if there is room, otherwise by backing up.
+
+    Raises:
+        CannotPlan: The road is too narrow.
     """
     heading = float(np.interp(view.ego_s, view.frame.s, view.frame.headings))
     pose = (view.ego.x_m, view.ego.y_m, heading + turned_rad(view))
@@ -117,16 +120,16 @@ def turn_round(view: FrenetScene) -> tuple[Leg, ...]:
 
 
 def _leg(view: FrenetScene, pose: tuple[float, float, float], until_rad: float, reverse: bool) -> Leg:
-    """As far as there is room, or until the body points in a direction."""
+    """Return a leg as long as there is room, or until the body points in a direction."""
     x, y, yaw = _poses(view, pose, reverse)
     fits = _on_the_road(view, x, y, yaw) & _clear(view, x, y, yaw) & (yaw <= until_rad + 1e-6)
-    fits[0] = True  # Where it stands is where it stands.
+    fits[0] = True  # the pose where the vehicle stands always fits
     count = len(fits) if fits.all() else int(fits.argmin())
     return Leg(reverse, x[:count], y[:count], yaw[:count])
 
 
 def _poses(view: FrenetScene, pose: tuple[float, float, float], reverse: bool) -> tuple[Array, Array, Array]:
-    """x, y, heading along a circle to the left round, all the way round; the wheels take `LOCK_M` to get there."""
+    """Return x, y and heading along a full circle to the left; the wheels take `LOCK_M` to reach their lock."""
     lever_m = view.ego.limits.wheelbase_m / 2
     radius_m = RADIUS_PART * view.ego.limits.min_turn_radius_m
     travel = np.arange(0.0, math.pi * radius_m, POSE_STEP_M)
@@ -144,7 +147,7 @@ def _poses(view: FrenetScene, pose: tuple[float, float, float], reverse: bool) -
 
 
 def corners(view: FrenetScene, x_m: Array, y_m: Array, yaw_rad: Array) -> tuple[Array, Array]:
-    """(poses, 4) twice: arc lengths and offsets of the body's corners along the road, for poses (poses,)."""
+    """Return arc lengths and offsets of the body's corners along the road, each (poses, 4), for poses (poses,)."""
     half_length, half_width = view.ego.length_m / 2, view.ego.width_m / 2
     ahead, left = np.array([1.0, 1.0, -1.0, -1.0]) * half_length, np.array([1.0, -1.0, 1.0, -1.0]) * half_width
     cos, sin = np.cos(yaw_rad)[:, None], np.sin(yaw_rad)[:, None]
@@ -154,7 +157,7 @@ def corners(view: FrenetScene, x_m: Array, y_m: Array, yaw_rad: Array) -> tuple[
 
 
 def room_at_edges_m(view: FrenetScene, x_m: Array, y_m: Array, yaw_rad: Array) -> Array:
-    """(poses,): the least distance of a corner from the edges of the driving lanes; negative beyond them."""
+    """(poses,): the smallest distance of a corner from the edges of the driving lanes (m); negative beyond them."""
     s, d = corners(view, x_m, y_m, yaw_rad)
     low, high = (np.interp(s, view.frame.s, border) for border in view.frame.drivable)
     result: Array = np.minimum(d - low, high - d).min(axis=1)
@@ -163,13 +166,15 @@ def room_at_edges_m(view: FrenetScene, x_m: Array, y_m: Array, yaw_rad: Array) -
 
 def _on_the_road(view: FrenetScene, x: Array, y: Array, yaw: Array) -> Array:
     room = room_at_edges_m(view, x, y, yaw)
-    # Who stands nearer to an edge may leave it, but come no nearer.
+    # A vehicle that already stands nearer to an edge may leave it, but must not come nearer.
     result: Array = room > np.minimum(EDGE_M, room[0] - 1e-3)
     return result
 
 
 def gaps_m(view: FrenetScene, which: Array, x_m: Array, y_m: Array, yaw_rad: Array) -> Array:
-    """(poses, objects): from the body at poses (poses,) to where objects (indices `which`) are now."""
+    """(poses, objects): gaps from the body at poses (poses,) to the current positions of objects (indices
+    `which`) (m).
+    """
     found = [view.objects[int(i)] for i in which]
     x, y, yaw = (np.array([getattr(o, name) for o in found]) for name in ("x_m", "y_m", "yaw_rad"))
     result: Array = separation(

@@ -1,4 +1,4 @@
-"""From beside what was passed back into the own lane: as soon as the tail clears it, and on, or to a stop."""
+"""The way back into the own lane after a pass: begins as soon as the tail is clear, and goes on or ends in a stop."""
 
 from __future__ import annotations
 
@@ -15,26 +15,27 @@ from stucksolver.scene.objects import VEHICLES
 from stucksolver.scene.view import FrenetScene
 
 STOP_GAP_M = 2.0
-"""Left free before what stands beyond."""
+"""Distance kept before what stands beyond."""
 STRAIGHT_M = 1.0
-"""Before a stop the wheels are straight for the last metre."""
+"""The wheels are straight for the last metre before a stop."""
 LEAST_BACK_M = 6.0
-"""No way back is shorter."""
+"""The shortest way back."""
 GENTLE_M = 12.0
-"""Nor one that nothing beyond makes shorter, ..."""
+"""The shortest way back if nothing beyond limits it, ..."""
 GENTLE_S = 2.5
-"""... nor quicker: a brisk change of lane."""
+"""... and its shortest duration: a brisk lane change."""
 LENGTHS = 6
-"""So many lengths are tried from the gentlest to the tightest."""
+"""Number of lengths tried, from the gentlest to the tightest."""
 SOONER_M = 0.5
-"""The way back begins sooner by so much at a time."""
+"""Step by which an earlier beginning of the way back is tried."""
 CLEAR_M, CLEAR_S, CLEAR_PEOPLE_M = 0.25, 0.085, 1.4
-"""Kept by the tail from what is passed: so much, with so many seconds of the speed more; and from people and cyclists.
-The guard asks for 0.3 m, with what a fault draws the body aside by until it stands."""
+"""Clearance of the tail from what is passed: a distance, plus a time at the current speed; and from people and
+cyclists. The guard requires 0.3 m plus the lateral drift of a fault until the vehicle stands.
+"""
 MOVES_MPS = 0.5
-"""What goes quicker moves: the way back begins when the ego is past it."""
+"""Faster objects count as moving: the way back begins when the ego is past them."""
 QUICK_MPS, QUICK_DOOR_M = 5.6, 1.15
-"""Quicker than 20 km/h more is kept from doors."""
+"""Above 20 km/h a larger distance is kept from doors."""
 DOORS_PART = 0.5
 """Doors are on the middle half of a vehicle."""
 
@@ -42,11 +43,20 @@ DOORS_PART = 0.5
 def way_back(
     view: FrenetScene, out: Manoeuvre, passing: Passing, past_s: float, beside_mps: float, back_mps: float
 ) -> Manoeuvre:
-    """From the end of `out`, beside what is passed, into the own lane and on in it.
+    """Return the path from the end of `out`, beside what is passed, into the own lane and along it.
 
-    `past_s`: where the ego is past all of it; the way back may begin sooner. `beside_mps` bounds the
-    speed until then, `back_mps` afterwards. Where something stands soon beyond, or the known road ends, it stops before
-    that. Raises `CannotPlan` where there is no room to come back.
+    If something stands soon beyond, or the known road ends, the path stops before that.
+
+    Args:
+        view: The surroundings in road coordinates.
+        out: The way out of the lane.
+        passing: What is passed.
+        past_s: Arc length at which the ego is past all of it (m); the way back may begin sooner.
+        beside_mps: Upper bound on the speed until then (m/s).
+        back_mps: Upper bound on the speed after that (m/s).
+
+    Raises:
+        CannotPlan: There is no room to come back.
     """
     half, tight = view.ego.length_m / 2, view.ego.limits.min_turn_radius_m
     last_s = min(standing_beyond(view, passing) - STOP_GAP_M - half, view.frame.end_m)
@@ -69,7 +79,7 @@ def way_back(
 def _soonest(
     view: FrenetScene, out: Manoeuvre, passing: Passing, past_s: float, length_m: float, speed_mps: float
 ) -> float:
-    """The first arc length from which a way back of some length keeps clear of what is passed."""
+    """Return the first arc length from which a way back of some length stays clear of what is passed (m)."""
     back_s = past_s
     while passing.speed_mps <= MOVES_MPS and back_s - SOONER_M > out.end_s:
         sooner = back_s - SOONER_M
@@ -81,7 +91,9 @@ def _soonest(
 
 
 def _is_clear(view: FrenetScene, path: Manoeuvre, passing: Passing, speed_mps: float) -> bool:
-    """Does the body keep clear of all that is passed or stands beside it, at more than walking pace of doors, too?"""
+    """True if the body stays clear of everything that is passed or stands beside it, and of doors above walking
+    pace.
+    """
     passed = np.array([o.id in passing.ids for o in view.objects], dtype=bool)
     beside = ~view.moving & (view.s - view.along < passing.far_s)
     which = np.flatnonzero(passed | beside)

@@ -1,4 +1,4 @@
-"""The closed list of behaviours; each is one file."""
+"""The closed list of behaviours, one file each."""
 
 from stucksolver.decision.behaviors.back_up import BackUp
 from stucksolver.decision.behaviors.base import Abort, Behavior, CannotPlan, Check, Release, Start

@@ -1,4 +1,4 @@
-"""Back up a little: to get room for swinging out, or to see more."""
+"""Back up a little, to get room for swinging out or to see more."""
 
 from typing import ClassVar, Literal
 

@@ -1,4 +1,4 @@
-"""What every behaviour is made of: parameters with bounds, a precondition, a path, a time allowance."""
+"""The base of every behaviour: parameters with bounds, a precondition, a path and a time allowance."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stucksolver.scene.view import FrenetScene
 
 
 class Check(str, Enum):
-    """The guard's checks; every behaviour names those it must pass."""
+    """The guard's checks. Every behaviour names those that it must pass."""
 
     COLLISION = "collision"
     DRIVABLE_AREA = "drivable_area"
@@ -38,17 +38,17 @@ class Check(str, Enum):
 
 
 class Abort(str, Enum):
-    """The safe way out of a behaviour."""
+    """The safe way to end a behaviour early."""
 
     STOP = "stop"
     RETURN_TO_LANE = "return_to_lane"
     FINISH = "finish"
     GIVE_WAY = "give_way"
-    """No end of it: brake for somebody whom going on would meet, then finish. Where no stop may be made to stay."""
+    """Do not end it: brake for someone who would be hit, then finish. For places where the vehicle must not stay."""
 
 
 class Release(str, Enum):
-    """Who must say yes before something is done."""
+    """Who must approve something before it is done."""
 
     AUTONOMOUS = "autonomous"
     PASSENGER = "passenger"
@@ -64,12 +64,12 @@ MOVING_CHECKS = (
     Check.AUTHORITY,
 )
 CREEP_MPS = 2.2
-"""Just under the 8 km/h of all that must be slow."""
+"""Just under 8 km/h, the limit for everything that must be slow."""
 
 
 @dataclass(frozen=True)
 class Start:
-    """Where a behaviour begins: arc length, lateral offset and speed of the ego."""
+    """Where a behaviour begins: arc length (m), lateral offset (m) and speed (m/s) of the ego."""
 
     s_m: float
     d_m: float
@@ -77,41 +77,48 @@ class Start:
 
 
 class Behavior(Model, ABC):
-    """One entry of the closed list. Instances hold the parameters of one call."""
+    """One behaviour of the closed list. An instance holds the parameters of one call."""
 
     checks: ClassVar[tuple[Check, ...]] = ()
     abort_after_commit: ClassVar[Abort] = Abort.FINISH
     stands_still: ClassVar[bool] = False
     reverse: ClassVar[bool] = False
-    """Backs up: `view` and `start` are then those of `FrenetScene.backwards`."""
+    """The behaviour backs up. `view` and `start` are then those of `FrenetScene.backwards`."""
     prepares: ClassVar[bool] = False
-    """Is it done for the sake of what follows, so that the vehicle need not have got on after it?"""
+    """The behaviour only prepares the next one, so the vehicle need not have moved on after it."""
     release: ClassVar[Release] = Release.AUTONOMOUS
-    """Who may release it where the policy does not say otherwise."""
+    """Who must approve it, unless the policy says otherwise."""
     summary: ClassVar[str]
-    """One sentence: what it does. Shown to models and in the documents."""
+    """One sentence that says what it does. Shown to models and in the documents."""
 
     name: str
 
     def precondition(self, view: FrenetScene) -> str | None:
-        """Why it cannot be done here now, or None."""
+        """Return why it cannot be done here now, or None."""
         return None
 
     @abstractmethod
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre | None:
-        """Its path from `start`; None for one that stands still, or that follows no road. Raises `CannotPlan`."""
+        """Return the path from `start`, in the road coordinates of `view`.
+
+        Returns:
+            The path; None for a behaviour that stands still or follows no road.
+
+        Raises:
+            CannotPlan: There is no path here.
+        """
 
     def done(self, view: FrenetScene) -> bool:
-        """Is its purpose reached before its path or its time is at an end?"""
+        """True if its purpose is reached before the end of its path or its time."""
         return False
 
     def time_allowance_s(self, expected_s: float) -> float:
-        """After how long it is given up, for an expected duration."""
+        """Return the time after which it is given up (s), for an expected duration (s)."""
         return 2.0 * expected_s + 5.0
 
 
 class Standing(Behavior):
-    """A behaviour without a path: the vehicle stands, or comes to rest where it is."""
+    """A behaviour without a path: the vehicle stands, or stops where it is."""
 
     stands_still: ClassVar[bool] = True
 
@@ -123,7 +130,7 @@ class Standing(Behavior):
 
 
 def no_place_to_stand(view: FrenetScene) -> str | None:
-    """Why the ego must not stay where it is: a stop is not safe there."""
+    """Return why the ego must not stay where it is, or None if a stop here is safe."""
     lane = view.ego_lane
     if lane is not None and lane.strip.direction is LaneDirection.OPPOSITE:
         return "the ego is in an oncoming lane, where a stop is not safe"
@@ -133,7 +140,7 @@ def no_place_to_stand(view: FrenetScene) -> str | None:
 
 
 class CannotPlan(Exception):
-    """No path exists for a behaviour here; `failure` says why, and the message says it to people."""
+    """No path exists for a behaviour here. `failure` is the code, and the message is for people."""
 
     def __init__(self, failure: PlanFailure, text: str) -> None:
         super().__init__(text)

@@ -1,4 +1,4 @@
-"""Go round what is in the way through the lane of the oncoming traffic, and come back."""
+"""Pass an obstacle through the oncoming lane, and return."""
 
 import math
 from dataclasses import replace
@@ -50,7 +50,7 @@ class BorrowOncomingLane(Behavior):
         speed = min(self.speed_mps, CREEP_MPS) if passing.slowly else self.speed_mps
         out = lateral_shift(view, start, passing.offset_m, speed)
         past_s = out.end_s + length_abreast(view, start, out, passing, speed)
-        # Speeding up on the way, a short pass does not get as quick as it may be.
+        # A short pass ends before the vehicle reaches the allowed speed, because it is still accelerating.
         gains = 2 * view.ego.limits.comfort_acceleration_mps2 * (past_s - start.s_m)
         reached = min(speed, math.sqrt(start.speed_mps**2 + gains))
         back = way_back(view, out, passing, past_s, reached, self.speed_mps)

@@ -29,7 +29,11 @@ class ChangeLane(Behavior):
     speed_mps: float = Field(gt=0.5, le=11.0)
 
     def target(self, view: FrenetScene, start: Start) -> Lane:
-        """The lane to change to. Raises `CannotPlan` where there is no driving lane on that side."""
+        """Return the lane to change to.
+
+        Raises:
+            CannotPlan: There is no driving lane of our direction on that side.
+        """
         lane = view.frame.beside(start.s_m, start.d_m, +1 if self.side == "left" else -1)
         if lane is None or lane.strip.kind is not LaneKind.DRIVING:
             raise CannotPlan(PlanFailure.NO_LANE, f"there is no driving lane on the {self.side}")

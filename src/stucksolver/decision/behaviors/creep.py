@@ -1,4 +1,4 @@
-"""Go on slowly, a little, and stop: to see more, or to show that one means to go."""
+"""Drive a short distance slowly and stop: to see more, or to show the intention to go."""
 
 from typing import ClassVar, Literal
 

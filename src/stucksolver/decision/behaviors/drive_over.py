@@ -1,4 +1,4 @@
-"""Drive over what is soft by class, low, and long enough seen to be sure of it."""
+"""Drive over an object that is soft by class, low, and seen long enough to be sure of it."""
 
 from dataclasses import replace
 from typing import ClassVar, Literal

@@ -1,4 +1,4 @@
-"""Car following: go on behind a leader, for as long as it leads."""
+"""Car following: drive on behind a leader as long as it leads."""
 
 from typing import ClassVar, Literal
 

@@ -1,4 +1,4 @@
-"""Warn the others."""
+"""Warn other road users."""
 
 from typing import ClassVar, Literal
 

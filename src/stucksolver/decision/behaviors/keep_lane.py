@@ -1,4 +1,4 @@
-"""Go on in the present lane."""
+"""Drive on in the current lane."""
 
 from typing import ClassVar, Literal
 
@@ -28,7 +28,11 @@ class KeepLane(Behavior):
 
 
 def own_lane(view: FrenetScene, start: Start) -> Lane | None:
-    """The lane at a place. Raises `CannotPlan` where that is an oncoming one."""
+    """Return the lane at a place.
+
+    Raises:
+        CannotPlan: The lane belongs to oncoming traffic.
+    """
     lane = view.frame.lane_at(start.s_m, start.d_m)
     if lane is not None and lane.strip.direction is LaneDirection.OPPOSITE:
         raise CannotPlan(PlanFailure.NOT_OUR_LANE, "the vehicle is in an oncoming lane, which is left, not kept")

@@ -1,4 +1,4 @@
-"""Move aside within the own lane: to look past what is ahead, or to pass it where the lane is wide enough."""
+"""Move aside within the own lane: to look past an obstacle, or to pass it if the lane is wide enough."""
 
 from typing import ClassVar, Literal
 
@@ -15,7 +15,7 @@ from stucksolver.scene.view import FrenetScene
 
 EDGE_M = 0.05
 SHARES = (1.0, 0.85, 0.7, 0.5)
-"""How much of the shift is tried, if the corners swing out too far in a short distance."""
+"""Parts of the shift that are tried if the corners swing out too far over a short distance."""
 
 
 class Nudge(Behavior):
@@ -54,7 +54,7 @@ class Nudge(Behavior):
 
 
 def body_reach(path: Manoeuvre, view: FrenetScene) -> Array:
-    """Half extent of the ego's body across the road at each station."""
+    """Return the half extent of the ego's body across the road at each station (m)."""
     heading = path.body(float(path.heading()[0]), view.ego.limits.wheelbase_m)
     reach: Array = view.ego.width_m / 2 * np.cos(heading) + view.ego.length_m / 2 * np.abs(np.sin(heading))
     return reach

@@ -1,4 +1,4 @@
-"""Stop at the roadside, out of the way as far as the road lets us."""
+"""Stop at the roadside, as far out of the way as the road allows."""
 
 from dataclasses import replace
 from typing import ClassVar, Literal
@@ -40,7 +40,7 @@ class PullOver(Behavior):
         target = min(lane.at(end)[0] for lane in lanes) + view.ego.width_m / 2 + EDGE_M
         length = min(max(shortest_shift(start.d_m - target, 1.5 * view.ego.limits.min_turn_radius_m), 4.0), 30.0)
         out = lateral(start.s_m, start.d_m, target, length, self.speed_mps, view)
-        # The body turns back later than the path does: its nose must not swing beyond the edge.
+        # The body turns back later than the path does, and its nose must not swing beyond the edge.
         over = target - view.ego.width_m / 2 - float((out.d - body_reach(out, view)).min())
         target += max(over - EDGE_M, 0.0)
         out = lateral(start.s_m, start.d_m, target, length, self.speed_mps, view)
@@ -50,7 +50,7 @@ class PullOver(Behavior):
 
 
 def _to_the_right(view: FrenetScene, start: Start) -> list[Lane]:
-    """The lane at a place and the strips right of it that may be stood on, up to the first kerb."""
+    """Return the lane at a place and the strips to its right where a vehicle may stand, up to the first kerb."""
     here = view.frame.lane_at(start.s_m, start.d_m)
     if here is None or here.strip.direction is LaneDirection.OPPOSITE:
         return []

@@ -1,4 +1,4 @@
-"""The closed list. The schema, the prompt, the guard and the documents are derived from it."""
+"""The registry of behaviours. The schema, the prompt, the guard and the documents are derived from it."""
 
 from __future__ import annotations
 
@@ -52,18 +52,22 @@ _adapter: TypeAdapter[AnyBehavior] = TypeAdapter(AnyBehavior)
 
 
 def parse_behavior(data: object) -> Behavior:
-    """A behaviour from its JSON form. Raises `pydantic.ValidationError` on what is not in the list or the bounds."""
+    """Parse a behaviour from its JSON form.
+
+    Raises:
+        pydantic.ValidationError: It is not in the list, or a parameter is out of bounds.
+    """
     return _adapter.validate_python(data)
 
 
 def why_foreign(behavior: object) -> str | None:
-    """Why something is no behaviour of the closed list within its bounds, None if it is one.
+    """Why something is not in the closed list of behaviours within its bounds, None if it is one.
 
     A subclass may have other checks, and a copy other figures, than what the guard knows by that name.
     """
     known = REGISTRY.get(str(getattr(behavior, "name", "")))
     if known is None or type(behavior) is not known:
-        return f"{type(behavior).__name__} is no behaviour of the closed list"
+        return f"{type(behavior).__name__} is not in the closed list of behaviours"
     try:
         again = known.model_validate(behavior.model_dump())
     except ValueError:
@@ -73,7 +77,11 @@ def why_foreign(behavior: object) -> str | None:
 
 @lru_cache(maxsize=32)
 def describe(names: tuple[str, ...]) -> tuple[AvailableBehavior, ...]:
-    """What a reasoner is told of behaviours. Raises `KeyError` for a name that is not in the list."""
+    """Return the description of behaviours that a reasoner is given.
+
+    Raises:
+        KeyError: A name is not in the list.
+    """
     found = []
     for name in names:
         if name not in REGISTRY:

@@ -1,4 +1,4 @@
-"""Come back to the centre of the lane that the route follows, from wherever the ego is on the road."""
+"""Return to the centre of the route's lane from anywhere on the road."""
 
 from dataclasses import replace
 from typing import ClassVar, Literal

@@ -1,4 +1,4 @@
-"""Have the route planned anew."""
+"""Have the route planned again."""
 
 from typing import ClassVar, Literal
 

@@ -1,4 +1,4 @@
-"""Ask for a person's help, standing safely."""
+"""Ask a person for help while standing safely."""
 
 from typing import ClassVar, Literal
 

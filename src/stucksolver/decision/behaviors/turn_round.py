@@ -1,4 +1,4 @@
-"""Turn round on the road, in several legs, to leave a dead end or a closed road the way one came."""
+"""Turn round on the road in several legs, to leave a dead end or a closed road."""
 
 import math
 from typing import ClassVar, Literal
@@ -11,9 +11,9 @@ from stucksolver.decision.turning import TURNED_RAD, Leg, turn_round, turned_rad
 from stucksolver.scene.view import FrenetScene
 
 WAITS_S = 30.0
-"""Beside the time that a leg takes, so long it may stand and let others by."""
+"""Extra time beyond the driving time of a leg, to stand and let others pass."""
 BEGUN_RAD = math.radians(20.0)
-"""Turned by more, it is in the middle of a turn, and goes on from there."""
+"""A vehicle turned by more than this is in the middle of a turn, and continues from there."""
 
 
 class TurnRound(Behavior):
@@ -32,7 +32,11 @@ class TurnRound(Behavior):
     speed_mps: float = Field(default=1.4, ge=0.5, le=CREEP_MPS)
 
     def legs(self, view: FrenetScene) -> tuple[Leg, ...]:
-        """What is left of the turn from where the vehicle stands. Raises `CannotPlan`."""
+        """Return the remaining legs of the turn from where the vehicle stands.
+
+        Raises:
+            CannotPlan: The road is too narrow.
+        """
         return turn_round(view)
 
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre | None:
