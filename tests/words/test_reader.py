@@ -18,7 +18,7 @@ from stucksolver.words.network import DATA, NetworkReader, ReaderError, unpacked
 from stucksolver.words.pieces import MAX_TOKENS, encoded
 
 READER = find_reader()
-DOUBT = Doubt(temperature=1.0, move=0.7, against=0.15, stay=0.3)
+DOUBT = Doubt(temperature=1.0, move=0.7, against=0.15, stay=0.3, reroute=0.7)
 BLIND = Path(__file__).parents[2] / "results" / "words"
 
 
@@ -41,6 +41,44 @@ def test_what_may_also_mean_to_stay_is_asked_back():
     assert read_fields(numbers(overtake=2.0, wait=1.8), DOUBT, "test").intent is GuidanceIntent.UNCLEAR
     assert read_fields(numbers(wait=2.0, overtake=1.8), DOUBT, "test").intent is GuidanceIntent.WAIT
     assert read_fields(numbers(overtake=5.0), DOUBT, "test").intent is GuidanceIntent.OVERTAKE
+
+
+def test_another_route_is_asked_for_with_a_bound_of_its_own_and_nothing_else_is():
+    doubt = Doubt(temperature=1.0, move=0.9, against=0.15, stay=0.3, reroute=0.5)
+    assert read_fields(numbers(reroute=2.0, go=1.0), doubt, "test").intent is GuidanceIntent.REROUTE
+    assert read_fields(numbers(turn_round=2.0, go=1.0), doubt, "test").intent is GuidanceIntent.UNCLEAR
+    assert read_fields(numbers(reroute=2.0, no=1.5), doubt, "test").intent is GuidanceIntent.UNCLEAR
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "You will not get past there, find a different route.",
+        "the barrier stays shut, take the other way",
+        "That way is blocked off, you had better use another road",
+    ],
+)
+def test_who_says_that_there_is_no_way_past_is_taken_another_way(text):
+    assert READER.read(text, "Standing behind a parked car and a rock.").intent is GuidanceIntent.REROUTE
+
+
+@pytest.mark.parametrize("text", ["Sign says road closed beyond the church.", "We came by another road yesterday."])
+def test_who_speaks_of_other_roads_asks_for_none(text):
+    assert READER.read(text, "Standing behind a parked car and a rock.").intent is not GuidanceIntent.REROUTE
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["wait, the driver is just coming back", "Wait, the driver is just coming back.", "wait, here he comes again"],
+)
+def test_who_says_that_the_driver_comes_back_puts_an_open_question_off_and_denies_nothing(text):
+    asked = "Standing behind a parked van. The car asks: May I overtake?"
+    assert READER.read(text, asked).intent is GuidanceIntent.WAIT
+
+
+def test_who_says_no_since_the_driver_comes_back_has_said_no():
+    asked = "Standing behind a parked van. The car asks: May I overtake it?"
+    assert READER.read("No, you may not, he is just coming back.", asked).intent is GuidanceIntent.NO
 
 
 def test_moving_and_staying_have_nothing_in_common():

@@ -30,6 +30,7 @@ from training.words.train import load_parts
 MOVE = 0.9
 AGAINST = 0.08
 STAY = 0.3
+REROUTE = 0.85
 """Least and most probabilities of a reading that counts; docs/words.md says how they were chosen."""
 LEAST_WEIGHTS = 10_000
 """Arrays smaller than this stay float32."""
@@ -52,7 +53,7 @@ def main() -> None:
     write_pieces(net, options.out / "pieces.npz")
     write_encoder(net.reader, options.out)
     shutil.copyfile(options.data / "tokenizer.json", options.out / "tokenizer.json")
-    card = {"version": options.version, "doubt": vars(Doubt(1.0, MOVE, AGAINST, STAY))}
+    card = {"version": options.version, "doubt": vars(Doubt(1.0, MOVE, AGAINST, STAY, REROUTE))}
     (options.out / "card.json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
     dev = np.load(options.data / "dev.npz")
     ours = shipped(options.out, dev)

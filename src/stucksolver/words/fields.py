@@ -39,6 +39,8 @@ class Doubt:
     """Most probability, beside it, of the readings that would have kept the vehicle where it is."""
     stay: float
     """Least probability of one that keeps it where it is."""
+    reroute: float
+    """Least probability of a request for another route, which by itself begins no manoeuvre."""
 
 
 def read_fields(logits: Numbers, doubt: Doubt, reader: str) -> Reading:
@@ -48,7 +50,8 @@ def read_fields(logits: Numbers, doubt: Doubt, reader: str) -> Reading:
     likely, confidence = INTENTS[best], float(intents[best])
     side = SIDES[int(logits[SIDE].argmax())]
     held = float(sum(p for one, p in zip(INTENTS, intents, strict=True) if one in STAYS))
-    sure = confidence >= doubt.move and held <= doubt.against if likely in MOVES else confidence >= doubt.stay
+    least = doubt.reroute if likely is GuidanceIntent.REROUTE else doubt.move
+    sure = confidence >= least and held <= doubt.against if likely in MOVES else confidence >= doubt.stay
     return Reading(
         intent=likely if sure or likely is GuidanceIntent.UNLAWFUL else GuidanceIntent.UNCLEAR,
         side=side,

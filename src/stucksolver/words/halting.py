@@ -14,6 +14,10 @@ SIGNS = "[停等别別慢]|不[要行能可]|小心"
 """Chinese is written without spaces."""
 SHORT = 40
 """Characters. Who calls out is brief; a longer sentence that is unclear is asked back."""
+PUTTING_OFF = re.compile(
+    r"(?<!\w)(?:wait|hold on|hang on|one moment|espera|espere|warten?|warte mal|attends|attendez)(?!\w)|等",
+    re.IGNORECASE,
+)
 HALTING = re.compile(rf"(?<!\w)(?:{WORDS})(?!\w)|{SIGNS}", re.IGNORECASE)
 
 
@@ -24,3 +28,8 @@ def halts(text: str) -> bool:
     """
     said = text.strip().replace("\u2019", "'")
     return len(said) <= SHORT and HALTING.search(said) is not None
+
+
+def puts_off(text: str) -> bool:
+    """Is there a word in `text` that asks to wait, rather than one that refuses?"""
+    return PUTTING_OFF.search(text) is not None

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver.scene.reading import GuidanceIntent, Reading
+from stucksolver.scene.reading import Claim, GuidanceIntent, Reading
 from stucksolver.words.agreeing import agrees
 from stucksolver.words.caution import without_call_for_care
 from stucksolver.words.fields import MOVES, Doubt, Numbers, read_fields
-from stucksolver.words.halting import halts
+from stucksolver.words.halting import halts, puts_off
 from stucksolver.words.pieces import encoded
 
 DATA = Path(__file__).with_name("data")
@@ -63,6 +63,9 @@ class NetworkReader:
             if reading.intent in MOVES:
                 return reading
         reading = read_fields(self.logits(text, situation), self._doubt, self.name)
+        if reading.intent is GuidanceIntent.NO and Claim.RETURNING_SOON in reading.claims and puts_off(text):
+            # "Wait, the driver is coming back" puts an open question off; a no would bar its plan for good.
+            return reading.model_copy(update={"intent": GuidanceIntent.WAIT})
         if reading.intent is GuidanceIntent.YES and not agrees(text):
             return reading.model_copy(update={"intent": GuidanceIntent.UNCLEAR})
         if reading.intent is GuidanceIntent.UNCLEAR and halts(text):
