@@ -1,4 +1,4 @@
-"""The independent safety check of every plan."""
+"""The guard: the independent safety check of every plan."""
 
 from stucksolver.guard.guard import Guard, Proven
 from stucksolver.guard.policy import NOBODY, RULES, Approvals, GuardPolicy

@@ -1,4 +1,4 @@
-"""Where a stop is a safe way out of a path, and the proof that it is."""
+"""Finds where a stop is a safe way out of a path, and proves that it is."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from stucksolver.scene.road import LaneDirection, ZoneKind
 from stucksolver.scene.view import MOVING_MPS
 
 MOST_STOPS = 16
-"""At most so many stops are tried along a path, evenly: a bound on the work of one look."""
+"""At most this many stops are tried along a path, evenly spaced: a bound on the work of one check."""
 
 
 def committed(case: CheckContext) -> Mask:
-    """(stations,): where a stop by comfortable braking may end, or pass through, where no vehicle should stand.
+    """(stations,): True where a stop with comfortable braking would end, or pass through, where no vehicle should
+    stand.
 
-    Those places are junctions, crosswalks and level crossings; lanes of the oncoming traffic; and the border of a
-    lane that the path moves into. There the way out is to finish, which has been proven.
+    Those places are junctions, crosswalks, level crossings, lanes of oncoming traffic, and the border of a lane that
+    the path moves into. There the way out is to finish the path, which has been proven.
     """
     path = case.path
     bad = _no_place(case)
@@ -36,7 +37,7 @@ def committed(case: CheckContext) -> Mask:
 
 
 def _no_place(case: CheckContext) -> Mask:
-    """(stations,): is it no place for a stop?"""
+    """(stations,): True where a stop is not allowed."""
     path, half = case.path, case.view.ego.length_m / 2
     tolerance_m = case.policy.lanes.tolerance_m
     bad = np.zeros(len(path.s), dtype=bool)
@@ -54,9 +55,10 @@ def _no_place(case: CheckContext) -> Mask:
 
 
 def stops_are_safe(case: CheckContext, no_stop: Array) -> list[Reject]:
-    """From each instant before the commit point, a stop on the path meets nobody while the ego still moves.
+    """Check that a stop from each instant before the commit point meets nobody while the ego still moves.
 
-    What stands is kept clear of all along the path; once the ego stands in its own lane, others must not drive into it.
+    The path keeps clear of standing objects everywhere. Once the ego stands in its own lane, others must not drive into
+    it.
     """
     view, policy = case.view, case.policy
     which = relevant(case)
@@ -64,7 +66,7 @@ def stops_are_safe(case: CheckContext, no_stop: Array) -> list[Reject]:
     free = np.flatnonzero(~no_stop)
     if not len(which) or not len(free):
         return []
-    # Those ahead of us in our own direction are followed at their own distance.
+    # Traffic ahead in our own direction is followed at its own distance.
     ahead = view.vs[which] > policy.prediction.along_mps
     which = which[~(ahead & (np.abs(view.vd[which]) < policy.prediction.steady_mps))]
     if not len(which):
@@ -94,9 +96,10 @@ def stops_are_safe(case: CheckContext, no_stop: Array) -> list[Reject]:
 
 
 def lets_by(case: CheckContext, rejects: list[Reject], giving_way: bool) -> bool:
-    """Does braking now, in a junction, keep clear of everybody, of those too who cross and whom going on would meet?
+    """True if braking now in a junction stays clear of everybody, including crossing traffic that going on would hit.
 
-    Not where the stop would end in an oncoming lane or on a level crossing. `giving_way`: it is doing so already.
+    False if the stop would end in an oncoming lane or on a level crossing. `giving_way`: the vehicle is braking
+    already.
     """
     view, policy, stopping = case.view, case.policy, case.policy.stopping
     braking, speed = view.ego.limits.comfort_braking_mps2, view.ego.speed_mps
@@ -116,9 +119,10 @@ def lets_by(case: CheckContext, rejects: list[Reject], giving_way: bool) -> bool
 
 
 def stops_beside(case: CheckContext, rejects: list[Reject], giving_way: bool) -> bool:
-    """Does braking now, with the nose in a lane, keep clear of those in it who do not let us in?
+    """True if braking now, with the nose in a lane, stays clear of the traffic in it that does not let us in.
 
-    They are taken to drive on as they do. Not on a level crossing, nor where the body reaches into an oncoming lane.
+    That traffic is assumed to drive on unchanged. False on a level crossing or if the body reaches into an oncoming
+    lane.
     """
     view, policy = case.view, case.policy
     stations, t = braking_now(case)
@@ -131,10 +135,10 @@ def stops_beside(case: CheckContext, rejects: list[Reject], giving_way: bool) ->
 
 
 def _kept(case: CheckContext, giving_way: bool, gap_m: float) -> float:
-    """The gap that a stop must leave.
+    """Return the gap that a stop must leave (m).
 
-    Whoever brakes for somebody already goes on to do so as long as it ends short of them, and whoever stands does best
-    to stand on, as long as nobody hits it.
+    A vehicle that already brakes for someone continues to, as long as the stop ends short of them. A vehicle that
+    stands stays, as long as nobody hits it.
     """
     if not giving_way:
         return gap_m
@@ -144,9 +148,12 @@ def _kept(case: CheckContext, giving_way: bool, gap_m: float) -> float:
 def braking_now(
     case: CheckContext, braking_mps2: float | None = None, lag_s: float | None = None
 ) -> tuple[Array, Array]:
-    """(instants,) twice: arc lengths of the ego when it brakes now, gently if not told, until it has stood a while.
+    """Return the ego's arc lengths, (instants,) twice, when it brakes now until it has stood for a while.
 
-    `lag_s`: until the brakes bite; what the policy says if not told.
+    Args:
+        case: The plan under examination.
+        braking_mps2: Deceleration (m/s²); the comfortable one if None.
+        lag_s: Time until the brakes act (s); the policy's if None.
     """
     braking, speed = braking_mps2 or case.view.ego.limits.comfort_braking_mps2, max(case.view.ego.speed_mps, 0.0)
     stopping = case.policy.stopping
@@ -157,14 +164,16 @@ def braking_now(
 
 
 def _instants(case: CheckContext, end_s: float) -> Array:
-    """(instants,): from now until an instant is past, seconds."""
+    """Return the instants from now until one after `end_s` (s)."""
     step_s = case.policy.prediction.step_s
     result: Array = np.arange(0.0, end_s + step_s, step_s)
     return result
 
 
 def _may_wait(case: CheckContext, end_s: float) -> bool:
-    """From here to the end of the stop: in a junction or on its crosswalk, and in lanes of our own direction?"""
+    """True if the way to the end of the stop is in a junction or on its crosswalk, and in lanes of our own
+    direction.
+    """
     here = case.view.zone_at(float(case.path.s[0]), ZoneKind.JUNCTION, ZoneKind.CROSSWALK)
     if here is None or case.on_rails(end_s):
         return False

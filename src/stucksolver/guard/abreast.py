@@ -1,4 +1,4 @@
-"""Those of our own direction: ahead, abreast, and coming up beside us, when the path moves sideways."""
+"""Traffic of our own direction when the path moves sideways: ahead, beside, and coming up beside us."""
 
 from __future__ import annotations
 
@@ -13,16 +13,22 @@ from stucksolver.scene.view import MOVING_MPS
 
 
 def will_be_followed(case: CheckContext, station: Array, which: Array, t: Array) -> Mask:
-    """(profiles, 1 or instants, objects): is it traffic of our direction ahead, followed by the stack and not hit?
+    """(profiles, 1 or instants, objects): True for traffic of our direction ahead that the stack follows and does not
+    hit.
 
-    Such is who is before our front when our body comes, or is, in their way: before it by more than a way to brake
-    down to their speed where the path only moves in behind them, or the plan only begins. Whom it meets abreast is
-    not followed but hit. Nor does it hold while the ego is in an oncoming lane: there it cannot slow down and follow.
-    `station` (profiles, instants): arc lengths of the ego at the instants `t`.
+    It must be ahead of our front when our body enters its way or is in it. It must be ahead by a braking distance to
+    its speed if the path only moves in behind it, or if the plan only begins. A vehicle that is met abreast is hit, not
+    followed. In an oncoming lane it is always False, because the ego cannot slow down and follow there.
+
+    Args:
+        case: The plan under examination.
+        station: Arc lengths of the ego at the instants `t` (profiles, instants) (m).
+        which: Indices of the objects (objects,).
+        t: Instants (s).
     """
     view, policy = case.view, case.policy.prediction
     leads = (view.vs[which] > policy.along_mps) & (np.abs(view.vd[which]) < policy.steady_mps) & ~view.elsewhere[which]
-    # Somebody on foot is no traffic: what keeps a distance to vehicles ahead may not see them as such.
+    # A pedestrian is not traffic: an adaptive cruise control may not see one as a leader.
     leads &= (view.s[which] + view.along[which] > view.ego_s) & ~view.on_foot[which]
     leads &= np.array([view.objects[int(i)].id not in case.path.passes for i in which], dtype=bool)
     result = np.zeros((len(station), 1, len(which)), dtype=bool)
@@ -34,7 +40,7 @@ def will_be_followed(case: CheckContext, station: Array, which: Array, t: Array)
 
 
 def _is_before_us(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
-    """(profiles,): is one ahead when our body comes into their way? True where it never does."""
+    """(profiles,): True if the object is ahead when our body enters its way, or if the body never does."""
     view, path, policy = case.view, case.path, case.policy.entry
     room = np.abs(np.interp(station, path.s, path.d) - view.d[i]) - np.interp(station, path.s, case.reach)
     meets = room < view.across[i] + policy.beside_m
@@ -43,7 +49,7 @@ def _is_before_us(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
     ahead = view.s[i] + view.vs[i] * t[first] - view.along[i] - station[ways, first] - view.ego.length_m / 2
     speed = np.interp(station[ways, first], path.s, case.quick.v)
     slower = np.maximum(speed**2 - view.vs[i] ** 2, 0.0) / (2 * view.ego.limits.comfort_braking_mps2)
-    # Who is behind them from the start must be able to fall back; while a plan runs the stack is about it already.
+    # A vehicle that begins behind it must be able to fall back; while a plan runs, the stack is already doing so.
     closing = np.maximum(speed - view.vs[i], 0.0)
     from_start = 0.0 if case.running else slower + closing * case.policy.stopping.lag_s
     needed = np.where(first > 0, policy.headway_s * speed + policy.headway_m + slower, from_start)
@@ -52,7 +58,7 @@ def _is_before_us(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
 
 
 def _on_own_side(case: CheckContext, station: Array) -> Mask:
-    """(profiles, instants): is the ego out of all oncoming lanes?"""
+    """(profiles, instants): True if the ego is outside all oncoming lanes."""
     oncoming = np.zeros(len(case.path.s), dtype=bool)
     for lane in case.path.enters:
         if lane.strip.direction is LaneDirection.OPPOSITE:
@@ -62,17 +68,16 @@ def _on_own_side(case: CheckContext, station: Array) -> Mask:
 
 
 def from_behind(case: CheckContext) -> list[Reject]:
-    """Who comes up beside us in our direction, in our lane too, can stop behind whatever comes into their way.
+    """Check that traffic coming up beside us in our direction can stop behind what comes into its way.
 
-    The gap is that of RSS at the moment at which our body reaches their way. Who is behind our body keeps their own
-    distance.
+    The gap is that of RSS at the moment when our body reaches its way. Traffic behind our body keeps its own distance.
     """
     view, path, policy = case.view, case.path, case.policy.entry
     for i in np.flatnonzero((view.vs > MOVING_MPS) & ~view.elsewhere & (view.s - view.along < view.ego_front_s)):
         left_of_us = bool(view.d[i] > path.d[0])
         side = 1.0 if left_of_us else -1.0
         beside = side * (view.d[i] - path.d) - view.across[i] - case.reach
-        # Where there is less room from the start, who is beside us still has it; what is nearer still takes it away.
+        # If there is less room from the start, the vehicle beside us still has it; anything nearer still removes it.
         least_m = policy.beside_people_m if view.vulnerable[i] else policy.beside_m
         room_m = min(least_m, float(beside[0]) - case.policy.clearance.nearer_m)
         border = float(view.d[i]) - side * (float(view.across[i]) + room_m)

@@ -1,4 +1,4 @@
-"""Where backing up may end. A vehicle that already stands in a junction may back up within it, or out of it."""
+"""Where backing up may end. A vehicle that already stands in a junction may back up within it or out of it."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from stucksolver.scene.road import Zone, ZoneKind
 
 
 def backing_place(case: CheckContext) -> list[Reject]:
-    """The end is a place to stand; from within a junction, one that is no worse than where the ego stands.
+    """Check that the end is a place to stand or, from within a junction, no worse a place than the ego's present one.
 
-    No worse means: on no rails; not in a junction that the ego does not stand in already; on no crosswalk that people
-    are near; in the way of nobody who moves and in whose way the ego does not stand now.
+    No worse means: not on rails; not in a junction unless the ego is in it already; not on a crosswalk with people
+    near; not in the way of anyone moving whose way the ego does not already block.
     """
     view, end = case.view, case.path.end_s
     junction = view.zone_at(float(case.path.s[0]), ZoneKind.JUNCTION)
@@ -34,7 +34,7 @@ def backing_place(case: CheckContext) -> list[Reject]:
 
 
 def _people_near(case: CheckContext, zone: Zone) -> bool:
-    """Is anybody on foot, or on a bicycle, on a crosswalk or near enough to step onto it while the ego stands there?"""
+    """True if someone on foot or on a bicycle is on the crosswalk, or near enough to step onto it."""
     view, near_m = case.view, case.policy.backing.people_m
     along = (view.s > zone.start_m - near_m) & (view.s < zone.end_m + near_m)
     beside = np.abs(view.d) - view.across < case.policy.scenes.beside_m
@@ -42,7 +42,7 @@ def _people_near(case: CheckContext, zone: Zone) -> bool:
 
 
 def _comes_into_the_way(case: CheckContext) -> list[Reject]:
-    """Who moves, and would meet the ego at rest at the end, but not where it stands now?"""
+    """Refuse moving objects that would meet the ego at rest at the end, but not where it stands now."""
     view, policy = case.view, case.policy
     arrives_s = 0.0 if case.running else case.slow.duration_s
     t = np.arange(0.0, arrives_s + policy.stopping.goes_on_s, policy.prediction.step_s)

@@ -1,4 +1,4 @@
-"""How quick a plan may be: slow while recovering, quicker for a pass through the oncoming lane beside nobody."""
+"""Speed caps: slow in a recovery, faster for a pass through the oncoming lane with nobody beside."""
 
 from __future__ import annotations
 
@@ -14,11 +14,10 @@ from stucksolver.scene.road import LaneDirection
 
 
 def cap_mps(case: CheckContext) -> float:
-    """The most that a plan may ask for (m/s).
+    """Return the highest speed that a plan may ask for (m/s).
 
-    A pass through the oncoming lane past what stands may be as quick as the lanes' limits allow, `passing_mps` at most:
-    who is sooner back meets fewer. Not where it is beside people or in reach of a door, nor over a solid line
-    (`marking`).
+    A pass through the oncoming lane past standing objects may use the lanes' speed limits, up to `passing_mps`, because
+    a short pass meets less traffic. Not beside people, within reach of a door, or over a solid line (`marking`).
     """
     speeds = case.policy.speeds
     if case.guided:
@@ -33,7 +32,7 @@ def cap_mps(case: CheckContext) -> float:
 
 
 def too_quick(case: CheckContext, asked_mps: float) -> Reject:
-    """Why a plan that asks for more than its cap is refused."""
+    """Return the reason why a plan above its cap is refused."""
     cap = cap_mps(case)
     beside = None if case.guided or cap > case.policy.speeds.recovery_mps else _somebody_beside(case)
     why = "" if beside is None else f" beside {case.view.objects[beside].kind.value} {case.view.objects[beside].id}"
@@ -46,7 +45,7 @@ def _passes_who_moves(case: CheckContext) -> bool:
 
 
 def _somebody_beside(case: CheckContext) -> int | None:
-    """Somebody on foot or on two wheels, or a door in reach, where the quick ego is above recovery speed."""
+    """Return someone on foot or on two wheels, or a door in reach, where the fast ego is above recovery speed."""
     view, speeds = case.view, case.policy.speeds
     quick = case.quick.v > speeds.recovery_mps + EPSILON
     if not quick.any():

@@ -29,12 +29,14 @@ from stucksolver.scene.surroundings import ControlKind, LightState
 from stucksolver.scene.view import MOVING_MPS, FrenetScene
 
 NAMED = 3
-"""So many offenders are named in a verdict, the nearest ones."""
+"""A verdict names at most this many objects, the nearest ones."""
 DOORED = frozenset({ObjectKind.CAR, ObjectKind.VAN, ObjectKind.TRUCK, ObjectKind.EMERGENCY})
 
 
 def collision(case: CheckContext) -> list[Reject]:
-    """No predicted overlap, and no gap below the bound for what the object is, door and step off the kerb included."""
+    """Check that there is no predicted overlap and no gap below the object's bound, with doors and steps off the
+    kerb.
+    """
     which = relevant(case)
     if not len(which):
         return []
@@ -57,13 +59,14 @@ def collision(case: CheckContext) -> list[Reject]:
 
 
 def _margins(case: CheckContext, which: Array, speed: Array) -> Array:
-    """(instants, objects): the gaps to keep, metres, at `speed` (instants,) of ours."""
+    """(instants, objects): the gaps to keep (m), at our `speed` (instants,)."""
     view, policy = case.view, case.policy
     gaps, creep_mps = policy.clearance, policy.speeds.creep_mps
     drift = np.abs(view.vd[which])
-    # Quicker ones, and those of other roads, are predicted to go on aside.
+    # Faster objects, and those on other roads, are predicted to continue sideways.
     drift = np.where((drift > policy.prediction.crossing_mps) | view.elsewhere[which], 0.0, drift)
-    # Between two that creep walking pace is all there is: the gap to what stands, which we pass more quickly, will do.
+    # Between two that creep, walking pace is all there is: the gap to standing objects, which we pass faster, is
+    # enough.
     crawls = np.hypot(view.vs[which], view.vd[which]) <= creep_mps
     creeping = (speed[:, None] <= creep_mps + EPSILON) & crawls
     mu = np.where(creeping, gaps.standing_gap_m, gaps.moving_gap_m)
@@ -79,7 +82,7 @@ def _margins(case: CheckContext, which: Array, speed: Array) -> Array:
 
 
 def _drawn_aside(case: CheckContext, speed: Array) -> Array:
-    """(instants,): how far a fault that begins beside something draws the body aside before it stands (m)."""
+    """(instants,): how far a fault beside something moves the body sideways before it stands (m)."""
     tracking, ego = case.policy.tracking, case.view.ego
     takes_s = case.policy.stopping.lag_s + speed / ego.limits.comfort_braking_mps2
     result: Array = tracking.beside_m + tracking.drift_mps * takes_s
@@ -87,8 +90,8 @@ def _drawn_aside(case: CheckContext, speed: Array) -> Array:
 
 
 def _too_near(case: CheckContext, which: Array, gap: Array, margin: Array, t: Array) -> list[Reject]:
-    """The objects whose gap (instants, objects) falls below the bound for what they are."""
-    # What is already nearer than the bound counts only when the plan brings it nearer still.
+    """Return the objects whose gap (instants, objects) falls below their bound."""
+    # An object already nearer than the bound counts only if the plan brings it still nearer.
     gaps = case.policy.clearance
     bad = (gap < margin - (gaps.tracked_gap_m if case.running else 0.0)) & (gap < gap[0] - gaps.nearer_m)
     drifted = drifted_to(case, which)
@@ -104,7 +107,7 @@ def _too_near(case: CheckContext, which: Array, gap: Array, margin: Array, t: Ar
 
 
 def _still_to_drift(case: CheckContext) -> float:
-    """How much further aside the body comes while it stops, as it points now (m)."""
+    """Return how much further sideways the body moves while it stops with its present heading (m)."""
     if case.error_m * case.error_rad <= 0.0:
         return 0.0
     ego = case.view.ego
@@ -113,7 +116,7 @@ def _still_to_drift(case: CheckContext) -> float:
 
 
 def _stops_against(case: CheckContext, which: Array, gap: Array) -> Mask:
-    """(objects,): does a stop straight on, as the body points now, come nearer than `gap` (objects,), and too near?"""
+    """(objects,): True if a straight stop with the present heading comes nearer than `gap` (objects,), and too near."""
     ego = case.view.ego
     way_m = way_to_stop(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
     left = gaps_as_it_points(case, which, way_m).min(axis=0)
@@ -123,7 +126,7 @@ def _stops_against(case: CheckContext, which: Array, gap: Array) -> Mask:
 
 
 def _doors(case: CheckContext, standing: Array, gap: Array) -> list[Reject]:
-    """Quicker than walking pace only out of reach of the doors of parked vehicles."""
+    """Check that the ego is above walking pace only out of reach of the doors of parked vehicles."""
     view, doors = case.view, case.policy.doors
     near = standing[(gap < doors.reach_m).any(axis=0)]
     fast = case.quick.v > case.policy.speeds.creep_mps + EPSILON
@@ -141,7 +144,7 @@ def _doors(case: CheckContext, standing: Array, gap: Array) -> list[Reject]:
 
 
 def _may_open(thing: TrackedObject, parked_s: float) -> bool:
-    """A vehicle with doors that has come to stay."""
+    """True for a vehicle with doors that has parked."""
     return thing.kind in DOORED and (thing.stationary_s is None or thing.stationary_s >= parked_s)
 
 
@@ -155,17 +158,17 @@ def _reject(case: CheckContext, index: int, time_s: float, gap_m: float) -> Reje
 
 
 def drivable_area(case: CheckContext) -> list[Reject]:
-    """The body stays on the driving lanes."""
+    """Check that the body stays on the driving lanes."""
     return within(case, case.view.frame.drivable, RejectCode.OFF_LANES, "the driving lanes")
 
 
 def roadside(case: CheckContext) -> list[Reject]:
-    """The body stays on what may be stood on: driving and parking lanes, and shoulders."""
+    """Check that the body stays where a vehicle may stand: driving lanes, parking lanes and shoulders."""
     return within(case, case.view.frame.roadside, RejectCode.OFF_ROAD, "the road")
 
 
 def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, what: str) -> list[Reject]:
-    """The body stays between borders (low, high), each (stations of the frame,)."""
+    """Check that the body stays between borders (low, high), each (stations of the frame,)."""
     low, high = borders
     s = case.path.s
     stations = case.view.frame.s
@@ -175,7 +178,7 @@ def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, w
     beyond = np.maximum(over_left, over_right)
     if case.path.end_s > case.view.frame.end_m:
         return [Reject(code=RejectCode.OFF_ROAD, detail="the path runs beyond the known road")]
-    # Where the ego already stands over an edge, it may leave it, but not go further out, and must end on the road.
+    # An ego that already stands over an edge may leave it, but must not go further out and must end on the road.
     allowed = np.full(len(s), max(tolerance, float(beyond[0]) + case.policy.lanes.further_out_m))
     allowed[-1] = tolerance
     worst = int((beyond - allowed).argmax())
@@ -186,9 +189,9 @@ def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, w
 
 
 def speed(case: CheckContext) -> list[Reject]:
-    """The cap: low while recovering, higher for a pass, and for what a passenger asked for. It must be kept, too.
+    """Check the speed cap, and that it can be kept: low in a recovery, higher for a pass or for a passenger's request.
 
-    A way too short to slow down to what is asked for ends in what lies beyond it, which nobody has looked at.
+    A path too short to slow down to the requested speed would end in what lies beyond it, which nobody has checked.
     """
     speeds = case.policy.speeds
     asked, ends = float(case.path.speed.max()), float(case.path.speed[-1])
@@ -202,11 +205,12 @@ def speed(case: CheckContext) -> list[Reject]:
 
 
 def stop_line(case: CheckContext) -> list[Reject]:
-    """No light's line is crossed unless it is green; a dark light and a stop sign only after a stop, and creeping.
+    """Check that no light's line is crossed unless it is green; a dark light and a stop sign only after a stop,
+    creeping.
 
-    Only an operator may release a red light, for creeping. While a plan runs, a line before which comfortable braking
-    cannot stop any more is past mending; a light that has gone dark, or a sign that has come into sight, ends the plan,
-    since it was not begun from a stop there.
+    Only an operator may release a red light, and only for creeping. While a plan runs, a line before which comfortable
+    braking can no longer stop is ignored. A light that goes dark, or a sign that comes into sight, ends the plan,
+    because the plan did not begin from a stop there.
     """
     ego = case.view.ego
     reach = case.path.end_s + ego.length_m / 2 - case.view.ego_front_s
@@ -230,7 +234,7 @@ def stop_line(case: CheckContext) -> list[Reject]:
 
 
 def stopped_at(view: FrenetScene, policy: GuardPolicy) -> tuple[float, ...]:
-    """Arc lengths of the lines of dark lights and stop signs at which the ego stands."""
+    """Return the arc lengths of the lines of dark lights and stop signs at which the ego stands (m)."""
     if view.ego.speed_mps >= policy.stopping.rests_mps:
         return ()
     return tuple(
@@ -242,7 +246,7 @@ def stopped_at(view: FrenetScene, policy: GuardPolicy) -> tuple[float, ...]:
 
 
 def _was_stopped_at(case: CheckContext, distance_m: float) -> bool:
-    """Has the ego stopped at a line, to creep over it? A running plan has if it was begun so before the same line."""
+    """True if the ego has stopped at a line and may creep over it, now or when the running plan began."""
     policy = case.policy
     if case.running:
         line_s = case.view.ego_front_s + distance_m
@@ -252,6 +256,6 @@ def _was_stopped_at(case: CheckContext, distance_m: float) -> bool:
 
 
 def _creeps_over(case: CheckContext, distance_m: float) -> bool:
-    """Is the path slow until the front bumper is over a line?"""
+    """True if the path is slow until the front bumper is over a line."""
     before = case.path.s <= case.path.s[0] + max(distance_m, 0.0) + case.policy.controls.creeps_past_m
     return bool((case.path.speed[before] <= case.policy.speeds.creep_mps + EPSILON).all())

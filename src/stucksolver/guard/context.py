@@ -1,4 +1,4 @@
-"""One plan under examination: its path rolled out from where the ego is now."""
+"""One plan under examination: its path rolled out from the ego's current state."""
 
 from __future__ import annotations
 
@@ -18,12 +18,20 @@ from stucksolver.scene.view import SURE_SDS, FrenetScene
 
 @dataclass(frozen=True)
 class CheckContext:
-    """Two speed hypotheses are carried: the ego as quick as comfort allows, and a sluggish one.
+    """A plan with two speed hypotheses: the ego as fast as comfort allows, and a sluggish one.
 
-    `running`: the plan is under way, so that it is also a question what can still be done. `stopped_at_s`: arc lengths
-    of the lines of dark lights and stop signs at which the ego stood when the plan was begun. `error_m`, `error_rad`:
-    how far the ego is beside the path that was proven, and turned from it; left positive. `commit_s`: arc length up to
-    which the plan is looked at again on every tick, and a stop may end it; None where all must be certain now.
+    Attributes:
+        view: The surroundings in road coordinates.
+        path: The path.
+        policy: The guard's policy.
+        guided: The passenger's words ask for the plan.
+        running: The plan is under way, so the guard also asks what can still be done.
+        approvals: What people have approved.
+        stopped_at_s: Lines of dark lights and stop signs at which the ego stood when the plan began (m).
+        error_m: Lateral distance of the ego from the proven path (m, left positive).
+        error_rad: Heading error against the proven path (rad, left positive).
+        commit_s: Arc length up to which the plan is checked again on every tick and may end in a stop (m). None if
+            everything must be certain now.
     """
 
     view: FrenetScene
@@ -47,24 +55,24 @@ class CheckContext:
 
     @cached_property
     def slow(self) -> Rollout:
-        """The path driven by a vehicle that is slow to start, as the policy has it."""
+        """The path driven by a vehicle that starts slowly, with the policy's parameters."""
         policy, ego = self.policy.prediction, self.view.ego
         return sluggish(self.path, ego.speed_mps, ego.limits, policy.sluggish_speed, policy.sluggish_acceleration)
 
     @cached_property
     def heading(self) -> Array:
-        """(stations,): of the body, relative to the road, radians."""
+        """(stations,): heading of the body relative to the road (rad)."""
         return self.path.heading() if self.path.yaw is None else self.path.yaw
 
     @cached_property
     def reach(self) -> Array:
-        """(stations,): half extent of the ego's body across the road (m), grown by what localisation is not sure of."""
+        """(stations,): half extent of the body across the road (m), enlarged by the uncertainty of localisation."""
         half_length, half_width = self.view.ego.length_m / 2, self.view.ego.width_m / 2
         reach: Array = half_width * np.abs(np.cos(self.heading)) + half_length * np.abs(np.sin(self.heading))
         return reach + SURE_SDS * (self.view.ego.position_sd_m or 0.0)
 
     def inside(self, lane: Lane) -> Mask:
-        """(stations,): does the body reach into a lane by more than a few centimetres?"""
+        """(stations,): True where the body reaches into a lane by more than a few centimetres."""
         known = self._inside.get(id(lane))
         if known is None:
             known = self._inside[id(lane)] = self._reaching_into(lane)
@@ -82,14 +90,14 @@ class CheckContext:
         return touches
 
     def entries(self, lane: Lane) -> Array:
-        """(entries,): stations at which the body, until then outside a lane, reaches into it."""
+        """(entries,): stations at which the body reaches into a lane from outside."""
         inside = self.inside(lane)
         return np.flatnonzero(inside[1:] & ~inside[:-1]) + 1
 
     def first_entries(self, lane: Lane) -> Array:
-        """(entries,): the same for a lane of `path.enters`; the very first station where the body reaches into it now.
+        """(entries,): the same for a lane of `path.enters`; the first station if the body reaches into it now.
 
-        While a plan runs, a lane that the body is in has been entered: up to there its commit point held.
+        While a plan runs, a lane that the body is in has been entered: the commit point held up to there.
         """
         if lane is self.start_lane or (self.running and self.inside(lane)[0]):
             return self.entries(lane)
@@ -97,11 +105,11 @@ class CheckContext:
 
     @cached_property
     def in_oncoming_lane(self) -> bool:
-        """Does the body reach into a lane of the oncoming traffic now?"""
+        """True if the body reaches into a lane of oncoming traffic now."""
         return any(self.inside(lane)[0] for lane in self.oncoming_lanes(float(self.path.s[0])))
 
     def oncoming_lanes(self, until_s: float) -> Iterator[Lane]:
-        """Lanes of the oncoming traffic along the way from here to an arc length."""
+        """Lanes of oncoming traffic between here and an arc length."""
         here = float(self.path.s[0])
         for lane in self.view.frame.lanes:
             is_opposite = lane.strip.direction is LaneDirection.OPPOSITE
@@ -109,11 +117,11 @@ class CheckContext:
                 yield lane
 
     def on_rails(self, until_s: float) -> bool:
-        """Is the vehicle on a level crossing, or is that arc length on one?"""
+        """True if the vehicle or that arc length is on a level crossing."""
         here = float(self.path.s[0])
         return any(self.view.zone_at(s, ZoneKind.LEVEL_CROSSING) is not None for s in (here, until_s))
 
     @cached_property
     def start_lane(self) -> Lane | None:
-        """The lane in which the path begins, if it begins in one."""
+        """The lane in which the path begins, if any."""
         return self.view.frame.lane_at(float(self.path.s[0]), float(self.path.d[0]))

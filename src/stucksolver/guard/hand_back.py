@@ -1,4 +1,4 @@
-"""Whether the stack may drive on by itself from where a plan was given up."""
+"""Decides whether the stack may drive on by itself from where a plan was given up."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from stucksolver.guard.predict import standing_gaps
 from stucksolver.scene.view import MOVING_MPS, FrenetScene
 
 SAMPLES = 16
-"""Of the arc back: finer than the stations of a path."""
+"""Samples of the arc back; finer than the stations of a path."""
 
 
 def clear_to_hand_back(view: FrenetScene, policy: GuardPolicy) -> bool:
-    """Is the ego in its lane, or the tightest way back into it free of all that stands?
+    """True if the ego is in its lane, or the tightest way back into it is clear of standing objects.
 
-    Drivers look along their lane. One whose vehicle stands askew beside an obstacle need not see it, and would steer
-    back into it (CARLA's BehaviorAgent does).
+    Drivers look along their lane. With the vehicle askew beside an obstacle a stack need not see it and may steer into
+    it (CARLA's BehaviorAgent does).
     """
     back = policy.hand_back
     if abs(view.ego_yaw) < back.askew_rad and abs(view.ego_d) < back.aside_m:
@@ -32,7 +32,9 @@ def clear_to_hand_back(view: FrenetScene, policy: GuardPolicy) -> bool:
 
 
 def _turning_back(view: FrenetScene, policy: HandBackPolicy) -> Manoeuvre:
-    """From the present heading along the road on the smallest circle, then to the middle of the route's lane."""
+    """Return the smallest circle from the present heading to the road's direction, then on to the centre of the
+    route's lane.
+    """
     radius, side = view.ego.limits.min_turn_radius_m, np.sign(view.ego_yaw)
     first = min(abs(view.ego_yaw), policy.most_turn_rad)
     turn = np.linspace(first, 0.0, SAMPLES)

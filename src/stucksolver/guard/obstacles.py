@@ -1,4 +1,4 @@
-"""What may be passed, and when; what may be driven over."""
+"""What may be passed and when, and what may be driven over."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from stucksolver.scene.wording import stood_too_briefly
 
 
 def patience(case: CheckContext) -> list[Reject]:
-    """Nobody is passed through an oncoming lane who may only be waiting: queues never, others after their time.
+    """Check that a pass through an oncoming lane passes no queue, and others that may only be waiting after their time.
 
-    A passenger may ask to pass who moves, or not to wait; no words make a queue an obstruction.
+    A passenger may ask to pass someone who moves, or not to wait. No words turn a queue into an obstruction.
     """
     view = case.view
     found = []
@@ -42,7 +42,7 @@ def _standing(case: CheckContext, i: int) -> str | None:
     if not thing.hazard_lights and in_queue(case, i):
         return "may be in a queue"
     parked = thing.hazard_lights or abs(float(view.d[i])) > case.policy.queues.parked_offset_m
-    # Who was told that it stays knows as much of it as by its hazard lights.
+    # Being told that it stays is worth as much as seeing its hazard lights.
     stays = "long_stay" in case.approvals.passenger | case.approvals.operator
     needed = waits.hazard_or_parked_s if parked or stays else waits.unknown_vehicle_s
     stood = thing.stationary_s or 0.0
@@ -52,11 +52,11 @@ def _standing(case: CheckContext, i: int) -> str | None:
 
 
 def in_queue(case: CheckContext, i: int) -> bool:
-    """Does it wait for what is ahead of it, as far as one can tell from what is there now?
+    """True if the vehicle waits for what is ahead of it, judged by what is there now.
 
-    So it does if it has moved lately, if a light or stop line is close ahead of it, or another motor vehicle that has
-    moved lately, or that stands there like itself: in the lane, without hazard or emergency lights. How long they have
-    stood does not tell a queue from an obstruction: it may have stood before we came.
+    It does if it has moved lately, or if a light, a stop line or another motor vehicle is close ahead. That vehicle
+    must have moved lately or stand in the lane without hazard or emergency lights. The standing time does not tell a
+    queue from an obstruction, because the vehicle may have stood before we came.
     """
     view, policy = case.view, case.policy.queues
     if _moved_lately(case, i):
@@ -79,7 +79,7 @@ def _moved_lately(case: CheckContext, i: int) -> bool:
 
 
 def _may_wait(case: CheckContext, i: int) -> bool:
-    """Does it stand, or go, as those do who wait their turn: in the lane, with no lights that say otherwise?"""
+    """True if it stands or drives like a waiting vehicle: in the lane, without lights that say otherwise."""
     thing = case.view.objects[i]
     warns = thing.hazard_lights or thing.emergency_lights
     parked = abs(float(case.view.d[i])) > case.policy.queues.parked_offset_m
@@ -87,7 +87,9 @@ def _may_wait(case: CheckContext, i: int) -> bool:
 
 
 def passable(case: CheckContext) -> list[Reject]:
-    """Only what is soft by class, surely so, low, seen long enough, and away from everything living."""
+    """Check that what is driven over is soft by class with certainty, low, seen long enough, and away from
+    anything living.
+    """
     found = []
     for name in case.path.over:
         i = case.view.index_of(name)

@@ -1,4 +1,4 @@
-"""Where objects may be: along their lane, straight on, and braking; and the ego beside them."""
+"""Predicts where objects may be: along their lane, straight on, and braking; and the gaps of the ego to them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stucksolver.scene.view import FrenetScene
 
 
 def times(case: CheckContext) -> Array:
-    """(instants,): when the plan is examined, seconds from now."""
+    """(instants,): the times at which the plan is examined (s from now)."""
     policy = case.policy.prediction
     end = min(case.slow.duration_s, policy.horizon_s)
     result: Array = np.arange(0.0, end + policy.step_s, policy.step_s)
@@ -22,10 +22,10 @@ def times(case: CheckContext) -> Array:
 
 
 def relevant(case: CheckContext, span_s: float | None = None) -> Array:
-    """(found,): indices of the objects that the plan can meet at all, within `span_s` if that is told.
+    """(found,): indices of the objects that the plan can meet at all, within `span_s` if given.
 
-    Left out: same-direction traffic that comes from behind the ego (it answers for its own distance; the lane entry
-    check covers lanes the ego moves into).
+    Traffic of our direction from behind is left out: it keeps its own distance, and the lane entry check covers the
+    lanes that the ego moves into.
     """
     view, span = case.view, case.slow.duration_s if span_s is None else span_s
     policy, path = case.policy.prediction, case.path
@@ -49,9 +49,10 @@ def relevant(case: CheckContext, span_s: float | None = None) -> Array:
 
 
 def profiles(case: CheckContext, t: Array) -> Array:
-    """(profiles, instants): arc lengths that leave no room for a body between them, from the slow to the quick rollout.
+    """(profiles, instants): arc lengths with no room for a body between them, from the slow to the fast rollout (m).
 
-    Two bounds alone would not do: what crosses behind the quick ego and in front of the slow one meets one in between.
+    Two bounds alone are not enough: an object that crosses behind the fast ego and ahead of the slow one meets one
+    between.
     """
     slow = np.interp(t, case.slow.t, case.path.s)
     spread = np.interp(t, case.quick.t, case.path.s) - slow
@@ -61,9 +62,9 @@ def profiles(case: CheckContext, t: Array) -> Array:
 
 
 def standing_gaps(case: CheckContext, which: Array, aside_m: float = 0.0, part: float = 1.0) -> Array:
-    """(stations, objects): gaps to what stands, wherever on the path and whenever the ego is there.
+    """(stations, objects): gaps to standing objects, for the ego anywhere on the path at any time (m).
 
-    `aside_m` widens the objects, of whose length only the middle `part` is then taken.
+    `aside_m` widens the objects; then only the middle `part` of their length counts.
     """
     view, path = case.view, case.path
     return separation(
@@ -75,9 +76,9 @@ def standing_gaps(case: CheckContext, which: Array, aside_m: float = 0.0, part: 
 
 
 def gaps_as_it_points(case: CheckContext, which: Array, way_m: float) -> Array:
-    """(places, objects): gaps to what stands while the ego goes `way_m` straight on, as its body points now.
+    """(places, objects): gaps to standing objects while the ego drives `way_m` straight with its present heading (m).
 
-    The places are no further apart than what counts as contact: no corner is stepped over.
+    The places are no further apart than the gap that counts as contact, so no corner is skipped.
     """
     view, ego = case.view, case.view.ego
     on = np.linspace(0.0, way_m, 2 + int(way_m / case.policy.harm.touch_m))[:, None]
@@ -90,7 +91,7 @@ def gaps_as_it_points(case: CheckContext, which: Array, way_m: float) -> Array:
 
 
 def drifted_to(case: CheckContext, which: Array) -> Mask:
-    """(objects,): those on whose side of its path the ego is, by more than localisation is good for."""
+    """(objects,): True for those on the side of the path to which the ego is off by more than localisation allows."""
     if abs(case.error_m) < case.policy.tracking.beside_m:
         return np.zeros(len(which), bool)
     result: Mask = (case.view.d[which] - case.view.ego_d) * case.error_m > 0.0
@@ -98,9 +99,10 @@ def drifted_to(case: CheckContext, which: Array) -> Mask:
 
 
 def moving_gaps(case: CheckContext, stations: Array, which: Array, t: Array) -> Array:
-    """(profiles, instants, objects): gaps to what moves, least over the hypotheses; infinite where it is far away.
+    """(profiles, instants, objects): gaps to moving objects (m), the smallest over the hypotheses; infinite if far
+    away.
 
-    `stations` (profiles, instants): arc lengths of the ego at the instants `t`; `which` (objects,): indices.
+    `stations` (profiles, instants) are the ego's arc lengths at the instants `t`; `which` (objects,) are indices.
     """
     view, far_m = case.view, case.policy.prediction.far_m
     half_length, half_width = view.ego.length_m / 2, view.ego.width_m / 2
@@ -111,7 +113,7 @@ def moving_gaps(case: CheckContext, stations: Array, which: Array, t: Array) -> 
     straight = straight_on(case, which)
     if len(straight):
         least[..., straight.member] = _gaps_straight_on(case, stations, offset, heading, which, straight, t)
-    # Who is on a lane of ours, whichever way it heads, may also go along it.
+    # An object on a lane of ours may also go along it, whatever its heading.
     for member, s, d in predictions(case, which, t, np.flatnonzero(~view.elsewhere[which] | view.on_lane[which])):
         reach = far[member]
         near = np.nonzero((np.abs(s - stations[..., None]) < reach) & (np.abs(d - offset[..., None]) < reach))
@@ -129,7 +131,7 @@ def moving_gaps(case: CheckContext, stations: Array, which: Array, t: Array) -> 
 
 
 def _in_the_plane(view: FrenetScene) -> tuple[Array, Array, Array]:
-    """The ego's place, those of the objects (n, 2), and their speeds, in the local frame."""
+    """Return the ego's position, those of the objects (n, 2), and their speeds, in the local frame."""
     there = np.array([(o.x_m, o.y_m) for o in view.objects]).reshape(-1, 2)
     return np.array([view.ego.x_m, view.ego.y_m]), there, np.hypot(view.vs, view.vd)
 
@@ -137,10 +139,11 @@ def _in_the_plane(view: FrenetScene) -> tuple[Array, Array, Array]:
 def _gaps_straight_on(
     case: CheckContext, stations: Array, offset: Array, heading: Array, which: Array, straight: StraightOn, t: Array
 ) -> Array:
-    """(profiles, instants, objects): gaps to those who go straight on in the plane, or brake; infinite where far away.
+    """(profiles, instants, objects): gaps to objects that go straight on in the plane, or brake (m); infinite if far
+    away.
 
-    Where they will be along the route says nothing about their way. When they will be where is not quite sure, so they
-    are taken to be longer by what they drive in a time; before the start by more, that a plan be not begun in vain.
+    Their positions along the route say nothing about their way. Their timing is uncertain, so they are lengthened by
+    their way in some time; before the start by more, so that a plan is not begun in vain.
     """
     view, speed, policy = case.view, straight.speed_mps, case.policy.prediction
     body_length, body_width = (half[which[straight.member]] for half in (view.half_length, view.half_width))
@@ -150,7 +153,7 @@ def _gaps_straight_on(
     reach = np.hypot(half_length, half_width) + np.hypot(body_length, body_width) + policy.far_m
 
     def gaps(driven_m: Array, longer_m: Array) -> Array:
-        """(profiles, instants, members): to where they are when each has driven so far."""
+        """(profiles, instants, members): gaps to their positions after each has driven this far."""
         beyond = driven_m - straight.before_m
         there_x = straight.x_m + np.cos(straight.yaw_rad) * beyond
         there_y = straight.y_m + np.sin(straight.yaw_rad) * beyond
@@ -173,11 +176,12 @@ def _gaps_straight_on(
 
 
 def predictions(case: CheckContext, which: Array, t: Array, everyone: Array) -> Iterator[tuple[Array, Array, Array]]:
-    """Hypotheses for `everyone` (places in `which`): steadily along the lane, braking, straight on where one crosses.
+    """Return the hypotheses for `everyone` (places in `which`): steady along the lane, braking, and straight on if
+    crossing.
 
-    Each as (members, s, d): places in `which`, and their arc lengths (instants, members) and offsets (as that, or one
-    for all instants). Who does not move along the road needs no hypothesis of braking, nor does who is just overtaking
-    us: it would fall behind, which is seen before the ego is committed, and ends the plan.
+    Each is (members, s, d): places in `which`, their arc lengths (instants, members), and their offsets (the same
+    shape, or one for all instants). An object that does not move along the road needs no braking hypothesis. Nor does
+    one that is just overtaking: it would fall behind, which is seen before the ego is committed and ends the plan.
     """
     view, policy = case.view, case.policy.prediction
     vs, vd = view.vs[which], view.vd[which]

@@ -1,4 +1,4 @@
-"""What is not seen counts as not free, in lanes of our own direction too: ahead as far as a stop takes, and behind."""
+"""What is not seen is not free, also in lanes of our own direction: ahead for a stop, and behind."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from stucksolver.scene.road import LaneDirection, LaneKind
 
 
 def seen(case: CheckContext) -> list[Reject]:
-    """The ego's lane is seen as far as a stop takes, those it enters also as far back as who comes needs to brake."""
+    """Check that the ego's lane is seen for a stop, and entered lanes also as far back as following traffic needs
+    to brake.
+    """
     home = case.start_lane
     if home is None or home.strip.direction is LaneDirection.OPPOSITE:
         return []
@@ -44,7 +46,7 @@ def _ahead(case: CheckContext, lane: Lane) -> list[Reject]:
 
 
 def _behind(case: CheckContext, lane: Lane, k: int, speed_mps: float) -> list[Reject]:
-    """Could one who comes out of what is not seen still brake behind us when we come in at station `k`?"""
+    """Check that unseen traffic could still brake behind us when we enter at station `k`."""
     view, policy = case.view, case.policy.sight
     when, own = min(float(case.slow.t[k]), policy.seen_later_s), float(case.slow.v[k])
     gap = speed_mps * when + rss_distance(speed_mps, own, case.policy.rss, running=True)
@@ -56,12 +58,12 @@ def _behind(case: CheckContext, lane: Lane, k: int, speed_mps: float) -> list[Re
 
 
 def _beside(case: CheckContext, lane: Lane) -> bool:
-    """Lanes that begin further on are looked at when the ego is there."""
+    """Lanes that begin further on are checked when the ego is there."""
     return lane.start_m <= case.view.ego_s <= lane.end_m
 
 
 def _ends(case: CheckContext, lane: Lane, end_s: float, way: int) -> bool:
-    """Does the sight end where the lane does, or at something known that is in the lane?"""
+    """True if the sight ends where the lane does, or at a known object in the lane."""
     view, policy = case.view, case.policy.sight
     if way > 0 and end_s > lane.end_m - policy.sampled_m:
         return True

@@ -1,4 +1,4 @@
-"""Who goes straight on where our route does not: on roads that join or cross it, or where it turns in a junction."""
+"""Traffic that goes straight on where our route does not: on joining or crossing roads, or where the route turns."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ from stucksolver.scene.view import FrenetScene
 
 @dataclass(frozen=True)
 class StraightOn:
-    """Ways of objects in the plane: from a place, in a direction, `before_m` metres ahead of where each is now.
+    """Straight ways of objects in the plane: a start, a heading, and `before_m`, the distance from the object to the
+    start.
 
-    `member` (members,) are places in the array of objects that was asked for; all others are of that shape, in the
+    `member` (members,) are places in the array of objects that was asked for. All others have the same shape, in the
     local frame.
     """
 
@@ -35,7 +36,7 @@ class StraightOn:
 
 
 def straight_on(case: CheckContext, which: Array) -> StraightOn:
-    """The ways of those among `which` who go straight on."""
+    """Return the ways of those among `which` that go straight on."""
     view = case.view
     rows = []
     for member in np.flatnonzero(view.elsewhere[which] | _oncoming(case, which)):
@@ -52,12 +53,12 @@ def straight_on(case: CheckContext, which: Array) -> StraightOn:
 
 
 def goes_straight(case: CheckContext, index: int) -> bool:
-    """Whether an object goes straight on where our route does not."""
+    """True if an object goes straight on where our route does not."""
     return bool(case.view.elsewhere[index]) or _turned_in(case, index) is not None
 
 
 def _turned_in(case: CheckContext, index: int) -> Zone | None:
-    """The junction on the path in which the route turns, for who comes the other way on one of its lanes."""
+    """Return the junction on the path in which the route turns, for an object that comes the other way on its lanes."""
     view = case.view
     if not _oncoming(case, index):
         return None
@@ -72,12 +73,12 @@ def _turned_in(case: CheckContext, index: int) -> Zone | None:
 
 
 def _oncoming(case: CheckContext, which: Any) -> Any:
-    """Who comes the other way on one of the known lanes; of one object or several."""
+    """True for objects that come the other way on a known lane; for one object or several."""
     view = case.view
     return (view.vs[which] < -case.policy.prediction.along_mps) & view.on_lane[which]
 
 
 def _turns(view: FrenetScene, zone: Zone) -> float:
-    """By how much the route turns in a zone, radians."""
+    """Return how far the route turns in a zone (rad)."""
     start, end = (float(np.interp(s, view.frame.s, view.frame.headings)) for s in (zone.start_m, zone.end_m))
     return abs(end - start)

@@ -1,9 +1,9 @@
-"""How a vehicle drives a path from where it is and as it points: the motion that the guard examines.
+"""How a vehicle drives a path from its real position and heading: the motion that the guard examines.
 
-The vehicle is a bicycle whose body's centre is kept on the path and whose rear axle does not slip aside. Its body lags
-behind the path's direction by half a wheelbase, so that it is not tangent where the path bends. One that begins askew
-first drives off as it points, with a limited turning circle and a steering wheel that takes its time. One that is
-beside its path is taken to stay so far beside it as a stop takes, and a second more: whatever keeps it there may last.
+The vehicle is a bicycle: the centre of its body stays on the path and its rear axle does not slip sideways. The body
+lags behind the path's direction by half a wheelbase, so it is not tangent to a bend. A vehicle that begins askew first
+drives as it points, with a limited turning circle and a limited steering rate. A vehicle beside its path is assumed to
+stay beside it for the duration of a stop and a second more, because the cause may last.
 """
 
 from __future__ import annotations
@@ -21,10 +21,11 @@ from stucksolver.scene.view import FrenetScene
 
 
 def tracked(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy, *, reverse: bool = False) -> Manoeuvre:
-    """The path as the ego drives it from its real pose: the same stations with offsets and headings of the body.
+    """Return the path as the ego drives it from its real pose: the same stations, with offsets and headings of the
+    body.
 
-    `view` and `path` are those of `FrenetScene.backwards` with `reverse`; backing up, the body is straightened on the
-    way. That takes steering: `swung` is what becomes of it without.
+    With `reverse`, `view` and `path` are those of `FrenetScene.backwards`, and the body straightens on the way. That
+    takes steering: `swung` is the motion without it.
     """
     target = path.d + _kept_error(path, view, policy)
     if reverse:
@@ -42,9 +43,9 @@ def tracked(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy, *, rever
 
 
 def swung(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy, lag_s: float) -> Manoeuvre | None:
-    """Backing up askew with the wheels straight: the body goes as it points, until its tracking error ends the plan.
+    """Return the motion of a body that backs up askew with straight wheels, until its tracking error ends the plan.
 
-    `path` and `view` as for `tracked` with `reverse`. None where the body points along the path.
+    `path` and `view` as for `tracked` with `reverse`. None if the body points along the path.
     """
     askew = view.ego_yaw - float(path.heading()[0])
     if abs(askew) < policy.askew_rad:
@@ -56,7 +57,7 @@ def swung(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy, lag_s: flo
 
 
 def _kept_error(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy) -> Array:
-    """(stations,): by how much the centre stays beside the path at each station, metres."""
+    """(stations,): lateral distance of the centre from the path at each station (m)."""
     error = view.ego_d - float(path.d[0])
     if abs(error) < policy.beside_m:
         return np.zeros(len(path.s))
@@ -70,7 +71,7 @@ def _kept_error(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy) -> A
 def _driven_off(
     stations: Array, target: Array, course: Array, view: FrenetScene, policy: TrackingPolicy
 ) -> tuple[list[float], list[float], list[float]]:
-    """The centre's arc lengths, offsets, and the body's headings while a start askew is steered onto a path.
+    """Return the centre's arc lengths and offsets and the body's headings while an askew start is steered onto a path.
 
     `stations`, `target` and `course` (stations,): arc lengths, offsets and directions of the path.
     """

@@ -1,4 +1,4 @@
-"""The checks against those of our own direction in the lanes that a plan enters: ahead, and from behind."""
+"""Checks against traffic of our own direction in the lanes that a plan enters: ahead, and from behind."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from stucksolver.scene.view import MOVING_MPS
 
 
 def lane_entry(case: CheckContext) -> list[Reject]:
-    """RSS distances to those of our direction ahead and behind in each lane, at the moment the body enters it.
+    """Check the RSS distances to traffic of our direction ahead and behind in each lane, when the body enters it.
 
-    In a borrowed lane too: somebody behind may already be passing us there. While a plan runs, an entry to which there
-    is more than a way to stop, and a second, is a matter of then: the gap in traffic will be another one.
+    This includes a borrowed lane, where someone behind may already be passing us. While a plan runs, an entry further
+    away than a stopping distance and a second is decided later, because the gap in traffic will be another one.
     """
     found: list[Reject] = []
     home = case.start_lane
@@ -28,7 +28,7 @@ def lane_entry(case: CheckContext) -> list[Reject]:
         if len(inside) and is_due(case, int(inside[0])):
             found += _entry(case, lane, int(inside[0]))
     if case.path.returns and home is not None and home not in case.path.enters:
-        # The way back begins where the body last reaches into the own lane again after having left it.
+        # The way back begins where the body last reaches into the own lane after having left it.
         back = case.entries(home)
         if len(back) and is_due(case, int(back[-1])):
             found += _entry(case, home, int(back[-1]))
@@ -36,7 +36,7 @@ def lane_entry(case: CheckContext) -> list[Reject]:
 
 
 def is_due(case: CheckContext, k: int) -> bool:
-    """Must the entry at station `k` be certain now? Always before the start, and where a borrowed lane is left."""
+    """True if the entry at station `k` must be certain now: before the start, and always to leave a borrowed lane."""
     if not case.running or any(lane.strip.direction is LaneDirection.OPPOSITE for lane in case.path.enters):
         return True
     policy = case.policy.entry
@@ -44,7 +44,7 @@ def is_due(case: CheckContext, k: int) -> bool:
 
 
 def _stop_m(case: CheckContext, later_s: float) -> float:
-    """The ego's way to stop when it begins so much later."""
+    """Return the ego's stopping distance if it begins after a delay (m)."""
     return way_to_stop(case.view.ego.speed_mps, case.view.ego.limits.comfort_braking_mps2, later_s)
 
 
@@ -65,19 +65,19 @@ def _entry(case: CheckContext, lane: Lane, k: int) -> list[Reject]:
 
 
 def unyielding(case: CheckContext, giving_way: bool) -> list[Reject]:
-    """Those from behind who could not stop any more for us if they began when we come into their way.
+    """Check traffic from behind that could no longer stop for us if it reacted only when we enter its way.
 
-    Whoever enters a lane with the distances of RSS counts on being seen from the lane's border on. Some brake only for
-    what is before them: for these the border is where their own body passes, and until then we can stop beside it.
-    They watch us, so that half the reaction time will do (all of it, to go on before one whom we let by).
+    A driver who enters a lane with the RSS distances expects to be seen from the lane's border on. Some brake only for
+    what is ahead of them: for these the border is where their own body passes, and until then we can stop beside it.
+    They watch us, so half the reaction time is enough; all of it is used before going on ahead of one that we let pass.
     """
     view, path, policy = case.view, case.path, case.policy.entry
     for i in np.flatnonzero((view.vs > MOVING_MPS) & ~view.elsewhere & (view.s - view.along < view.ego_front_s)):
         left_of_us = bool(view.d[i] > path.d[0])
         edge = float(view.d[i]) + (-1.0 if left_of_us else 1.0) * float(view.across[i])
         inside = path.d + case.reach - edge if left_of_us else edge - path.d + case.reach
-        # They must get by beside us, and those who have seen us only in their very way must be able to stop. Where the
-        # nose is in that room already, for one who has gone by, the next ones still need the latter.
+        # They must get past us, and those who see us only in their own way must be able to stop. If the nose is already
+        # in the room of one who has passed, the next ones still need to be able to stop.
         borders = [(beside_m, inside > -beside_m) for beside_m in (policy.beside_m, 0.0)]
         borders = [(beside_m, reaches) for beside_m, reaches in borders if reaches.any() and not reaches[0]]
         if not borders:
@@ -93,17 +93,19 @@ def unyielding(case: CheckContext, giving_way: bool) -> list[Reject]:
 
 
 def _presses(case: CheckContext, i: int, reaches: Mask, border: float, giving_way: bool) -> Reject | None:
-    """One from behind against our body beyond a border at the side of their way, which it `reaches` at (stations,)."""
+    """Check one vehicle from behind against our body beyond a border of its way, which the body `reaches` at
+    (stations,).
+    """
     k = int(reaches.argmax())
     tail = inside_of(case, k, np.full(len(case.path.s) - k, border), bool(case.view.d[i] > case.path.d[0]))
-    # The slower we are, the nearer they have come by then; the quicker, the less they have passed us.
+    # The slower we are, the nearer they are by then; the faster we are, the less they have passed us.
     reaction_s = case.policy.rss.reaction_s if giving_way else case.policy.entry.watching_reaction_s
     found = (_could_not_stop(case, run, k, i, tail, reaction_s) for run in (case.slow, case.quick))
     return next((reject for reject in found if reject is not None), None)
 
 
 def _could_not_stop(case: CheckContext, run: Rollout, k: int, i: int, tail: Array, reaction_s: float) -> Reject | None:
-    """An object from behind against the ego that comes into its way at station `k`."""
+    """Check an object from behind against the ego that enters its way at station `k`."""
     view, policy, thing = case.view, case.policy, case.view.objects[i]
     now, when, lane = float(view.vs[i]), float(run.t[k]), view.lane_of[i]
     limit = (lane.strip.speed_limit_mps if lane else None) or policy.oncoming.unknown_limit_mps
@@ -112,7 +114,7 @@ def _could_not_stop(case: CheckContext, run: Rollout, k: int, i: int, tail: Arra
     gaining_s = (speed - now) / max(gains, EPSILON)
     front = float(view.s[i]) + (now + speed) / 2 * gaining_s + speed * (when - gaining_s) + float(view.along[i])
     if front - 2 * float(view.along[i]) > float(case.path.s[k]) + view.ego.length_m / 2:
-        return None  # past us by then
+        return None  # it has passed us by then
     sooner = (policy.rss.reaction_s - reaction_s) * speed
     needs = [rss_distance(speed, float(v), policy.rss, running=True) for v in run.v[k : k + len(tail)]]
     needed = np.array(needs) - sooner
@@ -124,9 +126,10 @@ def _could_not_stop(case: CheckContext, run: Rollout, k: int, i: int, tail: Arra
 
 
 def _tail(case: CheckContext, lane: Lane, k: int) -> Array:
-    """(some stations,): arc length of the rearmost part of the body inside a lane, from its entry at `k` until all is.
+    """(some stations,): arc length of the rearmost part of the body inside a lane, from its entry at `k` until all is
+    in.
 
-    While the body turns in, its tail is still outside: who comes from behind in the lane must stop for what is in it.
+    While the body turns in, its tail is still outside: traffic in the lane must stop for what is inside.
     """
     s = case.path.s[k:]
     from_right = bool(case.path.d[k] <= np.interp(s[0], lane.s, lane.centre))
@@ -146,23 +149,23 @@ def inside_of(case: CheckContext, k: int, border: Array, from_right: bool) -> Ar
 
 
 def _behind_whom(case: CheckContext, own_mps: float, front_mps: float) -> float:
-    """Distance to keep from somebody whom we come in behind, metres: Lemma 2 with our own reaction and brakes."""
+    """Return the distance to keep from a vehicle that we enter behind (m): Lemma 2 with our own reaction and brakes."""
     policy = case.policy
     own = way_to_stop(own_mps, case.view.ego.limits.comfort_braking_mps2, policy.entry.own_reaction_s)
     return max(own - front_mps**2 / (2 * policy.rss.max_braking_mps2), 0.0)
 
 
 def too_close(case: CheckContext, k: int, i: int, tail: Array) -> Reject | None:
-    """An object against the ego that enters at station `k`, for the quick and the slow ego, and for all in between.
+    """Check an object against the ego that enters at station `k`, for the fast ego, the slow ego, and all between.
 
-    Who comes from behind answers from the entry on, by Lemma 2: it stops at the same place whenever one looks, which
-    must lie behind every place that the tail is at, the ego's own way to stop from there included.
+    Traffic from behind responds from the entry on, by Lemma 2. Its stopping point, which is the same whenever one
+    looks, must lie behind every place of our tail, our own stopping distance from there included.
     """
     view, policy, thing = case.view, case.policy, case.view.objects[i]
     half, speed = view.ego.length_m / 2, float(view.vs[i])
     sides = set()
     for run in (case.slow, case.quick):
-        # Before it starts, a vehicle takes a moment until it moves; while it runs, its motion is seen.
+        # Before the start a vehicle takes a moment until it moves; while the plan runs, its motion is seen.
         when = float(run.t[k]) + (0.0 if case.running or run is case.quick else policy.entry.start_s)
         place = float(view.s[i]) + speed * when
         ahead = place - float(view.along[i]) - (float(case.path.s[k]) + half)

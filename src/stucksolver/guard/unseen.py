@@ -1,14 +1,16 @@
-"""Who may come out of what is not seen of an oncoming lane: a model with numbers, beside the worst case.
+"""Models the traffic that may come from unseen parts of an oncoming lane.
 
-Where the sight ends, somebody may come at the limit: that is the worst case, and what counts where nothing better is
-known. Where the lane begins at a junction that the route crosses straight on, and is seen up to there, only those can
-come who enter it there:
+In the worst case a vehicle comes at the speed limit from where the sight ends. That is assumed if nothing better is
+known. If the lane begins at a junction that the route crosses straight on, and is seen up to there, only traffic that
+enters it there can come:
 
-* who turns in goes no quicker than a turn lets them, v = sqrt(a R), and speeds up to the limit;
-* who comes straight on uses the oncoming lane on the other side. If that is seen through the junction, they are no
-  nearer than its sight ends; if not, they are as near as the junction, at the limit.
+* A vehicle that turns in is no faster than the turn allows, v = sqrt(a R), and then accelerates to the limit.
+* A vehicle that comes straight on uses the oncoming lane on the other side. If that lane is seen through the junction,
+  it
+  is no nearer than where that sight ends. Otherwise it is as near as the junction, at the limit.
 
-No light and no stop line is counted on: the surroundings tell those that hold the ego, not those that hold others.
+The model relies on no light and no stop line: the surroundings give those that bind the ego, not those that bind
+others.
 """
 
 from __future__ import annotations
@@ -26,7 +28,9 @@ from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
 
 @dataclass(frozen=True)
 class Unseen:
-    """Somebody who may appear: the front `at_m` metres ahead of the ego's centre, how quick then, and at most."""
+    """A vehicle that may appear: its front is `at_m` ahead of the ego's centre; its speed then, and its highest
+    speed.
+    """
 
     at_m: float
     speed_mps: float
@@ -34,7 +38,7 @@ class Unseen:
     accelerates_mps2: float = 0.0
 
     def way_m(self, duration_s: float) -> float:
-        """How far they come in a time, speeding up to the limit (m)."""
+        """Return its way in a time, accelerating to the limit (m)."""
         if self.speed_mps >= self.limit_mps or self.accelerates_mps2 <= 0.0:
             return self.speed_mps * duration_s
         gaining_s = min((self.limit_mps - self.speed_mps) / self.accelerates_mps2, duration_s)
@@ -43,7 +47,7 @@ class Unseen:
 
 
 def who_may_come(case: CheckContext, lane: Lane) -> tuple[Unseen, ...]:
-    """Those who may appear in an oncoming lane at the moment from which on nobody is looked for."""
+    """Return the vehicles that may appear in an oncoming lane after the last look."""
     policy, sight = case.policy.oncoming, case.view.sight_ahead_m(lane)
     limit = lane.strip.speed_limit_mps or policy.unknown_limit_mps
     worst = Unseen(sight, limit, limit)
@@ -58,16 +62,16 @@ def who_may_come(case: CheckContext, lane: Lane) -> tuple[Unseen, ...]:
 
 
 def turning_mps(length_m: float, policy: OncomingPolicy) -> float:
-    """The most that anybody drives in a turn within a junction of a length along the route (m/s): v = sqrt(a R).
+    """Return the highest speed in a turn within a junction of this length along the route (m/s): v = sqrt(a R).
 
-    R is the largest radius of an arc that fits: that of a road which meets ours at `least_crossing_rad`, over all of
-    the junction's length.
+    R is the largest radius of an arc that fits: a road that meets ours at `least_crossing_rad`, over the whole length
+    of the junction.
     """
     return math.sqrt(policy.turning_mps2 * length_m / math.sin(policy.least_crossing_rad))
 
 
 def _begins_at(case: CheckContext, lane: Lane, sight_m: float) -> Zone | None:
-    """The junction at which a lane begins for those who come in it, if it is seen up to there."""
+    """Return the junction at which the lane begins for its traffic, if the lane is seen up to there."""
     end_s, near_m = case.view.ego_s + sight_m, case.policy.sight.sampled_m
     if end_s < lane.end_m - near_m:
         return None
@@ -76,7 +80,7 @@ def _begins_at(case: CheckContext, lane: Lane, sight_m: float) -> Zone | None:
 
 
 def _straight_on(case: CheckContext, lane: Lane, zone: Zone) -> Unseen | None:
-    """Who comes straight on through a junction; None where the lane beyond is not the same, or not seen through it."""
+    """Return a vehicle that comes straight on; None if the lane beyond is a different one, or is not seen."""
     view, policy = case.view, case.policy
     turns = abs(float(np.diff(np.interp([zone.start_m, zone.end_m], view.frame.s, view.frame.headings))[0]))
     if turns > policy.prediction.turns_rad:
@@ -99,7 +103,7 @@ def _straight_on(case: CheckContext, lane: Lane, zone: Zone) -> Unseen | None:
 
 
 def _quickest_in(case: CheckContext, zone: Zone) -> float:
-    """The speed of the quickest vehicle that is seen in a junction (m/s): those drive there as they are seen to."""
+    """Return the highest speed seen in a junction (m/s): vehicles are assumed to drive there as they are seen to."""
     view = case.view
     within = view.moving & ~view.on_foot & (view.s + view.along > zone.start_m) & (view.s - view.along < zone.end_m)
     return float(np.hypot(view.vs[within], view.vd[within]).max()) if within.any() else 0.0

@@ -1,4 +1,4 @@
-"""What the guard says of a plan."""
+"""The guard's verdict on a plan."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from stucksolver.scene.model import Model
 
 
 class Reject(Model):
-    """One reason against a plan, with the offending object, when, and how near, where that applies."""
+    """One reason against a plan, with the object, the time and the gap if they apply."""
 
     code: RejectCode
     detail: str
@@ -16,15 +16,15 @@ class Reject(Model):
     time_s: float | None = None
     gap_m: float | None = None
     failure: PlanFailure | None = None
-    """Why there is no path, with `RejectCode.NO_PATH`."""
+    """Why there is no path, for `RejectCode.NO_PATH`."""
     needed_m: float | None = None
-    """How far must be seen, with `RejectCode.ONCOMING_SIGHT`; `time_s` is then the time in which somebody may come."""
+    """The sight needed (m), for `RejectCode.ONCOMING_SIGHT`. `time_s` is then the time in which traffic may come."""
     seen_m: float | None = None
-    """How far is seen, with the same."""
+    """The sight available (m), for the same code."""
 
 
 class SightProof(Model):
-    """Why a pass may begin: how far the oncoming lane must be seen, how far it is, for how long nobody may come."""
+    """Why a pass may begin: the sight needed in the oncoming lane, the sight available, and the time without a look."""
 
     needed_m: float
     seen_m: float
@@ -32,9 +32,13 @@ class SightProof(Model):
 
 
 class Verdict(Model):
-    """`abort` is set only while a plan runs: what to do instead; `brake_mps2`: how hard, where it is to brake.
+    """The guard's verdict. A plan is accepted if there are no reasons against it.
 
-    `sight`: the proof of an accepted pass through the oncoming lane.
+    Attributes:
+        rejects: The reasons against the plan.
+        abort: What to do instead, only while a plan runs.
+        brake_mps2: How hard to brake (m/s²), if the abort is to brake.
+        sight: The proof of an accepted pass through the oncoming lane.
     """
 
     rejects: tuple[Reject, ...] = ()
@@ -44,17 +48,17 @@ class Verdict(Model):
 
     @property
     def accepted(self) -> bool:
-        """Whether no check rejects."""
+        """True if no check refuses the plan."""
         return not self.rejects
 
     @property
     def codes(self) -> tuple[RejectCode, ...]:
-        """Why it is not accepted, each reason once."""
+        """The codes of the reasons, each once."""
         return tuple(dict.fromkeys(r.code for r in self.rejects))
 
     @property
     def failures(self) -> tuple[PlanFailure, ...]:
-        """Why there is no path, each reason once."""
+        """The reasons why there is no path, each once."""
         return tuple(dict.fromkeys(r.failure for r in self.rejects if r.failure is not None))
 
     def __str__(self) -> str:
@@ -64,7 +68,7 @@ class Verdict(Model):
 
 
 def no_path(error: CannotPlan) -> Verdict:
-    """Refuses behaviours that have no path."""
+    """Return the verdict that refuses behaviours without a path."""
     return Verdict(rejects=(Reject(code=RejectCode.NO_PATH, detail=str(error), failure=error.failure),))
 
 

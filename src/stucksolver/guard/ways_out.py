@@ -1,7 +1,7 @@
-"""After the commit point: which way out is best when going on would meet somebody.
+"""After the commit point: chooses the best way out if going on would hit someone.
 
-Preferred in this order: no contact foretold; none with a person or two-wheeler; no stop on rails; the lowest speed of
-impact. Among equals: to finish, to brake gently, to brake hard.
+The order of preference is: no predicted contact; none with a person or two-wheeler; no stop on rails; the lowest impact
+speed. Among equals: finish, brake gently, brake hard.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from stucksolver.scene.view import MOVING_MPS
 
 @dataclass(frozen=True)
 class Contact:
-    """What a way out would end in: a contact with a person or two-wheeler or not, at a relative speed."""
+    """The predicted result of a way out: a contact, with a person or two-wheeler or not, at a relative speed (m/s)."""
 
     person: bool
     speed_mps: float
@@ -38,7 +38,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class WayOut:
-    """`brake_mps2`: how hard to brake, None for no stop."""
+    """A way out. `brake_mps2` is how hard to brake (m/s²); None for no stop."""
 
     abort: Abort
     brake_mps2: float | None = None
@@ -48,17 +48,17 @@ FINISH = WayOut(Abort.FINISH)
 
 
 def least_harm(case: CheckContext, giving_way: bool) -> WayOut:
-    """To finish the plan, or to brake for who would be met. `giving_way`: it brakes, or stands, already."""
+    """Return whether to finish the plan or to brake. `giving_way`: the vehicle already brakes or stands."""
     limits = case.view.ego.limits
     on = _finishing(case, giving_way)
     if on is None:
         return FINISH
     rests = abs(case.view.ego.speed_mps) < case.policy.stopping.rests_mps
     if rests and not case.on_rails(case.view.ego_s):
-        # Whoever runs into a vehicle that stands could have stopped; nobody is driven into from rest.
+        # A vehicle that runs into a standing one could have stopped; nobody is hit from rest.
         return WayOut(Abort.GIVE_WAY, limits.comfort_braking_mps2)
     found = [(_rank(on, on_rails=False), FINISH)]
-    # Who brakes already has the lag behind, and does not let go of the brakes for a little.
+    # A vehicle that already brakes has the lag behind it, and does not release the brakes for a moment.
     lag_s = 0.0 if giving_way else case.policy.stopping.lag_s
     gentler_mps = 0.0 if giving_way else case.policy.harm.gentler_mps
     for braking in (limits.comfort_braking_mps2, limits.max_braking_mps2):
@@ -68,7 +68,7 @@ def least_harm(case: CheckContext, giving_way: bool) -> WayOut:
 
 
 def brakes_hard(case: CheckContext) -> float | None:
-    """How hard to brake for a stop that is due now: None where braking gently meets nobody."""
+    """Return how hard to brake for a stop that is due now (m/s²); None if braking gently meets nobody."""
     limits = case.view.ego.limits
     met, _ = _stopping(case, limits.comfort_braking_mps2, case.policy.stopping.lag_s)
     return None if met is None else limits.max_braking_mps2
@@ -81,9 +81,10 @@ def _rank(met: Contact | None, on_rails: bool, worse_mps: float = 0.0) -> tuple[
 
 
 def _finishing(case: CheckContext, giving_way: bool) -> Contact | None:
-    """The contact that going on would end in, if it is time to act on it.
+    """Return the contact that going on would end in, if it is time to act on it.
 
-    Those who move may be elsewhere by then: they are braked for when they are near. At rest there is no haste.
+    Moving objects may be elsewhere by then, so the ego brakes for them only when they are near. At rest there is no
+    hurry.
     """
     speed, braking = abs(case.view.ego.speed_mps), case.view.ego.limits.comfort_braking_mps2
     stopping = case.policy.stopping
@@ -93,7 +94,7 @@ def _finishing(case: CheckContext, giving_way: bool) -> Contact | None:
     t = t[t <= near_s + case.policy.prediction.step_s]
     until_s = np.inf if rests else near_s
     standing = _with_standing(case, np.where(case.slow.t <= until_s, case.quick.v, np.nan))
-    # What is touched by a stop one look later is time to act on.
+    # A contact that a stop one check later could not avoid must be acted on now.
     least_mps = case.policy.speeds.creep_mps if rests else 0.0
     way_m = way_to_stop(max(speed, least_mps), braking, stopping.lag_s + case.policy.prediction.step_s)
     standing = _worse(standing, _drawn_against(case, way_m, 0.0))
@@ -101,9 +102,9 @@ def _finishing(case: CheckContext, giving_way: bool) -> Contact | None:
 
 
 def _stopping(case: CheckContext, braking_mps2: float, lag_s: float) -> tuple[Contact | None, float]:
-    """The contact that braking now would end in, and the arc length at which it would end.
+    """Return the contact that braking now would end in, and the arc length where it would end (m).
 
-    `lag_s`: until the brakes bite.
+    `lag_s`: time until the brakes act (s).
     """
     stations, t = braking_now(case, braking_mps2, lag_s)
     speed = np.interp(case.path.s, stations, np.gradient(stations, t), right=np.nan)
@@ -119,20 +120,22 @@ def _worse(one: Contact | None, other: Contact | None) -> Contact | None:
 
 
 def _standing(case: CheckContext) -> Array:
-    """(found,): indices of those that stand and can be met."""
+    """(found,): indices of standing objects that can be hit."""
     view, which = case.view, relevant(case)
     result: Array = which[np.hypot(view.vs[which], view.vd[which]) <= MOVING_MPS]
     return result
 
 
 def _touched(case: CheckContext, gap: Array) -> Mask:
-    """(places, objects): where gaps along a way count as contact, and are no longer what they were at its start."""
+    """(places, objects): True where the gap along a way counts as contact and differs from the one at its start."""
     result: Mask = (gap < case.policy.harm.touch_m) & (gap < gap[0] - case.policy.clearance.nearer_m)
     return result
 
 
 def _with_standing(case: CheckContext, speed_mps: Array) -> Contact | None:
-    """The first contact with what stands; `speed_mps` (stations,) of the ego on the path, NaN where it will not be."""
+    """Return the first contact with a standing object. `speed_mps` (stations,) is the ego's speed, NaN if not
+    reached.
+    """
     which = _standing(case)
     if not len(which):
         return None
@@ -144,9 +147,9 @@ def _with_standing(case: CheckContext, speed_mps: Array) -> Contact | None:
 
 
 def _drawn_against(case: CheckContext, way_m: float, braking_mps2: float, lag_s: float = 0.0) -> Contact | None:
-    """The first contact with what stands on the ego's side of the path while its error grows.
+    """Return the first contact with a standing object on the ego's side of the path while its error grows.
 
-    The body then goes on as it points, for `way_m`, braking after a while (0: at the speed it has).
+    The body then keeps its heading for `way_m`, and brakes after a while (0: at its present speed).
     """
     if case.error_m * case.error_rad <= 0.0:
         return None
@@ -165,10 +168,10 @@ def _drawn_against(case: CheckContext, way_m: float, braking_mps2: float, lag_s:
 
 
 def _with_moving(case: CheckContext, stations: Array, t: Array) -> Contact | None:
-    """The first contacts with those who move on ways along the path.
+    """Return the first contacts with moving objects on ways along the path.
 
-    `stations` (ways, instants): arc lengths of the ego at the instants `t`. A person on foot does not run into a
-    vehicle that stands; a vehicle may.
+    `stations` (ways, instants) are the ego's arc lengths at the instants `t`. A pedestrian does not run into a standing
+    vehicle; a vehicle may.
     """
     view, which = case.view, relevant(case, float(t[-1]))
     which = which[np.hypot(view.vs[which], view.vd[which]) > MOVING_MPS]

@@ -1,4 +1,4 @@
-"""The guard's numbers, in one place, and who must say yes to what. The whole of it is written to each record."""
+"""The guard's numbers, in one place, and who must approve what. All of it is written to each record."""
 
 from stucksolver.guard.policy.approvals import NOBODY, RANKS, RULES, SCENES, Approvals
 from stucksolver.guard.policy.bodies import ClearancePolicy, DoorPolicy, PassablePolicy, PeoplePolicy
