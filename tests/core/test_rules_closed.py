@@ -89,3 +89,13 @@ def test_another_route_is_planned_once():
 def test_a_passenger_who_asks_to_pass_is_not_taken_another_way():
     words = said("overtake on the left")
     assert replanned(decide(TWO_WAY, WHOLE, elsewhere("a", 500.0), guidance=words)) is None
+
+
+def test_another_street_is_not_tried_where_every_way_to_the_destination_comes_by_here_again():
+    back = elsewhere("back", None, reaches=False).model_copy(update={"x_m": -9.0})
+    van = [thing("van", 60.0, 0.0, stationary_s=60.0, seen_for_s=60.0)]
+    asked = said("Take another street.")
+    decision = decide(TWO_WAY, van, back, guidance=asked)
+    assert decision.plan is None
+    assert "no other road" in decision.rationale
+    assert replanned(decide(TWO_WAY, van, back, elsewhere("side", 500.0), guidance=asked)) == "side"

@@ -33,10 +33,10 @@ def without_lead(scene: Scene, analysis: Analysis) -> Way:
     if analysis.cause is CauseCode.LOOP:
         if was_tried(scene, "replan"):
             return None, (None, "a new route has led nowhere")
-        return _one(scene, ReplanRoute(), "it goes in circles: plan the route anew")
+        return _one(scene, ReplanRoute(), "it goes in circles: replan the route")
     if analysis.guidance_intent is None and _all_way_stop(scene):
         onward = KeepLane(distance_m=CROSS_M, speed_mps=CREEP_MPS)
-        return _one(scene, onward, "the light is dark: after a stop, creep across when nobody comes")
+        return _one(scene, onward, "the light is out: stop first, then creep across when nobody is coming")
     return into_the_stream(scene) or along_the_free_lane(scene) or (None, (None, "nothing in the path"))
 
 
@@ -74,6 +74,8 @@ def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
     if wanted in (GuidanceIntent.REROUTE, GuidanceIntent.TURN_ROUND):
         if was_tried(scene, "replan"):
             return None, (None, "a new route has led nowhere")
+        if lead is not None and _no_way_back(scene) and not elsewhere(scene):
+            return None, (None, "no other road leads to the destination")
         start = min(elsewhere(scene), key=lambda w: w.route_length_m or math.inf, default=None)
         return _one(
             scene, ReplanRoute(route_start=None if start is None else start.id), "a person asks for another way"
@@ -84,6 +86,11 @@ def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
         stop = RecoveryPlan(behaviors=(PullOver(), Wait(duration_s=GET_OUT_S)))
         return stop, (None, "the passenger wants to get out: pull over, and stand there")
     return _one(scene, PullOver(), "the passenger asks to pull over")
+
+
+def _no_way_back(scene: Scene) -> bool:
+    """Is it known of a way back that every route from there comes by here again?"""
+    return any(w.x_m < 0.0 and w.reaches_destination is False for w in scene.waypoints)
 
 
 def _all_way_stop(scene: Scene) -> bool:

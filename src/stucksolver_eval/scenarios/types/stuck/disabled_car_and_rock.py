@@ -18,7 +18,6 @@ class DisabledCarAndRock(DisabledCarAndThing):
     placed = Placed("immobilized", 3010, Along(right_of_two), {"distance": Value(40, 48)})
     driver_alone = "stuck behind the car"
     expected = "ask"
-    # Who is told to take another street leaves the route.
-    suspends = frozenset({"blocked", "route_deviation"})
+    suspends = frozenset({"blocked"})
     thing = "static.prop.rock"
     blueprints = (thing,)
