@@ -1,4 +1,4 @@
-"""Notices that the vehicle is immobilized."""
+"""Detects that the vehicle is immobilized."""
 
 from stucksolver.detect.detector import Detector, DetectorSettings, Trigger
 

@@ -1,4 +1,4 @@
-"""Immobilization by speed, by route progress and by contact. Runs on every tick, so it does next to nothing."""
+"""Detects immobilization by speed, route progress and contact. Runs on every tick, so it is very cheap."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stucksolver.scene.status import Status
 
 
 class Trigger(str, Enum):
-    """What called for the solver."""
+    """What triggered the solver."""
 
     SPEED = "speed"
     PROGRESS = "progress"
@@ -20,7 +20,7 @@ class Trigger(str, Enum):
 
 @dataclass(frozen=True)
 class DetectorSettings:
-    """Both tune how often the reasoner is called. Defaults: 5 km/h for 1 s, or less than 5 m in 20 s."""
+    """How often the reasoner is called. Defaults: 5 km/h for 1 s, or less than 5 m in 20 s."""
 
     v_min_mps: float = 5 / 3.6
     dwell_s: float = 1.0
@@ -34,16 +34,16 @@ class DetectorSettings:
 
 
 class Detector:
-    """Feed it every status; it answers what, if anything, says that the vehicle is immobilized."""
+    """Takes every status and returns what, if anything, says that the vehicle is immobilized."""
 
     def __init__(self, settings: DetectorSettings | None = None) -> None:
         self.settings = settings or DetectorSettings()
         self.slow_since_s: float | None = None
-        """Onset of the present slow spell, None while at speed. To push something along is to be slow."""
+        """Onset of the present slow spell (s); None while at speed. Pushing something along counts as slow."""
         self._marks: deque[tuple[float, float]] = deque()
 
     def update(self, status: Status) -> Trigger | None:
-        """The trigger that holds at this tick, None while all is well or at the destination."""
+        """Return the trigger that holds at this tick; None while all is well or at the destination."""
         if status.at_destination:
             self.forget()
             return None
@@ -62,25 +62,25 @@ class Detector:
 
     @property
     def progress_in_window_m(self) -> float | None:
-        """New progress within the last window, None before a whole window has been seen."""
+        """New progress within the last window (m); None before a full window."""
         if not self._marks:
             return None
         (first_s, first_m), (last_s, last_m) = self._marks[0], self._marks[-1]
         return last_m - first_m if last_s - first_s >= self.settings.progress_window_s - 0.5 else None
 
     def forget(self) -> None:
-        """Start afresh: what went before a finished plan says nothing about what comes after it."""
+        """Start again: what came before a finished plan says nothing about what comes after it."""
         self.slow_since_s = None
         self._marks.clear()
 
     def _at_speed(self, now_s: float) -> None:
-        """A standstill, which the speed has told of, says nothing about the progress of the drive that follows it."""
+        """A standstill that the speed has reported says nothing about the progress of the drive after it."""
         if self.slow_since_s is not None and now_s - self.slow_since_s >= self.settings.dwell_s:
             self._marks.clear()
         self.slow_since_s = None
 
     def _mark(self, now_s: float, progress_m: float) -> None:
-        """Keep one mark each half second: enough for a window of many seconds, and cheap."""
+        """Keep one mark every half second: enough for a window of many seconds, and cheap."""
         marks = self._marks
         if marks and now_s - marks[-1][0] < 0.5:
             return

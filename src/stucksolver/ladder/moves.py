@@ -13,21 +13,21 @@ class Resume(str, Enum):
     """What ends the stop of the last rung."""
 
     OPERATOR = "operator"
-    """The operator's yes, and nothing else."""
+    """Only the operator's yes."""
     CLEAR = "clear"
-    """That, a passenger's words that lead to an accepted plan, or the way being free again."""
+    """The operator's yes, a passenger's words that lead to an accepted plan, or a free way."""
     PLAN = "plan"
-    """All that, or a plan of the first reasoner that the guard accepts."""
+    """All of these, or a plan of the first reasoner that the guard accepts."""
 
 
 @dataclass(frozen=True)
 class Screen:
-    """Look by rules whether waiting is right, now and before every question of the rungs above."""
+    """Check by rules whether waiting is right, now and before every question of the higher rungs."""
 
 
 @dataclass(frozen=True)
 class AskReasoner:
-    """Ask a reasoner, try its plans, and climb on when the tries are used up."""
+    """Ask a reasoner, try its plans, and climb when the tries are used up."""
 
     reasoner: str
     deadline_s: float
@@ -38,7 +38,7 @@ class AskReasoner:
 
 @dataclass(frozen=True)
 class AskPerson:
-    """Put a question to a person, for so long; look for oneself meanwhile."""
+    """Ask a person a question for a limited time, and keep looking meanwhile."""
 
     to: Person
     within_s: float
@@ -50,7 +50,7 @@ class Assist:
     """Stop in the minimal risk condition and call for help."""
 
     pull_over: bool
-    """Off the road first, where a plan for that is accepted."""
+    """Leave the road first, if a plan for that is accepted."""
     look_every_s: float
     resume: Resume
 

@@ -1,4 +1,4 @@
-"""How long each reason to wait is right, and how often it is looked at again."""
+"""How long each reason to wait is right, and how often it is checked again."""
 
 from __future__ import annotations
 
@@ -15,35 +15,35 @@ class Patience(Model):
     """One reason to wait."""
 
     longest_s: float = Field(gt=0)
-    """A wait that lasts longer has outlived its reason: the vehicle counts as immobilized."""
+    """A longer wait has outlived its reason: the vehicle counts as immobilized."""
     check_every_s: float = Field(default=3.0, ge=0.5, le=60)
 
 
 class Waits(Model):
-    """The design's table of waits. What a reason needs to be *seen* as one is said by the first three values."""
+    """The design's table of waits. The first three values say what must be *seen* for a reason to hold."""
 
     queue_moved_within_s: float = Field(default=60.0, ge=0)
-    """A leader without hazard lights that moved so lately stands in a queue."""
+    """A leader without hazard lights that moved within this time stands in a queue."""
     unknown_vehicle_s: float = Field(default=10.0, ge=0)
-    """An unknown stopped vehicle is waited for so long before it counts as an obstacle,"""
+    """An unknown stopped vehicle counts as an obstacle after this time,"""
     hazard_or_parked_s: float = Field(default=3.0, ge=0)
-    """and so long with hazard lights or in a parked position."""
+    """and after this time with hazard lights or in a parked position."""
     reasons: dict[WaitReason, Patience]
     otherwise: Patience = Patience(longest_s=60.0, check_every_s=2.0)
-    """For reasons that the table does not list."""
+    """For reasons that are not in the table."""
 
     def patience(self, reason: WaitReason) -> Patience:
-        """How long, and how often to look. At the destination for ever; with no safe way not at all."""
+        """Return how long to wait and how often to look. Unlimited at the destination; zero without a safe way."""
         if reason is WaitReason.AT_DESTINATION:
             return Patience(longest_s=NEVER_LONG)
         return self.reasons.get(reason, self.otherwise)
 
     def is_wait(self, reason: WaitReason | None) -> bool:
-        """Is that a reason to wait at all? `no_safe_way` only says that nothing was found."""
+        """True if this is a reason to wait. `no_safe_way` only says that nothing was found."""
         return reason is not None and reason is not WaitReason.NO_SAFE_WAY
 
     def limits(self) -> WaitLimits:
-        """The same for the rules and the guard."""
+        """The same numbers for the rules and the guard."""
         return WaitLimits(
             light_s=self.patience(WaitReason.LIGHT).longest_s,
             yield_s=self.patience(WaitReason.YIELD).longest_s,

@@ -1,4 +1,4 @@
-"""In which line of a TOML file a value stands; the parser itself keeps no lines."""
+"""Finds the line of a value in a TOML file, because the parser keeps no line numbers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _KEY = re.compile(r"^\s*([A-Za-z0-9_.\-\"']+?)\s*=")
 
 
 def line_of(text: str, where: Sequence[int | str]) -> int:
-    """The line (from 1) of the deepest part of a path like ("rung", 2, "tries") that is found; 1 where none is."""
+    """Return the line (from 1) of the deepest part found of a path like ("rung", 2, "tries"); 1 if there is none."""
     paths = _paths(text)
     first_below = [number for number, path in paths if path[: len(where)] == tuple(where)]
     best, depth = (first_below[0] if first_below and where else 1), 0
@@ -22,7 +22,7 @@ def line_of(text: str, where: Sequence[int | str]) -> int:
 
 
 def _paths(text: str) -> list[tuple[int, tuple[int | str, ...]]]:
-    """Every heading and key with its whole path; the tables of a list are counted from 0."""
+    """Return every heading and key with its full path; the tables of a list are counted from 0."""
     found: list[tuple[int, tuple[int | str, ...]]] = []
     counts: dict[str, int] = {}
     table: tuple[int | str, ...] = ()
@@ -41,7 +41,7 @@ def _paths(text: str) -> list[tuple[int, tuple[int | str, ...]]]:
 
 
 def _agreeing(path: tuple[int | str, ...], where: Sequence[int | str]) -> int:
-    """How many parts they share from the start."""
+    """Return how many leading parts the two paths share."""
     shared = 0
     for one, other in zip(path, where, strict=False):
         if one != other:

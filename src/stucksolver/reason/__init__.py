@@ -1,4 +1,4 @@
-"""Reasoners propose; the guard disposes."""
+"""Reasoners: they propose plans, and the guard decides."""
 
 from stucksolver.reason.reasoner import (
     PARSERS,

@@ -1,4 +1,4 @@
-"""Several reasoners in order: the next is asked when one has no answer."""
+"""Several reasoners in order: the next is asked if one has no answer."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stucksolver.reason.reasoner import Answer, Cancellable, Preflighted, Reason
 
 
 class FallbackReasoner:
-    """Asks the first; where it raises `ReasonerError`, the second, and so on. The answer names who gave it."""
+    """Asks the first reasoner, and the next one if it raises `ReasonerError`. The answer names who gave it."""
 
     def __init__(self, reasoners: Sequence[Reasoner]) -> None:
         if not reasoners:
@@ -19,12 +19,16 @@ class FallbackReasoner:
         self.reasoners = tuple(reasoners)
         self.name = ", then ".join(r.name for r in self.reasoners)
         self.failures: tuple[str, ...] = ()
-        """Why those before the one who answered had no answer, at the last question."""
+        """Why the reasoners before the one that answered had no answer, at the last question."""
         self._asked: Reasoner | None = None
         self._cancelled = threading.Event()
 
     def decide(self, request: Request) -> Answer:
-        """The first answer that a reasoner gives. Raises `ReasonerError` if none does, or after `cancel`."""
+        """Return the first answer that a reasoner gives.
+
+        Raises:
+            ReasonerError: None has an answer, or `cancel` was called.
+        """
         self._cancelled.clear()
         self.failures = ()
         ends_at = None if request.deadline_s is None else time.monotonic() + request.deadline_s
@@ -43,19 +47,23 @@ class FallbackReasoner:
         raise failed
 
     def _share(self, request: Request, ends_at: float | None, number: int) -> Request:
-        """The one whose turn it is gets as much of the time that is left as each that may be slow after it."""
+        """Give the current reasoner an equal share of the time left among those that may be slow after it."""
         if ends_at is None:
             return request
         slow = [one for one in self.reasoners[number:] if isinstance(one, Cancellable)]
         return replace(request, deadline_s=max(ends_at - time.monotonic(), 0.0) / max(len(slow), 1))
 
     def preflight(self) -> tuple[str, ...]:
-        """Notes of those reasoners that can be tried before a drive. Raises what they raise."""
+        """Check the reasoners that can be checked before a drive, and return their notes.
+
+        Raises:
+            ReasonerError: One of them would fail.
+        """
         checked = [one for one in self.reasoners if isinstance(one, Preflighted)]
         return tuple(note for one in checked for note in one.preflight())
 
     def cancel(self) -> None:
-        """Gives up the query under way; callable from any thread."""
+        """Cancel the query under way; callable from any thread."""
         self._cancelled.set()
         asked: object = self._asked
         if isinstance(asked, Cancellable):

@@ -1,6 +1,6 @@
-"""Reasoners that are wrong on purpose: to show that the guard carries the safety, and to test stacks against the worst.
+"""Reasoners that are wrong on purpose, to show that the guard provides the safety and to test stacks.
 
-None of them is ever asked unless it is named (`evaluate --recovery faulty:random`).
+None of them is asked unless it is named (`evaluate --recovery faulty:random`).
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from stucksolver.scene import Scene, SceneObject
 
 SILENT_S = 3600.0
 LATE_CALLS = 3
-"""A late reasoner answers the question that was asked this many questions ago."""
+"""A late reasoner answers the question asked this many questions ago."""
 Choose = Callable[["Faulty", Scene], tuple[Behavior, ...]]
 
 
 class Faulty:
-    """Answers every scene with a plan from `choose`, always sure that the vehicle is immobilized.
+    """Answers every scene with a plan from `choose`, and always says that the vehicle is immobilized.
 
-    `delay_s`: wall time before an answer; `cancel` ends it, and no other question is waited for after that.
+    `delay_s` is the wall time before an answer; `cancel` ends it, and later questions do not wait.
     """
 
     def __init__(self, name: str, choose: Choose, seed: int = 0, delay_s: float = 0.0) -> None:
@@ -43,13 +43,13 @@ class Faulty:
         self.random = random.Random(seed)
         self.calls = 0
         self.scenes: deque[Scene] = deque(maxlen=LATE_CALLS + 1)
-        """The last ones, oldest first."""
+        """The last scenes, oldest first."""
         self._choose = choose
         self._delay_s = delay_s
         self._cancelled = 0
 
     def decide(self, request: Request) -> Answer:
-        """A wrong, late or missing answer, as this kind of fault has it."""
+        """Return a wrong, late or missing answer, depending on the kind of fault."""
         scene = request.scene
         self.calls += 1
         self.scenes.append(scene)
@@ -65,12 +65,16 @@ class Faulty:
         return Answer(decision, self.name, Trace(answers=(decision.model_dump_json(),), model=self.name))
 
     def cancel(self) -> None:
-        """Ends the wait of the query under way."""
+        """End the wait of the query under way."""
         self._cancelled = self.calls
 
 
 def make_faulty(name: str, seed: int = 0) -> Reasoner:
-    """One of `FAULTY` by name. Raises `ValueError` that lists them."""
+    """Make one of `FAULTY` by name.
+
+    Raises:
+        ValueError: There is no faulty reasoner of this name.
+    """
     if name not in FAULTY:
         raise ValueError(f"unknown faulty reasoner {name!r}: use {', '.join(FAULTY)}")
     choose, delay_s = FAULTY[name]
@@ -86,11 +90,11 @@ def _sure(plan: RecoveryPlan) -> Decision:
     )
 
 
-# ---- the ways to be wrong
+# ---- the faults
 
 
 def _random(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
-    """One to three behaviours of any kind, with any figures, about any object."""
+    """One to three random behaviours with random parameters, about any object."""
     return tuple(_any(scene, faulty.random) for _ in range(faulty.random.randint(1, 3)))
 
 
@@ -118,14 +122,14 @@ def _always_left(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
 
 
 def _always_drive_over(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
-    """Over whatever is nearest in the path, whatever it is."""
+    """Drive over whatever is nearest in the path."""
     ahead = scene.in_path_ahead()
     who = ahead[0].id if ahead else _nearest(scene, faulty.random)
     return (DriveOver(object_id=who),)
 
 
 def _contradictory(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
-    """Never the same twice running, and at odds with itself within one plan."""
+    """Never the same plan twice in a row, and contradictory within one plan."""
     first: tuple[Behavior, ...] = (
         ChangeLane(side="left", distance_m=30.0, speed_mps=6.0),
         ChangeLane(side="left", distance_m=30.0, speed_mps=6.0),
@@ -139,7 +143,7 @@ def _never(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
 
 
 def _late(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
-    """A good answer to a question of long ago, whatever the clock."""
+    """A good answer to a much older question, whatever the clock."""
     plan = RuleReasoner().decide(Request(faulty.scenes[0])).decision.plan
     if len(faulty.scenes) <= LATE_CALLS or plan is None:
         raise ReasonerError("still thinking")
@@ -147,7 +151,7 @@ def _late(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
 
 
 def _nearest(scene: Scene, chance: random.Random) -> str:
-    """An object near by, or one that does not exist."""
+    """Return an object near by, or one that does not exist."""
     near: tuple[SceneObject, ...] = scene.objects[:8]
     return chance.choice(near).id if near else "nobody"
 

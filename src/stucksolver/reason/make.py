@@ -1,4 +1,4 @@
-"""Reasoners by the words that commands and configuration files use for them."""
+"""Makes reasoners from the words that commands and configuration files use."""
 
 from __future__ import annotations
 
@@ -11,14 +11,20 @@ from stucksolver.reason.reasoner import Preflighted, Reasoner, ReasonerError
 from stucksolver.reason.registry import KINDS, ReasonerNameError, help_text, kind_of
 
 SHIPPED = (rules, words, own)
-"""Each registers its kinds when it is imported. Another one is one file and one name here."""
+"""Each module registers its kinds when it is imported. A new one is one file and one name here."""
 HELP = help_text()
 
 
 def make_reasoner(words: str, exchanges: Path | None = None) -> Reasoner:
-    """A reasoner by its words. With `exchanges` every request to a model and its answer is kept in that folder.
+    """Make a reasoner from its words.
 
-    Raises `ReasonerNameError`, and `ExchangesError` for a folder that cannot be used.
+    Args:
+        words: For example `rules` or `openai:MODEL`, several separated as the help says.
+        exchanges: Folder in which every request to a model and its answer is stored, if given.
+
+    Raises:
+        ReasonerNameError: There is no such reasoner, or it cannot be made.
+        ExchangesError: The folder cannot be used.
     """
     found = [kind_of(word.strip()) for word in words.split(",")]
     reasoners = [kind.make(rest, exchanges) for kind, rest in found]
@@ -26,15 +32,16 @@ def make_reasoner(words: str, exchanges: Path | None = None) -> Reasoner:
 
 
 def sees(words: str) -> bool:
-    """Does any of these reasoners look at the camera's pictures?"""
+    """True if any of these reasoners looks at the camera's images."""
     found = [word.strip().partition(":") for word in words.split(",")]
     return any(KINDS[name].sees(rest) for name, _, rest in found if name in KINDS)
 
 
 def preflight(reasoner: Reasoner, name: str) -> tuple[str, ...]:
-    """Asks it once whether it can be asked, and gives what a person should know, a line each.
+    """Check once that a reasoner can be asked, and return what a person should know, a line each.
 
-    Raises `ReasonerNameError` that says which reasoner (`name`) cannot, why, and what to do.
+    Raises:
+        ReasonerNameError: The reasoner `name` cannot be asked. The message says why and what to do.
     """
     if not isinstance(reasoner, Preflighted):
         return ()
@@ -45,7 +52,7 @@ def preflight(reasoner: Reasoner, name: str) -> tuple[str, ...]:
 
 
 def unanswered_banner(asked: int, unanswered: int, name: str, most_frequent: str = "") -> str | None:
-    """A line for results that say little of a reasoner, because most of its answers did not come; None for others."""
+    """Return a warning for results in which most answers of a reasoner are missing; None for others."""
     if 2 * unanswered <= asked:
         return None
     why = f"; most often: {most_frequent}" if most_frequent else ""

@@ -1,4 +1,4 @@
-"""The kinds of reasoners that commands and configuration files can name. Each says so in its own file, in one call."""
+"""The kinds of reasoners that commands and configuration files can name. Each file registers its own kind."""
 
 from __future__ import annotations
 
@@ -10,16 +10,19 @@ from stucksolver.reason.reasoner import Reasoner
 
 
 class ReasonerNameError(ValueError):
-    """No such reasoner; the message lists what there is."""
+    """There is no such reasoner. The message lists those that exist."""
 
 
 @dataclass(frozen=True)
 class Kind:
     """A kind of reasoner.
 
-    `name`: the word before the first colon. `form`: what to write, for help texts. `make(rest, exchanges)`: makes one
-    of what stands after that colon; requests to a model are kept in the folder `exchanges`, if one is given; raises
-    `ReasonerNameError`. `sees(rest)`: does it look at the camera's pictures?
+    Attributes:
+        name: The word before the first colon.
+        form: What to write, for help texts.
+        make: `make(rest, exchanges)` makes a reasoner from the text after the colon. Requests to a model are stored in
+            the folder `exchanges`, if given. It raises `ReasonerNameError`.
+        sees: `sees(rest)` is True if it looks at the camera's images.
     """
 
     name: str
@@ -32,19 +35,27 @@ KINDS: dict[str, Kind] = {}
 
 
 def register(kind: Kind) -> None:
-    """Let a kind be named. Raises `ValueError` for a name that is taken."""
+    """Register a kind of reasoner.
+
+    Raises:
+        ValueError: The name is taken.
+    """
     if kind.name in KINDS:
         raise ValueError(f"there is a kind of reasoner named {kind.name!r} already")
     KINDS[kind.name] = kind
 
 
 def help_text() -> str:
-    """What can be written, in a line."""
+    """Return in one line what can be written."""
     return f"{', '.join(kind.form for kind in KINDS.values())}, or several in order of trust, separated by commas"
 
 
 def kind_of(word: str) -> tuple[Kind, str]:
-    """The kind of one word, and what stands after its colon. Raises `ReasonerNameError`."""
+    """Return the kind of one word, and the text after its colon.
+
+    Raises:
+        ReasonerNameError: There is no such kind.
+    """
     name, _, rest = word.partition(":")
     kind = KINDS.get(name)
     if kind is None:

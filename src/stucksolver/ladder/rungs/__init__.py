@@ -1,4 +1,4 @@
-"""The kinds of rung; each is one file."""
+"""The kinds of rung, one file each."""
 
 from stucksolver.ladder.rungs.base import Rung
 from stucksolver.ladder.rungs.registry import KINDS, AnyRung

@@ -1,4 +1,4 @@
-"""What every rung is made of: its numbers, with bounds, and what it asks of the solver."""
+"""The base of every rung: its numbers with bounds, and what it asks of the solver."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from stucksolver.scene.model import Model
 
 
 class Rung(Model, ABC):
-    """One rung of a ladder, as a table of its file."""
+    """One rung of a ladder, a table of its file."""
 
     summary: ClassVar[str]
-    """One sentence: what it does. Shown by `stucksolver ladder`."""
+    """One sentence that says what it does. Shown by `stucksolver ladder`."""
 
     kind: str
 
     @abstractmethod
     def move(self) -> Move:
-        """What the solver is to do on this rung."""
+        """Return what the solver must do on this rung."""

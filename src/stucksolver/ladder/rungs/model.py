@@ -11,7 +11,7 @@ from stucksolver.ladder.rungs.base import Rung
 
 
 class ModelRung(Rung):
-    """A language model, or any reasoner that the stack gives under this name; skipped where there is none."""
+    """A language model, or any reasoner that the stack registers under this name; skipped if there is none."""
 
     summary: ClassVar[str] = "ask a model for a plan, which the guard checks; skipped where no model is given"
 

@@ -11,7 +11,7 @@ from stucksolver.ladder.rungs.base import Rung
 
 
 class PassengerRung(Rung):
-    """What shall I do? The answer comes as words (`StuckSolver.guide`)."""
+    """Asks the passenger what to do. The answer comes as words (`StuckSolver.guide`)."""
 
     summary: ClassVar[str] = "ask the passenger what to do, and go on looking meanwhile"
 

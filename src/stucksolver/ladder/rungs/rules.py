@@ -11,19 +11,19 @@ from stucksolver.ladder.rungs.base import Rung
 
 
 class RulesRung(Rung):
-    """The fixed rules (or the reasoner that the stack put in their place)."""
+    """The built-in rules, or the reasoner that replaces them."""
 
     summary: ClassVar[str] = "ask the rules for a plan, which the guard checks"
 
     kind: Literal["rules"] = "rules"
     deadline_s: float = Field(default=5.0, gt=0, le=600)
-    """An answer later than this after the question is dropped."""
+    """An answer later than this is dropped."""
     tries: int = Field(default=5, ge=1, le=1000)
-    """After so many plans or answers that led to nothing, the next rung is climbed."""
+    """The next rung is climbed after this many plans or answers that led to nothing."""
     cooldown_s: float = Field(default=2.0, ge=0.1, le=600)
     """Between two tries."""
     repair_rounds: int = Field(default=1, ge=0, le=5)
-    """How often a refused reasoner is told why and asked again at once."""
+    """How often a reasoner whose plan was refused is told why and asked again at once."""
 
     def move(self) -> AskReasoner:
         return AskReasoner("rules", self.deadline_s, self.tries, self.cooldown_s, self.repair_rounds)

@@ -1,4 +1,4 @@
-"""Wait, where waiting is right."""
+"""Wait, if waiting is right."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from stucksolver.ladder.rungs.base import Rung
 
 
 class WaitRung(Rung):
-    """Is the vehicle held by a light, a queue, people? The table `waits` says for how long that is right."""
+    """Waits if a light, a queue or people hold the vehicle. The table `waits` says for how long that is right."""
 
     summary: ClassVar[str] = "wait while a light, a queue, people or a duty to yield make waiting right"
 

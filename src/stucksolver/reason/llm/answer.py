@@ -1,4 +1,4 @@
-"""Reads a model's answer: tolerant about what stands around the JSON, strict about what stands in it."""
+"""Reads a model's answer: tolerant about text around the JSON, strict about the JSON itself."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ from stucksolver.scene import ControlKind, LaneRelation, LightState, ObjectKind,
 from stucksolver.scene.model import Model
 
 FORMAT = "llm-decide-2"
-"""Of recorded answers; raised when an answer that was right before could no longer be read."""
+"""Version of recorded answers; increased when an answer that was valid before can no longer be read."""
 FORMAT_1 = "llm-decide-1"
-"""Before the questions of the chain were held against its conclusion."""
+"""Before the questions of the chain were compared with its conclusion."""
 MOST_CHARACTERS = 40_000
 MOST_ERRORS = 3
 
 
 class AnswerError(ReasonerError):
-    """An answer that is no decision about this scene. The message is fit to be quoted to the model."""
+    """An answer that is not a decision about this scene. The message can be quoted to the model."""
 
 
 class _Step(Model):
@@ -94,9 +94,15 @@ class _PlanQuestion(Model):
 
 
 def parse_answer(text: str, scene: Scene, *, chain: bool = True) -> Decision:
-    """The decision in an answer. Raises `AnswerError` with everything that is wrong, worded for the model.
+    """Parse the decision in an answer.
 
-    `chain`: are the answers to the questions S2.1 to S2.5 held against what is concluded from them?
+    Args:
+        text: The model's answer.
+        scene: The scene it is about.
+        chain: Compare the answers to the questions S2.1 to S2.5 with the conclusion.
+
+    Raises:
+        AnswerError: The answer is not a decision about this scene. The message lists all errors, worded for the model.
     """
     answer = _read(_Answer, text)
     wrong = [*_wrong_steps(answer.analysis, scene), *_wrong_ids(answer, scene), *_contradictions(answer, scene)]
@@ -114,7 +120,11 @@ def parse_answer(text: str, scene: Scene, *, chain: bool = True) -> Decision:
 
 
 def parse_plan(text: str, scene: Scene) -> RecoveryPlan:
-    """The plan in a question to the guard. Raises `AnswerError`."""
+    """Parse the plan in a question to the guard.
+
+    Raises:
+        AnswerError: The text holds no plan for this scene.
+    """
     behaviors = _read(_PlanQuestion, text).behaviors
     wrong = _wrong_behaviors(behaviors, scene)
     if wrong:
@@ -176,7 +186,7 @@ def _wrong_behaviors(behaviors: tuple[Behavior, ...], scene: Scene) -> list[str]
 
 
 def _contradictions(answer: _Answer, scene: Scene) -> list[str]:
-    """What a careful reader of the chain would not let pass."""
+    """Return the contradictions in the chain."""
     plan, analysis = answer.decision.behaviors is not None, answer.analysis
     wrong = []
     if plan and not analysis.immobilized and scene.guidance is None:

@@ -1,4 +1,4 @@
-"""What a server and its model take: assumed from their names at first, then learnt from what they answer."""
+"""What a server and its model support: guessed from their names at first, then learnt from their answers."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from typing import Any, Literal, get_args
 from urllib.parse import urlsplit
 
 MOST_TOKENS = 1900
-"""Of an answer; a whole one takes 300 to 700, and one that fills every list and text of the schema 1,400."""
+"""Limit of an answer. A whole one takes 300 to 700; one that fills every list and text of the schema takes 1,400."""
 THINKING_TOKENS = 8000
-"""Of an answer together with what a reasoning model thinks before it, which the same limit counts."""
+"""Limit of an answer with a reasoning model's thoughts before it, which the same limit counts."""
 Effort = Literal["none", "minimal", "low", "medium", "high"]
 REASONING = re.compile(r"(?:^|/)(?:o\d|gpt-[5-9](?!.*chat))")
-"""OpenAI's reasoning models by name: they take neither `temperature` nor `max_tokens`."""
+"""OpenAI's reasoning models by name: they accept neither `temperature` nor `max_tokens`."""
 
 
 class Dialect(Enum):
-    """How the one function call is asked for."""
+    """How the function call is requested."""
 
     STRICT_TOOL = "strict"
     TOOL = "tool"
@@ -28,21 +28,21 @@ class Dialect(Enum):
 
 OPENAI_ORDER = (Dialect.STRICT_TOOL, Dialect.TOOL, Dialect.JSON_SCHEMA, Dialect.PROSE)
 OTHERS_ORDER = (Dialect.JSON_SCHEMA, Dialect.TOOL, Dialect.PROSE)
-"""llama.cpp and Ollama take a named function as a suggestion, but keep to a schema; vLLM keeps to both."""
+"""llama.cpp and Ollama treat a named function as a suggestion but follow a schema; vLLM follows both."""
 ANTHROPIC_ORDER = (Dialect.TOOL, Dialect.PROSE)
-"""Its compatible endpoint documents that a response format is ignored."""
+"""Anthropic's compatible endpoint documents that it ignores a response format."""
 
 
 @dataclass(frozen=True)
 class ModelOptions:
-    """What a user may say of a model, as `#NAME=VALUE` behind it; None leaves it to us."""
+    """What a user may set for a model with `#NAME=VALUE` after its name; None is automatic."""
 
     pictures: bool = True
-    """Send the camera's picture; False also saves rendering it."""
+    """Send the camera's image; False also saves rendering it."""
     effort: Effort | None = None
     """`reasoning_effort`, for a reasoning model."""
     tokens: int | None = None
-    """Upper bound of an answer, thinking included."""
+    """Upper bound of tokens in an answer, thoughts included."""
     call: Dialect | None = None
     """The only dialect to use."""
 
@@ -51,7 +51,11 @@ OPTIONS_HELP = "#pictures=off, #effort=low, #tokens=3000, #call=strict|tool|sche
 
 
 def parse_options(texts: list[str]) -> ModelOptions:
-    """Of `NAME=VALUE` texts. Raises `ValueError` that names the one that is wrong."""
+    """Parse options from `NAME=VALUE` texts.
+
+    Raises:
+        ValueError: An option is unknown or its value is wrong.
+    """
     options = ModelOptions()
     for text in texts:
         name, _, value = text.partition("=")
@@ -85,30 +89,30 @@ _OPTIONS: dict[str, Any] = {
 
 @dataclass
 class Capabilities:
-    """What is sent at present. Each thing is given up at most once, so that stepping down comes to an end."""
+    """What is currently sent. Each feature is given up at most once, so stepping down ends."""
 
     dialects: tuple[Dialect, ...]
-    """Those that are left; the first is used."""
+    """The dialects that are left; the first is used."""
     pictures: bool = True
     temperature: bool = True
     token_field: Literal["max_tokens", "max_completion_tokens"] = "max_tokens"
     effort: Effort | None = None
     parallel: bool = True
-    """May `parallel_tool_calls` be sent?"""
+    """True if `parallel_tool_calls` may be sent."""
     most_tokens: int = MOST_TOKENS
     strict_subset: bool = False
-    """Does a schema have to stay within what OpenAI's strict mode takes?"""
+    """True if a schema must stay within OpenAI's strict mode."""
     notes: list[str] = field(default_factory=list)
-    """What was given up, and why, for people."""
+    """What was given up and why, for people."""
     _renamed: bool = False
 
     @property
     def dialect(self) -> Dialect:
-        """The dialect to begin with."""
+        """The dialect to use first."""
         return self.dialects[0]
 
     def step_down(self, why: str) -> bool:
-        """To the next dialect; False where there is none."""
+        """Go to the next dialect; False if there is none."""
         if len(self.dialects) == 1:
             return False
         self._note(f"asks by {self.dialects[1].value} instead of {self.dialects[0].value}", why)
@@ -116,9 +120,12 @@ class Capabilities:
         return True
 
     def learn(self, said: str, parameter: str | None, request: dict[str, Any]) -> bool:
-        """Give up what a refusal names; True where that was sent, so that asking again makes sense.
+        """Give up what a refusal names. True if it had been sent, so that asking again makes sense.
 
-        `said`: the server's words; `parameter`: the field that it names, if it does; `request`: what was refused.
+        Args:
+            said: The server's words.
+            parameter: The field that the server names, if any.
+            request: What was refused.
         """
         if self.pictures and _has_picture(request) and _speaks_of_pictures(said):
             self.pictures = False
@@ -154,7 +161,7 @@ _OF_DIALECTS = ("tool", "function", "strict", "schema", "response_format", "guid
 
 
 def capabilities_of(model: str, base_url: str | None, options: ModelOptions) -> Capabilities:
-    """What to try first with a model behind an address; None is OpenAI's own."""
+    """Return what to try first with a model at an address; None is OpenAI itself."""
     host = (urlsplit(base_url).hostname or "") if base_url else "api.openai.com"
     openai = host == "api.openai.com" or is_azure(base_url)
     thinks = REASONING.search(model) is not None
@@ -172,7 +179,7 @@ def capabilities_of(model: str, base_url: str | None, options: ModelOptions) -> 
 
 
 def is_azure(base_url: str | None) -> bool:
-    """An address of Azure's, with a deployment in its path or without."""
+    """True for an Azure address, with or without a deployment in its path."""
     if base_url is None:
         return False
     parts = urlsplit(base_url)
@@ -180,7 +187,7 @@ def is_azure(base_url: str | None) -> bool:
 
 
 def has_deployment(base_url: str | None) -> bool:
-    """Azure's older form, which names the deployment in the path and the version in the query."""
+    """True for Azure's older form, which names the deployment in the path and the version in the query."""
     return base_url is not None and "/openai/deployments/" in urlsplit(base_url).path
 
 
@@ -189,7 +196,7 @@ def _has_picture(request: dict[str, Any]) -> bool:
 
 
 def _speaks_of_pictures(said: str) -> bool:
-    """A refusal of pictures as such, and not of one that is too large."""
+    """True for a refusal of images in general, not of one that is too large."""
     text = said.lower()
     if re.search(r"too (?:large|big)|exceed|dimension", text):
         return False

@@ -1,4 +1,4 @@
-"""Do the answers to the questions of the chain bear out what is concluded from them?"""
+"""Checks whether the answers to the questions of the chain support its conclusion."""
 
 from __future__ import annotations
 
@@ -18,9 +18,14 @@ def wrong_chain(
     intent: GuidanceIntent | None,
     moves: bool,
 ) -> list[str]:
-    """What is contradictory, worded for the model.
+    """Return the contradictions, worded for the model.
 
-    `answers`: yes, no or None (cannot be told), by question; `moves`: does a behaviour move the vehicle?
+    Args:
+        answers: Yes, no or None (cannot be told), by question.
+        immobilized: The conclusion.
+        wait: The reason to wait, if any.
+        intent: What the passenger asks for, if anything.
+        moves: True if a behaviour of the plan moves the vehicle.
     """
     if "S2.1" in answers:
         return _with_guidance(answers["S2.1"], immobilized, intent, moves)
@@ -38,7 +43,7 @@ def wrong_chain(
 
 
 def _immobilized(answers: Mapping[str, bool | None], immobilized: bool) -> list[str]:
-    """S2.5 is the conclusion; each of the others speaks against it."""
+    """S2.5 is the conclusion; a yes to any of the others contradicts it."""
     if not immobilized:
         return ["S2.5 is yes, but analysis.immobilized is false"] if answers["S2.5"] is True else []
     against = [name for name in ("S2.2", "S2.3", "S2.4") if answers[name] is True]
@@ -51,7 +56,7 @@ def _immobilized(answers: Mapping[str, bool | None], immobilized: bool) -> list[
 def _with_guidance(
     can_be_done: bool | None, immobilized: bool, intent: GuidanceIntent | None, moves: bool
 ) -> list[str]:
-    """A plan for a vehicle that is not immobilized rests on what the passenger asks."""
+    """A plan for a vehicle that is not immobilized must follow from what the passenger asks."""
     if not moves or immobilized:
         return []
     if can_be_done is not True:

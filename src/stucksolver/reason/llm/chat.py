@@ -1,4 +1,4 @@
-"""What any vendor's chat API comes down to: messages and one tool in, a reply or a typed failure out."""
+"""The interface to any vendor's chat API: messages and one tool in, a reply or a typed failure out."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stucksolver.scene import CameraImage
 
 @dataclass(frozen=True)
 class ToolCall:
-    """A function call that the model asks for; `arguments` is JSON as the model wrote it, unchecked."""
+    """A function call that the model requests. `arguments` is JSON as the model wrote it, unchecked."""
 
     id: str
     name: str
@@ -22,7 +22,7 @@ class ToolCall:
 
 @dataclass(frozen=True)
 class Message:
-    """One turn. `image` only with a user's turn; `calls` are what an assistant asked for; `call_id` answers one."""
+    """One turn. Only a user's turn has an `image`; `calls` are an assistant's requests; `call_id` answers one."""
 
     role: Literal["system", "user", "assistant", "tool"]
     text: str
@@ -33,7 +33,7 @@ class Message:
 
 @dataclass(frozen=True)
 class Tool:
-    """A function with the JSON Schema of its arguments, within the subset that strict structured output takes."""
+    """A function with the JSON Schema of its arguments, within the subset of strict structured output."""
 
     name: str
     description: str
@@ -42,7 +42,7 @@ class Tool:
 
 @dataclass(frozen=True)
 class Usage:
-    """Tokens that a query cost; `cached_tokens` of the input were read from the provider's prompt cache."""
+    """Tokens used by a query. `cached_tokens` of the input were read from the provider's prompt cache."""
 
     input_tokens: int
     output_tokens: int
@@ -61,15 +61,15 @@ class Finish(str, Enum):
 
     WHOLE = "whole"
     CUT_OFF = "cut_off"
-    """At the limit of tokens."""
+    """At the token limit."""
     UNTOLD = "untold"
 
 
 @dataclass(frozen=True)
 class ChatReply:
-    """What came back: text, calls, or both. `usage` is None where the server does not count.
+    """The reply: text, calls, or both. `usage` is None if the server does not count.
 
-    `saw`: False where the server takes no pictures, so that none was sent.
+    `saw` is False if the server accepts no images, so that none was sent.
     """
 
     text: str
@@ -81,39 +81,47 @@ class ChatReply:
 
 
 class ChatModel(Protocol):
-    """A vendor's API. One file implements it for each."""
+    """A vendor's API, one file for each vendor."""
 
     @property
     def name(self) -> str:
-        """As in results: vendor and model."""
+        """The name in results: vendor and model."""
 
     def chat(
         self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
     ) -> ChatReply:
-        """One exchange that ends within `limit_s` seconds. `must_call` names the tool that has to be called.
+        """Run one exchange.
 
-        Raises `TryAgain` for what may pass by itself, `GiveUp` for what needs a person or another model.
+        Args:
+            messages: The conversation so far.
+            tools: The functions that the model may call.
+            must_call: Name of the function that must be called, if any.
+            limit_s: Wall time for the exchange (s).
+
+        Raises:
+            TryAgain: The failure may pass.
+            GiveUp: The failure needs a person or another model.
         """
 
     def cancel(self) -> None:
-        """End the running `chat` from another thread, by `GiveUp`; nothing where none runs."""
+        """End the running `chat` from another thread with `GiveUp`. Does nothing if none runs."""
 
 
 class Trouble(Enum):
-    """What kind of failure it is that may pass."""
+    """Kinds of failures that may pass."""
 
     BUSY = "busy"
-    """The server says so, and may say for how long."""
+    """The server says that it is busy, and may say for how long."""
     LATE = "late"
-    """No answer in time; what was asked is paid for all the same."""
+    """There was no answer in time; the query is paid for all the same."""
     AWAY = "away"
-    """Nobody there, or the connection broke."""
+    """Nobody answers at the address, or the connection broke."""
     BROKEN = "broken"
-    """It answered an error of its own, or nonsense; once more is enough to see whether that stays."""
+    """The server reported an internal error or answered nonsense; one retry shows whether that lasts."""
 
 
 class TryAgain(ReasonerError):
-    """It may pass by itself; `after_s` is how long the server asks us to wait, if it does."""
+    """The failure may pass. `after_s` is how long the server asks us to wait (s), if it does."""
 
     def __init__(self, text: str, trouble: Trouble = Trouble.BUSY, after_s: float | None = None) -> None:
         super().__init__(text)
@@ -121,9 +129,9 @@ class TryAgain(ReasonerError):
 
 
 class GiveUp(ReasonerError):
-    """Asking again will not help; the message says what to set or do.
+    """Asking again will not help. The message says what to set or do.
 
-    `lasting`: nor will another question, until a person has done that. `paid`: the question was sent, and costs.
+    `lasting`: other questions will fail too until a person has acted. `paid`: the question was sent and costs.
     """
 
     def __init__(self, text: str, *, lasting: bool = False, paid: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""Finds the one JSON object in what a model wrote, whatever it put around it."""
+"""Finds the one JSON object in a model's text, whatever surrounds it."""
 
 from __future__ import annotations
 
@@ -8,25 +8,26 @@ from collections.abc import Iterator
 from typing import Any
 
 THINKING = re.compile(r"<think(?:ing)?>.*?</think(?:ing)?>", re.DOTALL | re.IGNORECASE)
-"""Some servers leave a reasoning model's thoughts in the text, drafts of the answer among them."""
+"""Some servers leave a reasoning model's thoughts in the text, including drafts of the answer."""
 OF_AN_ANSWER = frozenset({"decision", "behaviors"})
 DEEPEST_WRAPPING = 3
 
 
 class NoJsonError(ValueError):
-    """There is no such object, or more than one; the message is fit to be quoted to the model."""
+    """There is no such object, or more than one. The message can be quoted to the model."""
 
 
 def json_in(text: str) -> str:
-    """The object as JSON text; prose, thoughts, fences, and a call that was written out are overlooked.
+    """Return the object as JSON text. Prose, thoughts, fences, and a written-out call are ignored.
 
-    Raises `NoJsonError`.
+    Raises:
+        NoJsonError: There is no object, or more than one.
     """
     return _as_text(called(text)[1])
 
 
 def name_in(text: str) -> str | None:
-    """The function that a text calls, where it writes a call out: `{"name": "decide", "arguments": {…}}`.
+    """Return the function that a text calls if it writes out a call such as `{"name": "decide", "arguments": {…}}`.
 
     None for any other text.
     """
@@ -37,7 +38,11 @@ def name_in(text: str) -> str | None:
 
 
 def called(text: str) -> tuple[str | None, dict[str, Any]]:
-    """The function that is called in a text, if one is, and the object. Raises `NoJsonError`."""
+    """Return the function that a text calls, if any, and the object.
+
+    Raises:
+        NoJsonError: There is no object, or more than one.
+    """
     found = [_unwrapped(value) for value in _objects(THINKING.sub("", text)) if isinstance(value, dict)]
     answers = [one for one in found if one[1].keys() & OF_AN_ANSWER] or found
     if not answers:
@@ -48,7 +53,7 @@ def called(text: str) -> tuple[str | None, dict[str, Any]]:
 
 
 def _unwrapped(value: dict[str, Any], depth: int = 0) -> tuple[str | None, dict[str, Any]]:
-    """What a call that stands as text calls, and with what; another object as it is."""
+    """Return the function and the arguments of a call written as text; any other object unchanged."""
     if depth == DEEPEST_WRAPPING or value.keys() & OF_AN_ANSWER:
         return None, value
     inner = value.get("function", value.get("arguments", value.get("parameters")))
@@ -73,7 +78,7 @@ def _as_text(value: dict[str, Any]) -> str:
 
 
 def _objects(text: str) -> Iterator[Any]:
-    """Every JSON object that stands in a text and in no other; trailing commas are forgiven."""
+    """Yield every outermost JSON object in a text; trailing commas are accepted."""
     decoder = json.JSONDecoder()
     text = re.sub(r",(\s*[}\]])", r"\1", text) if not _is_json(text) else text
     at = text.find("{")

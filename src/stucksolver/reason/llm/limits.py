@@ -1,4 +1,4 @@
-"""What an episode and a trip may cost. When it is spent, the next rung of the ladder is due."""
+"""The budget of an episode and of a trip. When it is spent, the next rung of the ladder follows."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from stucksolver.reason.llm.chat import GiveUp, Message, Tool, Usage
 
 
 class BudgetSpent(GiveUp):
-    """Nothing was asked, since nothing more may be spent."""
+    """Nothing was asked, because the budget is spent."""
 
 
 @dataclass(frozen=True)
 class Budget:
-    """Upper bounds; None is no bound. Money in US dollars, by `prices.py`."""
+    """Upper bounds; None is unlimited. Money in US dollars, by `prices.py`."""
 
     queries: int | None = None
     tokens: int | None = None
@@ -24,14 +24,14 @@ class Budget:
 
 @dataclass(frozen=True)
 class Price:
-    """US dollars for a million tokens."""
+    """US dollars per million tokens."""
 
     input_usd: float
     cached_usd: float
     output_usd: float
 
     def of(self, usage: Usage) -> float:
-        """What a query cost, US dollars."""
+        """Return the cost of a query (US dollars)."""
         fresh = usage.input_tokens - usage.cached_tokens
         spent = fresh * self.input_usd + usage.cached_tokens * self.cached_usd + usage.output_tokens * self.output_usd
         return spent / 1e6
@@ -46,21 +46,21 @@ PRICES = {
     "gpt-5": Price(1.25, 0.125, 10.00),
     "gpt-5-mini": Price(0.25, 0.025, 2.00),
 }
-"""OpenAI's list prices as published for these models; other models cost what the user says, or count as unknown."""
+"""OpenAI's published list prices for these models. Other models cost what the user says, or count as unknown."""
 
 
 @dataclass
 class Spent:
-    """What was used so far. `usd` is None as soon as the price of anything is unknown."""
+    """What was used so far. `usd` is None once the price of anything is unknown."""
 
     queries: int = 0
     tokens: int = 0
     cached_tokens: int = 0
-    """Of these, read from the server's prompt cache."""
+    """The part of the tokens read from the server's prompt cache."""
     usd: float | None = 0.0
 
     def add(self, usage: Usage, price: Price | None) -> None:
-        """Counts one reply; without a price the sum in dollars is unknown from then on."""
+        """Count one reply; without a price the sum in dollars is unknown from then on."""
         self.queries += 1
         self.tokens += usage.input_tokens + usage.output_tokens
         self.cached_tokens += usage.cached_tokens
@@ -72,9 +72,10 @@ TRIP = Budget(queries=100, tokens=500_000)
 
 
 class UsageLimits:
-    """Keeps an episode's and a trip's budget. An episode begins anew when its first question comes after a pause.
+    """Keeps the budget of an episode and of a trip. An episode begins with its first question after a pause.
 
-    Raises `ValueError` where a bound in money is set for a model whose price is not known.
+    Raises:
+        ValueError: A bound in money is set for a model of unknown price.
     """
 
     def __init__(self, price: Price | None, episode: Budget = EPISODE, trip: Budget = TRIP) -> None:
@@ -84,11 +85,15 @@ class UsageLimits:
         self.spent = {"episode": Spent(), "trip": Spent()}
 
     def new_episode(self) -> None:
-        """Counts anew what is limited for each episode."""
+        """Reset what is limited per episode."""
         self.spent["episode"] = Spent()
 
     def check(self) -> None:
-        """Raises `BudgetSpent` where a bound is reached."""
+        """Check the budget.
+
+        Raises:
+            BudgetSpent: A bound is reached.
+        """
         for name, bound in self._bounds.items():
             spent = self.spent[name]
             for what, limit, used in (
@@ -100,7 +105,7 @@ class UsageLimits:
                     raise BudgetSpent(f"the {name}'s budget of {limit:g} {what} is spent")
 
     def add(self, usage: Usage) -> None:
-        """What a question cost; where nobody counted, by `estimate`."""
+        """Count the cost of a question; by `estimate` if nobody counted."""
         for spent in self.spent.values():
             spent.add(usage, self.price)
 
@@ -108,11 +113,11 @@ class UsageLimits:
 CHARACTERS_FOR_A_TOKEN = 3
 """Measured on prompts like ours: 3.3 with SmolLM2's encoding."""
 PICTURE_TOKENS = 1_000
-"""About what a camera's picture of 800 x 450 costs; providers count in ways of their own."""
+"""About the cost of a camera image of 800 x 450; each provider counts in its own way."""
 
 
 def estimate(messages: Sequence[Message], tools: Sequence[Tool], answer_tokens: int) -> Usage:
-    """What a question costs whose answer nobody counted, because it came too late or the server keeps no count."""
+    """Return the cost of a question that nobody counted, because the answer was late or the server does not count."""
     text = sum(len(m.text) for m in messages) + sum(len(json.dumps(t.parameters)) for t in tools)
     pictures = sum(m.image is not None for m in messages)
     return Usage(text // CHARACTERS_FOR_A_TOKEN + pictures * PICTURE_TOKENS, answer_tokens)

@@ -1,4 +1,4 @@
-"""An event loop in a thread of its own, so that one exchange has a hard end and can be cancelled from anywhere."""
+"""An event loop in its own thread, so that an exchange has a hard end and can be cancelled from any thread."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ T = TypeVar("T")
 
 
 class Cancelled(Exception):
-    """Somebody does not want the answer any more."""
+    """The answer is no longer wanted."""
 
 
 class OutOfTime(Exception):
-    """It has not come within its limit."""
+    """The answer did not come within its limit."""
 
 
 class Loop:
-    """Runs one coroutine at a time. The thread is a daemon: it keeps no process from ending."""
+    """Runs one coroutine at a time. Its thread is a daemon and does not keep the process from ending."""
 
     def __init__(self) -> None:
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -28,7 +28,13 @@ class Loop:
         self._lock = threading.Lock()
 
     def run(self, work: Coroutine[Any, Any, T], limit_s: float) -> T:
-        """The result of `work`. Raises `OutOfTime`, `Cancelled`, or what it raises."""
+        """Run `work` and return its result.
+
+        Raises:
+            OutOfTime: It took longer than `limit_s` (s).
+            Cancelled: `cancel` was called.
+            Exception: Whatever `work` raises.
+        """
         with self._lock:
             if self._loop is None:
                 self._loop = asyncio.new_event_loop()
@@ -49,7 +55,7 @@ class Loop:
                 self._running = None
 
     def cancel(self) -> None:
-        """End what runs now, if anything does."""
+        """End what is running, if anything is."""
         with self._lock:
             if self._running is not None:
                 self._running.cancel()

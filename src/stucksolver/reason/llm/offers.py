@@ -1,4 +1,4 @@
-"""Which of the behaviours that the stack offers make sense in a scene: the others would only lengthen the prompt."""
+"""Selects the offered behaviours that make sense in a scene; the others would only lengthen the prompt."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ OFF_LANE_M = 0.5
 
 
 def known(scene: Scene) -> tuple[AvailableBehavior, ...]:
-    """All that the stack offers: the same in every scene of a drive."""
+    """Return everything that the stack offers: the same in every scene of a drive."""
     return tuple(b for b in scene.behaviors if b.name in REGISTRY)
 
 
 def available(scene: Scene) -> tuple[AvailableBehavior, ...]:
-    """The offers that have something to act on here. The guard judges each plan all the same."""
+    """Return the offers that have something to act on here. The guard still judges each plan."""
     return tuple(b for b in known(scene) if b.name not in NEEDS or NEEDS[b.name](scene))
 
 
 def signature(behavior: AvailableBehavior) -> str:
-    """A behaviour with its parameters and their ranges: `change_lane(side left|right, distance_m 15..150)`."""
+    """Return a behaviour with its parameters and their ranges: `change_lane(side left|right, distance_m 15..150)`."""
     fields = cast("dict[str, dict[str, Any]]", behavior.parameters["properties"])
     return f"{behavior.name}({', '.join(_parameter(k, v) for k, v in fields.items() if k != 'name')})"
 
@@ -48,7 +48,7 @@ def _parameter(name: str, schema: dict[str, Any]) -> str:
 
 
 def _bound(parts: list[dict[str, Any]], which: str) -> str | None:
-    """With a `>` or `<` where the bound itself is not allowed."""
+    """Return the bound, with `>` or `<` if the bound itself is excluded."""
     for part in parts:
         if which in part:
             return f"{part[which]:g}"

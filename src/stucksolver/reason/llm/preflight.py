@@ -1,6 +1,6 @@
-"""One short question before anything is driven: is the server there, does it know the key and the model?
+"""One short question before a drive: is the server there, and does it know the key and the model?
 
-What it does not take is learnt here too, so that the first real question loses no time on it.
+What it does not accept is learnt here too, so that the first real question loses no time.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from stucksolver.reason.llm.failures import LARGER_CONTEXT
 from stucksolver.scene import CameraImage
 
 LIMIT_S = 120.0
-"""A server of one's own may load its model first."""
+"""A private server may load its model first."""
 BUSY_PAUSE_S = 2.0
 PROMPT_TOKENS, SCHEMA_TOKENS = 2_100, 2_600
 """Upper bounds of the messages and of the schema, which some dialects put into the prompt."""
 CONTEXT_FIELDS = ("max_model_len", "context_length", "context_window", "n_ctx")
-"""Where lists of models tell the context: vLLM, OpenRouter, Groq, llama.cpp (under `meta`)."""
+"""Where lists of models state the context: vLLM, OpenRouter, Groq, llama.cpp (under `meta`)."""
 
 READY = Tool(
     "ready",
@@ -36,7 +36,7 @@ GREY_JPEG = (
     b"////m8H////6/+b9//j/wAALCABAAEABAREA/8QAFAABAAAAAAAAAAAAAAAAAAAAAP/EABQQAQAAAAAAAAAAAAAAAAAAAAD/2gAI"
     b"AQEAAD8AAAAAAAAAAAAAAAAAAAAAAP/Z"
 )
-"""64 x 64 grey pixels, in base64."""
+"""64 x 64 grey pixels in base64."""
 
 
 @runtime_checkable
@@ -47,7 +47,11 @@ class _Described(ChatModel, Protocol):
 
 
 def preflight_model(model: ChatModel, limit_s: float = LIMIT_S) -> tuple[str, ...]:
-    """What was learnt, a line each. Raises `GiveUp` where questions would fail."""
+    """Ask a model one short question, and return what was learnt, a line each.
+
+    Raises:
+        GiveUp: Questions would fail.
+    """
     model = getattr(model, "inner", model)
     if not isinstance(model, _Described):
         return ()
@@ -69,7 +73,11 @@ def _ask(model: ChatModel, ends_at: float) -> None:
 
 
 def _asked(model: ChatModel, turns: list[Message], ends_at: float) -> float | None:
-    """None after an answer, whatever it says; else how long to wait for a busy server. Raises `GiveUp`."""
+    """Return None after any answer, otherwise how long to wait for a busy server (s).
+
+    Raises:
+        GiveUp: Questions would fail.
+    """
     try:
         model.chat(turns, [READY], READY.name, ends_at - time.monotonic())
     except TryAgain as error:
@@ -81,7 +89,7 @@ def _asked(model: ChatModel, turns: list[Message], ends_at: float) -> float | No
 
 
 def context_of(described: dict[str, object]) -> int | None:
-    """Tokens of context that an entry in a server's list of models tells, where it does."""
+    """Return the context (tokens) that an entry in a server's list of models states, if it does."""
     meta = described.get("meta")
     places = [described, meta if isinstance(meta, dict) else {}]
     told = [place.get(field) for place in places for field in CONTEXT_FIELDS]
@@ -89,7 +97,11 @@ def context_of(described: dict[str, object]) -> int | None:
 
 
 def _check_context(name: str, takes: Capabilities, context: int | None) -> None:
-    """Raises `GiveUp` where a long question with its answer does not fit."""
+    """Check that a long question and its answer fit the context.
+
+    Raises:
+        GiveUp: They do not fit.
+    """
     schema = 0 if takes.dialect is Dialect.JSON_SCHEMA else SCHEMA_TOKENS
     needed = PROMPT_TOKENS + schema + takes.most_tokens
     if context is not None and context < needed:

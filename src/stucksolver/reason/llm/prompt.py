@@ -13,7 +13,7 @@ from stucksolver.reason.llm.scene_text import scene_text
 from stucksolver.scene import Scene
 
 PROMPT_VERSION = 3
-"""Raised with every change of the words below, which a test holds together, and of a scene's text."""
+"""Increased with every change of the words below, which a test enforces, and of a scene's text."""
 
 ROLE = """\
 You help an automated vehicle out of immobilization, or follow its passenger's guidance where that is legal and safe. \
@@ -44,7 +44,7 @@ analysis: steps (for each question answer and evidence), immobilized, cause (nul
 waiting is right, else null), guidance_intent (null without guidance), reason
 decision: rationale, behaviors (a list, or null), replan_route, route_start (null unless replan_route)
 """
-"""For a server that keeps to a schema without showing it to the model."""
+"""For a server that follows a schema without showing it to the model."""
 
 PROSE = """
 
@@ -53,7 +53,7 @@ Answer with one JSON object and nothing else, valid under this JSON Schema:
 
 
 def messages(scene: Scene) -> list[Message]:
-    """System and user turn for a scene; the image goes with the user's turn."""
+    """Return the system and user turns for a scene; the image goes with the user's turn."""
     return [
         Message("system", system_text(scene)),
         Message("user", user_text(scene), image=scene.image),
@@ -61,26 +61,26 @@ def messages(scene: Scene) -> list[Message]:
 
 
 def system_text(scene: Scene) -> str:
-    """The fixed words, then what the stack's behaviours take and mean: the same all through a drive."""
+    """Return the fixed words, then the parameters and meanings of the stack's behaviours: the same during a drive."""
     meanings = [f"{signature(b)}: {REGISTRY[b.name].summary}" for b in known(scene)]
     return "\n".join([ROLE, "", "Behaviors (parameters with their ranges):", *meanings])
 
 
 def user_text(scene: Scene) -> str:
-    """The scene, and which of the behaviours have something to act on in it."""
+    """Return the scene, and which behaviours have something to act on in it."""
     return f"{scene_text(scene)}\nbehaviors available now: {', '.join(b.name for b in available(scene))}"
 
 
 def prose_appendix(tool: Tool) -> str:
-    """For a server that knows neither tools nor schemas: the schema as text."""
+    """Return the schema as text, for a server that supports neither tools nor schemas."""
     return PROSE + json.dumps(tool.parameters, separators=(",", ":"))
 
 
 def prompt_name() -> str:
-    """Version and digest, as results tell them."""
+    """Version and digest, as shown in results."""
     return f"{PROMPT_VERSION} ({prompt_digest()})"
 
 
 def prompt_digest() -> str:
-    """Of the fixed words; changes with every change of them."""
+    """Digest of the fixed words; changes with every change of them."""
     return hashlib.sha256((ROLE + FORM + PROSE + json.dumps(QUESTIONS)).encode()).hexdigest()[:12]

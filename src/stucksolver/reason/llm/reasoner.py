@@ -1,4 +1,4 @@
-"""The language-model reasoner: prompt, function call, strict reading, one repair; within a deadline and a budget."""
+"""The language-model reasoner: prompt, function call, strict parsing and one repair, within a deadline and a budget."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ class ModelSettings:
     """How long and how often a model is asked."""
 
     deadline_s: float = 5.0
-    """For one decision, repair and retries included; the deadline of a request comes before it."""
+    """For one decision, repairs and retries included (s). A deadline in the request takes precedence."""
     repairs: int = 1
     checks: int = 2
-    """Questions to the guard before the model must decide; only where a check is given."""
+    """Number of questions to the guard before the model must decide; only if a check is given."""
 
 
 @dataclass
 class _Talk:
-    """One decision on its way."""
+    """One decision in progress."""
 
     scene: Scene
     turns: list[Message]
@@ -51,7 +51,7 @@ class _Talk:
     usage: Usage | None = None
     model: str | None = None
     saw: bool = True
-    """Was the picture sent, if there was one?"""
+    """True if the image, if there was one, was sent."""
 
     def add(self, usage: Usage) -> None:
         self.usage = usage if self.usage is None else self.usage + usage
@@ -61,7 +61,7 @@ class _Talk:
 
 
 class LanguageModelReasoner:
-    """Any `ChatModel` as a reasoner. `decide` runs in the solver's worker thread; `cancel` comes from another."""
+    """Makes a reasoner of any `ChatModel`. `decide` runs in the solver's worker thread; `cancel` comes from another."""
 
     def __init__(
         self, model: ChatModel, *, settings: ModelSettings | None = None, purse: UsageLimits | None = None
@@ -78,9 +78,10 @@ class LanguageModelReasoner:
         return preflight_model(self.model)
 
     def decide(self, request: Request) -> Answer:
-        """As in `Reasoner`; raises `ReasonerError` for no answer in time, no budget, or an answer that stays wrong.
+        """Ask the model, as in `Reasoner`. Without a deadline in the request, that of the settings counts.
 
-        Without a deadline in the request, that of the settings counts.
+        Raises:
+            ReasonerError: There was no answer in time, the budget is spent, or the answer stays invalid.
         """
         scene = request.scene
         self._cancelled.clear()
@@ -104,7 +105,7 @@ class LanguageModelReasoner:
         return Answer(decision, self.name, self._trace(talk, first))
 
     def cancel(self) -> None:
-        """Gives up the query under way; callable from any thread."""
+        """Cancel the query under way; callable from any thread."""
         self._cancelled.set()
         self.model.cancel()
 
@@ -128,7 +129,7 @@ class LanguageModelReasoner:
                 self._repair(talk, reply, error)
 
     def _ask(self, talk: _Talk) -> ChatReply:
-        """One exchange, again after a pause while the failure may pass and the deadline allows."""
+        """Run one exchange, and retry after a pause while the failure may pass and the deadline allows."""
         pause, broken = FIRST_PAUSE_S, False
         tools = self._tools(talk)
         must = DECIDE if len(tools) == 1 else None
@@ -158,7 +159,7 @@ class LanguageModelReasoner:
             return reply
 
     def _failed(self, talk: _Talk, tools: list[Tool], error: TryAgain | GiveUp) -> None:
-        """A question that was sent is paid for, also where its answer was not waited for."""
+        """Count a question that was sent, even if nobody waited for its answer."""
         paid = error.paid if isinstance(error, GiveUp) else error.trouble is Trouble.LATE
         if paid:
             talk.add(estimate(talk.turns, tools, MOST_TOKENS))
@@ -192,7 +193,7 @@ class LanguageModelReasoner:
         talk.turns += _told(reply, said)
 
     def _repair(self, talk: _Talk, reply: ChatReply, error: AnswerError) -> None:
-        """Quote the error to the model once; then it is a failure."""
+        """Quote the error to the model once; after that it is a failure."""
         if talk.repairs_left == 0:
             raise ReasonerError(f"{self.model.name} answered what cannot be used: {error}") from error
         talk.repairs_left -= 1
@@ -200,7 +201,7 @@ class LanguageModelReasoner:
         talk.turns += _told(reply, f"That answer cannot be used: {error}. Answer again, complete and corrected.")
 
     def _note_episode(self, scene: Scene) -> None:
-        """A new episode begins after 60 s without a question or 15 m of progress since the last."""
+        """Begin a new episode after 60 s without a question or 15 m of progress since the last."""
         left, last = scene.ego.distance_to_destination_m, self._last
         self._last = (scene.time_s, left)
         if last is None:
@@ -211,7 +212,9 @@ class LanguageModelReasoner:
 
 
 def _chosen(reply: ChatReply) -> tuple[str, bool]:
-    """The answer's text, and whether it asks the guard. The wrong tool is read like any answer: it will not fit."""
+    """Return the answer's text, and whether it asks the guard. A call of the wrong tool is parsed like any answer
+    and fails.
+    """
     for call in reply.calls:
         if call.name in (DECIDE, CHECK_PLAN):
             return call.arguments, call.name == CHECK_PLAN
@@ -220,7 +223,7 @@ def _chosen(reply: ChatReply) -> tuple[str, bool]:
 
 
 def _cut_off(reply: ChatReply) -> str:
-    """Why an answer has no end; one that has not even begun was all thinking."""
+    """Return why an answer has no end; one that never began was all thoughts."""
     count = f"{reply.usage.output_tokens} tokens" if reply.usage else "the limit of tokens"
     if not reply.calls and not reply.text.strip():
         return f"it was cut off at {count} before it began, while the model was thinking; allow more with #tokens=N"
@@ -228,7 +231,7 @@ def _cut_off(reply: ChatReply) -> str:
 
 
 def _told(reply: ChatReply, text: str) -> list[Message]:
-    """The reply and our answer to it, as the protocol wants them: each call is answered, or the text is."""
+    """Return the reply and our answer to it in the protocol's form: each call is answered, or the text is."""
     said = Message("assistant", reply.text, calls=reply.calls)
     if reply.calls:
         return [said, *(Message("tool", text, call_id=call.id) for call in reply.calls)]
@@ -236,7 +239,7 @@ def _told(reply: ChatReply, text: str) -> list[Message]:
 
 
 def _prompt_text(turns: list[Message], saw: bool) -> str:
-    """The prompt for the record; the image by its digest, where it was sent."""
+    """Return the prompt for the record, with the digest of the image if it was sent."""
     told = [
         {
             "role": turn.role,

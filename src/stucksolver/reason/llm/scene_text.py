@@ -1,4 +1,4 @@
-"""A scene as compact text: measured numbers, one object a line, nearest first."""
+"""A scene as compact text: measured numbers, one object per line, nearest first."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import json
 from stucksolver.scene import CandidateWaypoint, LaneDirection, LaneKind, Scene, SceneLane, SceneObject, TrafficControl
 
 MOST_CHARACTERS = 1300
-"""With the system's words it keeps the prompt below 2,100 tokens (dense numbers take one for two characters)."""
+"""Together with the system's words it keeps the prompt below 2,100 tokens (dense numbers: two characters per token)."""
 LEAST_OBJECTS = 4
 
 
 def scene_text(scene: Scene) -> str:
-    """What the model is told about this scene. Deterministic; metres, seconds, m/s; left is positive.
+    """Return what the model is told about this scene. Deterministic; metres, seconds, m/s; left is positive.
 
-    What is too much is left out, the farthest objects first; how many is said.
+    If the text is too long, the farthest objects are left out, and their number is stated.
     """
     head = [_ego(scene), "lanes (id relation type width line free_ahead/behind seen):"]
     head += [_lane(lane) for lane in scene.lanes if _matters(lane)]
@@ -28,7 +28,7 @@ def _controls(scene: Scene) -> list[str]:
 
 
 def _starts(scene: Scene) -> list[str]:
-    """One group for each lane; ids that begin with their lane's are told without it."""
+    """One group for each lane; ids that begin with their lane's id are listed without it."""
     if not scene.waypoints:
         return []
     lanes = dict.fromkeys(w.lane_id for w in scene.waypoints)
@@ -43,7 +43,7 @@ def _failed(scene: Scene) -> list[str]:
 
 
 def _said(scene: Scene) -> list[str]:
-    """As a JSON string: what is said stays between its quotes, whatever it is."""
+    """As a JSON string: whatever was said stays inside the quotes."""
     if scene.guidance is None:
         return []
     return [f"passenger says {scene.time_s - scene.guidance.time_s:.0f} s ago: {json.dumps(scene.guidance.text)}"]
@@ -64,12 +64,12 @@ def _objects(scene: Scene, room: int) -> list[str]:
 
 
 def _importance(o: SceneObject) -> float:
-    """Nearest first; what stands in the path comes before what does not."""
+    """Sort key: nearest first, objects in the path before others."""
     return abs(o.gap_m or 0.0) * (0.5 if o.in_path else 1.0)
 
 
 def _matters(lane: SceneLane) -> bool:
-    """Nobody is to drive on a sidewalk, nor to stop at the other side of the road."""
+    """Leave out lanes that nobody may drive on or stop in, such as sidewalks and the far edge of the road."""
     other_side = lane.direction is LaneDirection.OPPOSITE and lane.kind is not LaneKind.DRIVING
     return lane.kind is not LaneKind.SIDEWALK and not other_side
 
@@ -130,7 +130,7 @@ def _waypoint(w: CandidateWaypoint) -> str:
 
 
 def _n(value: float | None) -> str:
-    """A number with at most one decimal; `?` for what is unknown."""
+    """Format a number with at most one decimal; `?` if it is unknown."""
     if value is None:
         return "?"
     text = f"{value:.1f}"

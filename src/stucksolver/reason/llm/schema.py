@@ -1,10 +1,9 @@
-"""The one function a model calls, derived from the decision's types, the behaviours on offer and the scene's ids.
+"""The one function that a model calls, derived from the decision's types, the offered behaviours and the scene's ids.
 
-An unavailable behaviour, an unknown object or an unknown waypoint cannot be expressed in it. It stays within the subset
-of JSON Schema that strict structured output takes (every field required, no further ones, no defaults), but for
-`maxLength`, which is taken out where a server refuses it. What differs from scene to scene stands among the definitions
-at the end, so that prompt caches hit on what stands before. Lists and texts have bounds: a small model that is left to
-itself repeats one item until its tokens are used up.
+It cannot express an unavailable behaviour, an unknown object or an unknown waypoint. It stays within the subset of JSON
+Schema for strict structured output (every field required, no others, no defaults), except `maxLength`, which is removed
+if a server refuses it. What differs between scenes is in the definitions at the end, so that prompt caches match the
+part before. Lists and texts are bounded: a small model may repeat one item until its tokens are used up.
 """
 
 from __future__ import annotations
@@ -38,14 +37,14 @@ def decide_tool(scene: Scene) -> Tool:
 
 
 def check_tool(scene: Scene) -> Tool:
-    """Ask the guard about a plan before committing to it."""
+    """A question to the guard about a plan, before committing to it."""
     parameters = _object({"behaviors": _plan()})
     parameters["$defs"] = _definitions(scene)
     return Tool(CHECK_PLAN, "Ask whether the safety guard would accept these behaviors now.", parameters)
 
 
 def steps_of(scene: Scene) -> tuple[str, ...]:
-    """Which questions of the chain apply."""
+    """Return the questions of the chain that apply."""
     return ("S2.1",) if scene.guidance is not None else ("S2.2", "S2.3", "S2.4", "S2.5")
 
 
@@ -94,7 +93,7 @@ def _plan() -> Schema:
 
 
 def _behavior(name: str, parameters: Schema) -> Schema:
-    """A behaviour's own schema, without titles and defaults, its ids bound to those of the scene."""
+    """Return a behaviour's own schema without titles and defaults, its ids restricted to those of the scene."""
     fields = {key: _field(key, value) for key, value in parameters["properties"].items() if key != "name"}
     return _object({"name": {"type": "string", "enum": [name]}, **fields})
 
@@ -112,9 +111,9 @@ def _start(scene: Scene) -> Schema:
 
 
 def _definitions(scene: Scene) -> Schema:
-    """What the rest refers to: first what is the same in every scene of a stack, then what is not.
+    """The definitions: first those that are the same in every scene of a stack, then the others.
 
-    A list that is empty offers a word that no id has, since an enumeration must not be empty.
+    An empty list offers a word that no id has, since an enumeration must not be empty.
     """
     offered = {b.name for b in available(scene)}
     return {

@@ -1,4 +1,4 @@
-"""Our messages as OpenAI's chat completions want them, and its answers as we want them."""
+"""Converts our messages to OpenAI's chat completions, and its answers to ours."""
 
 from __future__ import annotations
 
@@ -19,7 +19,11 @@ FINISHES = {"stop": Finish.WHOLE, "tool_calls": Finish.WHOLE, "function_call": F
 def request_of(
     model: str, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, takes: Capabilities
 ) -> dict[str, Any]:
-    """The body of a request. Raises `GiveUp` for a picture that is too large."""
+    """Return the body of a request.
+
+    Raises:
+        GiveUp: An image is too large.
+    """
     final = next(tool for tool in tools if must_call is None or tool.name == must_call)
     request: dict[str, Any] = {
         "model": model,
@@ -55,7 +59,7 @@ def _function(tool: Tool, strict: bool, takes: Capabilities) -> dict[str, Any]:
 
 
 def _within(schema: Any, takes: Capabilities) -> Any:
-    """A schema without the words that OpenAI's strict mode refuses."""
+    """Return a schema without the keywords that OpenAI's strict mode refuses."""
     if not takes.strict_subset:
         return schema
     if isinstance(schema, dict):
@@ -85,7 +89,12 @@ def _turn(message: Message, pictures: bool) -> dict[str, Any]:
 
 
 def reply_of(answer: Any, asked: str, saw: bool) -> ChatReply:
-    """Reads an SDK object; whatever a server left out is taken as absent. Raises `TryAgain` and `GiveUp`."""
+    """Read an SDK object; whatever a server left out counts as absent.
+
+    Raises:
+        TryAgain: The answer has no choice.
+        GiveUp: A content filter withheld the answer, or the model refuses.
+    """
     choices = getattr(answer, "choices", None)
     if not choices:
         raise TryAgain("the server answered without a choice", Trouble.BROKEN)
@@ -108,7 +117,7 @@ def reply_of(answer: Any, asked: str, saw: bool) -> ChatReply:
 
 
 def _text(value: Any) -> str:
-    """Some servers hand arguments over as an object instead of a text."""
+    """Some servers return arguments as an object instead of a text."""
     if value is None:
         return ""
     return value if isinstance(value, str) else json.dumps(value)

@@ -1,4 +1,4 @@
-"""Language models by the words that name them: `openai:MODEL…`, and `recorded:FOLDER`."""
+"""Registers language models under the words `openai:MODEL…` and `recorded:FOLDER`."""
 
 from __future__ import annotations
 

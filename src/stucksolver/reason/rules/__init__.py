@@ -1,4 +1,4 @@
-"""The rule reasoner: the chain of Bao and Li 2025 without a language model. The baseline that every model must beat."""
+"""The rule reasoner: the chain of Bao and Li 2025 without a language model. The baseline for every model."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from stucksolver.scene import Scene
 
 
 class RuleReasoner:
-    """Observe → analyse → decide by fixed rules, after the chain of thought of the StuckSolver paper."""
+    """Observes, analyses and decides by fixed rules, after the chain of thought of Bao and Li 2025
+    (arXiv:2510.26023).
+    """
 
     name = "rules"
 
@@ -23,7 +25,7 @@ class RuleReasoner:
         self._limits = limits or WaitLimits()
 
     def decide(self, request: Request) -> Answer:
-        """What follows from the scene; the same each time."""
+        """Return what follows from the scene. Deterministic."""
         return Answer(after_a_stop(request.scene, self._decide), self.name)
 
     def _decide(self, scene: Scene) -> Decision:

@@ -1,4 +1,4 @@
-"""What was tried of late."""
+"""What was tried recently."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ REMEMBERED_S = 30.0
 
 
 def was_tried(scene: Scene, name: str) -> bool:
-    """Did a plan with this behaviour come to nothing in the last half minute?"""
+    """True if a plan with this behaviour led to nothing in the last half minute."""
     return any(name in attempt.behaviors for attempt in _recent(scene))
 
 
 def failed_for(scene: Scene, *why: RejectCode | PlanFailure) -> bool:
-    """Was a plan of the last half minute refused or given up for one of these reasons?"""
+    """True if a plan of the last half minute was refused or given up for one of these reasons."""
     return any(one in (*attempt.codes, *attempt.failures) for attempt in _recent(scene) for one in why)
 
 

@@ -1,4 +1,4 @@
-"""A road that is closed from kerb to kerb is left for another one."""
+"""Leaves a road that is closed from kerb to kerb for another one."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from stucksolver.reason.rules.past import Way
 from stucksolver.scene import CandidateWaypoint, LaneKind, LaneRelation, ObjectKind, Scene, SceneObject
 
 CLOSING = frozenset({ObjectKind.BARRIER, ObjectKind.CONE})
-"""What roads are closed with."""
+"""Objects with which roads are closed."""
 GAP_M = 1.5
-"""Too little between two of a row for any car."""
+"""Too narrow a gap between two objects of a row for any car."""
 SIDE_M = 0.9
-"""So little may be left free at either edge of the road."""
+"""Free width that a closing row may leave at either edge of the road."""
 
 
 def by_another_road(scene: Scene, lead: SceneObject) -> Way | None:
-    """The shortest of the other ways to the destination that can be turned onto from here; None where there is none.
+    """Return the shortest other way to the destination that can be reached from here; None if there is none.
 
-    A passenger's words are about the way past; they are not answered with another route.
+    A passenger's words are about the way past and are not answered with another route.
     """
     if (
         not scene.offers("replan")
@@ -38,7 +38,7 @@ def by_another_road(scene: Scene, lead: SceneObject) -> Way | None:
 
 
 def is_closed(scene: Scene, lead: SceneObject) -> bool:
-    """Do the lead and others of its kind stand in a row without a gap over all lanes that are known?"""
+    """True if the lead and others of its kind stand in a row without a gap across all known lanes."""
     row = _row(scene, lead)
     if not row:
         return False
@@ -48,7 +48,7 @@ def is_closed(scene: Scene, lead: SceneObject) -> bool:
 
 
 def _row(scene: Scene, lead: SceneObject) -> list[SceneObject]:
-    """What closes the road together with the lead: each of them too near to the next for a car in between."""
+    """Return what closes the road with the lead: each too near to the next for a car in between."""
     others = [o for o in scene.objects if o.kind in CLOSING and o.id != lead.id]
     row = [lead] if lead.kind in CLOSING else []
     for member in row:
@@ -58,13 +58,13 @@ def _row(scene: Scene, lead: SceneObject) -> list[SceneObject]:
 
 
 def _gap_m(one: SceneObject, other: SceneObject) -> float:
-    """At least what is free between two things, whichever way they are turned."""
+    """Return a lower bound of the gap between two objects, whatever their orientation (m)."""
     apart = math.hypot(one.x_m - other.x_m, one.y_m - other.y_m)
     return apart - max(one.length_m, one.width_m) / 2 - max(other.length_m, other.width_m) / 2
 
 
 def _edges_m(scene: Scene) -> tuple[float, float]:
-    """Left and right edge of the lanes known here, from the centre of the own one, left positive."""
+    """Return the left and right edge of the lanes known here, from the centre of the own lane (m, left positive)."""
     widths = dict.fromkeys(LaneRelation, 0.0)
     for lane in scene.lanes:
         if lane.kind is LaneKind.DRIVING:
@@ -74,7 +74,7 @@ def _edges_m(scene: Scene) -> tuple[float, float]:
 
 
 def elsewhere(scene: Scene) -> list[CandidateWaypoint]:
-    """Candidates beside the route from which the destination is reached."""
+    """Return the candidates beside the route from which the destination can be reached."""
     known = {lane.id for lane in scene.lanes}
     return [
         w

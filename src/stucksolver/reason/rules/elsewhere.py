@@ -1,4 +1,4 @@
-"""What to do with nothing ahead: a loop, a dark light, or what a passenger asks for."""
+"""What to do with nothing ahead: a loop, a dark light, or a passenger's request."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ CROSS_M = 20.0
 CREEP_MPS = 2.2
 LIGHT_AHEAD_M = 20.0
 GET_OUT_S = 30.0
-"""For so long it stands where somebody gets out. Ours; "drive on" ends it sooner."""
+"""The vehicle stands this long while someone gets out. Ours; "drive on" ends it sooner."""
 
 
 def without_lead(scene: Scene, analysis: Analysis) -> Way:
-    """Out of a loop by a new route; over the line of a dark light after a stop, creeping; on along a free lane."""
+    """Leave a loop by a new route, creep over the line of a dark light after a stop, or drive on along a free lane."""
     light = red_light_within(scene, LIGHT_AHEAD_M)
     if light is not None:
         return across_stuck_light(scene) or (None, (WaitReason.LIGHT, light))
@@ -41,10 +41,11 @@ def without_lead(scene: Scene, analysis: Analysis) -> Way:
 
 
 def across_stuck_light(scene: Scene) -> Way | None:
-    """Across a light that stays red, creeping: the guard refuses that without an operator's yes, who is asked for it.
+    """Creep across a light that stays red. The guard refuses that without an operator's approval, which is then asked
+    for.
 
-    Called where waiting is no longer right: it has been red for too long, or a passenger knows that it is broken.
-    None away from its line, for a yellow one, and where that came to nothing a moment ago.
+    It is called when waiting is no longer right: the light has been red for too long, or a passenger knows that it is
+    broken. None away from its line, for a yellow light, and if this led to nothing a moment ago.
     """
     stuck = any(
         c.kind is ControlKind.TRAFFIC_LIGHT
@@ -61,12 +62,12 @@ def across_stuck_light(scene: Scene) -> Way | None:
 
 
 def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
-    """What a passenger asks for that needs nothing ahead."""
+    """Do what a passenger asks for that needs nothing ahead."""
     light = red_light_within(scene, LIGHT_AHEAD_M)
     if wanted is GuidanceIntent.BACK_UP:
         return _one(scene, BackUp(distance_m=3.0), "the passenger asks to back up")
     lead = blocker(scene)
-    # "Another street" before what cannot be passed, with none to turn off into, lies behind.
+    # "Another street" before an impassable obstacle, with none to turn into, lies behind.
     back = wanted is GuidanceIntent.REROUTE and lead is not None and not elsewhere(scene)
     turn = turning_round(scene, lead, "a person asks for it") if back or wanted is GuidanceIntent.TURN_ROUND else None
     if turn is not None:
@@ -89,7 +90,7 @@ def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
 
 
 def _no_way_back(scene: Scene) -> bool:
-    """Is it known of a way back that every route from there comes by here again?"""
+    """True if every way back is known to lead past here again."""
     return any(w.x_m < 0.0 and w.reaches_destination is False for w in scene.waypoints)
 
 

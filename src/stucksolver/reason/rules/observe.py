@@ -27,30 +27,34 @@ CROSSING_MPS = 0.3
 KERB_ZONE_M = 2.0
 """People this near to the path may step into it."""
 PARKED_OFFSET_M = 0.4
-"""A vehicle this far from the lane's centre stands beside the traffic rather than in it."""
+"""A vehicle this far from the lane's centre stands beside the traffic, not in it."""
 AHEAD_M = 60.0
 ACROSS_SIN = 0.6
-"""Sine of the angle to our way from which on a vehicle stands across it."""
+"""Sine of the smallest angle to our way at which a vehicle stands across it."""
 JOINS_M, JOINS_RAD, JOINS_AHEAD_M, CRAWLS_MPS = 1.0, 0.08, 8.0, 3.0
-"""A vehicle so far aside, so much turned towards our way, no further ahead and no quicker crawls into our lane."""
+"""A vehicle this far aside and turned this far towards our way, no further ahead and no faster, crawls into our
+lane.
+"""
 LET_IN_S = 20.0
-"""Who is not let in for so long has to show that it wants to go."""
+"""A vehicle that is not let in for this long must show that it wants to go."""
 WAVED_S = 3.0
-"""The same where a passenger has seen that they are let in: as long as a vehicle with hazard lights is looked at."""
+"""The same if a passenger has seen that it is let in: the time for which a vehicle with hazard lights is watched."""
 SAME_WAY_COS = 0.9
 SAME_LANE_M = 1.5
 QUEUE_GAP_M = 8.0
 YIELD_AHEAD_M, YIELD_S, YIELD_BESIDE_M = 42.0, 5.0, 2.0
-"""Who comes so near to so much of the route ahead within so many seconds goes first; less than a lane's width away."""
+"""Traffic that comes this near to this much of the route ahead within this time goes first; below a lane's width
+away.
+"""
 
 ALONG_TAN = 0.35
-"""Tangent of the angle to the road (about 20 degrees) up to which a vehicle changes lanes at most."""
+"""Tangent of the largest angle to the road (about 20 degrees) at which a vehicle changes lanes."""
 ROAD_HALF_WIDTH_M = 15.0
-"""Further aside than any lane of our road runs another."""
+"""Further aside than any lane of our road."""
 
 
 def observe(scene: Scene, limits: WaitLimits) -> Observation:
-    """Traffic controls and the participants that matter, nearest first."""
+    """Return the traffic controls and the relevant participants, nearest first."""
     controls = tuple(
         ObservedControl(kind=c.kind, state=c.state, applies=c.applies, distance_m=round(c.distance_m, 1))
         for c in scene.controls
@@ -64,14 +68,14 @@ def observe(scene: Scene, limits: WaitLimits) -> Observation:
 
 
 def matters(o: SceneObject) -> bool:
-    """In the path ahead, near it on foot, or moving in a lane that we might use."""
+    """True if it is in the path ahead, near it on foot, or moving in a lane that we might use."""
     gap = o.gap_m if o.gap_m is not None else 0.0
     if o.in_path and -1.0 < gap < AHEAD_M:
         return True
     if o.kind in (ObjectKind.PEDESTRIAN, ObjectKind.ANIMAL):
         return -5.0 < gap < 30.0 and near_path(o)
     if o.speed_along_mps < -MOVING_MPS and gap + o.length_m < 0.0:
-        return False  # came towards us and has passed
+        return False  # it came towards us and has passed
     return abs(o.speed_along_mps) > MOVING_MPS and o.lane in (
         LaneRelation.LEFT,
         LaneRelation.RIGHT,
@@ -80,12 +84,12 @@ def matters(o: SceneObject) -> bool:
 
 
 def near_path(o: SceneObject) -> bool:
-    """Within a step of the ego's lane."""
+    """True within a step of the ego's lane."""
     return o.right_edge_m < KERB_ZONE_M + 1.0 and o.left_edge_m > -KERB_ZONE_M - 1.0
 
 
 def intent(scene: Scene, o: SceneObject, limits: WaitLimits) -> Intent:
-    """What an object is about to do, from its motion, place and lights."""
+    """Return what an object is about to do, from its motion, position and lights."""
     if o.kind in (ObjectKind.PEDESTRIAN, ObjectKind.ANIMAL):
         return _on_foot(o)
     if o.kind in STATIC_KINDS or o.kind is ObjectKind.UNKNOWN:
@@ -104,17 +108,17 @@ def intent(scene: Scene, o: SceneObject, limits: WaitLimits) -> Intent:
 
 
 def beside_lane_centre(o: SceneObject) -> bool:
-    """Does it stand off the middle of the lane, as parked vehicles do?"""
+    """True if it stands off the middle of the lane, as parked vehicles do."""
     return abs(o.left_edge_m + o.right_edge_m) / 2 > PARKED_OFFSET_M
 
 
 def crosses(o: SceneObject) -> bool:
-    """Does a vehicle stand across our way, as those of a crossing road do?"""
+    """True if a vehicle stands across our way, as on a crossing road."""
     return o.kind in MOTOR_VEHICLES and abs(math.sin(o.yaw_rad)) > ACROSS_SIN
 
 
 def joins(scene: Scene, o: SceneObject) -> bool:
-    """Does a vehicle beside us, or just ahead, crawl into our lane from the side?"""
+    """True if a vehicle beside us or just ahead crawls into our lane from the side."""
     gap = o.gap_m if o.gap_m is not None else math.inf
     beside = (o.left_edge_m + o.right_edge_m) / 2
     converges = abs(beside) > JOINS_M and math.sin(o.yaw_rad) * beside < 0.0 and abs(o.yaw_rad) > JOINS_RAD
@@ -123,7 +127,7 @@ def joins(scene: Scene, o: SceneObject) -> bool:
 
 
 def no_gap_to_join(scene: Scene, lead: SceneObject) -> SceneObject | None:
-    """Who keeps joining the lane that we want to merge into, when we have stood too long to be in their queue."""
+    """Return who keeps joining the lane that we want to merge into, if we have stood too long to be in their queue."""
     crawls = MOVING_MPS < lead.speed_along_mps < CRAWLS_MPS
     let_in_s = LET_IN_S if Claim.WAVED_THROUGH not in scene.claims else WAVED_S
     if not crawls or scene.ego.stopped_for_s < let_in_s:
@@ -132,7 +136,9 @@ def no_gap_to_join(scene: Scene, lead: SceneObject) -> SceneObject | None:
 
 
 def goes_first(scene: Scene) -> SceneObject | None:
-    """Who drives across the route just ahead, or into it from the side, and not at a crawl; they hold their course."""
+    """Return who drives across the route just ahead or into it from the side, faster than a crawl, on a steady
+    course.
+    """
     route = [(0.0, 0.0), *((w.x_m, w.y_m) for w in scene.waypoints if on_route(scene, w))]
     if len(route) < 2:
         return None
@@ -147,25 +153,25 @@ def goes_first(scene: Scene) -> SceneObject | None:
 
 
 def _course(o: SceneObject) -> LineString:
-    """Straight on, in the ego frame: of those who cross our road."""
+    """Course straight on in the ego frame, for vehicles that cross our road."""
     return LineString([(o.x_m, o.y_m), (o.x_m + o.vx_mps * YIELD_S, o.y_m + o.vy_mps * YIELD_S)])
 
 
 def _keeps_to_road(o: SceneObject) -> bool:
-    """Does a vehicle drive along our road, in whatever lane and direction, rather than across it?"""
+    """True if a vehicle drives along our road, in any lane and direction, and not across it."""
     near = o.gap_m is not None and abs(o.left_edge_m + o.right_edge_m) / 2 < ROAD_HALF_WIDTH_M
     return near and abs(o.speed_across_mps) < ALONG_TAN * abs(o.speed_along_mps)
 
 
 def _course_along(scene: Scene, o: SceneObject) -> LineString:
-    """Its course along the bends of the road: (from the ego's centre along it, to the left of the route's lane)."""
-    # The gap is that from bumper to bumper, or to rear where it lies behind: half a body more or less.
+    """Course along the bends of the road: (from the ego's centre along it, to the left of the route's lane) (m)."""
+    # The gap counts from bumper to bumper, or to the rear if it lies behind: plus or minus half a body.
     s, d = (o.gap_m or 0.0) + (scene.ego.length_m + o.length_m) / 2, (o.left_edge_m + o.right_edge_m) / 2
     return LineString([(s, d), (s + o.speed_along_mps * YIELD_S, d + o.speed_across_mps * YIELD_S)])
 
 
 def _way_along(scene: Scene) -> LineString:
-    """The ego's way ahead in the same coordinates: on in the lane that it is in."""
+    """The ego's way ahead in the same coordinates, in its present lane."""
     own = next((lane for lane in scene.lanes if lane.id == scene.ego.lane_id), None)
     d = 0.0 if own is not None and own.relation is LaneRelation.EGO else scene.ego.lateral_offset_m
     reach = max(w.distance_m for w in scene.waypoints if on_route(scene, w))
@@ -173,17 +179,17 @@ def _way_along(scene: Scene) -> LineString:
 
 
 def drives(o: SceneObject) -> bool:
-    """Does a vehicle move, in whatever direction, quicker than at a crawl?"""
+    """True if a vehicle moves in any direction faster than a crawl."""
     return o.kind in VEHICLES and math.hypot(o.vx_mps, o.vy_mps) > CRAWLS_MPS
 
 
 def on_route(scene: Scene, waypoint: CandidateWaypoint) -> bool:
-    """Is a candidate waypoint on the ego's own way, and near enough to matter for who goes first there?"""
+    """True if a candidate waypoint is on the ego's own way, and near enough to matter for who goes first there."""
     return waypoint.lane_id == scene.ego.lane_id and waypoint.distance_m < YIELD_AHEAD_M
 
 
 def _in_queue_across(scene: Scene, o: SceneObject) -> bool:
-    """Does a vehicle of its own direction stand close before its nose?"""
+    """True if a vehicle of its own direction stands close ahead of it."""
     cos, sin = math.cos(o.yaw_rad), math.sin(o.yaw_rad)
     for other in scene.objects:
         ahead, aside = other.x_m - o.x_m, other.y_m - o.y_m
@@ -203,7 +209,7 @@ def _on_foot(o: SceneObject) -> Intent:
 
 
 def _in_queue(scene: Scene, o: SceneObject, limits: WaitLimits) -> bool:
-    """Moved lately, or has a light, a stop line or a standing queue ahead of it."""
+    """True if it moved lately, or has a light, a stop line or a standing queue ahead of it."""
     if o.moved_s_ago is not None and o.moved_s_ago < limits.queue_moved_within_s:
         return True
     front = (o.gap_m or 0.0) + o.length_m

@@ -1,4 +1,4 @@
-"""On along the free lane: the vehicle stands although nothing is in its way and nothing says that it should wait."""
+"""Drive on along the free lane: the vehicle stands although nothing is in its way and nothing says to wait."""
 
 from __future__ import annotations
 
@@ -19,29 +19,29 @@ from stucksolver.scene import (
 )
 
 STANDS_S = 8.0
-"""So long the driver is left to set off by itself: as those who cross are (`standoff.FIRST_TURN_S`)."""
+"""The driver is left this long to set off by itself, as crossing traffic is (`standoff.FIRST_TURN_S`)."""
 FREE_M = 50.0
-"""So far ahead nothing may be in the path: the exit of a junction ahead is then free as well."""
+"""Nothing may be in the path up to this distance; the exit of a junction ahead is then free as well."""
 ON_M, ON_MPS = 25.0, 5.5
-"""The way and speed on an open road: more than the 15 m of progress that count as recovered."""
+"""Distance and speed on an open road: more than the 15 m of progress that count as recovered."""
 SLOWLY_M, SLOWLY_MPS = 20.0, 2.2
 """The same near stop lines, people and traffic: across a junction, at walking pace."""
 CREEP_M = 5.0
-"""And where even that was refused: a little, to see more."""
+"""If even that was refused: a short distance, to see more."""
 LINE_M, PEOPLE_M = 30.0, 25.0
-"""A stop line or people nearer than this ahead are a reason for walking pace."""
+"""A stop line or people nearer than this ahead require walking pace."""
 SCENE_M, SCENE_BESIDE_M = 45.0, 8.0
-"""Who directs traffic, or is passed with a person's yes only, counts up to so far ahead and aside (`guard.rules`)."""
+"""A person who directs traffic, or a vehicle passed only with approval, counts up to here (`guard.rules`)."""
 SCENES = frozenset({ObjectKind.FLAGGER, ObjectKind.CROSSING_GATE, ObjectKind.SCHOOL_BUS})
 SIREN_M = 80.0
-"""An emergency vehicle with its lights on that moves within this distance is let by first."""
+"""A moving emergency vehicle with its lights on within this distance passes first."""
 
 
 def along_the_free_lane(scene: Scene) -> Way | None:
-    """Drive on in the lane, or back into it; None where the vehicle has not stood long, or something is in its path.
+    """Drive on in the lane, or back into it; None if the vehicle has not stood long, or something is in its path.
 
-    Queues, people who cross and those who go first are reasons to wait that are looked at before this is asked. A
-    passenger's words may ask for it, too.
+    Queues, crossing people and traffic that goes first are reasons to wait and are checked before. A passenger's words
+    may ask for it, too.
     """
     asked = None if scene.guidance is None or scene.guidance.reading is None else scene.guidance.reading.intent
     if asked not in (None, GuidanceIntent.GO) or scene.in_path_ahead(FREE_M):
@@ -71,7 +71,7 @@ def _onward(scene: Scene) -> AnyBehavior:
 
 
 def _may_hold(scene: Scene) -> str | None:
-    """Who may hold the vehicle rightly without being in its path, in words."""
+    """Return who may rightly hold the vehicle without being in its path, in words."""
     for control in scene.controls:
         lit = control.kind is ControlKind.TRAFFIC_LIGHT and control.state not in (LightState.GREEN, LightState.OFF)
         if lit and control.applies is not False and -1.0 < control.distance_m < LINE_M:
@@ -97,7 +97,7 @@ def _away_m(o: SceneObject) -> float:
 
 
 def _open_road(scene: Scene) -> bool:
-    """Neither a line, people, nor a vehicle across the road ahead: nothing but road."""
+    """True if there is only road: no line, no people, and no vehicle across the road ahead."""
     if any(c.applies is not False and -1.0 < c.distance_m < LINE_M for c in scene.controls):
         return False
     for o in scene.objects:

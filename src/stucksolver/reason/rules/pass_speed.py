@@ -1,4 +1,4 @@
-"""How quick a pass through the oncoming lane should be: the slowest for which enough of the lane is seen."""
+"""Chooses the speed of a pass through the oncoming lane: the slowest for which enough of the lane is seen."""
 
 from __future__ import annotations
 
@@ -12,20 +12,25 @@ MOST_MPS = 11.0
 """Just under the 40 km/h of a pass."""
 STEP_MPS = 0.5
 USUAL_LIMIT_MPS = 50 / 3.6
-"""Where no limit is told: the usual one in towns."""
+"""Used if no limit is given: the usual one in towns."""
 MARGIN_M, MARGIN_S = 12.0, 0.75
-"""Left of the sight when we are back, with so many seconds of all speed above `RECOVERY_MPS`. The guard asks for a
-little less."""
+"""Sight left when we are back, plus this time at the speed above `RECOVERY_MPS`. The guard requires a little less."""
 PEOPLE_ASIDE_M = 4.5
-"""With people nearer beside the way it is no quicker than a recovery: more than the guard asks for."""
+"""With people nearer beside the way it is no faster than a recovery: more than the guard requires."""
 
 
 def pass_speed(scene: Scene, lane: SceneLane, target: PassTarget, speed_mps: float) -> float:
-    """The speed to ask for (m/s), `speed_mps` if nothing speaks for more.
+    """Return the speed to ask for (m/s).
 
-    `lane`: the oncoming lane. A quicker pass needs less sight, since it is sooner over. The slowest that is seen to be
-    free bears the least risk; where none is, the one that lacks the least sight. Only past what stands, over a broken
-    line, with nobody on foot or on two wheels near, and within the limit.
+    A faster pass is over sooner and needs less sight. The slowest one with enough sight is the safest; without any, the
+    one that lacks the least. Only past standing objects, over a broken line, with nobody on foot or on two wheels near,
+    and within the limit.
+
+    Args:
+        scene: The scene.
+        lane: The oncoming lane.
+        target: What is passed.
+        speed_mps: The speed unless there is a reason for more (m/s).
     """
     if speed_mps < RECOVERY_MPS or target.speed_mps > 0.1 or lane.line is LineKind.SOLID or lane.sight_ahead_m is None:
         return speed_mps
@@ -39,7 +44,7 @@ def pass_speed(scene: Scene, lane: SceneLane, target: PassTarget, speed_mps: flo
 
 
 def _needed_m(scene: Scene, lane: SceneLane, target: PassTarget, speed_mps: float) -> float:
-    """How much of the oncoming lane must be seen, by the rules' own estimate of the way and the time."""
+    """Return how much of the oncoming lane must be seen (m), by the rules' own estimate of distance and time."""
     way, time = way_to_pass_m(scene, target, speed_mps)
     return way + (lane.speed_limit_mps or USUAL_LIMIT_MPS) * time + MARGIN_M + MARGIN_S * (speed_mps - RECOVERY_MPS)
 

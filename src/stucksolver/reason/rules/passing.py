@@ -20,22 +20,23 @@ from stucksolver.scene import (
 from stucksolver.scene.wording import whereabouts
 
 GROUP_GAP_M, WIDE_GROUP_GAP_M = 13.0, 18.0
-"""Objects nearer to each other than this are passed together: in a longer gap one can come back, and stand. The second
-where a plan found no room to come back."""
+"""Objects nearer to each other than this are passed together: a longer gap has room to return and stand. The
+second value applies if a plan found no room to return.
+"""
 MERGE_ROOM_M, TIGHT_MERGE_ROOM_M = 12.0, 4.0
-"""Left free before what was passed when coming back; less where the return met a queue or the end of the lane."""
+"""Kept before what was passed on the return; less if the return met a queue or the end of the lane."""
 BESIDE_M, EDGE_M = 0.5, 0.1
-"""The least that is kept free beside what stands, and at the far edge of the road."""
+"""Smallest gap beside standing objects, and at the far edge of the road."""
 ACCELERATION_MPS2 = 1.2
 FLOWING_MPS = 2.0
-"""Who is quicker in the lane beside passes by; the guard finds the moment after them."""
+"""Faster traffic in the lane beside passes by; the guard finds the moment after it."""
 PASSED_M = 2.0
-"""Oncoming traffic whose rear is less than this ahead of our front bumper will be past before we are beside it."""
+"""Oncoming traffic whose rear is less than this ahead of our front bumper will have passed before we are beside it."""
 
 
 @dataclass(frozen=True)
 class PassTarget:
-    """What is to be passed: its foremost object, where it ends, and how fast it goes."""
+    """What is to be passed: its foremost object, where it ends, and its speed."""
 
     objects: tuple[SceneObject, ...]
 
@@ -46,25 +47,25 @@ class PassTarget:
 
     @property
     def end_m(self) -> float:
-        """From the ego's front bumper to the far end."""
+        """Distance from the ego's front bumper to the far end (m)."""
         return end_of(self.far)
 
     @property
     def speed_mps(self) -> float:
-        """Speed of the quickest of them along the route (m/s), never below zero."""
+        """Speed of the fastest of them along the route (m/s), never below zero."""
         return max(0.0, max(o.speed_along_mps for o in self.objects))
 
 
 def end_of(o: SceneObject) -> float:
-    """From the ego's front bumper to the far side of an object."""
+    """Return the distance from the ego's front bumper to the far side of an object (m)."""
     return (o.gap_m or 0.0) + o.length_m
 
 
 def group_of(scene: Scene, lead: SceneObject) -> PassTarget:
-    """The lead and all in the path that follow it too closely to come back in between.
+    """Return the lead and everything in the path that follows it too closely to return in between.
 
-    Beyond what stands, who drives on will be away by then. Who only waits there is no part of the obstruction: it is
-    come back before them, however little room they leave that a vehicle fits into.
+    Moving traffic beyond a standing obstruction will be gone by then. A vehicle that only waits there is not part of
+    the obstruction: the ego returns before it, however little room it leaves for a vehicle.
     """
     gap_m = WIDE_GROUP_GAP_M if failed_for(scene, PlanFailure.NO_ROOM_TO_COME_BACK) else GROUP_GAP_M
     ahead = sorted((o for o in scene.objects if o.in_path and o.gap_m is not None), key=lambda o: o.gap_m or 0.0)
@@ -79,9 +80,9 @@ def group_of(scene: Scene, lead: SceneObject) -> PassTarget:
 
 
 def _only_waits(lead: SceneObject, o: SceneObject) -> bool:
-    """Does a vehicle that stands beyond an obstruction only wait there: in its lane, and without lights that say more?
+    """True if a vehicle beyond an obstruction only waits there: in its lane, and without lights that say more.
 
-    The obstruction says that it is one: by its lights, by standing beside the lane's centre, or by being no vehicle.
+    An obstruction is recognized by its lights, by standing beside the lane's centre, or by not being a vehicle.
     """
     obstructs = lead.kind not in MOTOR_VEHICLES or _warns(lead) or beside_lane_centre(lead)
     return obstructs and o.kind in MOTOR_VEHICLES and not (_warns(o) or beside_lane_centre(o))
@@ -92,7 +93,7 @@ def _warns(o: SceneObject) -> bool:
 
 
 def way_to_pass_m(scene: Scene, target: PassTarget, speed: float) -> tuple[float, float]:
-    """(way of the ego, time) until its rear is past the target with room to come back."""
+    """Return the ego's distance (m) and time (s) until its rear is past the target with room to return."""
     relative = target.end_m + scene.ego.length_m + _merge_room_m(scene)
     own, time, way = max(scene.ego.speed_mps, 0.5), 0.0, 0.0
     while way - target.speed_mps * time < relative and time < 60.0:
@@ -107,9 +108,9 @@ def _merge_room_m(scene: Scene) -> float:
 
 
 def in_lane_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: float) -> tuple[SceneObject, ...]:
-    """What stands or crawls in the way in a lane of our direction, nearest first.
+    """Return what stands or crawls in the way in a lane of our direction, nearest first.
 
-    Who drives on there is a matter of the moment.
+    Moving traffic there is judged when the time comes.
     """
     way, time = way_to_pass_m(scene, target, speed)
     found = []
@@ -123,17 +124,17 @@ def in_lane_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: flo
 
 
 def said_of(blocking: SceneObject) -> str:
-    """That it blocks the lane beside, in words."""
+    """Return in words that it blocks the lane beside."""
     return f"{blocking.kind.value} {blocking.id} blocks the lane beside, {whereabouts(blocking.gap_m or 0.0)}"
 
 
 def stays(o: SceneObject) -> bool:
-    """Will it still be there, however long one waits: a thing, or a vehicle that has broken down?"""
+    """True if it will still be there however long one waits: an object, or a broken-down vehicle."""
     return bool(o.hazard_lights) or o.kind not in MOTOR_VEHICLES | VULNERABLE
 
 
 def too_narrow(scene: Scene, lane: SceneLane, target: PassTarget) -> str | None:
-    """Whether the lane beside leaves too little room to get past the target, in words."""
+    """Return in words that the lane beside leaves too little room to pass the target, or None."""
     own = next((x.width_m for x in scene.lanes if x.relation is LaneRelation.EGO), None)
     if own is None:
         return None
@@ -146,7 +147,7 @@ def too_narrow(scene: Scene, lane: SceneLane, target: PassTarget) -> str | None:
 
 
 def oncoming_blocked(scene: Scene, lane: SceneLane, target: PassTarget, speed: float) -> str | None:
-    """Who comes, or stands, in the oncoming lane before we would be back."""
+    """Return who comes, or stands, in the oncoming lane before we would be back."""
     way, time = way_to_pass_m(scene, target, speed)
     for o in scene.objects:
         coming = max(-o.speed_along_mps, 0.0)

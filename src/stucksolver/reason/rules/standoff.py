@@ -1,4 +1,4 @@
-"""Neither they nor we get on: show those who cross that one means to go, make room for who faces us."""
+"""Deadlocks: show crossing traffic that we mean to go, and make room for a vehicle that faces us."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from stucksolver.reason.rules.room import may_back_up
 from stucksolver.scene import MOTOR_VEHICLES, Claim, Scene, SceneObject
 
 FIRST_TURN_S = 8.0
-"""For so long it is left to those who cross to go first."""
+"""Crossing traffic is left this long to go first."""
 SHORT_OF_M, LEAST_M, MOST_M, STEP_M = 0.4, 2.0, 5.0, 0.5
-"""Left free before them; the shortest and longest way up to there, in whole steps of a path."""
+"""Gap left to it; the shortest and longest way up to there, in whole steps of a path."""
 CREEP_MPS = 1.5
 LIGHT_AHEAD_M = 20.0
 NOSE_M, LEAST_NOSE_M, NOSE_CLEAR_M = 3.0, 0.6, 0.32
-"""How far to nose in at most and at least, and what is left free beside those who crawl by."""
+"""The furthest and shortest way to nose in, and the gap left beside crawling traffic."""
 FACES_COS = -0.7
 BACK_M = 8.0
 LEAST_BACK_M = 3.0
@@ -29,9 +29,9 @@ GIVES_WAY_S = 10.0
 
 
 def towards_who_crosses(scene: Scene, lead: SceneObject) -> Way | None:
-    """Creep up to a vehicle that stands across our way and goes no further: somebody has to begin.
+    """Creep up to a vehicle that stands across our way and goes no further: someone has to begin.
 
-    None where nobody crosses, or where there is no room left to show it.
+    None if nobody crosses, or if there is no room left.
     """
     if not crosses(lead) or lead.hazard_lights or not scene.offers("keep_lane"):
         return None
@@ -51,7 +51,7 @@ def towards_who_crosses(scene: Scene, lead: SceneObject) -> Way | None:
 
 
 def into_who_joins(scene: Scene, lead: SceneObject) -> Way | None:
-    """Nose up to a crawling stream that leaves no gap. None where there is no such stream, or no room to show it."""
+    """Nose up to a crawling stream that leaves no gap. None if there is no such stream, or no room."""
     joining = no_gap_to_join(scene, lead)
     if joining is None or not scene.offers("keep_lane"):
         return None
@@ -67,7 +67,9 @@ def into_who_joins(scene: Scene, lead: SceneObject) -> Way | None:
 
 
 def _free_before(scene: Scene, o: SceneObject) -> float:
-    """How far straight on until our front corner is as near to a vehicle's way as it may be, in tenths of a metre."""
+    """Return the distance straight on until our front corner is as near to a vehicle's way as allowed, in tenths
+    of a metre.
+    """
     side = math.copysign(1.0, o.y_m)
     cos, sin = math.cos(o.yaw_rad), math.sin(o.yaw_rad)
     ahead, aside = scene.ego.length_m / 2 - o.x_m, side * scene.ego.width_m / 2 - o.y_m
@@ -76,9 +78,9 @@ def _free_before(scene: Scene, o: SceneObject) -> float:
 
 
 def away_from_who_faces(scene: Scene, lead: SceneObject) -> Way | None:
-    """Back up from an oncoming vehicle that there is no room to pass, and let it come by or turn off.
+    """Back up from an oncoming vehicle that there is no room to pass, and let it pass or turn off.
 
-    None where nobody faces us, or the way behind is not free.
+    None if nobody faces us, or if the way behind is not free.
     """
     faces = lead.kind in MOTOR_VEHICLES and math.cos(lead.yaw_rad) < FACES_COS and not lead.hazard_lights
     if not faces or scene.ego.speed_mps > 0.2 or was_tried(scene, "back_up"):

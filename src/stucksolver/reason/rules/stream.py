@@ -1,8 +1,8 @@
-"""Across a stream that never ends: when the wait has outlived its reason, the first gap that can be proven is taken.
+"""Cross an endless stream: when the wait has outlived its reason, take the first gap that can be proven.
 
-The rules only propose the way across. The guard looks at it on every tick and lets it begin in a gap in which nobody is
-met who goes on as they do, or brakes; where there is no such gap, it never begins. Into the lane of a stream nobody is
-led: at 20 km/h whoever brakes for nobody catches up with us behind the end of what is proven.
+The rules only propose the way across. The guard checks it on every tick and lets it begin in a gap in which it meets no
+traffic that continues or brakes; without such a gap it never begins. The plan never leads into the lane of a stream: at
+20 km/h, traffic that does not brake would catch up behind the end of what is proven.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from stucksolver.reason.rules.past import Way
 from stucksolver.scene import ControlKind, Scene, SceneObject
 
 ACROSS_M, ACROSS_MPS = 30.0, 5.5
-"""Over a street of four lanes, and out of the way; 20 km/h at most. The quicker, the shorter the gap that is needed."""
+"""Across a street of four lanes, and out of the way; 20 km/h at most. The faster, the shorter the gap needed."""
 OVER_LINE_M, CREEP_MPS = 2.0, 2.2
-"""Over a stop line it creeps until the bumper is so far past it: what the guard asks for, and a little."""
+"""Over a stop line it creeps until the bumper is this far past it: the guard's bound, and a little more."""
 LINE_AHEAD_M = 8.0
 SAME_WAY_COS, LANE_M = 0.5, 4.0
-"""Who goes the way of the route by less than 60 degrees, and passes where it leads by less than a lane's width."""
+"""Traffic that goes the way of the route by less than 60 degrees and passes within a lane's width of it."""
 AGAIN_S = 12.0
-"""After a wait for a gap in vain, a person is thought of before the next one: longer than such a wait (`hold_s`)."""
+"""After a futile wait for a gap, a person is considered before the next one: longer than such a wait (`hold_s`)."""
 
 
 def into_the_stream(scene: Scene) -> Way | None:
-    """On along the route in the first proven gap, or the reason to wait on; None where nobody goes first."""
+    """On along the route in the first proven gap, or the reason to wait on; None if nobody goes first."""
     first = goes_first(scene)
     if first is None or scene.guidance is not None or not scene.offers("keep_lane"):
         return None
@@ -42,7 +42,7 @@ def into_the_stream(scene: Scene) -> Way | None:
 
 
 def _shares_the_way_on(scene: Scene, o: SceneObject) -> bool:
-    """Does a vehicle drive towards where the route leads on beyond the conflict, in that direction and in that lane?"""
+    """True if a vehicle drives to where the route continues beyond the conflict, in that direction and lane."""
     route = [(w.x_m, w.y_m) for w in scene.waypoints if on_route(scene, w)]
     if len(route) < 2 or not drives(o):
         return False
@@ -55,7 +55,7 @@ def _shares_the_way_on(scene: Scene, o: SceneObject) -> bool:
 
 
 def _over_the_line(scene: Scene) -> tuple[AnyBehavior, ...]:
-    """Creeping over the line of a stop sign at which the vehicle stands; dark lights are crossed at a creep anyway."""
+    """Creep over the line of a stop sign at which the vehicle stands; dark lights are crossed at a creep anyway."""
     for control in scene.controls:
         binds = control.applies is not False and control.kind is ControlKind.STOP_SIGN
         if binds and 0.0 <= control.distance_m < LINE_AHEAD_M:

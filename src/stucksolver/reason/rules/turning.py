@@ -1,4 +1,4 @@
-"""Back the way one came: out of a road that is closed, or that something has blocked for good, by turning round."""
+"""Turn round to leave a road that is closed, or blocked for good."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from stucksolver.reason.rules.room import REAR_MARGIN_M, may_back_up
 from stucksolver.scene import CandidateWaypoint, PlanFailure, Scene, SceneObject
 
 CLOSED_S, BLOCKED_S = 8.0, 60.0
-"""So long the vehicle has stood before it turns round: before a closed road, and where no way past was found."""
+"""The vehicle has stood this long before it turns round: before a closed road, and if no way past was found."""
 ROOM_M = 7.0
-"""The first leg of a turn leads so far along the road: a circle of 6 m, and a little."""
+"""The first leg of a turn leads this far along the road: a circle of 6 m, and a little more."""
 BACK_MPS = 1.5
 STANDS_MPS = 0.2
 LEAST_BACK_M, MOST_BACK_M = 1.0, 8.0
@@ -24,28 +24,28 @@ LEAST_BACK_M, MOST_BACK_M = 1.0, 8.0
 
 
 def out_of_closed_road(scene: Scene, lead: SceneObject) -> Way | None:
-    """Turn round before what closes the road from kerb to kerb. None where there is no way back, or no turning."""
+    """Turn round before what closes the road from kerb to kerb. None if there is no way back, or no turning."""
     if scene.guidance is not None or scene.ego.stopped_for_s < CLOSED_S or not is_closed(scene, lead):
         return None
     return turning_round(scene, lead, f"the road is closed from kerb to kerb by {lead.kind.value} {lead.id}")
 
 
 def out_of_blocked_road(scene: Scene, lead: SceneObject) -> Way | None:
-    """The same where something that will not go away has left no way past for long."""
+    """The same if something that will not move has left no way past for long."""
     if scene.guidance is not None or scene.ego.stopped_for_s < BLOCKED_S or not stays(lead):
         return None
     return turning_round(scene, lead, f"there is no way past {lead.kind.value} {lead.id}")
 
 
 def turning_round(scene: Scene, lead: SceneObject | None, why: str) -> Way | None:
-    """A turn, after backing up where the lead is too near, and a new route from the lane of the other direction."""
+    """A turn, after backing up if the lead is too near, and a new route from the lane of the other direction."""
     start = min(_behind(scene), key=lambda w: w.route_length_m or math.inf, default=None)
     failed = was_tried(scene, "turn_round") and failed_for(scene, PlanFailure.NO_ROOM_TO_TURN)
     if start is None or failed or not scene.offers("turn_round") or scene.ego.speed_mps > STANDS_MPS:
         return None
     moves: tuple[AnyBehavior, ...] = (TurnRound(),)
     missing_m = ROOM_M - (lead.gap_m or 0.0) if lead is not None else 0.0
-    # A turn that was given up half-way goes on from there.
+    # A turn that was given up half-way continues from there.
     if missing_m > 0.0 and not was_tried(scene, "turn_round"):
         way_m = math.ceil(min(max(missing_m, LEAST_BACK_M), MOST_BACK_M))
         if not may_back_up(scene, way_m, REAR_MARGIN_M):
@@ -56,5 +56,5 @@ def turning_round(scene: Scene, lead: SceneObject | None, why: str) -> Way | Non
 
 
 def _behind(scene: Scene) -> list[CandidateWaypoint]:
-    """Candidates behind the vehicle from which the destination is reached: lanes of the other direction."""
+    """Candidates behind the vehicle from which the destination can be reached: lanes of the other direction."""
     return [w for w in scene.waypoints if w.x_m < 0.0 and w.reaches_destination and w.route_length_m]
