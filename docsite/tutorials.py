@@ -1,7 +1,7 @@
 """Runs the tutorial, every file and command on its pages: `python -m docsite.tutorials [PAGE ...]`.
 
 In a copy of the checkout, so that the pages may write and change files. A block with `title="NAME"` is a
-file; `sh` blocks are run in order; each line of a block titled "prints" must be in what the commands before it printed.
+file; `sh` blocks are run in order, and the seconds that each took are printed; each line of a block titled "prints" must be in what the commands before it printed.
 """
 
 from __future__ import annotations
@@ -92,9 +92,13 @@ def main() -> int:
     for name in names:
         with tempfile.TemporaryDirectory() as folder:
             checkout(Path(folder))
+            start = begun = time.monotonic()
             try:
                 for commands in follow((PAGES / f"{name}.md").read_text(encoding="utf-8"), Path(folder), name):
-                    print(f"{time.strftime('%H:%M:%S')} {name}: {commands.splitlines()[0]}", flush=True)
+                    now = time.monotonic()
+                    print(f"{name}: {now - begun:6.1f} s  {commands.splitlines()[0]}", flush=True)
+                    begun = now
+                print(f"{name}: {time.monotonic() - start:6.1f} s  in all", flush=True)
             except (TutorialError, subprocess.TimeoutExpired) as error:
                 print(f"error: {error}", file=sys.stderr)
                 bad = 1
