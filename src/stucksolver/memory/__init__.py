@@ -1,4 +1,4 @@
-"""A memory of what helped: off unless it is switched on, on this machine alone, and never more than a proposal."""
+"""A memory of what helped: off by default, only on this machine, and never more than a proposal."""
 
 from stucksolver.memory.episode import Ending, Episode
 from stucksolver.memory.features import SceneFeatures, features_of, similarity

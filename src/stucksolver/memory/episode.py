@@ -1,4 +1,4 @@
-"""One thing that was tried in one intervention: what is remembered of it."""
+"""An episode: one solution that was tried in one intervention."""
 
 from __future__ import annotations
 
@@ -16,25 +16,31 @@ class Ending(str, Enum):
     """How it ended."""
 
     WORKED = "worked"
-    """It was carried out last, and the vehicle made its way."""
+    """It was executed last, and the vehicle recovered."""
     FAILED = "failed"
-    """It was given up, or carried out without the vehicle getting on."""
+    """It was given up, or executed without the vehicle moving on."""
     REFUSED = "refused"
-    """The guard, or a person whose yes it needed, did not allow it."""
+    """The guard, or a person whose approval it needed, refused it."""
     UNFINISHED = "unfinished"
-    """The drive ended first: nothing is known of it."""
+    """The drive ended first: its result is unknown."""
 
 
 COUNTED = frozenset({Ending.WORKED, Ending.FAILED, Ending.REFUSED})
-"""Endings that say something about a solution."""
+"""Endings that count for or against a solution."""
 
 
 class Episode(Model):
-    """`at_s`: seconds since 1970. `vehicle`: whose it was, as its stack calls it.
+    """One solution that was tried, and how it ended.
 
-    `text`, `reading`: what the passenger had said for it, and what that was understood as; empty and None for what the
-    vehicle tried by itself. `solution`: None where nothing was tried in spite of the words. `proposer`: name of the
-    reasoner. `questions`: so many were put to people in the intervention before it ended.
+    Attributes:
+        at_s: Time in seconds since 1970.
+        vehicle: The vehicle's name in its stack.
+        scene: Features of the scene.
+        text: The passenger's words for it; empty if the vehicle tried it by itself.
+        reading: How the words were understood; None without words.
+        solution: None if nothing was tried in spite of the words.
+        proposer: Name of the reasoner.
+        questions: Number of questions to people in the intervention before it ended.
     """
 
     at_s: float
@@ -49,9 +55,9 @@ class Episode(Model):
     how: str = Field(default="", max_length=300)
     questions: int = Field(default=0, ge=0)
     took_s: float | None = None
-    """From the start of the plan to its end, or to the recovery (s, of the vehicle's clock)."""
+    """From the start of the plan to its end or the recovery (s, the vehicle's clock)."""
 
     @property
     def guided(self) -> bool:
-        """Did it follow a passenger's words?"""
+        """True if it followed a passenger's words."""
         return self.reading is not None

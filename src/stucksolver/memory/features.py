@@ -1,4 +1,4 @@
-"""What makes two scenes alike: a few features that say what blocks the way and which ways are left."""
+"""Features that say when two scenes are alike: what blocks the way, and which ways are left."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from stucksolver.scene import (
 from stucksolver.scene.model import Model
 
 NEAR_M = 25.0
-"""What stands farther ahead does not hold the vehicle up; the rules' own bound."""
+"""Objects further ahead do not hold the vehicle up; the rules' own bound."""
 PEOPLE_M = 15.0
 """People nearer than this count; the rules' own clearance."""
 LIGHT_M = 20.0
-"""A light farther ahead than this does not hold the vehicle up; the rules' own bound."""
+"""A light further ahead does not hold the vehicle up; the rules' own bound."""
 BESIDE_M = 40.0
-"""So far ahead a lane beside is looked at: about what it takes to pass a car and come back."""
+"""How far ahead the lane beside is checked: about the distance to pass a car and return."""
 BEHIND_M = -5.0
-"""What has its near side farther behind the front bumper than a car's length is not in the way."""
+"""An object that begins more than a car's length behind the front bumper is not in the way."""
 STANDS_MPS = 0.5
-"""Slower than this something stands; the rules' own bound."""
+"""A slower object stands; the rules' own bound."""
 ALIKE_SHARE = 0.75
-"""Of the soft features so many must agree: five of six do, four of six do not."""
+"""This share of the soft features must agree: five of six do, four of six do not."""
 HARD = ("obstacle", "motion", "light")
-"""Features in which two scenes must agree: each asks for another solution."""
+"""Features in which two scenes must agree, because each asks for another solution."""
 SOFT = ("hazard_lights", "left", "right", "oncoming", "people", "detour")
 
 
 class Motion(str, Enum):
-    """What the obstacle does, seen along the route."""
+    """Motion of the obstacle along the route."""
 
     NONE = "none"
     STANDING = "standing"
@@ -45,22 +45,24 @@ class Motion(str, Enum):
 
 
 class LaneState(str, Enum):
-    """What a lane beside offers."""
+    """State of a lane beside the ego."""
 
     NONE = "none"
     FREE = "free"
     BUSY = "busy"
-    """A vehicle or a person is in it, who will go on."""
+    """It has a vehicle or a person in it that will move on."""
     BLOCKED = "blocked"
-    """Something is in it that stays there: a thing, or a vehicle with hazard lights."""
+    """It has something in it that stays: an object, or a vehicle with hazard lights."""
 
 
 class SceneFeatures(Model):
-    """A scene without places, times, pictures or names: nothing in it tells where or with whom it was.
+    """A scene without places, times, images or names: nothing in it says where or with whom it was.
 
-    `obstacle`: kind of the nearest thing in the path, `none` without one. `light`: state of the light ahead, `none`
-    without one and for a green one, which holds nobody up. `people`: is a person, an animal or a cyclist near ahead?
-    `detour`: does another road lead to the destination from here?
+    Attributes:
+        obstacle: Kind of the nearest object in the path, or `none`.
+        light: State of the light ahead; `none` without one and for a green one, which holds nobody up.
+        people: True if a person, an animal or a cyclist is near ahead.
+        detour: True if another road leads to the destination from here.
     """
 
     obstacle: str
@@ -91,7 +93,7 @@ def features_of(scene: Scene) -> SceneFeatures:
 
 
 def similarity(one: SceneFeatures, other: SceneFeatures) -> float:
-    """From 0 (nothing in common, or another obstacle) to 1 (all features agree)."""
+    """Return the similarity from 0 (nothing in common, or another obstacle) to 1 (all features agree)."""
     if any(getattr(one, name) != getattr(other, name) for name in HARD):
         return 0.0
     agreeing = [name for name in SOFT if getattr(one, name) == getattr(other, name)]
@@ -99,7 +101,7 @@ def similarity(one: SceneFeatures, other: SceneFeatures) -> float:
 
 
 def alike(one: SceneFeatures, other: SceneFeatures) -> bool:
-    """Does what was learned in one scene count in the other?"""
+    """True if what was learned in one scene counts in the other."""
     return similarity(one, other) >= ALIKE_SHARE
 
 
@@ -137,7 +139,7 @@ def _beside(o: SceneObject) -> bool:
 
 
 def _stays(o: SceneObject) -> bool:
-    """Will it be there however long one waits?"""
+    """True if it will be there however long one waits."""
     goes_on = o.kind in MOTOR_VEHICLES | VULNERABLE and not o.hazard_lights
     return not goes_on and abs(o.speed_along_mps) <= STANDS_MPS
 

@@ -1,4 +1,6 @@
-"""`Memory`: what a stack switches on. It listens, writes beside the control loop, and stands before a reasoner."""
+"""`Memory`: the object that a stack switches on. It listens to events, writes in the background, and wraps a
+reasoner.
+"""
 
 from __future__ import annotations
 
@@ -22,21 +24,23 @@ Listener = Callable[[Event], None]
 
 
 class Memory:
-    """A memory in a file, for the vehicles of a process; several processes may share the file.
+    """A memory in a file, for the vehicles of a process. Several processes may share the file.
 
-    ```python
-    with Memory(Path("memory.db")) as memory:
+    ```python with Memory(Path("memory.db")) as memory:
         solver = StuckSolver(stack.scene, reasoner=memory.before(), on_event=memory.ear("car-1"))
     ```
 
-    Nothing that it does makes a control loop wait, and no fault of the file stops a drive: `fault` says what is wrong.
-    `now_s`: seconds since 1970. Raises `MemoryFileError` where the file cannot be used at the start.
+    It never makes a control loop wait, and a fault of the file never stops a drive: `fault` says what is wrong. `now_s`
+    returns the seconds since 1970.
+
+    Raises:
+        MemoryFileError: The file cannot be used at the start.
     """
 
     def __init__(self, path: Path, *, now_s: Callable[[], float] = time.time) -> None:
         self.store = EpisodeStore(path)
         self.fault: MemoryFileError | None = None
-        """What went wrong with the file last; None while all is well."""
+        """The last problem with the file; None if there is none."""
         self._now_s = now_s
         self._observers: list[Observer] = []
         self._waiting: queue.Queue[Episode | None] = queue.Queue()
@@ -44,14 +48,21 @@ class Memory:
         self._writer.start()
 
     def before(self, inner: Reasoner | None = None, limits: WaitLimits | None = None) -> RememberingReasoner:
-        """A reasoner that proposes first what has worked, and else asks `inner`: the rules where none is given.
+        """Return a reasoner that first proposes what has worked, and otherwise asks `inner`.
 
-        `limits`: when waiting is right; those of the ladder (`ladder.waits.limits()`), where that is not our own.
+        Args:
+            inner: The other reasoner; the rules if None.
+            limits: When waiting is right. Give the ladder's (`ladder.waits.limits()`) if it is not the default one.
         """
         return RememberingReasoner(inner or RuleReasoner(limits), self._remembered, limits)
 
     def ear(self, vehicle: str, further: Listener | None = None) -> Listener:
-        """What a vehicle's solver is to tell its events to (`on_event`); `further` hears them after the memory."""
+        """Return the listener for a vehicle's solver (`on_event`).
+
+        Args:
+            vehicle: Name of the vehicle.
+            further: Receives the events after the memory.
+        """
         observer = Observer(vehicle[:40], self._waiting.put, self._now_s)
         self._observers.append(observer)
 
@@ -63,7 +74,7 @@ class Memory:
         return hear
 
     def close(self) -> None:
-        """The drives are over: what is still open is noted, and everything is written."""
+        """End all drives: note what is still open and write everything."""
         for observer in self._observers:
             observer.close()
         self._observers.clear()
@@ -80,7 +91,7 @@ class Memory:
         self.close()
 
     def _remembered(self, scene: SceneFeatures) -> tuple[Episode, ...]:
-        """Called by reasoners, off the control loop. What was over before the question counts."""
+        """Called by reasoners outside the control loop. Includes everything that ended before the question."""
         self._waiting.join()
         try:
             return tuple(kept.episode for kept in self.store.episodes(scene.obstacle))

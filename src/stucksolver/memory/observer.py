@@ -1,4 +1,4 @@
-"""Makes episodes of a solver's events: what was tried in an intervention, for which words, and how it ended."""
+"""Makes episodes from a solver's events: what was tried in an intervention, for which words, and how it ended."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from stucksolver.solver import Event, EventKind, QuestionKind
 
 HOW_CHARACTERS = 300
 CREDITED_WITHIN_S = 60.0
-"""A recovery later than this after a plan's end is not the plan's: the evaluation's bound for a recovery."""
+"""A recovery later than this after a plan's end is not credited to the plan: the evaluation's bound for a recovery."""
 
 
 @dataclass
 class Trial:
-    """One solution in the intervention under way. `begun_s`: when its plan was last begun, None before."""
+    """One solution in the open intervention. `begun_s` is when its plan was last begun; None before that."""
 
     scene: SceneFeatures
     solution: Solution
@@ -28,27 +28,27 @@ class Trial:
     begun_s: float | None = None
     ended_s: float | None = None
     finished: bool = False
-    """Was its plan carried through when it was last begun?"""
+    """True if its plan finished when it was last begun."""
     ending: Ending = Ending.REFUSED
     how: str = ""
 
 
 @dataclass
 class Intervention:
-    """What has happened since it began. `last`: the trial whose plan was begun last."""
+    """What has happened since the intervention began. `last` is the trial whose plan was begun last."""
 
     trials: dict[tuple[Solution, bool], Trial] = field(default_factory=dict)
     words: tuple[Guidance, SceneFeatures] | None = None
-    """The last words that asked for something, with the scene in which nothing was found to do for them."""
+    """The last words that asked for something, with the scene in which nothing could be done for them."""
     decided: Trial | None = None
     last: Trial | None = None
     questions: int = 0
 
 
 class Observer:
-    """Hears a solver's events, and gives `keep` the episodes of each intervention when it is over.
+    """Receives a solver's events, and passes the episodes of each intervention to `keep` when it is over.
 
-    Called from the control loop: it does nothing that takes time. `now_s`: seconds since 1970.
+    It is called from the control loop and does nothing that takes time. `now_s` returns the seconds since 1970.
     """
 
     def __init__(self, vehicle: str, keep: Callable[[Episode], None], now_s: Callable[[], float]) -> None:
@@ -58,13 +58,13 @@ class Observer:
         self._under_way = Intervention()
 
     def hear(self, event: Event) -> None:
-        """One event."""
+        """Receive one event."""
         told = _TOLD.get(event.kind)
         if told is not None:
             told(self, event)
 
     def close(self) -> None:
-        """The drive is over. What has not got the vehicle going has failed; a plan that still runs is unfinished."""
+        """End the drive. A plan that has not got the vehicle moving has failed; one that still runs is unfinished."""
         self._write()
 
     # ---- events
@@ -104,7 +104,7 @@ class Observer:
             trial.finished = event.kind is EventKind.FINISHED
 
     def _recovered(self, event: Event) -> None:
-        """The plan that was begun last did it, unless it was given up, or has been over for long."""
+        """Credit the plan that was begun last, unless it was given up or ended long ago."""
         trial = self._under_way.last
         if trial is None:
             return
@@ -128,13 +128,13 @@ class Observer:
             trial.how = event.text
 
     def _stopped(self, event: Event) -> None:
-        """Help was called: nothing that was tried before it got the vehicle going."""
+        """Help was called: nothing that was tried before got the vehicle moving."""
         self._under_way.last = None
 
     def _closed(self, event: Event) -> None:
         trial = self._under_way.last
         if trial is not None and trial.finished and trial.words is not None:
-            # A wish that was carried out while the vehicle was not immobilized: there is nothing to recover from.
+            # A request carried out while the vehicle was not immobilized: there is nothing to recover from.
             trial.ending = Ending.WORKED
         self._write()
 

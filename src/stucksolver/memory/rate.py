@@ -1,4 +1,4 @@
-"""How sure is it that a solution works, after so many tries? A rate with a prior, and its lower confidence bound."""
+"""The success rate of a solution after some tries: a rate with a prior, and its lower confidence bound."""
 
 from __future__ import annotations
 
@@ -7,42 +7,47 @@ from functools import lru_cache
 from math import comb
 
 CONFIDENCE = 0.9
-"""One-sided: the true rate lies above the lower bound with this probability."""
+"""One-sided: the true rate is above the lower bound with this probability."""
 PROPOSED_FROM = 0.4
-"""A solution whose lower bound is less than this is not proposed. Two successes without a failure are above it (0.46),
-three with one failure too (0.42); one success (0.32) and two with one failure (0.32) are not: luck proves nothing."""
+"""A solution with a smaller lower bound is not proposed. Two successes without a failure are above it (0.46),
+three with one failure too (0.42). One success (0.32) and two with one failure (0.32) are not: luck proves
+nothing.
+"""
 STEPS = 40
-"""Halvings of the interval: to 1e-12."""
+"""Number of bisection steps: down to 1e-12."""
 
 
 @dataclass(frozen=True)
 class Rate:
-    """So many tries worked out of so many; the prior is uniform: Beta(1, 1)."""
+    """Number of tries, and how many worked. The prior is uniform: Beta(1, 1)."""
 
     worked: int = 0
     tries: int = 0
 
     @property
     def mean(self) -> float:
-        """Expected rate of success (Laplace's rule of succession)."""
+        """Expected success rate (Laplace's rule of succession)."""
         return (self.worked + 1) / (self.tries + 2)
 
     @property
     def lower(self) -> float:
-        """The rate is above this with the probability `CONFIDENCE`."""
+        """The rate is above this with probability `CONFIDENCE`."""
         return lower_bound(self.worked, self.tries)
 
     def with_one(self, worked: bool) -> Rate:
-        """After one more try."""
+        """The rate after one more try."""
         return Rate(self.worked + worked, self.tries + 1)
 
 
 @lru_cache(maxsize=4096)
 def lower_bound(worked: int, tries: int) -> float:
-    """The (1 - CONFIDENCE) quantile of Beta(worked + 1, tries - worked + 1).
+    """Return the (1 - CONFIDENCE) quantile of Beta(worked + 1, tries - worked + 1).
 
-    For whole parameters its distribution function is a binomial tail (Abramowitz and Stegun, 26.5.24), so that no
-    library is needed. Raises `ValueError` where more worked than were tried.
+    For integer parameters the distribution function is a binomial tail (Abramowitz and Stegun, 26.5.24), so that no
+    library is needed.
+
+    Raises:
+        ValueError: More tries worked than there were.
     """
     if not 0 <= worked <= tries:
         raise ValueError(f"{worked} of {tries} tries cannot have worked")
@@ -57,5 +62,5 @@ def lower_bound(worked: int, tries: int) -> float:
 
 
 def _below(x: float, successes: int, draws: int) -> float:
-    """Probability of at least so many successes in so many draws, each with probability `x`."""
+    """Return the probability of at least this many successes in this many draws, each with probability `x`."""
     return sum(comb(draws, k) * x**k * (1.0 - x) ** (draws - k) for k in range(successes, draws + 1))

@@ -1,4 +1,4 @@
-"""A reasoner that proposes first what has worked in scenes like this one, and otherwise asks another."""
+"""A reasoner that first proposes what has worked in similar scenes, and otherwise asks another one."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from stucksolver.reason.reasoner import Cancellable, Preflighted
 from stucksolver.scene import Guidance, Reading, Scene
 
 NAME = "memory"
-"""Who answered, where the memory did."""
+"""The name in answers that come from the memory."""
 Episodes = Callable[[SceneFeatures], tuple[Episode, ...]]
-"""What is remembered of scenes with the same obstacle; nothing where the memory cannot be read."""
+"""Returns the episodes with the same obstacle; none if the memory cannot be read."""
 
 
 class RememberingReasoner:
-    """Stands before another reasoner on the same rung of the ladder.
+    """Wraps another reasoner on the same rung of the ladder.
 
-    It has no plan of its own: it asks the rules what a solution that worked would be here, and proposes that. So the
-    figures are those of this scene, and what cannot be done here is not proposed. It speaks only where the rules find
-    the vehicle immobilized and no reason to wait, and where the solution has not failed in this intervention.
+    It has no plan of its own: it asks the rules what a remembered solution would be here, and proposes that. So the
+    numbers are those of this scene, and what cannot be done here is not proposed. It answers only if the rules find the
+    vehicle immobilized without a reason to wait, and if the solution has not failed in this intervention.
 
-    What it proposes counts as the vehicle's own idea: it goes through the guard without the leave that a passenger's
-    words would give, and a yes that the ladder asks for is asked for again.
+    Its proposals count as the vehicle's own: they pass the guard without the permission that a passenger's words would
+    give, and an approval that the ladder requires is asked for again.
     """
 
     def __init__(self, inner: Reasoner, episodes: Episodes, limits: WaitLimits | None = None) -> None:
@@ -37,21 +37,29 @@ class RememberingReasoner:
 
     @property
     def name(self) -> str:
-        """The other reasoner's, with the memory before it."""
+        """Name of the other reasoner with the memory before it."""
         return f"{NAME}, then {self._inner.name}"
 
     def decide(self, request: Request) -> Answer:
-        """What worked before, or what the other reasoner says. Raises what that raises."""
+        """Return what worked before, or the other reasoner's answer.
+
+        Raises:
+            ReasonerError: The other reasoner has no answer.
+        """
         proposed = self._proposed(request.scene)
         return self._inner.decide(request) if proposed is None else proposed
 
     def cancel(self) -> None:
-        """Tells the other reasoner that its answer is not wanted any more, where it can be told."""
+        """Tell the other reasoner that its answer is no longer wanted, if it supports that."""
         if isinstance(self._inner, Cancellable):
             self._inner.cancel()
 
     def preflight(self) -> tuple[str, ...]:
-        """The other reasoner's notes. Raises what it raises."""
+        """Return the other reasoner's notes.
+
+        Raises:
+            ReasonerError: The other reasoner would fail.
+        """
         return self._inner.preflight() if isinstance(self._inner, Preflighted) else ()
 
     # ---- what worked before
@@ -67,14 +75,14 @@ class RememberingReasoner:
             if not one.trusted:
                 return None
             if base.plan is not None and solution_of(base.plan) == one.solution:
-                return None  # the rules think of it themselves
+                return None  # the rules find it themselves
             plan = self._plan_for(scene, one)
             if plan is not None and not _was_tried(scene, plan):
                 return _answer(base, one, plan)
         return None
 
     def _plan_for(self, scene: Scene, one: Remembered) -> RecoveryPlan | None:
-        """What the rules make of a solution in this scene; None where it cannot be done here."""
+        """Return the rules' plan for a solution in this scene; None if it cannot be done here."""
         asked = Reading(
             intent=one.solution.intent,
             side=one.solution.side,
@@ -88,13 +96,13 @@ class RememberingReasoner:
 
 
 def _is_wait(reason: WaitReason | None, features: SceneFeatures) -> bool:
-    """Does waiting help? Nobody need yield to what lies in the oncoming lane and will not go on."""
+    """True if waiting helps. Nobody needs to yield to an object in the oncoming lane that stays there."""
     lasting = reason is WaitReason.YIELD and features.oncoming is LaneState.BLOCKED
     return reason not in (None, WaitReason.NO_SAFE_WAY) and not lasting
 
 
 def _was_tried(scene: Scene, plan: RecoveryPlan) -> bool:
-    """Has the same been tried in this intervention, with whatever figures?"""
+    """True if the same was tried in this intervention, with any numbers."""
     names = tuple(b.name for b in plan.behaviors)
     return any(attempt.behaviors == names for attempt in scene.attempts)
 

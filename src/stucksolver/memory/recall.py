@@ -1,4 +1,4 @@
-"""What is remembered of scenes like this one: solutions with their rates, the surest first."""
+"""Finds solutions of similar scenes with their success rates, the surest first."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from stucksolver.memory.solution import Solution
 from stucksolver.scene import REQUESTS, GuidanceIntent, Reading
 
 UNNAMED_WISHES = frozenset({GuidanceIntent.GO})
-"""Words that ask to get on and leave the way open: whatever has worked in a scene like this answers them."""
+"""Words that ask to move on without saying how: anything that worked in a similar scene answers them."""
 
 
 @dataclass(frozen=True)
 class Remembered:
-    """A solution, and how it did in scenes like the one at hand."""
+    """A solution and its success rate in similar scenes."""
 
     solution: Solution
     rate: Rate
 
     @property
     def trusted(self) -> bool:
-        """Has it worked often enough to be proposed?"""
+        """True if it has worked often enough to be proposed."""
         return self.rate.lower >= PROPOSED_FROM
 
 
 def recall(episodes: Iterable[Episode], scene: SceneFeatures, reading: Reading | None = None) -> tuple[Remembered, ...]:
-    """Solutions of scenes like `scene`, the surest first.
+    """Return solutions of scenes like `scene`, the surest first.
 
-    With a passenger's `reading` only those that mean what was said: the same request on the same side where one was
-    named; words that only ask to get on leave all of them.
+    With a passenger's `reading`, only solutions that match it are returned: the same request, on the same side if one
+    was named. Words that only ask to move on match all of them.
     """
     rates: dict[Solution, Rate] = {}
     for episode in episodes:
@@ -47,7 +47,7 @@ def recall(episodes: Iterable[Episode], scene: SceneFeatures, reading: Reading |
 
 
 def means(reading: Reading, solution: Solution) -> bool:
-    """Is the solution what the words ask for?"""
+    """True if the solution is what the words ask for."""
     if reading.intent not in REQUESTS or reading.negated:
         return False
     if reading.intent in UNNAMED_WISHES:

@@ -1,4 +1,4 @@
-"""A solution: what was done, without its figures. Another scene needs other figures for the same thing."""
+"""A solution: what was done, without its numbers, because another scene needs other numbers."""
 
 from __future__ import annotations
 
@@ -26,26 +26,27 @@ KINDS: tuple[tuple[type, GuidanceIntent], ...] = (
     (KeepLane, GuidanceIntent.GO),
     (Creep, GuidanceIntent.GO),
 )
-"""By what a plan is known, the most telling behaviour first: who backs up to swing out overtakes.
+"""Kinds of plans, the most significant behaviour first: a vehicle that backs up to swing out overtakes.
 
-Pulling over, letting somebody out and calling for help are wishes or last resorts: they are not remembered."""
+Pulling over, letting someone out and calling for help are requests or last resorts and are not remembered.
+"""
 
 
 class Solution(Model):
-    """What was done to get on; `side` only where a side was taken."""
+    """What was done to move on. `side` is set only if a side was used."""
 
     intent: GuidanceIntent
     side: Side | None = None
 
     @property
     def name(self) -> str:
-        """For people and for the file: `overtake left`, `reroute`."""
+        """Name for people and for the file: `overtake left`, `reroute`."""
         side = "" if self.side is None else f" {self.side.value}"
         return self.intent.value.replace("_", " ") + side
 
 
 def solution_of(plan: RecoveryPlan) -> Solution | None:
-    """What a plan does; None for one that only waits, stops or calls."""
+    """Return what a plan does; None for one that only waits, stops or calls."""
     if plan.replan_route and not any(isinstance(b, ChangeLane | Nudge) for b in plan.behaviors):
         return Solution(intent=GuidanceIntent.REROUTE)
     for kind, intent in KINDS:

@@ -8,7 +8,7 @@ from stucksolver.solver import Question, QuestionKind
 from stucksolver.solver.machine.state import Executing, State
 
 STOP_WORDS = "stop"
-"""What the button Stop says to the solver; no situation makes its reader take it for anything but a call to stay."""
+"""What the button Stop says to the solver. In every situation it is read as a call to stay."""
 YES = ReadyAnswer(does=AnswerKind.YES, label="Yes")
 NO = ReadyAnswer(does=AnswerKind.NO, label="No")
 
@@ -31,7 +31,7 @@ MOVING_MPS = 0.5
 
 
 def ready_answers(state: State, question: Question | None, scene: Scene | None) -> tuple[ReadyAnswer, ...]:
-    """Those that fit: to an open question of the passenger's its answers, else what may be asked for now."""
+    """Return the answers to the passenger's open question, or else what may be asked for now."""
     if question is not None and question.to == "passenger" and question.kind is not QuestionKind.ADVICE:
         return (YES, NO)
     if isinstance(state.activity, Executing):

@@ -1,4 +1,4 @@
-"""When a passenger's own words are the yes to what follows from them."""
+"""When a passenger's own words are already the yes to the plan that follows from them."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from stucksolver.solver import Question, QuestionKind
 
 
 def consents(reading: Reading | None, question: Question | None) -> bool:
-    """Has the passenger asked for this very plan already?
+    """True if the passenger has already asked for this very plan.
 
-    "Please go round it" need not be answered with "May I go round it?". That holds only where the yes releases nothing
-    but the plan's behaviours: for a rule of the road, such as a solid line, the question is asked all the same.
+    "Please go round it" need not be answered with "May I go round it?". That holds only if the yes releases nothing but
+    the plan's behaviours. For a rule of the road, such as a solid line, the question is still asked.
     """
     if question is None or question.to != "passenger" or question.kind is not QuestionKind.APPROVAL:
         return False

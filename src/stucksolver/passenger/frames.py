@@ -1,7 +1,7 @@
-"""What crosses the socket between a vehicle's process and the server: a topic, a vehicle, and bytes.
+"""The messages on the socket between a vehicle's process and the server: a topic, a vehicle, and bytes.
 
-A frame is four bytes of length (big-endian), then a line `TOPIC VEHICLE`, then the payload: JSON, or the bytes of a
-picture in base64. The server passes most payloads on as they are.
+A frame is four bytes of length (big-endian), then a line `TOPIC VEHICLE`, then the payload: JSON, or an image in
+base64. The server forwards most payloads unchanged.
 """
 
 from __future__ import annotations
@@ -11,27 +11,27 @@ from enum import Enum
 
 LENGTH_BYTES = 4
 LONGEST = 4_000_000
-"""Bytes of a frame: many times the scenery of a long route. What is longer is not of ours."""
+"""Bytes of a frame: many times the scenery of a long route. Anything longer is not ours."""
 
 
 class FrameError(ValueError):
-    """Bytes that are no frame; the message says what is wrong with them."""
+    """The bytes are not a frame. The message says what is wrong with them."""
 
 
 class Topic(str, Enum):
-    """What a frame is about. Of `NOW`, `VIEW` and `PICTURE` only the newest counts."""
+    """The subject of a frame. Of `NOW`, `VIEW` and `PICTURE` only the newest counts."""
 
     HELLO = "hello"
-    """A vehicle joins: its name, as text. A page is told so, too: what it has shown of it is of another drive."""
+    """A vehicle joins, with its name as text. It is also sent to pages: what they show belongs to an earlier drive."""
     SCENERY = "scenery"
-    """What stands still in the view from above."""
+    """The static part of the view from above."""
     NOW = "now"
     VIEW = "view"
     PICTURE = "picture"
     COMMAND = "command"
-    """To the vehicle: what a person wants."""
+    """To the vehicle: a person's command."""
     OUTCOME = "outcome"
-    """From the vehicle: what came of it."""
+    """From the vehicle: the result of a command."""
     BYE = "bye"
 
 
@@ -44,13 +44,17 @@ class Frame:
     payload: bytes = b""
 
     def packed(self) -> bytes:
-        """Its bytes on the socket."""
+        """The frame as bytes."""
         body = f"{self.topic.value} {self.vehicle}\n".encode() + self.payload
         return len(body).to_bytes(LENGTH_BYTES, "big") + body
 
 
 def body_length(head: bytes) -> int:
-    """How many bytes follow a frame's first four. Raises `FrameError`."""
+    """Return the number of bytes that follow a frame's first four.
+
+    Raises:
+        FrameError: The frame is too long.
+    """
     length = int.from_bytes(head, "big")
     if not 0 < length <= LONGEST:
         raise FrameError(f"a frame of {length} bytes; at most {LONGEST} are read")
@@ -58,7 +62,11 @@ def body_length(head: bytes) -> int:
 
 
 def unpacked(body: bytes) -> Frame:
-    """The frame in the bytes after its length. Raises `FrameError`."""
+    """Return the frame in the bytes after its length.
+
+    Raises:
+        FrameError: The bytes are not a frame.
+    """
     head, _, payload = body.partition(b"\n")
     topic, _, vehicle = head.decode("utf-8", "replace").partition(" ")
     try:

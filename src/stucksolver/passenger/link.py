@@ -14,18 +14,21 @@ from stucksolver.passenger.frames import LENGTH_BYTES, Frame, FrameError, Topic,
 CONNECT_S = 5.0
 NEWEST_ONLY = frozenset({Topic.NOW, Topic.VIEW, Topic.PICTURE})
 CLOSE_S = 1.0
-"""For what is still to be sent, when the link is closed."""
+"""Time for sending the rest when the link is closed."""
 
 
 class LinkError(RuntimeError):
-    """The server cannot be reached; the message says where it was looked for."""
+    """The server cannot be reached. The message says which address was tried."""
 
 
 class Link:
-    """Sends frames and hands on those that come. What is not sent yet is replaced by what is newer of its kind.
+    """Sends and receives frames. An unsent frame is replaced by a newer one of its kind.
 
-    `receive` is called by a thread of the link's own. When the server goes away the link falls silent, and the vehicle
-    drives on. Raises `LinkError`.
+    `receive` is called by the link's own thread. If the server goes away, the link falls silent and the vehicle drives
+    on.
+
+    Raises:
+        LinkError: The server cannot be reached.
     """
 
     def __init__(self, address: Path, receive: Callable[[Frame], None]) -> None:
@@ -46,7 +49,7 @@ class Link:
         threading.Thread(target=self._receive_all, name="passenger-receive", daemon=True).start()
 
     def send(self, frame: Frame) -> None:
-        """Leave a frame to be sent; returns at once."""
+        """Queue a frame; returns at once."""
         with self._more:
             if not self._open:
                 return
@@ -55,7 +58,7 @@ class Link:
             self._more.notify()
 
     def close(self) -> None:
-        """Send what is left, and hang up."""
+        """Send what is left and disconnect."""
         with self._more:
             self._open = False
             self._more.notify()
@@ -69,7 +72,7 @@ class Link:
         self._drop()
 
     def _taken(self) -> list[Frame] | None:
-        """What is to be sent now, in order; None when the link is closed and nothing is left."""
+        """Return the frames to send now, in order; None if the link is closed and nothing is left."""
         with self._more:
             while self._open and not self._waiting:
                 self._more.wait()
@@ -94,7 +97,7 @@ class Link:
         return b"".join(parts)
 
     def _drop(self) -> None:
-        """Nothing is sent any more."""
+        """Stop sending."""
         with self._more:
             self._open = False
             self._waiting.clear()

@@ -1,7 +1,7 @@
-"""A second look at a yes: sounds without meaning are no consent.
+"""A second check of a yes: sounds without meaning are no consent.
 
-With a question open, the network takes what it has never seen, "hrmpf grmbl" for instance, for a yes. So a yes counts
-only where there is a word in it with which people agree; without one it is unclear, and is asked back.
+With a question open, the network reads unknown words such as "hrmpf grmbl" as a yes. So a yes counts only if it has a
+word with which people agree; otherwise it is unclear, and the passenger is asked again.
 """
 
 from __future__ import annotations
@@ -21,5 +21,5 @@ AGREES = re.compile(rf"(?<!\w)(?:{WORDS})(?!\w)|{SIGNS}", re.IGNORECASE)
 
 
 def agrees(text: str) -> bool:
-    """Is there a word in `text` with which people agree?"""
+    """True if `text` has a word with which people agree."""
     return AGREES.search(text.replace("\u2019", "'")) is not None

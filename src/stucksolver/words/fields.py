@@ -1,4 +1,4 @@
-"""The network's numbers as a reading: calibrated probabilities, and doubt that never moves the vehicle."""
+"""Converts the network's output to a reading: calibrated probabilities, and doubt that never moves the vehicle."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NEGATED = SIDE.stop
 URGENT = NEGATED + 1
 CLAIM = slice(URGENT + 1, URGENT + 1 + len(CLAIMS))
 LOGITS = CLAIM.stop
-"""How many numbers the network gives."""
+"""Number of outputs of the network."""
 
 MOVES = REQUESTS | {GuidanceIntent.YES}
 """Readings that may move the vehicle. `follow` only keeps it from passing."""
@@ -29,22 +29,24 @@ STAYS = frozenset({GuidanceIntent.WAIT, GuidanceIntent.NO, GuidanceIntent.CANCEL
 
 @dataclass(frozen=True)
 class Doubt:
-    """When a reading counts. All are probabilities; they come from the model's card, where they were calibrated."""
+    """The thresholds at which a reading counts, as probabilities. They are calibrated and stored in the model's
+    card.
+    """
 
     temperature: float
     """The logits of the intent are divided by it."""
     move: float
-    """Least probability of a reading that moves the vehicle."""
+    """Lowest probability of a reading that moves the vehicle."""
     against: float
-    """Most probability, beside it, of the readings that would have kept the vehicle where it is."""
+    """Highest probability, besides it, of the readings that would have kept the vehicle where it is."""
     stay: float
-    """Least probability of one that keeps it where it is."""
+    """Lowest probability of a reading that keeps the vehicle where it is."""
     reroute: float
-    """Least probability of a request for another route, which by itself begins no manoeuvre."""
+    """Lowest probability of a request for another route, which by itself begins no manoeuvre."""
 
 
 def read_fields(logits: Numbers, doubt: Doubt, reader: str) -> Reading:
-    """A reading from (LOGITS,) numbers."""
+    """Return the reading for the network's output (LOGITS,)."""
     intents = softmax(logits[INTENT] / doubt.temperature)
     best = int(intents.argmax())
     likely, confidence = INTENTS[best], float(intents[best])
@@ -65,7 +67,7 @@ def read_fields(logits: Numbers, doubt: Doubt, reader: str) -> Reading:
 
 
 def softmax(logits: Numbers) -> Numbers:
-    """Probabilities from logits, over the last axis."""
+    """Return probabilities from logits, over the last axis."""
     raised = np.exp(logits - logits.max(axis=-1, keepdims=True))
     result: Numbers = raised / raised.sum(axis=-1, keepdims=True)
     return result

@@ -1,4 +1,4 @@
-"""Words that hold the vehicle back when nothing else is understood: doubt falls to waiting, never to going on."""
+"""Words that hold the vehicle back if nothing else is understood: doubt leads to waiting, never to going on."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ WORDS = (
 SIGNS = "[停等别別慢]|不[要行能可]|小心"
 """Chinese is written without spaces."""
 SHORT = 40
-"""Characters. Who calls out is brief; a longer sentence that is unclear is asked back."""
+"""Characters. People call out in few words; a longer sentence that is unclear is asked back."""
 PUTTING_OFF = re.compile(
     r"(?<!\w)(?:wait|hold on|hang on|one moment|espera|espere|warten?|warte mal|attends|attendez)(?!\w)|等",
     re.IGNORECASE,
@@ -22,14 +22,14 @@ HALTING = re.compile(rf"(?<!\w)(?:{WORDS})(?!\w)|{SIGNS}", re.IGNORECASE)
 
 
 def halts(text: str) -> bool:
-    """Is `text` short, and is there a word in it that people hold somebody back with?
+    """True if `text` is short and has a word that holds someone back.
 
-    It is asked only of what the network finds unclear, and can only keep the vehicle where it is.
+    It is used only for what the network finds unclear, and can only keep the vehicle where it is.
     """
     said = text.strip().replace("\u2019", "'")
     return len(said) <= SHORT and HALTING.search(said) is not None
 
 
 def puts_off(text: str) -> bool:
-    """Is there a word in `text` that asks to wait, rather than one that refuses?"""
+    """True if `text` has a word that asks to wait, rather than one that refuses."""
     return PUTTING_OFF.search(text) is not None

@@ -1,6 +1,6 @@
 """The network that reads words: word pieces from `tokenizers`, an encoder in onnxruntime, all on one CPU core.
 
-The weights lie in this package; nothing is downloaded. docs/words.md is the model's card.
+The weights are part of this package; nothing is downloaded. docs/words.md is the model card.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from stucksolver.words.pieces import encoded
 
 DATA = Path(__file__).with_name("data")
 THREADS = 1
-"""A second one waits in a busy loop and slows everything down where the cores have other work."""
+"""A second thread would wait in a busy loop and slow everything down if the cores have other work."""
 
 
 class ReaderError(RuntimeError):
-    """The reader's files cannot be used; the message names the file and the remedy."""
+    """The reader's files cannot be used. The message names the file and the remedy."""
 
 
 class NetworkReader:
-    """Loads itself at the first words (a third of a second), and then takes some tens of milliseconds for each."""
+    """Loads itself at the first words (a third of a second); each reading then takes some tens of milliseconds."""
 
     def __init__(self, folder: Path = DATA, threads: int = THREADS) -> None:
         self._folder, self._threads = folder, threads
@@ -40,7 +40,11 @@ class NetworkReader:
 
     @cached_property
     def card(self) -> dict[str, Any]:
-        """Version, calibration and thresholds. Raises `ReaderError`."""
+        """Version, calibration and thresholds.
+
+        Raises:
+            ReaderError: The card cannot be read.
+        """
         try:
             card = json.loads((self._folder / "card.json").read_text(encoding="utf-8"))
             Doubt(**card["doubt"])
@@ -54,7 +58,15 @@ class NetworkReader:
         return f"words-{self.card['version']}"
 
     def read(self, text: str, situation: str) -> Reading:
-        """What `text` asks for. Raises `ReaderError` where the weights cannot be loaded."""
+        """Return what `text` asks for.
+
+        Args:
+            text: The passenger's words.
+            situation: What the vehicle is doing, and its open question.
+
+        Raises:
+            ReaderError: The weights cannot be loaded.
+        """
         if not text.strip():
             text = "..."
         request = without_call_for_care(text)
@@ -64,7 +76,7 @@ class NetworkReader:
                 return reading
         reading = read_fields(self.logits(text, situation), self._doubt, self.name)
         if reading.intent is GuidanceIntent.NO and Claim.RETURNING_SOON in reading.claims and puts_off(text):
-            # "Wait, the driver is coming back" puts an open question off; a no would bar its plan for good.
+            # "Wait, the driver is coming back" postpones an open question; a no would bar its plan for good.
             return reading.model_copy(update={"intent": GuidanceIntent.WAIT})
         if reading.intent is GuidanceIntent.YES and not agrees(text):
             return reading.model_copy(update={"intent": GuidanceIntent.UNCLEAR})
@@ -73,7 +85,7 @@ class NetworkReader:
         return reading
 
     def logits(self, text: str, situation: str) -> Numbers:
-        """The network's numbers before calibration, (LOGITS,)."""
+        """Return the network's output before calibration, (LOGITS,)."""
         with self._lock:
             tokenizer, table, scale, session = self._parts
             ids, kinds = encoded(tokenizer, situation, text)
@@ -113,7 +125,9 @@ class NetworkReader:
 
 
 def unpacked(table: NDArray[np.uint8], scale: Numbers, ids: Sequence[int] | NDArray[np.uint16]) -> Numbers:
-    """The vectors of word pieces, (pieces, width), from pairs of 4-bit numbers and a scale for each block of a row."""
+    """Return the vectors of word pieces (pieces, width), from pairs of 4-bit numbers and one scale per block of a
+    row.
+    """
     pairs = table[ids].view(np.int8)
     # The low half of a byte comes first; shifting it up and down again keeps its sign.
     halves = np.stack((np.left_shift(pairs, 4) >> 4, pairs >> 4), axis=-1)

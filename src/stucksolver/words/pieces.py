@@ -1,4 +1,4 @@
-"""Words and their situation as word pieces, the same way in training and on the road."""
+"""Encodes words and their situation as word pieces, the same way in training and in the vehicle."""
 
 from __future__ import annotations
 
@@ -14,11 +14,14 @@ FIRST = 101
 LAST = 102
 """Id of [SEP]."""
 SITUATION_TOKENS = 44
-"""So much of the situation is kept at most, its end: a question of the vehicle's stands there."""
+"""At most this much of the situation is kept, from its end, where the vehicle's question is."""
 
 
 def encoded(tokenizer: Tokenizer, situation: str, text: str) -> tuple[list[int], list[int]]:
-    """Ids, and for each whether it belongs to the words (1) or the situation (0): [CLS] situation [SEP] words [SEP]."""
+    """Return the ids, and for each 1 if it belongs to the words or 0 if to the situation.
+
+    The order is [CLS] situation [SEP] words [SEP].
+    """
     scene = tokenizer.encode(situation, add_special_tokens=False).ids[-SITUATION_TOKENS:]
     words = tokenizer.encode(text, add_special_tokens=False).ids[: MAX_TOKENS - 3 - len(scene)]
     ids = [FIRST, *scene, LAST, *words, LAST]

@@ -1,4 +1,4 @@
-"""Who reads a passenger's words: the network where its packages are installed, else nobody, which is said."""
+"""Selects the reader of a passenger's words: the network if its packages are installed, otherwise one that says so."""
 
 from __future__ import annotations
 
@@ -10,18 +10,23 @@ MISSING = "the reader of words is not installed; install it with: pip install 's
 
 
 class WordsReader(Protocol):
-    """Reads words off the control loop, in tens of milliseconds. Called from one thread at a time."""
+    """Reads words outside the control loop, in tens of milliseconds. Called from one thread at a time."""
 
     @property
     def name(self) -> str:
-        """For the record: which reader, in which version."""
+        """Name and version of the reader, for the record."""
 
     def read(self, text: str, situation: str) -> Reading:
-        """What `text` asks for. `situation`: what the vehicle does, with its open yes-or-no question, if any."""
+        """Return what `text` asks for.
+
+        Args:
+            text: The passenger's words.
+            situation: What the vehicle is doing, with its open yes-or-no question, if any.
+        """
 
 
 class NoReader:
-    """Understands nothing: words are asked back instead of guessed."""
+    """Understands nothing: the passenger is asked again instead of guessing."""
 
     name = "none"
 
@@ -29,12 +34,12 @@ class NoReader:
         self.why = why
 
     def read(self, text: str, situation: str) -> Reading:
-        """Unclear, whatever is said."""
+        """Return an unclear reading, whatever is said."""
         return Reading(intent=GuidanceIntent.UNCLEAR, likely=GuidanceIntent.UNCLEAR, confidence=0.0, reader=self.name)
 
 
 class ScriptedReader:
-    """Knows some sentences by heart, for tests without the network; everything else is unclear."""
+    """Knows fixed sentences, for tests without the network; everything else is unclear."""
 
     name = "scripted"
 
@@ -42,12 +47,12 @@ class ScriptedReader:
         self._readings = dict(readings)
 
     def read(self, text: str, situation: str) -> Reading:
-        """The reading that was given for the text."""
+        """Return the reading given for the text."""
         return self._readings.get(text) or NoReader().read(text, situation)
 
 
 def find_reader() -> WordsReader:
-    """The network, which loads at its first words, or a `NoReader` that says what is missing."""
+    """Return the network, which loads at its first words, or a `NoReader` that says what is missing."""
     try:
         import onnxruntime  # noqa: F401
         import tokenizers  # noqa: F401

@@ -1,4 +1,4 @@
-"""The situation in which words are said, as one or two short sentences for the reader."""
+"""Describes the situation in which words are said, as one or two short sentences for the reader."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ LIGHT_M = 40.0
 
 
 def situation_of(scene: Scene | None, question: str | None = None) -> str:
-    """What the vehicle does, behind what, before which light; and the open question that a yes or a no answers."""
+    """Return what the vehicle is doing, behind what and before which light, and the open yes-or-no question."""
     parts = [] if scene is None else [_doing(scene), *_light(scene)]
     if question is not None:
         parts.append(f"The car asks: {question}")

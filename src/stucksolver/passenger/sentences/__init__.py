@@ -1,4 +1,4 @@
-"""What the car says to people: one table for each closed list of codes, and the functions that fill the blanks."""
+"""The car's sentences for people: one table per closed list of codes, and the functions that fill the blanks."""
 
 from stucksolver.passenger.sentences.asking import asked, needed
 from stucksolver.passenger.sentences.plans import Phrase, doing, will

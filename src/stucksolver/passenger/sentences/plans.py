@@ -1,4 +1,4 @@
-"""What a plan does: in the future, and while it is done."""
+"""Sentences that say what a plan does, in the future and while it is done."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ BEHAVIORS: dict[str, Phrase] = {
     "hazard_lights": Phrase("switch on the hazard lights", "switching on the hazard lights"),
     "request_assistance": Phrase("stop and call the operator", "calling the operator"),
 }
-"""By name of the behaviour, as in the registry."""
+"""By the behaviour's name in the registry."""
 
 
 def will(plan: RecoveryPlan) -> str:
-    """What the plan does, to complete "I will": its parts one after the other."""
+    """Return what the plan does, to complete "I will": its parts in order."""
     parts = list(dict.fromkeys(_side(BEHAVIORS[one.name].will, one) for one in plan.behaviors))
     return parts[0] if len(parts) == 1 else ", then ".join([", ".join(parts[:-1]), parts[-1]])
 
 
 def doing(behavior: Behavior) -> str:
-    """What is being done: `I am going round it on the left.`"""
+    """Return what is being done: `I am going round it on the left.`"""
     return f"I am {_side(BEHAVIORS[behavior.name].doing, behavior)}."
 
 

@@ -1,4 +1,4 @@
-"""Why the car cannot do something, and when it will try again."""
+"""Sentences that say why the car cannot do something, and when it will try again."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ OTHERWISE = "I will look for another way."
 
 @dataclass(frozen=True)
 class Refusal:
-    """`why` completes "I can't: ..."; `then` is what comes of it. `{who}` is who or what is in the way."""
+    """`why` completes "I can't: ..."; `then` says what follows. `{who}` is who or what is in the way."""
 
     why: str
     then: str
@@ -26,7 +26,7 @@ REFUSALS: dict[RejectCode, Refusal] = {
     RejectCode.STALE: Refusal("I do not see well enough at the moment", "I will try when I see clearly again."),
     RejectCode.UNSOUND: Refusal("what I see does not add up at the moment", "I will try when I see clearly again."),
     RejectCode.PRECONDITION: Refusal("that cannot be done here", OTHERWISE),
-    RejectCode.APPROVAL: Refusal("it would not be safe at the moment", AGAIN),  # else a yes is asked for
+    RejectCode.APPROVAL: Refusal("it would not be safe at the moment", AGAIN),  # otherwise an approval is asked for
     RejectCode.NO_PATH: Refusal("there is no room for it here", OTHERWISE),
     RejectCode.COLLISION: Refusal("{who} is in the way", GONE),
     RejectCode.GAP: Refusal("{who} is too close", "I will try when there is more room."),
@@ -72,14 +72,16 @@ FAILURES: dict[PlanFailure, str] = {
     PlanFailure.TOO_LONG: "it would take too long to get past",
     PlanFailure.MUST_STAND: "I have to stand still first",
 }
-"""They complete "I can't: ..." where there is no path (`RejectCode.NO_PATH`)."""
+"""They complete "I can't: ..." if there is no path (`RejectCode.NO_PATH`)."""
 
 
 def can_not(verdict: Verdict, scene: Scene | None) -> str:
-    """Why not, and what then: `I can't: a truck is coming. I will try when it has passed.`
+    """Return why not, and what then: `I can't: a truck is coming. I will try when it has passed.`
 
-    Of several reasons the first is told, as the guard's checks are ordered from the plainest on. Raises `ValueError`
-    for a verdict that rejects nothing.
+    Of several reasons the first one is given; the guard's checks begin with the plainest.
+
+    Raises:
+        ValueError: The verdict rejects nothing.
     """
     if not verdict.rejects:
         raise ValueError("the verdict rejects nothing; ask only of one that does")
@@ -90,7 +92,7 @@ def can_not(verdict: Verdict, scene: Scene | None) -> str:
 
 
 def given_up(codes: tuple[RejectCode, ...]) -> str:
-    """Why a manoeuvre under way was ended; without codes it was by somebody's wish."""
+    """Return why a running manoeuvre was ended; without codes a person wanted it."""
     if not codes:
         return "I have ended that."
     return f"I have ended that: {REFUSALS[codes[0]].why.format(who='somebody')}."

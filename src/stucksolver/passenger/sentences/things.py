@@ -1,4 +1,4 @@
-"""What things are called: `a truck`, `two cyclists`."""
+"""Words for objects: `a truck`, `two cyclists`."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ THINGS: dict[ObjectKind, tuple[str, str]] = {
     ObjectKind.PROP: ("an object", "objects"),
     ObjectKind.UNKNOWN: ("something that I cannot make out", "things that I cannot make out"),
 }
-"""One of a kind, and several."""
+"""Singular and plural."""
 SOMEBODY = "somebody"
 SOMETHING = "something"
 NUMBERS = ("no", "one", "two", "three", "four", "five")
 COUNTED = frozenset(THINGS) - {ObjectKind.LITTER, ObjectKind.DEBRIS}
-"""Kinds of which one says how many there are."""
+"""Kinds that are counted."""
 
 
 def noun(kind: ObjectKind) -> str:
-    """One thing of a kind, with its article."""
+    """Return one object of a kind, with its article."""
     return THINGS[kind][0]
 
 
 def nouns(kinds: Sequence[ObjectKind]) -> str:
-    """Several things: `two cyclists` where they are alike, else the first of them; `something` for none."""
+    """Return several objects: `two cyclists` if they are alike, else the first of them; `something` for none."""
     if not kinds:
         return SOMETHING
     first = kinds[0]
@@ -53,11 +53,11 @@ def nouns(kinds: Sequence[ObjectKind]) -> str:
 
 
 def noun_of(object_id: str | None, scene: Scene | None, otherwise: str = SOMEBODY) -> str:
-    """What an object of a scene is called; `otherwise` where it is not in there."""
+    """Return the word for an object of a scene; `otherwise` if it is not in the scene."""
     found = () if scene is None or object_id is None else scene.objects
     return next((noun(one.kind) for one in found if one.id == object_id), otherwise)
 
 
 def capital(text: str) -> str:
-    """The same as the begin of a sentence."""
+    """Return the text with a capital first letter."""
     return text[:1].upper() + text[1:]

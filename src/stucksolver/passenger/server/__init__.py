@@ -1,1 +1,1 @@
-"""The HTTP side, in a process of its own: never in the control loop's."""
+"""The HTTP server, in its own process and never in the control loop's."""

@@ -1,4 +1,4 @@
-"""Who is asking, and are they asking too much? What every route with a token goes through."""
+"""Checks who is asking, and whether they ask too much. Every route with a token uses it."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ NOT_YOURS = "This token is not for this vehicle."
 
 
 def too_much(after_s: int = 1) -> HTTPException:
-    """The answer to who asks too often."""
+    """Return the answer to someone who asks too often."""
     return HTTPException(429, TOO_MUCH, {"retry-after": str(after_s)})
 
 
 @dataclass
 class Access:
-    """Checks tokens and rates. `streams`: pages that are open now."""
+    """Checks tokens and rates. `streams` is the number of open pages."""
 
     tokens: Tokens
     board: Board
@@ -41,7 +41,11 @@ class Access:
     streams: int = 0
 
     def holder(self, request: Request) -> Holder:
-        """Who holds the request's token. Raises `HTTPException`: 401 for none of ours, 429 for too many tries."""
+        """Return the holder of the request's token.
+
+        Raises:
+            HTTPException: 401 for a foreign token, 429 for too many tries.
+        """
         address = request.client.host if request.client else ""
         if self.limiter.exhausted(FAILURES, "failures", address):
             raise too_much(5)
@@ -55,16 +59,21 @@ class Access:
         return holder
 
     def operator(self, request: Request) -> Holder:
-        """The same for operators alone. Raises `HTTPException`: 403 for a passenger's token."""
+        """Return the holder of an operator's token.
+
+        Raises:
+            HTTPException: 401 for a foreign token, 403 for a passenger's, 429 for too many tries.
+        """
         holder = self.holder(request)
         if holder.role != "operator":
             raise HTTPException(403, "This is for operators.")
         return holder
 
     def vehicle(self, request: Request, vehicle_id: str) -> tuple[Holder, Vehicle]:
-        """Who asks for which vehicle.
+        """Return the holder and the vehicle.
 
-        Raises `HTTPException`: 403 for somebody else's vehicle, whether there is one or not, else 404 for none.
+        Raises:
+            HTTPException: 403 for a foreign vehicle, whether it exists or not; 404 if there is none.
         """
         holder = self.holder(request)
         if not holder.may_use(vehicle_id):
@@ -75,7 +84,11 @@ class Access:
         return holder, vehicle
 
     def may_command(self, vehicle: Vehicle, kind: CommandKind, client: str) -> None:
-        """Raises `HTTPException` 429 where too much is asked of a vehicle. Stops have room of their own."""
+        """Check the rate of commands. Stops have their own limit.
+
+        Raises:
+            HTTPException: 429 if there are too many.
+        """
         if kind in (CommandKind.STOP, CommandKind.NO):
             allowed = self.limiter.allows(STOPS, "stops", vehicle.id)
         else:
@@ -86,13 +99,17 @@ class Access:
             raise too_much()
 
     def may_stream(self) -> None:
-        """Raises `HTTPException` 503 where too many pages are open."""
+        """Check the number of open pages.
+
+        Raises:
+            HTTPException: 503 if there are too many.
+        """
         if self.streams >= STREAMS:
             raise HTTPException(503, "Too many pages are open. Please close one.", {"retry-after": "10"})
 
     @contextmanager
     def one_stream(self) -> Iterator[None]:
-        """For as long as a page is open."""
+        """Count a page as long as it is open."""
         self.streams += 1
         try:
             yield

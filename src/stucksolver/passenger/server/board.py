@@ -1,4 +1,4 @@
-"""What the server knows of all vehicles: the newest of everything, and who waits for what."""
+"""The server's state of all vehicles: the newest of everything, and who waits for what."""
 
 from __future__ import annotations
 
@@ -12,36 +12,36 @@ from stucksolver.passenger.frames import Frame, Topic
 from stucksolver.passenger.told import Call, Command, Now, Outcome
 
 OUTCOME_S = 3.0
-"""For a vehicle to say what came of a command."""
+"""Time for a vehicle to report the result of a command."""
 HELP_CALLS = 50
-"""Calls for help that are kept."""
+"""Number of calls for help that are kept."""
 VEHICLES = 500
-"""That may be known at once; one that has left goes first."""
+"""Number of vehicles known at once; one that has left is dropped first."""
 UNREACHABLE = "The car does not answer at the moment. Please try again."
 SHOWN = (Topic.SCENERY, Topic.NOW, Topic.VIEW, Topic.PICTURE)
 
 
 @dataclass
 class Vehicle:
-    """One vehicle. `shown`: the newest payload of each topic, with a number that grows with each."""
+    """One vehicle. `shown` has the newest payload of each topic, with an increasing number."""
 
     id: str
     name: str
     write: Callable[[bytes], None] | None
-    """Sends to its process; None when it has left."""
+    """Sends to its process; None after it has left."""
     shown: dict[Topic, tuple[int, str]] = field(default_factory=dict)
     asked: tuple[str, float] | None = None
-    """Id of the question to the operator that is open, and since when."""
+    """Id of the open question to the operator, and since when."""
 
     @property
     def now(self) -> Now | None:
-        """How things stand, None before it has told."""
+        """Its present state; None before its first report."""
         told = self.shown.get(Topic.NOW)
         return None if told is None else Now.model_validate_json(told[1])
 
 
 class Board:
-    """Used by one event loop alone."""
+    """Used by one event loop only."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
@@ -49,13 +49,13 @@ class Board:
         self._numbers = 0
         self._outcomes: dict[int, asyncio.Future[Outcome]] = {}
         self._help: OrderedDict[str, tuple[str, str, float]] = OrderedDict()
-        """By id of the call: vehicle, words, since when."""
+        """By the call's id: vehicle, words, since when."""
         self._changed = asyncio.Event()
 
-    # ---- the vehicles' side
+    # ---- called by vehicles
 
     def take(self, frame: Frame, write: Callable[[bytes], None]) -> None:
-        """A frame from a vehicle's process; `write` sends to it."""
+        """Take a frame from a vehicle's process; `write` sends to it."""
         if frame.topic is Topic.HELLO:
             self._join(frame, write)
             return
@@ -73,7 +73,7 @@ class Board:
             self._show(vehicle, frame.topic, frame.payload.decode())
 
     def lost(self, write: Callable[[bytes], None]) -> None:
-        """A process has hung up: its vehicles cannot be talked to any more."""
+        """A process has disconnected: its vehicles can no longer be reached."""
         for vehicle in self._vehicles.values():
             if vehicle.write is write:
                 vehicle.write = None
@@ -98,15 +98,15 @@ class Board:
         changed, self._changed = self._changed, asyncio.Event()
         changed.set()
 
-    # ---- the people's side
+    # ---- called by people
 
     def vehicle(self, vehicle_id: str) -> Vehicle | None:
-        """A vehicle that is, or was, here."""
+        """Return a vehicle that is or was here."""
         return self._vehicles.get(vehicle_id)
 
     @property
     def vehicles(self) -> tuple[Vehicle, ...]:
-        """All of them, in the order in which they came."""
+        """Return all of them, in the order of arrival."""
         return tuple(self._vehicles.values())
 
     async def change(self) -> None:
@@ -114,12 +114,12 @@ class Board:
         await self._changed.wait()
 
     def number(self) -> int:
-        """For the next command."""
+        """Return a number for the next command."""
         self._numbers += 1
         return self._numbers
 
     async def command(self, vehicle: Vehicle, command: Command) -> Outcome:
-        """Hand a command to its vehicle, and wait a little for what comes of it."""
+        """Pass a command to its vehicle, and wait briefly for its result."""
         if vehicle.write is None:
             return Outcome(number=command.number, taken=False, told="This ride is over.")
         waiting: asyncio.Future[Outcome] = asyncio.get_running_loop().create_future()
@@ -135,18 +135,18 @@ class Board:
     # ---- the operators' queue
 
     def call_for_help(self, vehicle: Vehicle, text: str) -> None:
-        """A passenger calls; a vehicle has one call at a time."""
+        """Take a passenger's call; a vehicle has one call at a time."""
         if all(other != vehicle.id for other, _, _ in self._help.values()):
             self._help[f"h{self.number()}"] = (vehicle.id, text, self._clock())
         while len(self._help) > HELP_CALLS:
             self._help.popitem(last=False)
 
     def close_call(self, call_id: str) -> bool:
-        """A call for help has been dealt with; False where there is none of that id."""
+        """Close a call for help. Returns False if there is none with this id."""
         return self._help.pop(call_id, None) is not None
 
     def queue(self) -> tuple[Call, ...]:
-        """What waits for an operator, the longest waiting first."""
+        """Return what waits for an operator, the longest waiting first."""
         now_s = self._clock()
         calls = [
             Call(id=key, vehicle=who, name=self._name(who), kind="help", text=text, waiting_s=round(now_s - since_s, 1))

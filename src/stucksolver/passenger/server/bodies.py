@@ -1,4 +1,4 @@
-"""What is sent to the API."""
+"""The bodies of requests to the API."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stucksolver.scene.model import Model
 
 
 class Presser(Model):
-    """Whoever presses a button. `client`: chosen by each page, to tell apart those who hold the same token."""
+    """Whoever presses a button. `client` is chosen by each page, to tell apart holders of the same token."""
 
     client: str = Field(default="somebody", pattern=CLIENT_ID)
 
@@ -27,14 +27,14 @@ class Reply(Words):
 
 
 class Answer(Presser):
-    """Yes or no. `question_id`: to which question; one that is not open any more is not answered."""
+    """Yes or no. `question_id` names the question; one that is no longer open is not answered."""
 
     yes: bool
     question_id: str = Field(min_length=1, max_length=40)
 
 
 class Me(Model):
-    """Who a token belongs to. `vehicle`: the one to show first; `vehicles`: names by id."""
+    """The holder of a token. `vehicle` is the one to show first; `vehicles` has names by id."""
 
     role: Person
     vehicle: str | None

@@ -13,7 +13,7 @@ from stucksolver.passenger.server.board import Board
 
 
 class Hub:
-    """Listens on a Unix socket in a folder that only its owner may enter: who gets there is one of our processes."""
+    """Listens on a Unix socket in a folder that only its owner may enter, so every client is one of our processes."""
 
     def __init__(self, board: Board, address: Path) -> None:
         self._board = board
@@ -21,11 +21,11 @@ class Hub:
         self._server: asyncio.Server | None = None
 
     async def start(self) -> None:
-        """Listen; called in the loop that the board belongs to."""
+        """Start to listen; called in the board's event loop."""
         self._server = await asyncio.start_unix_server(self._serve, str(self._address))
 
     async def stop(self) -> None:
-        """Hang up on everybody."""
+        """Close all connections."""
         if self._server is not None:
             self._server.close()
 
@@ -35,7 +35,7 @@ class Hub:
                 writer.write(data)
 
         try:
-            # A frame that is none of ours ends the connection: nothing that follows it can be trusted either.
+            # An invalid frame ends the connection: nothing after it can be trusted either.
             with contextlib.suppress(asyncio.IncompleteReadError, OSError, FrameError, ValidationError):
                 while True:
                     length = body_length(await reader.readexactly(LENGTH_BYTES))

@@ -1,4 +1,4 @@
-"""The page itself: plain files of the package, and the scripts that draw the view from above."""
+"""The page itself: files of the package, and the scripts that draw the view from above."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from fastapi import FastAPI, HTTPException, Response
 
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 DRAWING = ("dom.js", "decode.js", "palette.js", "camera.js", "scene.js", "palette.css")
-"""What the report draws its replays with; the page draws the same with it, live."""
+"""The scripts with which the report draws its replays; the page uses the same, live."""
 
 
 def add_pages(app: FastAPI, drawing: Path | None) -> None:
-    """Serve the page. All its files are read now: what is not there now is never served, whatever is asked for."""
+    """Serve the page. All its files are read now; a file that is missing now is never served."""
     files = _own() | ({} if drawing is None else _drawing(drawing))
 
     @app.get("/", include_in_schema=False)

@@ -1,4 +1,4 @@
-"""Runs the server in a process of its own, beside whatever drives."""
+"""Runs the server in its own process."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from stucksolver.signals import uninterrupted
 START_S = 30.0
 LEAVE_S = 5.0
 HUB = "desk"
-"""The socket's name in its folder."""
+"""Name of the socket in its folder."""
 
 
 class ServerDied(RuntimeError):
-    """The server's process ended by itself; the message says when."""
+    """The server's process ended unexpectedly. The message says when."""
 
 
 @dataclass(frozen=True)
 class _Told:
-    """What the server's process is given."""
+    """The arguments of the server's process."""
 
     options: PageOptions
     address: Path
@@ -39,9 +39,11 @@ class _Told:
 
 
 class PassengerServer:
-    """Starts the server when entered, and ends it when left. It ends by itself, too, when this process does.
+    """Starts the server when entered and ends it when left. The server also ends when this process does.
 
-    Raises `PageError` where it cannot listen, and `ServerDied`.
+    Raises:
+        PageError: It cannot listen.
+        ServerDied: Its process ended unexpectedly.
     """
 
     def __init__(self, options: PageOptions | None = None, tokens: Tokens | None = None) -> None:
@@ -50,13 +52,13 @@ class PassengerServer:
         self.tokens = tokens or Tokens()
         self._folder = tempfile.TemporaryDirectory(prefix="stucksolver-")  # mode 0700: nobody else may enter
         self.address = Path(self._folder.name) / HUB
-        """Where desks find it."""
+        """The address for desks."""
         self.port = 0
         self._process: multiprocessing.process.BaseProcess | None = None
         self._ours: Connection | None = None
 
     def url(self, token: str) -> str:
-        """The page's address. The token stands behind the #: a browser never sends that part to a server."""
+        """Return the page's address. The token is behind the #, a part that a browser never sends to a server."""
         return f"{self.options.scheme}://{self.options.addresses(self.port)[0]}/#{token}"
 
     def __enter__(self) -> PassengerServer:
@@ -66,7 +68,7 @@ class PassengerServer:
         self._ours, theirs = context.Pipe()
         told = _Told(self.options, self.address, self.tokens.secret)
         self._process = context.Process(target=_serve, args=(told, listening, theirs), daemon=True)
-        # Ctrl-C is our business: we end the server.
+        # Ctrl-C is handled by us: we end the server.
         resource_tracker.ensure_running()
         with uninterrupted():
             self._process.start()
@@ -147,7 +149,7 @@ async def _tell_when_up(server: object, theirs: Connection) -> None:
 
 
 def _end_with_parent(theirs: Connection) -> None:
-    """Our end of the pipe reads its end when the parent is gone."""
+    """Our end of the pipe is closed when the parent is gone."""
     with contextlib.suppress(EOFError, OSError):
         theirs.recv()
     os._exit(0)

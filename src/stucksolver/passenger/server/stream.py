@@ -1,4 +1,4 @@
-"""What a page is sent as it happens: server-sent events (WHATWG HTML, section 9.2), the newest of each kind."""
+"""The live updates of a page: server-sent events (WHATWG HTML, section 9.2), the newest of each kind."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from stucksolver.passenger.frames import Topic
 from stucksolver.passenger.server.board import Board, Vehicle
 
 KEEP_ALIVE_S = 10.0
-"""A comment goes out when nothing else has for so long: proxies and phones hang up on silence."""
+"""A comment is sent after this much silence, because proxies and phones close silent connections."""
 ORDER = (Topic.SCENERY, Topic.NOW, Topic.VIEW, Topic.PICTURE)
 
 
 async def events(
     board: Board, vehicle_id: str, pictures: bool, gone: Callable[[], Awaitable[bool]]
 ) -> AsyncIterator[str]:
-    """The vehicle's news until `gone` says that nobody listens any more.
+    """Yield the vehicle's updates until `gone` says that nobody listens any more.
 
-    A page that takes long gets fewer: what it has missed is replaced by what is newer, and nothing is kept for it.
+    A slow page gets fewer: what it has missed is replaced by newer updates, and nothing is kept for it.
     """
     sent: dict[Topic, int] = {}
     wanted = [topic for topic in ORDER if pictures or topic not in (Topic.VIEW, Topic.PICTURE)]
@@ -47,5 +47,5 @@ def _is_new(vehicle: Vehicle, topic: Topic, sent: dict[Topic, int]) -> bool:
 
 
 def _event(topic: Topic, payload: str) -> str:
-    """JSON and base64 have no line breaks in them, so one line of data it is."""
+    """JSON and base64 have no line breaks, so this is one line of data."""
     return f"event: {topic.value}\ndata: {payload}\n\n"

@@ -1,4 +1,4 @@
-"""Serves the recognizer of speech to the browser, where one is installed on this machine."""
+"""Serves the speech recognizer to the browser, if one is installed on this machine."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TYPES = {
 
 
 def add_voice(app: FastAPI, recognizer: Recognizer | None) -> None:
-    """`/voice` says whether there is one; its files lie under their version, so that browsers may keep them."""
+    """`/voice` says whether there is one. Its files are served under their version, so that browsers may cache them."""
 
     @app.get("/voice", include_in_schema=False)
     async def voice() -> dict[str, Any]:
