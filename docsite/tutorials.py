@@ -1,7 +1,8 @@
 """Runs the tutorial, every file and command on its pages: `python -m docsite.tutorials [PAGE ...]`.
 
 In a copy of the checkout, so that the pages may write and change files. A block with `title="NAME"` is a
-file; `sh` blocks are run in order, and the seconds that each took are printed; each line of a block titled "prints" must be in what the commands before it printed.
+file; `sh` blocks are run in order, and the seconds that each took are printed; each line of a block titled "prints"
+must be in what the commands before it printed.
 """
 
 from __future__ import annotations
