@@ -1,4 +1,4 @@
-"""What a page or an app is told of a vehicle, and what people may tell it: the types of the HTTP API."""
+"""The types of the HTTP API: what a page or an app receives about a vehicle, and what people may send it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stucksolver.scene.model import Model
 from stucksolver.solver import QuestionKind
 
 VEHICLE_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
-"""What a vehicle may be called: safe in an address, a file name and a token."""
+"""Valid ids of vehicles: safe in an address, a file name and a token."""
 CLIENT_ID = r"^[A-Za-z0-9_-]{1,40}$"
 
 
@@ -27,15 +27,17 @@ class Speaker(str, Enum):
 
 
 class Line(Model):
-    """One line of the conversation. `number` counts from 1 for each vehicle; a line may be told again, completed."""
+    """One line of the conversation. `number` counts from 1 for each vehicle; a line may be sent again when it is
+    complete.
+    """
 
     number: int
     time_s: float
-    """Of the vehicle's clock."""
+    """By the vehicle's clock (s)."""
     speaker: Speaker
     text: str
     understood: str | None = None
-    """What the words were read as, once they are."""
+    """How the words were understood, once they are."""
 
 
 class AnswerKind(str, Enum):
@@ -47,7 +49,7 @@ class AnswerKind(str, Enum):
 
 
 class ReadyAnswer(Model):
-    """A button that fits the situation. `says`: the words that it stands for."""
+    """A button that fits the situation. `says` are the words that it stands for."""
 
     does: AnswerKind
     label: str
@@ -55,14 +57,14 @@ class ReadyAnswer(Model):
 
 
 class OpenQuestion(Model):
-    """What somebody is asked now."""
+    """The open question to a person."""
 
     id: str
     to: Person
     kind: QuestionKind
     text: str
     needs: tuple[str, ...] = ()
-    """What a yes would release: names of behaviours or of rules, as the ladder's approvals list them."""
+    """What a yes would release: names of behaviours or of rules, as in the ladder's approvals."""
 
 
 class Now(Model):
@@ -81,11 +83,11 @@ class Now(Model):
     lines: tuple[Line, ...] = ()
     """The conversation's last lines, the newest last."""
     ended: bool = False
-    """The ride is over: nothing that is said is heard any more."""
+    """The ride is over: nothing more is heard."""
 
 
 class CommandKind(str, Enum):
-    """What people may do."""
+    """What people can do."""
 
     SAY = "say"
     YES = "yes"
@@ -93,23 +95,23 @@ class CommandKind(str, Enum):
     STOP = "stop"
     HELP = "help"
     TELL = "tell"
-    """An operator's words to the passenger; they are shown, and ask nothing of the driving."""
+    """An operator's words to the passenger; they are shown and do not affect the driving."""
 
 
 class Command(Model):
-    """Something that a person wants of a vehicle, on its way to the vehicle's process."""
+    """A person's command, on its way to the vehicle's process."""
 
     number: int
     kind: CommandKind
     by: Person
     client: str = Field(default="somebody", pattern=CLIENT_ID)
-    """Tells apart those who hold the same token; chosen by each page."""
+    """Tells apart the holders of the same token; chosen by each page."""
     text: str = Field(default="", max_length=MAX_WORDS)
     question_id: str | None = Field(default=None, max_length=40)
 
 
 class Outcome(Model):
-    """What came of a command: taken or not, and why not, in a sentence for people."""
+    """The result of a command: taken or not, and why not, in a sentence for people."""
 
     number: int
     taken: bool
@@ -125,6 +127,6 @@ class Call(Model):
     kind: Literal["question", "help"]
     text: str
     waiting_s: float
-    """Since when it waits, by the server's clock."""
+    """How long it has waited (s), by the server's clock."""
     question_id: str | None = None
-    """With a question: what to answer to."""
+    """For a question: its id."""

@@ -1,4 +1,4 @@
-"""Surroundings in few bytes: the road once, and of the rest what changed since the line before."""
+"""Surroundings in few bytes: the road once, and otherwise only what changed since the line before."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ class Packer:
         self._roads: set[str] = set()
 
     def new_road(self, seen: Surroundings) -> RoadGeometry | None:
-        """The road, the first time that it is met."""
+        """Return the road when it appears for the first time."""
         if seen.road.key in self._roads:
             return None
         self._roads.add(seen.road.key)
         return seen.road
 
     def pack(self, seen: Surroundings) -> Data:
-        """What differs from the surroundings packed before, as values of JSON."""
+        """Return the difference from the surroundings packed before, as JSON values."""
         last, self._last = self._last, seen
         packed = _changed(last, seen, without=("road", "objects"))
         if last is None or last.road.key != seen.road.key:
@@ -48,19 +48,24 @@ class Packer:
 
 
 class Unpacker:
-    """The way back; floats come back to the last bit."""
+    """Reverses `Packer`; floats are restored to the last bit."""
 
     def __init__(self) -> None:
         self._last: Data = {}
         self._roads: dict[str, RoadGeometry] = {}
 
     def add_road(self, data: Data) -> None:
-        """Takes in a road, to which later scenes refer by its key."""
+        """Add a road, to which later scenes refer by its key."""
         road = RoadGeometry.model_validate(data)
         self._roads[road.key] = road
 
     def unpack(self, packed: Data) -> Surroundings:
-        """The surroundings as they were. Raises `KeyError` for a road that was not added, `ValueError` for nonsense."""
+        """Restore the surroundings.
+
+        Raises:
+            KeyError: The road was not added.
+            ValueError: The data are invalid.
+        """
         now = self._last = _applied(self._last, packed)
         objects = [now["objects"][name] for name in now["ids"]]
         rest = {k: v for k, v in now.items() if k not in ("objects", "ids", "road")}
@@ -68,7 +73,7 @@ class Unpacker:
 
 
 def _changed(old: Model | None, new: Model, without: tuple[str, ...] = ()) -> Data:
-    """The fields of a record whose values are not those of another; of records within them, again only those."""
+    """Return the fields of a record that differ from another one, recursively for nested records."""
     if old is new:
         return {}
     before = {} if old is None else vars(old)

@@ -1,4 +1,4 @@
-"""The decisions of a record, with what the camera saw when each was asked for, without deriving anything again."""
+"""Reads the decisions of a record with the camera image of each question, without deriving anything again."""
 
 from __future__ import annotations
 
@@ -16,21 +16,25 @@ from stucksolver.solver import Event, EventKind
 
 @dataclass(frozen=True)
 class RecordedDecision:
-    """`event` told of it, with trigger and verdict; its time is that of the stack's clock (s)."""
+    """A decision. `event` reported it, with trigger and verdict; its time is that of the stack's clock (s)."""
 
     event: Event
     decision: Decision
     image: CameraImage | None
-    """The front camera's picture in the scene that the question was put with."""
+    """The front camera's image in the scene of the question."""
 
 
 def read_decisions(path: Path) -> Iterator[RecordedDecision]:
-    """In the order of the record. Raises `RecordError` for one that was changed, or an image that is missing."""
+    """Yield the decisions in the order of the record.
+
+    Raises:
+        RecordError: The record was changed, or an image is missing.
+    """
     image: CameraImage | None = None
     for _, line in read_chain(path):
         if isinstance(line.get("asked"), dict):
             image = _image(line["asked"].get("scene"), path.parent)
-        # A decision that came in with this line is not told once more.
+        # A decision that arrived with this line is not repeated.
         answer = (line.get("in") or {}).get("answer") or {}
         for told in line.get("told", ()):
             if "event" not in told:

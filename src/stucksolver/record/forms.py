@@ -1,4 +1,4 @@
-"""States and inputs as values of JSON, and back: what a step of the solver is derived from again."""
+"""Converts states and inputs to JSON values and back: everything from which a step of the solver is derived again."""
 
 from __future__ import annotations
 
@@ -39,16 +39,21 @@ SIMPLE = (
     "camera_fault",
     "told_fault",
 )
-"""Fields of a state that JSON can say as they are."""
+"""Fields of a state that need no conversion to JSON."""
 
 
 def finite(value: float | None) -> float | str | None:
-    """JSON has no word for infinity."""
+    """Convert a float; JSON has no infinity."""
     return str(value) if value is not None and math.isinf(value) else value
 
 
 def of_finite(value: float | str | None) -> float:
-    """The way back. Raises `ValueError` or `TypeError`."""
+    """Reverse `finite`.
+
+    Raises:
+        ValueError: The value is not a number.
+        TypeError: The value has the wrong type.
+    """
     return float(value)  # type: ignore[arg-type]
 
 
@@ -56,7 +61,7 @@ def of_finite(value: float | str | None) -> float:
 
 
 def state_data(state: State) -> Data:
-    """A state in which nothing is under way, as a record begins with: without an intervention, a question or a plan."""
+    """Return an idle state, as at the beginning of a record: without an intervention, a question or a plan."""
     data = {name: getattr(state, name) for name in SIMPLE}
     data["escalation"] = _escalation(state.escalation)
     data["words_escalation"] = _escalation(state.words_escalation)
@@ -70,7 +75,7 @@ def state_data(state: State) -> Data:
 
 
 def state_of(data: Data, ladder: Ladder, reasoners: frozenset[str], *, observe_only: bool) -> State:
-    """The way back. Raises `KeyError`, `TypeError` or `ValueError`."""
+    """Reverse `state_data`. Raises `KeyError`, `TypeError` or `ValueError` for invalid data."""
     first = first_state(ladder, reasoners, observe_only=observe_only)
     onset, words, trigger = data["onset"], data.get("words"), data["trigger"]
     if onset is not None:
@@ -118,7 +123,10 @@ def _escalation_of(first: Escalation, data: Data) -> Escalation:
 
 
 def inputs_data(inputs: Inputs, answer: Answer | NoAnswer | None) -> Data:
-    """What differs from the usual; neither what was seen nor the scene. `answer`: the one given, where it was taken."""
+    """Return the inputs that differ from their defaults, without the surroundings and the scene.
+
+    `answer` is the reasoner's answer, if this step took one.
+    """
     data: Data = {"status": inputs.status.model_dump(mode="json", exclude_defaults=True)}
     for name in ("slow_since_s", "progress_in_window_m", "jump_s"):
         value = getattr(inputs, name)
@@ -146,7 +154,9 @@ def inputs_data(inputs: Inputs, answer: Answer | NoAnswer | None) -> Data:
 
 
 def inputs_of(data: Data, sight: Sight, snapshot: Snapshot, question: Question | None) -> Inputs:
-    """The way back; `question`: the open one. Raises `KeyError`, `TypeError` or `ValueError`."""
+    """Reverse `inputs_data`; `question` is the open one. Raises `KeyError`, `TypeError` or `ValueError` for
+    invalid data.
+    """
     heard, reply, answer = data.get("heard"), data.get("reply"), data.get("answer")
     if reply is not None and question is None:
         raise ValueError("a person answers a question that nobody asked")
@@ -177,30 +187,30 @@ def _answer_of(data: Data | None) -> Answer | NoAnswer | None:
 
 
 def sight_of(data: Data | None, seen: Surroundings | None) -> Sight:
-    """What the senses showed; a step that did not look has none, and must not look again."""
+    """Return what the senses showed. A step that did not look has no sight and must not look again."""
     return Sight(None, NOT_LOOKED, math.inf) if data is None else Sight(seen, data["fault"], of_finite(data["blind_s"]))
 
 
 def snapshot_of(data: Data | None) -> Snapshot:
-    """The same for the scene."""
+    """Return the scene, in the same way."""
     if data is None:
         return Snapshot(None, NOT_LOOKED)
     scene = None if data["scene"] is None else Scene.model_validate(data["scene"])
     return Snapshot(scene, data["why_none"], data["camera_fault"])
 
 
-# ---- what a step tells
+# ---- the events of a step
 
 
 def taken_answer(step: StepTaken) -> Answer | NoAnswer | None:
-    """The reasoner's answer, where this step acted on it."""
+    """Return the reasoner's answer, if this step acted on it."""
     asked = step.before.activity
     taken = isinstance(asked, Querying) and step.after.activity is not asked
     return step.inputs.answer if taken else None
 
 
 def told_data(one: Told, step: StepTaken) -> Data:
-    """An event, a judgement or a tick of a running plan; surroundings and what a directive says stand in the step."""
+    """Return an event, a judgement or a tick of a running plan. Surroundings and directive are stored in the step."""
     if isinstance(one, Event):
         return {"event": event_data(one, taken_answer(step))}
     verdict = one.verdict.model_dump(mode="json", exclude_defaults=True)
@@ -219,7 +229,7 @@ def told_data(one: Told, step: StepTaken) -> Data:
 
 
 def event_data(event: Event, answer: Answer | NoAnswer | None) -> Data:
-    """An event without its scene, which stands where it was asked about, nor a decision that is among the inputs."""
+    """Return an event without its scene, stored with the question, and without a decision that is among the inputs."""
     came_in = isinstance(answer, Answer) and event.decision is answer.decision
     elsewhere = {"scene", "decision", "trace"} if came_in else {"scene"}
     data = event.model_dump(mode="json", exclude_none=True, exclude=elsewhere)

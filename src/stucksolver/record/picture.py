@@ -1,4 +1,4 @@
-"""A record as a picture: the road from above, straightened, at some moments; needs matplotlib."""
+"""Draws a record: the straightened road from above at some moments. Needs matplotlib."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 MOMENTS = 5
 AT_ABOUT_S = 0.5
-"""A moment asked for may lie this much before the first that was recorded, or after the last."""
+"""A requested moment may be this much before the first recorded one, or after the last."""
 BACK_M = 25.0
 AHEAD_M = 55.0
 ASIDE_M, BESIDE_M = 12.0, 1.5
-"""What is shown of the lanes on either side at most, and of what lies beside them."""
+"""How much of the lanes on either side is shown at most, and of what is beside them."""
 DPI = 130
 COLUMNS = 150
 ROAD, ONCOMING, EGO, OTHER, MOVING, PATH = "#e9eaee", "#f6e9dc", "#1f6fb2", "#6b7078", "#c2571a", "#2c9a4b"
@@ -70,7 +70,7 @@ def draw_record(record: Path, picture: Path, at_s: Sequence[float] = ()) -> Path
 
 
 def _read(record: Path) -> list[_Moment]:
-    """Every tick on which the surroundings were recorded."""
+    """Return every tick with recorded surroundings."""
     reader = _Reader()
     for number, line in read_chain(record):
         reader.take(record, number, line)

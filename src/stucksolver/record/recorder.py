@@ -1,4 +1,4 @@
-"""Writes one file for each intervention, off the control loop."""
+"""Writes one file for each intervention, outside the control loop."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ class Recorder:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.files: list[Path] = []
-        """Those begun so far."""
+        """The files begun so far."""
         self.error: RecordError | None = None
         self._facts: Facts | None = None
         self._before: list[StepTaken] = []
-        """Taken before it is clear that this is an intervention."""
+        """Steps kept until it is clear that this is an intervention."""
         self._directive: Directive | None = None
         self._scroll: Scroll | None = None
         self._work: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
@@ -44,13 +44,13 @@ class Recorder:
     # ---- called by the solver
 
     def begin(self, facts: Facts) -> None:
-        """Notes the facts of the drive, which head every record."""
+        """Note the facts of the drive, which begin every record."""
         self._facts = facts
 
     def step(self, step: StepTaken) -> None:
-        """Writes a step down, unless nothing came of it."""
+        """Write a step, unless it had no effect."""
         if not step.told and step.directive is self._directive and step.after == step.before:
-            # Nothing came of it, and what follows does not depend on it.
+            # It had no effect, and nothing later depends on it.
             return
         self._directive = step.directive
         if self._scroll is not None:
@@ -62,17 +62,17 @@ class Recorder:
             self._finish(closed[-1].text)
 
     def fault(self, event: Event) -> None:
-        """Writes a fault into the record that is open, if one is."""
+        """Write a fault into the open record, if there is one."""
         if self._scroll is not None:
             self._put(event)
 
     def close(self) -> None:
-        """The run has ended: write what is left. The last line of an intervention under way says so."""
+        """End the run normally: write what is left. The last line of an open intervention says so."""
         self._finish(RUN_ENDED)
         self._leave()
 
     def break_off(self) -> None:
-        """The run has failed: write what is left. An intervention under way gets no last line."""
+        """End a failed run: write what is left. An open intervention gets no last line."""
         scroll, self._scroll = self._scroll, None
         if scroll is not None:
             self._work.put(scroll.leave)
@@ -87,10 +87,10 @@ class Recorder:
         else:
             self.break_off()
 
-    # ---- within
+    # ---- private
 
     def _waits(self, step: StepTaken) -> bool:
-        """Keep a step in mind: is it not clear yet that this is an intervention? Each question starts afresh."""
+        """Keep a step if it is not clear yet that this is an intervention. Each question starts again."""
         before = step.before
         asks = any(isinstance(one, Event) and one.kind is EventKind.TRIGGERED for one in step.told)
         if asks and before.intervention is None and isinstance(before.activity, Monitoring):
@@ -126,7 +126,7 @@ class Recorder:
             self.error = RecordError(f"the record in {self.folder} was not written within {LEAVE_S:g} s")
 
     def _write(self) -> None:
-        """The thread: do what is to be done until told to leave; after a failure nothing more is written."""
+        """The thread: work until told to stop; after a failure nothing more is written."""
         while (job := self._work.get()) is not None:
             if self.error is not None:
                 continue

@@ -1,4 +1,4 @@
-"""Takes every step of a record again, without a simulator, and says what comes out otherwise."""
+"""Takes every step of a record again, without a simulator, and reports the differences."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from stucksolver.solver.witness import StepTaken
 
 KINDS = ("begin", "road", "step", "fault", "end")
 EQUAL = 1e-6
-"""Figures may differ by this much, relatively: another processor may round another way."""
+"""Numbers may differ by this much, relatively: another processor may round differently."""
 
 
 @dataclass(frozen=True)
 class ReplayFinding:
-    """Something that was recorded in a line, and comes out otherwise."""
+    """A recorded value that is derived differently."""
 
     line: int
     what: str
@@ -38,30 +38,34 @@ class ReplayFinding:
 
 @dataclass
 class Report:
-    """What a replay brought to light."""
+    """The result of a replay."""
 
     path: Path
     versions: dict[str, str] = field(default_factory=dict)
     lines: int = 0
     ended: str | None = None
-    """How the intervention ended; None for a record that breaks off."""
+    """How the intervention ended; None for an incomplete record."""
     decisions: int = 0
     underivable: int = 0
-    """Decisions of reasoners that leave no trace: recorded, but they cannot be derived."""
+    """Decisions of reasoners without a trace: they are recorded but cannot be derived."""
     plans: int = 0
     ticks: int = 0
     findings: list[ReplayFinding] = field(default_factory=list)
 
     @property
     def matches(self) -> bool:
-        """Whether every step came out as recorded."""
+        """True if every step was derived as recorded."""
         return not self.findings
 
 
 def replay(path: Path) -> Report:
-    """Read a record and derive it again. Raises `RecordError` for one that was changed or cannot be read."""
+    """Read a record and derive it again.
+
+    Raises:
+        RecordError: The record was changed or cannot be read.
+    """
     with contextlib.suppress(ImportError):
-        # The models' own forms of an answer are registered where they are defined.
+        # The models' answer formats are registered where they are defined.
         importlib.import_module("stucksolver.reason.llm.answer")
     again = _Again(path)
     for number, data in read_chain(path):
@@ -72,7 +76,7 @@ def replay(path: Path) -> Report:
 
 
 class _Again:
-    """Walks through the lines: every step is taken again, from the state that the one before it led to."""
+    """Takes every step again, from the state that the previous one led to."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -80,10 +84,14 @@ class _Again:
         self._unpacker = Unpacker()
         self._directive: dict[str, Any] = {}
         self._lost = False
-        """Did a step lead elsewhere, so that none of those after it can be derived?"""
+        """True if a step led elsewhere, so that no later one can be derived."""
 
     def line(self, number: int, data: dict[str, Any]) -> None:
-        """Take one line. Raises `RecordError` with its number where it cannot be read."""
+        """Take one line.
+
+        Raises:
+            RecordError: The line cannot be read. The message has its number.
+        """
         self.report.lines = number
         try:
             kind = data["kind"]
@@ -115,7 +123,7 @@ class _Again:
         self._unpacker.add_road(data["road"])
 
     def _fault(self, number: int, data: dict[str, Any]) -> None:
-        """Something outside of the steps: nothing follows from it."""
+        """Handle a fault outside the steps: nothing follows from it."""
 
     def _end(self, number: int, data: dict[str, Any]) -> None:
         self.report.ended = data["how"]
@@ -148,7 +156,7 @@ class _Again:
             self._differs(number, "directive", _said(self._directive), _said(directive.model_dump(mode="json")))
 
     def _first_difference(self, number: int, recorded: list[dict[str, Any]], derived: list[dict[str, Any]]) -> None:
-        """The verdict from which on it went another way, if it was one."""
+        """Report the verdict from which the run differed, if it was a verdict."""
         for one, other in zip(recorded, derived, strict=False):
             found = len(self.report.findings)
             if _kind(one) == _kind(other):
@@ -184,7 +192,7 @@ class _Again:
     # ---- decisions
 
     def _decision(self, number: int, step: StepTaken) -> None:
-        """The answer that came in: what does the reasoner make of the same scene again?"""
+        """Ask the reasoner about the same scene again and compare its answer."""
         answer = taken_answer(step)
         if not isinstance(answer, Answer):
             return
@@ -207,7 +215,7 @@ class _Again:
 
 
 def _kind(told: dict[str, Any]) -> str:
-    """What was told, in a word or two."""
+    """Return the kind of event in a word or two."""
     ((kind, data),) = told.items()
     return str(data["kind"]) if kind == "event" else kind
 
@@ -217,7 +225,7 @@ def _kinds(told: list[dict[str, Any]]) -> str:
 
 
 def _where(one: dict[str, Any], other: dict[str, Any]) -> str:
-    """The first field in which the second differs, with its value there."""
+    """Return the first field in which the second differs, with its value there."""
     name = next(k for k in sorted(one.keys() | other.keys()) if not _same(one.get(k), other.get(k)))
     return f"{name}: {other.get(name)}"
 
@@ -228,7 +236,7 @@ def _said(directive: dict[str, Any]) -> str:
 
 
 def _same(one: Any, other: Any) -> bool:
-    """Equal, with figures compared up to rounding."""
+    """Compare two values, numbers up to rounding."""
     if isinstance(one, float) and isinstance(other, float):
         return math.isclose(one, other, rel_tol=EQUAL, abs_tol=EQUAL)
     if isinstance(one, dict) and isinstance(other, dict):

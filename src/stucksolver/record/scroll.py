@@ -1,4 +1,4 @@
-"""One record: what stands in each of its lines, and the images beside it."""
+"""One record: the content of each of its lines, and the images beside it."""
 
 from __future__ import annotations
 
@@ -35,19 +35,25 @@ MOST_FILES = 100_000
 
 @dataclass(frozen=True)
 class Line:
-    """One line that is still to be made into JSON, off the control loop. `seen`: packed surroundings."""
+    """A line not yet converted to JSON, which happens outside the control loop. `seen` has packed surroundings."""
 
     said: StepTaken | Event | RoadGeometry
     seen: dict[str, Any] | None = None
     repeats: bool = False
-    """Does the directive stand in a line before?"""
+    """True if the directive is the same as in an earlier line."""
 
 
 class Scroll:
-    """Lines of kind `begin`, `road`, `step`, `fault`, `end`, in the order in which things happened."""
+    """Lines of kind `begin`, `road`, `step`, `fault` and `end`, in the order of the events."""
 
     def __init__(self, folder: Path, facts: Facts, before: State) -> None:
-        """`before`: the state from which the first step goes on."""
+        """Prepare a record.
+
+        Args:
+            folder: Folder of the records.
+            facts: The facts of the drive.
+            before: The state before the first step.
+        """
         self._folder = folder
         self._facts = facts
         self._before = before
@@ -56,13 +62,17 @@ class Scroll:
         self._chain: ChainWriter | None = None
 
     def open(self) -> Path:
-        """Begin a new file, never an old one again. Raises `RecordError`."""
+        """Begin a new file, never an existing one.
+
+        Raises:
+            RecordError: It cannot be written.
+        """
         self._chain = _new_file(self._folder)
         self._line("begin", {**_facts(self._facts), "state": self._state(self._before)})
         return self._chain.path
 
     def compact(self, entry: StepTaken | Event) -> list[Line]:
-        """What an entry says, as lines: quick, for the control loop. Call it in the order in which things happen."""
+        """Return an entry as lines; fast, for the control loop. Call it in the order of the events."""
         if isinstance(entry, Event):
             return [Line(entry)]
         seen = None if entry.sight is None else entry.sight.surroundings
@@ -74,7 +84,11 @@ class Scroll:
         return [line] if road is None else [Line(road), line]
 
     def write(self, lines: list[Line]) -> None:
-        """Append them. Raises `RecordError`."""
+        """Append lines.
+
+        Raises:
+            RecordError: They cannot be written.
+        """
         for line in lines:
             if isinstance(line.said, Event):
                 self._line("fault", {"event": event_data(line.said, None)})
@@ -84,12 +98,12 @@ class Scroll:
                 self._line("step", self._step(line.said, line))
 
     def end(self, how: str) -> None:
-        """The last line; a record without it was broken off."""
+        """Write the last line; a record without it is incomplete."""
         self._line("end", {"how": how})
         self.leave()
 
     def leave(self) -> None:
-        """Closes the file and leaves it as it is."""
+        """Close the file as it is."""
         if self._chain is not None:
             self._chain.close()
 
@@ -103,7 +117,7 @@ class Scroll:
         return data
 
     def _step(self, step: StepTaken, line: Line) -> dict[str, Any]:
-        """What came in, what was told, and the directive where it is another than before."""
+        """Return the inputs, the events, and the directive if it changed."""
         data: dict[str, Any] = {"time_s": step.inputs.status.time_s - step.inputs.offset_s}
         data["in"] = inputs_data(step.inputs, taken_answer(step))
         if step.sight is not None:
@@ -119,7 +133,7 @@ class Scroll:
         return data
 
     def _snapshot(self, step: StepTaken, shot: Snapshot) -> dict[str, Any]:
-        """The scene as the reasoner was shown it, where it was."""
+        """Return the scene as the reasoner saw it, if it was asked."""
         asked = step.after.activity
         scene = asked.query.scene if isinstance(asked, Querying) and shot.scene is not None else shot.scene
         shown = None if scene is None else self._scene(scene)
@@ -136,7 +150,11 @@ class Scroll:
 
 
 def image_of(data: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The JSON form of an image that lies beside a record. Raises `RecordError` where it is missing or changed."""
+    """Return the JSON form of an image beside a record.
+
+    Raises:
+        RecordError: The image is missing or was changed.
+    """
     path = folder / "images" / f"{data['sha256']}.jpg"
     try:
         jpeg = path.read_bytes()
@@ -167,7 +185,7 @@ def policy_of(data: dict[str, Any], path: Path) -> GuardPolicy:
 
 
 def _differences(recorded: Any, read: Any, where: str = "") -> Iterator[str]:
-    """Names of what is in only one of two JSON values, or differs."""
+    """Yield the names of what is in only one of two JSON values, or differs."""
     if not (isinstance(recorded, dict) and isinstance(read, dict)):
         if recorded != read:
             yield where.removeprefix(".")
@@ -180,7 +198,7 @@ def _differences(recorded: Any, read: Any, where: str = "") -> Iterator[str]:
 
 
 def _facts(facts: Facts) -> dict[str, Any]:
-    """Everything that decides how a run goes, with versions."""
+    """Return everything that decides how a run goes, with versions."""
     return {
         "format": FORMAT,
         "schema": VERSION,
