@@ -80,5 +80,5 @@ def straight_start(town: carla.Map) -> carla.Waypoint:
 if __name__ == "__main__":
     host, port = sys.argv[1:3] if len(sys.argv) > 2 else ("127.0.0.1", "2000")
     if not port.isdecimal():
-        sys.exit(f"'{port}' is no port; give HOST PORT, such as 127.0.0.1 2000")
+        sys.exit(f"'{port}' is not a port; give HOST PORT, such as 127.0.0.1 2000")
     print("arrived" if main(host, int(port)) else "did not arrive")

@@ -1,4 +1,4 @@
-"""StuckSolver around a stack of one's own: a point that drives a straight street, and a car parked in its lane.
+"""StuckSolver around your own stack: a point that drives a straight street, and a car parked in its lane.
 
 Run it: python examples/own_stack.py. No simulator is needed.
 """

@@ -112,7 +112,7 @@ class Conversation:
 
     def _give(self, need: Any, give: Give) -> None:
         if need not in NEEDS:
-            raise WireError(f"it asks for {str(need)[:40]!r}; there are {', '.join(NEEDS)}")
+            raise WireError(f"it asks for {str(need)[:40]!r}; known are {', '.join(NEEDS)}")
         self._wire.post({"given": give(need)})
 
 

@@ -73,7 +73,7 @@ def read_config(argument: str) -> tuple[Config, str]:
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror}; give a JSON file as --agent-config") from error
     except ValueError as error:
-        raise ConfigError(f"{path}: no JSON ({error}); see docs/integrate.md") from error
+        raise ConfigError(f"{path}: invalid JSON ({error}); see docs/integrate.md") from error
     if not isinstance(given, dict):
         raise ConfigError(f"{path}: an object with fields is expected; see docs/integrate.md")
     return checked(given, path), names[-1] if names else "route"
@@ -99,22 +99,22 @@ def _check_limit(name: str, value: Any, path: str) -> None:
 def _check_sensed(config: Config, path: str) -> None:
     """What perception by the sensors needs. Raises `ConfigError`."""
     if not config.sensors:
-        raise ConfigError(f"{path}: perception {SENSORS!r} looks at the sensors: leave 'sensors' at true")
+        raise ConfigError(f"{path}: perception {SENSORS!r} needs the sensors: leave 'sensors' at true")
     if config.driver != PLANNER:
         raise ConfigError(
-            f"{path}: driver {config.driver!r} asks the client for everybody's place; with perception {SENSORS!r} set "
-            f"'driver' to {PLANNER!r}"
+            f"{path}: driver {config.driver!r} reads every actor's position from the client; "
+            f"with perception {SENSORS!r} set 'driver' to {PLANNER!r}"
         )
     if config.recovery == TIMERS:
         raise ConfigError(
-            f"{path}: recovery {TIMERS!r} knows no perception {SENSORS!r}; there are {NONE} and reasoners"
+            f"{path}: recovery {TIMERS!r} does not work with perception {SENSORS!r}; use {NONE} or a reasoner"
         )
     if not config.python:
         remedy = "name a Python 3.10 to 3.12 that has stucksolver with its extra 'perception'"
         raise ConfigError(f"{path}: perception {SENSORS!r} needs the field 'python': {remedy}")
     if config.rig and not os.path.isfile(config.rig):
         raise ConfigError(
-            f"{path}: rig {config.rig!r} is no file; give the calibration of the sensors, or leave it out"
+            f"{path}: rig {config.rig!r} is not a file; give the calibration of the sensors, or leave it out"
         )
 
 
@@ -123,7 +123,7 @@ def checked(given: dict[str, Any], path: str) -> Config:
     defaults = Config()
     unknown = sorted(set(given) - set(Config._fields))
     if unknown:
-        raise ConfigError(f"{path}: unknown field {unknown[0]!r}; there are {', '.join(Config._fields)}")
+        raise ConfigError(f"{path}: unknown field {unknown[0]!r}; choose from {', '.join(Config._fields)}")
     for name, value in given.items():
         wanted = type(getattr(defaults, name))
         if wanted is float:
@@ -137,9 +137,9 @@ def checked(given: dict[str, Any], path: str) -> Config:
         remedy = "name a Python 3.10 to 3.12 that has stucksolver"
         raise ConfigError(f"{path}: recovery {config.recovery!r} needs the field 'python': {remedy}")
     if config.driver not in (AGENT, PLANNER):
-        raise ConfigError(f"{path}: unknown driver {config.driver!r}; there are {AGENT} and {PLANNER}")
+        raise ConfigError(f"{path}: unknown driver {config.driver!r}; use {AGENT} or {PLANNER}")
     if config.perception not in (PRIVILEGED, SENSORS):
-        raise ConfigError(f"{path}: unknown perception {config.perception!r}; there are {PRIVILEGED} and {SENSORS}")
+        raise ConfigError(f"{path}: unknown perception {config.perception!r}; use {PRIVILEGED} or {SENSORS}")
     if config.perception == SENSORS:
         _check_sensed(config, path)
     elif config.rig:

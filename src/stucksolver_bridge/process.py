@@ -102,7 +102,7 @@ class SolverProcess:
             self._fail(str(error))
             if self.live:
                 return None
-            remedy = "see what it is doing, or allow more with answer_limit_s"
+            remedy = "check what it is doing, or raise answer_limit_s"
             raise SolverError(f"the solver kept the world waiting: {error}; {remedy}") from error
         except WireError as error:
             self._fail(str(error))
@@ -128,5 +128,5 @@ class SolverProcess:
         # `close` waits for its end; a control tick does not.
         self.process.kill()
         self.process.poll()
-        end = "what it ordered is ended as was proven, then the vehicle drives by itself"
-        print(f"stucksolver: the solver is gone ({why}); {end}", file=sys.stderr, flush=True)
+        end = "its last directive ends as proven, then the vehicle drives by itself"
+        print(f"stucksolver: the solver has stopped ({why}); {end}", file=sys.stderr, flush=True)

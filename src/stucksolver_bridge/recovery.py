@@ -15,7 +15,7 @@ from stucksolver_bridge.process import ANSWER_LIMIT_S, TICK_S, SolverProcess
 Listener = Callable[[dict], None]  # type: ignore[type-arg]
 UNKNOWN: dict[str, Any] = {"kind": "unknown"}
 AT_REST_MPS = 0.1
-SILENT = "the solver is silent: what was proven to be safe without it is performed"
+SILENT = "the solver is silent: the vehicle performs the fallback that was proven safe"
 DONE_M, DONE_S = 2.0, 0.5
 """A path counts as driven so far, and so long, before its end: the agent drives on from there without a stop."""
 

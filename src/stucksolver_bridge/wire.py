@@ -50,7 +50,7 @@ class Wire:
         self.post(message)
         while self._out:
             if not self._ready(until - time.monotonic(), reads=False):
-                raise WireError(f"nothing was taken within {limit_s} s")
+                raise WireError(f"nothing was accepted within {limit_s} s")
             self._push()
 
     def receive(self, limit_s: float | None = None) -> dict[str, Any]:
@@ -109,7 +109,7 @@ class Wire:
         except OSError as error:
             raise WireError(f"cannot receive: {error}") from error
         if not part:
-            raise WireError("the other side has gone")
+            raise WireError("the other side closed the connection")
         self._in += part
 
     def _whole(self) -> dict[str, Any] | None:
@@ -118,7 +118,7 @@ class Wire:
             return None
         (length,) = _LENGTH.unpack(self._in[: _LENGTH.size])
         if length > self._largest:
-            raise WireError(f"a message of {length} bytes is announced; that is no message of ours")
+            raise WireError(f"a message of {length} bytes is announced, which is not a valid message")
         end = _LENGTH.size + length
         if len(self._in) < end:
             return None

@@ -38,7 +38,7 @@ def test_the_path_may_have_plus_signs(tmp_path):
 @pytest.mark.parametrize(
     ("content", "named"),
     [
-        ("{", "no JSON"),
+        ("{", "invalid JSON"),
         ("[]", "an object"),
         ({"recover": "rules"}, "unknown field 'recover'"),
         ({"obstacles": "yes"}, "obstacles must be true or false"),
@@ -47,14 +47,17 @@ def test_the_path_may_have_plus_signs(tmp_path):
         ({"answer_limit_s": 0}, "answer_limit_s must be a number of seconds above 0"),
         ({"recovery": "rules"}, "needs the field 'python'"),
         ({"recovery": "rules", "python": "/no/python"}, "'/no/python' cannot be run"),
-        ({"perception": "lidar"}, "unknown perception 'lidar'; there are privileged and sensors"),
+        ({"perception": "lidar"}, "unknown perception 'lidar'; use privileged or sensors"),
         ({"perception": "sensors"}, "set 'driver' to 'planner'"),
         ({"perception": "sensors", "driver": "planner"}, "needs the field 'python'"),
         ({"perception": "sensors", "driver": "planner", "sensors": False}, "leave 'sensors' at true"),
-        ({"perception": "sensors", "driver": "planner", "recovery": "timers"}, "'timers' knows no perception"),
+        (
+            {"perception": "sensors", "driver": "planner", "recovery": "timers"},
+            "'timers' does not work with perception",
+        ),
         (
             {"perception": "sensors", "driver": "planner", "python": sys.executable, "rig": "/no/rig.toml"},
-            "'/no/rig.toml' is no file; give the calibration",
+            "'/no/rig.toml' is not a file; give the calibration",
         ),
         ({"rig": "rig.toml"}, "leave it out, or set perception"),
     ],

@@ -75,7 +75,7 @@ def test_a_file_outside_the_folders_is_not_read_and_not_told_apart_from_one_that
     secret.write_text(ROAD, "utf-8")
     for name in (str(secret), f"{folder}/../{secret.name}", f"../{secret.name}"):
         told = load(raw, name)
-        assert "is no town of this server" in told and "Good" in told
+        assert "is not a town of this server" in told and "Good" in told
         assert told.replace("secret", "nothing") == load(raw, name.replace("secret", "nothing"))
     assert raw.call("get_map_info")[1][0][1][0] != "Carla/Maps/secret"
 

@@ -41,7 +41,7 @@ def test_a_refusal_is_understood_and_the_cyclists_are_followed(tmp_path, capsys,
     assert cyclists["result"]["plans_accepted"] == 0
 
 
-@pytest.mark.parametrize(("words", "why"), [("  ", "nothing is said"), ("x" * 501, "at most 500")])
+@pytest.mark.parametrize(("words", "why"), [("  ", "--say is empty"), ("x" * 501, "at most 500")])
 def test_what_cannot_be_said_is_refused_before_anything_is_driven(tmp_path, capsys, words, why):
     assert main(["demo", "--out", str(tmp_path / "out"), "--say", words]) == 2
     assert why in capsys.readouterr().err

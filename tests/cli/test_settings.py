@@ -110,7 +110,7 @@ def test_help_names_what_the_file_says_as_the_default(capsys):
         ("[dmeo]\nseed = 3\n", "there is no section [dmeo]; did you mean 'demo'?"),
         ("[all]\nsede = 3\n", "[all] has no setting 'sede'; did you mean 'seed'?"),
         ("[ride]\nsede = 3\n", "[ride] has no setting 'sede'"),
-        ("seed = 3\n", "'seed' stands in no section"),
+        ("seed = 3\n", "'seed' is outside any section"),
         ("[demo]\nseed = 'x'\n", "stucksolver.toml: [demo] seed: 'x' is not possible; give a whole number"),
         ("[demo]\nseed = true\n", "[demo] seed: True is not possible"),
         ("[demo]\nseed = [1]\n", "[demo] seed: [1] is not possible"),

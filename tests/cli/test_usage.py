@@ -34,9 +34,9 @@ def refused(capsys, *arguments: str, program=main) -> str:
 @pytest.mark.parametrize(
     ("command", "told"),
     [
-        ("watch --port abc", "--port: 'abc' is no port; give a number from 1 to 65535"),
-        ("demo --port 0", "--port: '0' is no port"),
-        ("evaluate --suite dev --out x --port 65536", "--port: '65536' is no port"),
+        ("watch --port abc", "--port: 'abc' is not a port; give a number from 1 to 65535"),
+        ("demo --port 0", "--port: '0' is not a port"),
+        ("evaluate --suite dev --out x --port 65536", "--port: '65536' is not a port"),
         ("demo --oncoming -3", "--oncoming: '-3' is not possible; give a whole number, 0 or more"),
         ("demo --oncoming 1.5", "--oncoming: '1.5' is not possible"),
         ("demo --seed x", "--seed: 'x' is not possible; give a whole number"),
@@ -57,8 +57,8 @@ def test_a_wrong_value_is_one_line_that_names_the_option_and_what_it_takes(capsy
 @pytest.mark.parametrize(
     ("command", "told"),
     [
-        ("--port abc", "--port: 'abc' is no port; give a number from 0 to 65534"),
-        ("--port 65535", "--port: '65535' is no port"),
+        ("--port abc", "--port: 'abc' is not a port; give a number from 0 to 65534"),
+        ("--port 65535", "--port: '65535' is not a port"),
         ("--seed x", "--seed"),
         ("--maps", "--maps"),
     ],
@@ -109,7 +109,10 @@ def test_ctrl_c_names_the_way_to_go_on(capsys, monkeypatch, tmp_path):
     monkeypatch.setattr(evaluate, "evaluate", interrupted)
     assert main(["evaluate", "--suite", "dev", "--out", str(tmp_path)]) == 130
     error = capsys.readouterr().err.strip()
-    assert error.splitlines()[-1] == "interrupted; what has been driven is kept: the same command with --resume goes on"
+    assert (
+        error.splitlines()[-1]
+        == "interrupted; finished routes are kept: run the same command with --resume to continue"
+    )
 
 
 def test_a_server_that_is_not_there_is_told_before_a_suite_is_begun(capsys, tmp_path):
@@ -183,7 +186,7 @@ sys.modules["agents.navigation.behavior_agent"].BehaviorAgent = object
 @pytest.mark.integration
 @pytest.mark.parametrize(
     ("arguments", "told"),
-    [(("127.0.0.1", "9"), "no CARLA server at 127.0.0.1:9"), (("127.0.0.1", "abc"), "'abc' is no port")],
+    [(("127.0.0.1", "9"), "no CARLA server at 127.0.0.1:9"), (("127.0.0.1", "abc"), "'abc' is not a port")],
 )
 def test_the_example_says_that_nobody_serves_it_in_one_line(arguments, told):
     pytest.importorskip("carla")

@@ -70,7 +70,7 @@ def test_it_counts_as_nothing_seen_and_grows_old(what):
     assert senses.look(lambda: good, 0.0) is good
     later = senses.look(lambda: UNSOUND[what], 1.0)
     assert later is not None and later.age_s == pytest.approx(1.0)
-    assert "cannot be true" in (senses.fault or "")
+    assert "are inconsistent" in (senses.fault or "")
 
 
 def test_sound_surroundings_are_sound():
@@ -94,7 +94,7 @@ def test_what_the_stack_raises_does_not_get_through_step(part):
 @pytest.mark.parametrize("given", ["a string", 3, {"frame": 1}])
 def test_what_is_no_surroundings_at_all_is_told(given):
     senses = Senses()
-    assert senses.look(lambda: given, 0.0) is None and "gave a" in senses.fault
+    assert senses.look(lambda: given, 0.0) is None and "returned a" in senses.fault
 
 
 def test_objects_that_stand_still_under_running_frame_numbers_grow_old():

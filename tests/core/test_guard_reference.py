@@ -278,7 +278,7 @@ def test_a_zone_counts_within_3_m_of_the_body_in_the_oncoming_lane(aside_m, in_i
         case, _, _ = borrowed((Zone(kind=ZoneKind.LEVEL_CROSSING, start_m=start, end_m=end),))
         zone = [r for r in oncoming.oncoming(case) if r.code is C.ZONE]
         assert bool(zone) is in_it
-        assert not zone or zone[0].detail == "the oncoming lane would be used in a level crossing"
+        assert not zone or zone[0].detail == "the plan would use the oncoming lane in a level crossing"
 
 
 def test_the_first_of_two_zones_does_not_hide_the_second():

@@ -64,7 +64,7 @@ BAD = {
     "a wait that does not exist": ("light           =", "ligth           =", "waits, reasons, ligth"),
     "a wait of no time": ("longest_s = 300.0", "longest_s = -1.0", "queue, longest_s: .*greater than 0"),
     "an unknown version": ("version = 1", "version = 2", "version: .*should be 1"),
-    "a table that is no table": ("[words]", "[words", "this is no TOML"),
+    "a table that is no table": ("[words]", "[words", "invalid TOML"),
     "a person who does not exist": ('solid_line = "passenger"', 'solid_line = "dog"', "approval, solid_line"),
     "an unknown behaviour": (
         "[approval.behaviors]",

@@ -51,7 +51,7 @@ def test_streets_meet_nodes_at_their_heights_and_are_level_there():
 
 def test_plans_that_do_not_hold_together_are_refused():
     node, end = Node("A", 0.0, 0.0), End("A", 0.0)
-    with pytest.raises(PlanError, match="'Lost Lane' ends at 'B', which is no node"):
+    with pytest.raises(PlanError, match="'Lost Lane' ends at 'B', which is not a node"):
         Plan("lost", [node], [Street("Lost Lane", end, End("B", 180.0), RURAL)])
     with pytest.raises(PlanError, match="two nodes called 'A'"):
         Plan("twins", [node, node], [])

@@ -76,13 +76,13 @@ def test_episodes_are_forgotten_by_number_time_and_vehicle(path):
 
 def test_a_file_of_something_else_is_refused_and_left_alone(path):
     path.write_text("dear diary, " * 200)
-    with pytest.raises(MemoryFileError, match="no memory of StuckSolver"):
+    with pytest.raises(MemoryFileError, match="not a StuckSolver memory"):
         EpisodeStore(path)
     assert path.read_text().startswith("dear diary")
     other = path.with_name("other.db")
     with sqlite3.connect(other) as connection:
         connection.execute("CREATE TABLE mine (x)")
-    with pytest.raises(MemoryFileError, match="no memory of StuckSolver"):
+    with pytest.raises(MemoryFileError, match="not a StuckSolver memory"):
         EpisodeStore(other)
 
 

@@ -40,7 +40,7 @@ def test_a_no_keeps_the_car_where_it_is():
     sitting.until(lambda now: now.question is not None)
     assert sitting.answer(False).taken
     sitting.drive(5.0)
-    assert "All right, I leave it." in sitting.car()
+    assert "All right, I will leave it." in sitting.car()
     assert not moves(sitting)
 
 
@@ -130,7 +130,7 @@ def test_unclear_words_are_asked_back_once():
         sitting.drive(1.0)
     assert [line for line in sitting.car() if "understand" in line] == [
         "I did not understand that. Shall I wait, drive on, go round it, or take another way?",
-        "I still do not understand, so I carry on as before. The buttons show what I can do.",
+        "I still do not understand, so I will carry on as before. The buttons show what I can do.",
     ]
 
 
@@ -148,7 +148,7 @@ def test_a_stop_while_the_car_just_drives_is_not_promised():
     sitting.drive(4.0)
     sitting.press("stop")
     sitting.drive(1.0)
-    assert "I keep to our route" in sitting.car()[-1]
+    assert "I will keep to our route" in sitting.car()[-1]
 
 
 def test_without_a_reader_of_words_the_car_says_so():
@@ -169,9 +169,9 @@ def test_the_end_of_the_ride_is_told_and_nothing_is_heard_after_it():
 @pytest.mark.parametrize(
     ("words", "answer"),
     [
-        ("he's unloading, that takes an hour", "Then I look for a way past"),
-        ("the driver is just coming back", "I wait for them"),
-        ("the road is clear", "I still look for myself"),
+        ("he's unloading, that takes an hour", "Then I will look for a way past"),
+        ("the driver is just coming back", "I will wait for them"),
+        ("the road is clear", "I will still look for myself"),
         ("what a lovely day", "asks nothing of my driving"),
     ],
 )
@@ -186,6 +186,6 @@ def test_nothing_is_asked_while_somebody_who_comes_back_is_waited_for():
     sitting = Sitting(parked())
     sitting.say("the driver is just coming back")
     sitting.drive(25.0)
-    assert "All right, I wait for them for a while." in sitting.car()
+    assert "All right, I will wait for them for a while." in sitting.car()
     assert sitting.now.question is None
     assert not moves(sitting)

@@ -67,7 +67,7 @@ def test_a_vehicle_comes_once_to_a_desk_and_under_a_name_that_is_one(server):
         desk.add("three", solver)
         with pytest.raises(ValueError, match="is at the desk already"):
             desk.add("three", solver)
-        with pytest.raises(ValueError, match="no id of a vehicle"):
+        with pytest.raises(ValueError, match="not a valid vehicle id"):
             desk.add("../x", solver)
 
 
@@ -112,9 +112,9 @@ if __name__ == "__main__":
 @pytest.mark.parametrize(
     ("options", "why"),
     [
-        (PageOptions(listen="car"), "no address"),
+        (PageOptions(listen="car"), "not an address"),
         (PageOptions(cert=Path("x")), "go together"),
-        (PageOptions(cert=Path("x"), key=Path("y")), "no certificate"),
+        (PageOptions(cert=Path("x"), key=Path("y")), "not a certificate"),
     ],
 )
 def test_what_cannot_be_served_is_said_before_anything_starts(options, why):

@@ -60,7 +60,7 @@ def answered(url, token):
 @pytest.mark.parametrize(
     ("arguments", "why"),
     [
-        (["--listen", "everywhere"], "no address to listen at"),
+        (["--listen", "everywhere"], "not an address to listen at"),
         (["--cert", "x.pem"], "go together"),
         (["--ladder", "nowhere.toml"], "no ladder"),
         (["--map", "no_such_town"], "no_such_town"),

@@ -116,7 +116,7 @@ def test_an_answer_to_an_old_question_is_not_taken():
     sitting = Sitting(parked())
     sitting.until(lambda now: now.question is not None)
     outcome = sitting.press("yes", question_id="q99")
-    assert not outcome.taken and "not open any more" in outcome.told
+    assert not outcome.taken and "no longer open" in outcome.told
 
 
 def test_a_yes_to_nothing_is_not_taken():

@@ -399,7 +399,7 @@ def test_a_busy_server_is_waited_for(server):
     "words", ["openai:x@notaurl", "openai:x@ftp://h/v1", "openai:x@http://", "openai:x@http://a b"]
 )
 def test_what_is_no_address_is_refused_by_name(words):
-    with pytest.raises(ReasonerNameError, match="is no address"):
+    with pytest.raises(ReasonerNameError, match="is not an address"):
         make_reasoner(words)
 
 

@@ -42,7 +42,7 @@ def test_a_chain_made_anew_is_found(tmp_path, record):
     lines[2]["k"] = 99
     forged = written(tmp_path / "forged.jsonl", lines)
     assert len(list(read_chain(forged))) == 6
-    with pytest.raises(RecordError, match=r"forged\.jsonl, line 6: .*written anew"):
+    with pytest.raises(RecordError, match=r"forged\.jsonl, line 6: .*rewritten"):
         check_anchor(forged, head_of(record))
 
 
@@ -95,7 +95,7 @@ def test_a_forged_record_passes_without_its_anchor_and_is_refused_with_it(whole,
     written(record, lines)
     assert main(["replay", str(record)]) == 0
     assert main(["replay", str(record), "--anchors", str(heads)]) == 2
-    assert "was written anew" in capsys.readouterr().err
+    assert "was rewritten" in capsys.readouterr().err
 
 
 def test_saved_heads_are_never_written_over(whole, tmp_path, capsys):
@@ -142,7 +142,7 @@ def test_a_file_that_is_no_record_is_told_so_in_one_line(content, tmp_path, caps
     assert main(["replay", str(tmp_path / "page.md")]) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1
-    assert "page.md is no record" in error and "intervention-" in error and "changed" not in error
+    assert "page.md is not a record" in error and "intervention-" in error and "changed" not in error
 
 
 def test_an_empty_file_is_told_so(tmp_path, capsys):

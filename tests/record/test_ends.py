@@ -53,7 +53,7 @@ def test_a_run_that_dies_writes_no_end_but_all_that_went_before(broken):
 
 def test_a_record_that_breaks_off_is_no_success(broken, capsys):
     assert main(["replay", str(broken)]) == 1
-    assert "it breaks off" in capsys.readouterr().out
+    assert "it is incomplete" in capsys.readouterr().out
 
 
 def test_one_that_breaks_off_among_whole_ones_is_no_success_either(broken, tmp_path):

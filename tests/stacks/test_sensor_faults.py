@@ -165,6 +165,6 @@ def test_fixes_jump_about_the_truth_and_keep_their_height():
 
 def test_an_unknown_fault_is_refused_with_those_there_are():
     with pytest.raises(
-        ValueError, match=r"unknown sensor fault 'lidar-melted'; there are lidar-missing, .*gnss-jumping"
+        ValueError, match=r"unknown sensor fault 'lidar-melted'; choose from lidar-missing, .*gnss-jumping"
     ):
         SensorFault("lidar-melted")

@@ -46,7 +46,7 @@ def installed_version() -> str:
 def port(text: str) -> int:
     """A TCP port that can be connected to."""
     if not text.isdecimal() or not 1 <= int(text) <= LAST_PORT:
-        raise argparse.ArgumentTypeError(f"'{text}' is no port; give a number from 1 to {LAST_PORT}")
+        raise argparse.ArgumentTypeError(f"'{text}' is not a port; give a number from 1 to {LAST_PORT}")
     return int(text)
 
 

@@ -28,13 +28,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_clock(parser)
     add_map(parser, "grid_town")
     parser.add_argument("--out", type=Path, default=Path("out/cases"), help="folder for results")
-    parser.add_argument("--deadline", type=above_zero, default=30.0, metavar="S", help="seconds for an answer")
+    parser.add_argument(
+        "--deadline", type=above_zero, default=30.0, metavar="S", help="time limit for an answer, in seconds"
+    )
     parser.add_argument(
         "--tries",
         type=at_least(1),
         default=20,
         metavar="N",
-        help="answers in a row that may lead nowhere",
+        help="attempts in a row that may fail",
     )
     parser.add_argument(
         "--wordings",

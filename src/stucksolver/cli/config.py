@@ -27,8 +27,8 @@ HEAD = f"""\
 #
 # An option on the command line wins over everything. Then come, in this order: the environment
 # (STUCKSOLVER_DEMO_SEED for [demo] seed, STUCKSOLVER_ALL_SEED for [all] seed), the section of the command, [all].
-# Read is the file that `--config FILE` or {VARIABLE} names; else {FILE} in the current folder; else
-# stucksolver/config.toml in $XDG_CONFIG_HOME or ~/.config. `stucksolver config show` prints what counts.
+# The file is the one that `--config FILE` or {VARIABLE} names; else {FILE} in the current folder; else
+# stucksolver/config.toml in $XDG_CONFIG_HOME or ~/.config. `stucksolver config show` prints the values in effect.
 # Keys of language models do not belong here: they are read from the environment only.
 
 # For every command that has the setting.
@@ -103,7 +103,7 @@ def _init(options: argparse.Namespace) -> int:
         with options.file.open("x", encoding="utf-8") as file:
             file.write(template())
     except FileExistsError:
-        raise UsageError(f"{options.file} is there already; name another file, or remove it") from None
+        raise UsageError(f"{options.file} already exists; name another file, or remove it") from None
     except OSError as error:
         raise UsageError(f"{options.file}: cannot be written: {error}") from error
     print(f"{options.file}: every setting with its default, commented out")

@@ -20,11 +20,11 @@ from stucksolver.words import NoReader, find_reader
 def add_options(parser: argparse.ArgumentParser) -> None:
     """What the command is told."""
     add_map(parser, "demo_town")
-    parser.add_argument("--seed", type=whole, default=1, help="of places and traffic")
+    parser.add_argument("--seed", type=whole, default=1, help="seed of places and traffic")
     parser.add_argument(
         "--driver",
         default="behavior",
-        help="behavior, planner (both with :cautious|normal|aggressive), or MODULE:CLASS, one of your own",
+        help="behavior, planner (both with :cautious|normal|aggressive), or MODULE:CLASS, your own driver",
     )
     parser.add_argument("--road", choices=("any", "one_lane", "multi_lane"), default="any", help="kind of street")
     parser.add_argument(
@@ -32,7 +32,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=at_least(0),
         default=3,
         metavar="N",
-        help="cars that come towards us where there is one lane each way",
+        help="oncoming cars in the street with one lane each way",
     )
     add_clock(parser)
     add_perception(parser)
@@ -99,9 +99,9 @@ def _words(text: str | None) -> str | None:
     if text is None:
         return None
     if not text.strip():
-        raise UsageError('--say: nothing is said; give a sentence, as in --say "please go round it"')
+        raise UsageError('--say is empty; give a sentence, as in --say "please go round it"')
     if len(text) > MAX_WORDS:
-        raise UsageError(f"--say: {len(text)} characters; at most {MAX_WORDS} are listened to")
+        raise UsageError(f"--say: {len(text)} characters; at most {MAX_WORDS} are accepted")
     reader = find_reader()
     if isinstance(reader, NoReader):
         raise UsageError(reader.why)

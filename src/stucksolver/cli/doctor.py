@@ -160,7 +160,7 @@ def _maps() -> Iterator[Finding]:
     towns = sorted({path.stem for folder in folders for path in folder.glob("*.xodr")})
     gone = [str(folder) for folder in folders if not folder.is_dir()]
     if gone:
-        yield Finding("maps", "broken", f"STUCKSOLVER_MAPS names no folder: {', '.join(gone)}", "mend the variable")
+        yield Finding("maps", "broken", f"STUCKSOLVER_MAPS: no such folder: {', '.join(gone)}", "correct the variable")
     elif towns:
         yield Finding("maps", "ok", f"{len(towns)} towns beside the shipped ones: {', '.join(towns)}")
     else:
@@ -183,7 +183,9 @@ def _server() -> Iterator[Finding]:
         yield Finding(name, "absent", f"nothing listens on {where}", remedy)
         return
     if importlib.util.find_spec("carla") is None:
-        yield Finding(name, "ok", f"something listens on {where}; without the carla package it was not asked")
+        yield Finding(
+            name, "ok", f"something listens on {where}; it was not queried, since the carla package is missing"
+        )
         return
     import carla
 
@@ -192,7 +194,7 @@ def _server() -> Iterator[Finding]:
     try:
         yield Finding(name, "ok", f"version {client.get_server_version()} answers on {where}")
     except RuntimeError:
-        remedy = "start CARLA on another port and name it by --port, or end what is there"
+        remedy = "start CARLA on another port and name it by --port, or stop that program"
         yield Finding(name, "broken", f"what listens on {where} does not answer as CARLA does", remedy)
 
 
@@ -247,7 +249,7 @@ def _settings() -> Iterator[Finding]:
 def _disk() -> Iterator[Finding]:
     free = shutil.disk_usage(Path.cwd()).free // 2**20
     state: State = "ok" if free >= FREE_MIB else "broken"
-    yield Finding("disk", state, f"{free:,} MiB free here", "make room, or give --out another place", needed=True)
+    yield Finding("disk", state, f"{free:,} MiB free here", "free some space, or choose another --out", needed=True)
 
 
 LOOKS: tuple[Callable[[], Iterator[Finding]], ...] = (

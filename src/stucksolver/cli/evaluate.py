@@ -17,7 +17,7 @@ from stucksolver.cli.score import show_scores, show_sweep
 from stucksolver.cli.words import clock_name, driver_name
 
 REPLAYS = ("none", "failed", "all")
-INTERRUPTED = "interrupted; what has been driven is kept: the same command with --resume goes on"
+INTERRUPTED = "interrupted; finished routes are kept: run the same command with --resume to continue"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -27,7 +27,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--driver",
         default="behavior",
-        help="behavior, planner (both with :cautious|normal|aggressive), or MODULE:CLASS[@FILE]: an agent of your own",
+        help="behavior, planner (both with :cautious|normal|aggressive), or MODULE:CLASS[@FILE], your own agent",
     )
     parser.add_argument("--recovery", default="none", help="none, timers, rules, faulty:NAME or another reasoner")
     parser.add_argument("--reasoner", default="", metavar="WORDS", help="model for the ladder's rung of that name")
@@ -35,7 +35,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--ladder", type=Path, metavar="FILE", help="escalation policy (default: our evaluation profile)"
     )
     parser.add_argument(
-        "--guidance", type=Path, metavar="SCRIPT", help="what a passenger says where: a file, or shipped"
+        "--guidance", type=Path, metavar="SCRIPT", help="what a passenger says and where: a guidance script, or shipped"
     )
     add_clock(parser)
     add_perception(parser)
@@ -46,24 +46,26 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="experiment: a sensor that fails on the way, such as lidar-missing",
     )
     parser.add_argument("--jobs", type=at_least(1), default=2, help="routes driven at a time")
-    parser.add_argument("--seed", type=whole, default=1, help="of traffic and wordings")
-    parser.add_argument("--seeds", metavar="N,N", help="several of them, in place of --seed")
+    parser.add_argument("--seed", type=whole, default=1, help="seed of traffic and wordings")
+    parser.add_argument("--seeds", metavar="N,N", help="several seeds, instead of --seed")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for results")
-    parser.add_argument("--resume", action="store_true", help="go on with what is in DIR")
+    parser.add_argument("--resume", action="store_true", help="continue the evaluation in DIR")
     parser.add_argument(
         "--reuse",
         type=Path,
         metavar="DIR",
-        help="take the routes without guidance from DIR, the same arm unguided",
+        help="take the routes without guidance from DIR, which holds the same arm unguided",
     )
     parser.add_argument("--replays", choices=REPLAYS, default="failed", help="routes whose replay is kept")
     parser.add_argument(
         "--pictures", action="store_true", help="keep a camera picture beside each decision of a replay: slower"
     )
     parser.add_argument("--record", action="store_true", help="keep a hash-chained record of each intervention")
-    parser.add_argument("--unguarded", action="store_true", help="experiment: drive what is proposed, unproven")
+    parser.add_argument("--unguarded", action="store_true", help="experiment: drive proposed plans without the guard")
     parser.add_argument(
-        "--heedless", action="store_true", help="experiment: on a plan's path the driver brakes for nobody by itself"
+        "--heedless",
+        action="store_true",
+        help="experiment: on a plan's path the driver does not brake for others by itself",
     )
     add_maps(parser)
     parser.add_argument(
@@ -174,5 +176,5 @@ def _seeds(options: argparse.Namespace) -> tuple[int, ...]:
     except ValueError as error:
         raise UsageError(f"--seeds {options.seeds}: give whole numbers such as 1,2,3") from error
     if len(set(seeds)) != len(seeds):
-        raise UsageError(f"--seeds {options.seeds}: a seed is there twice")
+        raise UsageError(f"--seeds {options.seeds}: a seed occurs twice")
     return seeds

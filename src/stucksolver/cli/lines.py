@@ -24,7 +24,7 @@ def json_lines(file: Path) -> Iterator[tuple[str, dict[str, Any]]]:
         try:
             found = json.loads(line)
         except ValueError as error:
-            raise UsageError(f"{where}: no JSON: {error}") from error
+            raise UsageError(f"{where}: invalid JSON: {error}") from error
         if not isinstance(found, dict):
             raise UsageError(f"{where}: {type(found).__name__} instead of an object")
         yield where, found

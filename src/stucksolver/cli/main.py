@@ -16,8 +16,8 @@ from stucksolver.cli.errors import UsageError
 PIPE_CLOSED = 128 + 13
 """As a shell has it for a program that ends by SIGPIPE."""
 EXIT_CODES = (
-    "exit codes: 0 done; 1 done, and the result is not good (a route crashed, a record was changed, something needed "
-    "is missing); 2 wrong usage or input, nothing was done; 130 interrupted; 141 nobody read the output"
+    "exit codes: 0 done; 1 done, but the result is bad (a route crashed, a record was changed, something needed "
+    "is missing); 2 wrong usage or input, nothing was done; 130 interrupted; 141 the output was closed early"
 )
 WITHOUT_SETTINGS = ("config", "completion")
 """They describe the settings themselves."""

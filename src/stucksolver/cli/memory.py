@@ -25,23 +25,23 @@ def add_memory(parser: argparse.ArgumentParser) -> None:
         "--memory",
         type=Path,
         metavar="FILE",
-        help="remember there what was said and done, and propose first what worked; see docs/privacy.md",
+        help="store there what was said and done, and propose first what worked; see docs/privacy.md",
     )
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """What the command is told."""
     parts = parser.add_subparsers(required=True, metavar="PART", help="what to do", parser_class=Parser)
-    listed = _add(parts.add_parser("list", help="all that is remembered, a line each"), _list)
+    listed = _add(parts.add_parser("list", help="everything that is remembered, one line each"), _list)
     listed.add_argument("--json", action="store_true", help="JSON lines, for programs")
     shown = _add(parts.add_parser("show", help="one entry, whole, as JSON"), _show)
     shown.add_argument("number", type=at_least(1), metavar="NUMBER", help="of the entry, as list has it")
     _add(parts.add_parser("export", help="everything as JSON lines, for import"), _export)
     imported = _add(parts.add_parser("import", help="add what export wrote"), _import)
     imported.add_argument("lines", type=Path, metavar="LINES", help="a file of export, or - for standard input")
-    forgotten = _add(parts.add_parser("forget", help="delete entries, so that nothing of them stays"), _forget)
+    forgotten = _add(parts.add_parser("forget", help="delete entries for good"), _forget)
     forgotten.add_argument("numbers", type=at_least(1), nargs="*", metavar="NUMBER", help="of the entries")
-    forgotten.add_argument("--days", type=above_zero, metavar="N", help="what is older than so many days")
+    forgotten.add_argument("--days", type=above_zero, metavar="N", help="entries older than this many days")
     forgotten.add_argument("--vehicle", metavar="ID", help="everything of this vehicle")
     forgotten.add_argument("--all", action="store_true", help="everything")
 
@@ -100,7 +100,7 @@ def _read(file: Path, number: int, line: str) -> Episode:
     try:
         return Episode.model_validate_json(line)
     except ValueError as error:
-        raise UsageError(f"{file}, line {number}: no entry of a memory; nothing was added") from error
+        raise UsageError(f"{file}, line {number}: not a memory entry; nothing was added") from error
 
 
 def _forget(options: argparse.Namespace) -> int:

@@ -13,7 +13,7 @@ from stucksolver.cli.words import driver_name
 
 SCORED = ("lidar", "noise", "tracking", "localisation", "lights", "attributes", "far")
 TRAINED = ("lidar", "crops", "far")
-NEEDS_CLIENT = "the carla package is not installed, which collecting needs; pip install 'stucksolver[sim]'"
+NEEDS_CLIENT = "collecting needs the carla package, which is not installed: pip install 'stucksolver[sim]'"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -35,17 +35,19 @@ def _add_collect(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--suite", default="", help="bench220, dev, immobilized, or a leaderboard route file")
     where.add_argument(
-        "--towns", default="", metavar="TOWN,TOWN", help="random drives here, amid a crowd of everything"
+        "--towns", default="", metavar="TOWN,TOWN", help="random drives in this town, among dense mixed traffic"
     )
     parser.add_argument("--routes", default="", metavar="ID,ID", help="only these routes of the suite")
     parser.add_argument("--drives", type=at_least(1), default=1, help="random drives in each town")
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for recordings; goes on there")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for recordings; continues there")
     parser.add_argument("--jobs", type=at_least(1), default=2, help="routes driven at a time")
     parser.add_argument("--seed", type=whole, default=1, help="of traffic, weather, crowd and random routes")
     parser.add_argument("--limit-s", type=above_zero, default=60.0, metavar="S", help="simulated time of a drive")
     parser.add_argument("--driver", default="behavior", help="behavior or planner, both with :PROFILE")
     parser.add_argument("--weather", choices=("random", "route"), default="random", help="where the weather comes from")
-    parser.add_argument("--every", type=float, default=1.0, metavar="S", help="a window of ticks so often; 0 keeps all")
+    parser.add_argument(
+        "--every", type=float, default=1.0, metavar="S", help="how often a window of ticks is kept; 0 keeps all"
+    )
     add_maps(parser)
     add_server(parser)
 
@@ -55,8 +57,8 @@ def _add_eval(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--data", type=Path, required=True, metavar="DIR", help="recordings held out of training")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for scores")
     parser.add_argument("--only", default="", metavar="PART,PART", help=f"some of {', '.join(SCORED)}")
-    parser.add_argument("--lidar-weights", type=Path, metavar="DIR", help="instead of those that ship")
-    parser.add_argument("--camera-weights", type=Path, metavar="DIR", help="instead of those that ship")
+    parser.add_argument("--lidar-weights", type=Path, metavar="DIR", help="instead of the shipped ones")
+    parser.add_argument("--camera-weights", type=Path, metavar="DIR", help="instead of the shipped ones")
     parser.add_argument("--threads", type=at_least(1), default=1, help="of a network")
 
 
@@ -165,7 +167,7 @@ def _some(text: str, known: tuple[str, ...]) -> tuple[str, ...]:
     names = _names(text)
     strange = [one for one in names if one not in known]
     if strange:
-        raise UsageError(f"--only {strange[0]}: there is no such part; there are {', '.join(known)}")
+        raise UsageError(f"--only {strange[0]}: unknown part; choose from {', '.join(known)}")
     return names
 
 

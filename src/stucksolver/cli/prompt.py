@@ -46,7 +46,7 @@ def read_scene(path: Path) -> Scene:
         raise UsageError(f"{path} cannot be read: {error}") from error
     found = _candidates(text)
     if not found:
-        raise UsageError(f"{path} holds no scene: give the JSON of a Scene, or a record of an intervention")
+        raise UsageError(f"{path} holds no scene; give the JSON of a Scene, or a record of an intervention")
     try:
         return Scene.model_validate_json(json.dumps(found[0]))
     except ValidationError as error:

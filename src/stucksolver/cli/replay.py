@@ -80,7 +80,7 @@ def _print(report: Report) -> None:
     print(f"{report.path}: {report.lines} lines, unbroken chain; derived again: {', '.join(told)}")
     if report.underivable:
         print(f"  {report.underivable} decisions came from a reasoner that leaves no trace")
-    broken = "it breaks off: the run failed, its process was killed, or the disk was full"
+    broken = "it is incomplete: the run failed, its process was killed, or the disk was full"
     print(f"  ended: {report.ended}" if report.ended else f"  {broken}")
     for finding in report.findings[:SHOWN]:
         print(f"  line {finding.line}, {finding.what}: recorded {finding.recorded!r}, derived {finding.derived!r}")

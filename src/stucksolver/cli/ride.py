@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 
 CASES = ("parked_car", "cyclists", "pedestrians", "open_door")
 MISSING = "the page's packages are not installed: pip install 'stucksolver[passenger]'"
-OPEN = "note: whoever can reach this address can read along, since it is not encrypted; see --cert and --key"
+OPEN = "note: anyone who can reach this address can read the traffic, since it is not encrypted; see --cert and --key"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """What the command is told."""
-    parser.add_argument("--case", choices=CASES, default="parked_car", help="what is met on the way")
+    parser.add_argument("--case", choices=CASES, default="parked_car", help="the situation on the way")
     parser.add_argument("--map", help="a town's name or an OpenDRIVE file (default: one that suits the case)")
     add_maps(parser)
-    parser.add_argument("--seed", type=whole, default=1, help="of places and traffic")
+    parser.add_argument("--seed", type=whole, default=1, help="seed of places and traffic")
     parser.add_argument(
         "--driver", default="behavior", help="behavior or planner, both with :cautious|normal|aggressive"
     )
@@ -36,7 +36,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--ladder", type=Path, metavar="FILE", help="escalation policy, in place of our own and --no-ask"
     )
     parser.add_argument("--no-ask", action="store_true", help="use the oncoming lane without asking the passenger")
-    parser.add_argument("--once", action="store_true", help="end at the destination; else the page stays until Ctrl-C")
+    parser.add_argument(
+        "--once", action="store_true", help="end at the destination; otherwise the page stays open until Ctrl-C"
+    )
     add_page(parser)
     add_memory(parser)
     add_server(parser)

@@ -162,7 +162,7 @@ def check_file(file: Path, content: Mapping[str, Any], known: Sequence[Setting])
             keys.setdefault(one.section.rsplit(".", k + 1)[0], {})
     for section, key, value in _entries(content):
         if not section:
-            raise UsageError(f"{file}: '{key}' stands in no section; put it below [{ALL}] or the name of a command")
+            raise UsageError(f"{file}: '{key}' is outside any section; put it below [{ALL}] or the name of a command")
         if section not in keys:
             raise UsageError(f"{file}: there is no section [{section}]{_nearest(section, keys)}")
         if key not in keys[section]:
@@ -255,7 +255,7 @@ def _entries(content: Mapping[str, Any], above: str = "") -> Iterator[tuple[str,
 
 def _nearest(name: str, known: Mapping[str, object]) -> str:
     near = difflib.get_close_matches(name, known, 1, 0.5)
-    return f"; did you mean '{near[0]}'?" if near else f"; there are {', '.join(sorted(known))}"
+    return f"; did you mean '{near[0]}'?" if near else f"; choose from {', '.join(sorted(known))}"
 
 
 def _all_parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:

@@ -15,7 +15,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parts = parser.add_subparsers(required=True, metavar="PART", help="what to do", parser_class=Parser)
     put = _add(parts.add_parser("install", help="fetch it by npm (42 MB), pinned by version and digest"), _install)
     put.add_argument("--from", dest="source", type=Path, metavar="DIR", help="archives of `npm pack`, instead of npm")
-    _add(parts.add_parser("status", help="is it there, and whole?"), _status)
+    _add(parts.add_parser("status", help="check that it is installed and complete"), _status)
     _add(parts.add_parser("remove", help="delete it"), _remove)
 
 
@@ -50,7 +50,7 @@ def _status(options: argparse.Namespace) -> int:
 
     found = find_recognizer(options.folder)
     if found is None:
-        print(f"{options.folder or usual_folder()}: no recognizer, or not whole: stucksolver voice install")
+        print(f"{options.folder or usual_folder()}: no recognizer, or an incomplete one; run stucksolver voice install")
         return 1
     print(f"{found.folder}: installed")
     return 0

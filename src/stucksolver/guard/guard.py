@@ -319,7 +319,7 @@ class Guard:
         needed = self.policy.release(behavior.name)
         if approvals.cover(behavior.name, needed):
             return None
-        return Reject(code=RejectCode.APPROVAL, detail=f"{behavior.name} needs the yes of the {needed.value}")
+        return Reject(code=RejectCode.APPROVAL, detail=f"{behavior.name} needs a yes from the {needed.value}")
 
     def _stale(self, view: FrenetScene) -> Reject | None:
         age = view.surroundings.age_s
@@ -339,7 +339,7 @@ class Guard:
         error = abs(error_m)
         if error <= self.policy.tracking.error_m:
             return None
-        return Reject(code=RejectCode.DEVIATION, detail=f"{error:.1f} m beside the proven path", gap_m=error)
+        return Reject(code=RejectCode.DEVIATION, detail=f"{error:.1f} m off the proven path", gap_m=error)
 
     @staticmethod
     def _error(path: Manoeuvre, view: FrenetScene) -> tuple[float, float]:
@@ -352,5 +352,5 @@ def _unsound(behaviors: Sequence[Behavior], view: FrenetScene) -> Reject | None:
     """What comes in is looked at here: surroundings that can be true, and behaviours of the closed list, in bounds."""
     wrong = why_unsound(view.surroundings) or next((why for b in behaviors[:MOST] if (why := why_foreign(b))), None)
     if wrong is None and len(behaviors) > MOST:
-        wrong = f"{len(behaviors)} behaviours, at most {MOST} are looked at"
+        wrong = f"{len(behaviors)} behaviours; at most {MOST} are checked"
     return None if wrong is None else Reject(code=RejectCode.UNSOUND, detail=wrong)

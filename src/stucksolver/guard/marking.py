@@ -46,7 +46,7 @@ def _against_solid(case: CheckContext, lane: Lane, k: int) -> str | None:
     if policy.solid_line == "forbid":
         return "crossing is forbidden here"
     if not case.approvals.cover("solid_line", Release(policy.solid_line)):
-        return f"crossing needs the yes of the {policy.solid_line}"
+        return f"crossing needs a yes from the {policy.solid_line}"
     if case.path.speed.max() > policy.speeds.recovery_mps:
         return f"only at {KMH_PER_MPS * policy.speeds.recovery_mps:.0f} km/h or less"
     margin_m = policy.lanes.zone_margin_m
@@ -55,7 +55,7 @@ def _against_solid(case: CheckContext, lane: Lane, k: int) -> str | None:
     if lane.strip.direction is LaneDirection.OPPOSITE and _legal_way(case, here):
         return "there is a lane of our direction beside it"
     if lane.strip.direction is LaneDirection.SAME and case.view.sight_ahead_m(lane) < case.path.end_s - here:
-        return "the lane beyond is not seen as far as the way goes"
+        return "the lane beyond is not visible for the whole manoeuvre"
     return _no_obstruction(case)
 
 

@@ -76,7 +76,7 @@ def _zone(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
     margin = case.policy.lanes.zone_margin_m
     for zone in case.view.surroundings.road.zones:
         if zone.start_m - margin < end and start < zone.end_m + margin:
-            detail = f"the oncoming lane would be used in a {zone.kind.value.replace('_', ' ')}"
+            detail = f"the plan would use the oncoming lane in a {zone.kind.value.replace('_', ' ')}"
             return [Reject(code=RejectCode.ZONE, detail=detail)]
     if not borrowed.lane.covers(start, end):
         return [Reject(code=RejectCode.OFF_ROAD, detail="the oncoming lane ends beside the manoeuvre")]

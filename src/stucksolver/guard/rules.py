@@ -61,7 +61,7 @@ def authority(case: CheckContext) -> list[Reject]:
     return [
         Reject(
             code=RejectCode.AUTHORITY,
-            detail=f"{rule.replace('_', ' ')}: needs the yes of the {policy.scene_release(rule).value}",
+            detail=f"{rule.replace('_', ' ')}: needs a yes from the {policy.scene_release(rule).value}",
             object_id=who,
         )
         for rule, who in found

@@ -135,7 +135,7 @@ def _solid_line(
     if policy.solid_line == "forbid":
         return [Reject(code=RejectCode.SOLID_LINE, detail="solid line: crossing is forbidden here")]
     if not approvals.cover("solid_line", Release(policy.solid_line)):
-        why = f"solid line: crossing needs the yes of the {policy.solid_line}"
+        why = f"solid line: crossing needs a yes from the {policy.solid_line}"
         return [Reject(code=RejectCode.SOLID_LINE, detail=why)]
     return []
 

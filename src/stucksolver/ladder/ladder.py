@@ -68,7 +68,7 @@ class Approval(Model):
     def _known(cls, behaviors: dict[str, Release]) -> dict[str, Release]:
         for name in behaviors:
             if name not in REGISTRY:
-                raise ValueError(f"unknown behaviour {name!r}; there are: {', '.join(REGISTRY)}")
+                raise ValueError(f"unknown behaviour {name!r}; choose from: {', '.join(REGISTRY)}")
         return behaviors
 
 

@@ -69,7 +69,7 @@ def parse_ladder(text: str, file: str) -> Ladder:
         found = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
         line = int(found.group(1)) if found else text.count("\n") + 1
         said = re.sub(r"\s*\(at .*\)", "", str(error))
-        raise LadderError(f"{file}, line {line}: this is no TOML: {said}; mend that line") from error
+        raise LadderError(f"{file}, line {line}: invalid TOML: {said}; fix that line") from error
     try:
         return Ladder.model_validate(data)
     except ValidationError as error:

@@ -53,7 +53,7 @@ class EpisodeStore:
         self._most_pages = most_pages
         if not path.exists():
             if not create:
-                raise MemoryFileError(f"{path}: there is no such memory; name the file that --memory was given")
+                raise MemoryFileError(f"{path}: no such memory file; name the file that was given as --memory")
             self._make()
         with self._open() as connection:
             migrate(connection)
@@ -147,7 +147,7 @@ class EpisodeStore:
         empty = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0] == 0
         if known != APPLICATION_ID:
             if not empty or version:
-                raise MemoryFileError(f"{self.path}: this is no memory of StuckSolver; name another file")
+                raise MemoryFileError(f"{self.path}: this is not a StuckSolver memory; name another file")
             connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
         if version > len(MIGRATIONS):
             raise MemoryFileError(
@@ -192,9 +192,9 @@ def _said(error: sqlite3.Error) -> str:
     """What is wrong with a file and what to do about it."""
     text = str(error)
     if "not a database" in text:
-        return "this is no memory of StuckSolver; name another file"
+        return "this is not a StuckSolver memory; name another file"
     if "malformed" in text or "corrupt" in text:
-        return "the file is damaged; restore a copy of it, or move it away and begin anew"
+        return "the file is damaged; restore a copy of it, or move it away and start a new one"
     if "full" in text:
         return "the disk, or the memory itself, is full; make room, or forget something (`stucksolver memory forget`)"
     if "locked" in text or "busy" in text:

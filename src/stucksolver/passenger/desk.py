@@ -47,7 +47,7 @@ class Desk:
     def add(self, vehicle_id: str, solver: StuckSolver, name: str = "") -> Seat:
         """A place for a vehicle; `name`: what people call it. Raises `ValueError` for a bad or known id."""
         if not VEHICLE_ID.fullmatch(vehicle_id):
-            raise ValueError(f"{vehicle_id!r} is no id of a vehicle: use up to 40 letters, digits, - and _")
+            raise ValueError(f"{vehicle_id!r} is not a valid vehicle id; use up to 40 letters, digits, - and _")
         conversation = self._conversation(vehicle_id)
         seat = Seat(solver, conversation, lambda now: self._publish(vehicle_id, now))
         self._seats.add(vehicle_id, seat)

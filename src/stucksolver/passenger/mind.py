@@ -22,12 +22,12 @@ NEAR_M, LIGHT_M = 45.0, 60.0
 MOVING_MPS = 0.5
 STATES: dict[StateName, str] = {
     StateName.MONITORING: "I am watching the road.",
-    StateName.QUERYING: "I am thinking about how to get on.",
+    StateName.QUERYING: "I am working out how to go on.",
     StateName.AWAITING_APPROVAL: "I need a yes before I go on.",
     StateName.AWAITING_GAP: "I am waiting for a gap in the traffic.",
     StateName.EXECUTING: "I am on my way round it.",
     StateName.DRIVING: "I am driving along our route.",
-    StateName.HOLDING: "I am standing until the way back into my lane is free.",
+    StateName.HOLDING: "I am waiting until the way back into my lane is free.",
     StateName.MINIMAL_RISK: "I have stopped and called the operator.",
 }
 """What each of the solver's states is to a passenger, where nothing more particular is known."""
@@ -61,7 +61,7 @@ def mind(state: State, status: Status, decided: Event | None, scene: Scene | Non
     if isinstance(activity, AwaitingGap):
         return Mind(_why(activity.answer.decision, scene), f"I will {will(activity.plan)}.")
     if question is not None and question.kind is QuestionKind.ADVICE:
-        return Mind(_decided_thought(decided, scene), "I wait for your advice.")
+        return Mind(_decided_thought(decided, scene), "I am waiting for your advice.")
     if state.escalation.quiet_until_s > status.time_s and status.speed_mps < SLOW_MPS:
         return Mind(_ahead(scene) or "I am standing.", "I am waiting, as you asked. Tell me when I should try again.")
     fresh = decided is not None and status.time_s - decided.time_s < FRESH_S
@@ -127,7 +127,7 @@ def _decided(event: Event, scene: Scene | None) -> Mind:
 
 
 def _planned(plan: RecoveryPlan | None) -> str:
-    return "I keep looking for a way." if plan is None else f"I will {will(plan)}."
+    return "I will keep looking for a way." if plan is None else f"I will {will(plan)}."
 
 
 def _driving(status: Status, scene: Scene | None) -> Mind:
@@ -151,5 +151,5 @@ def _about(leader_moves: bool, moving: bool) -> str:
     if leader_moves:
         return "I am staying behind, unless you ask me to overtake."
     if moving:
-        return "I will slow down and look whether I can get past."
-    return "I am looking whether I can get past."
+        return "I will slow down and see whether I can get past."
+    return "I am checking whether I can get past."

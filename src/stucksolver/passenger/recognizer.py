@@ -181,7 +181,7 @@ def check(package: Package, archive: Path) -> None:
     found = hashlib.sha512(archive.read_bytes()).digest()
     if f"sha512-{base64.b64encode(found).decode()}" != package.integrity:
         raise RecognizerError(
-            f"{archive.name} is not {package.name} {package.version} as it is known; nothing of it is used"
+            f"{archive.name} is not {package.name} {package.version} as published; nothing of it is used"
         )
 
 

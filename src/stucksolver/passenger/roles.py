@@ -42,7 +42,7 @@ class Tokens:
     def passenger(self, vehicle: str) -> str:
         """The token of a vehicle's passengers. Raises `ValueError` for what is no id of a vehicle."""
         if not VEHICLE_ID.fullmatch(vehicle):
-            raise ValueError(f"{vehicle!r} is no id of a vehicle: use up to 40 letters, digits, - and _")
+            raise ValueError(f"{vehicle!r} is not a valid vehicle id; use up to 40 letters, digits, - and _")
         return self._sealed(f"p.{vehicle}")
 
     def operator(self) -> str:

@@ -131,7 +131,7 @@ class Seat:
     def _say(self, command: Command) -> tuple[bool, str]:
         text = CONTROL.sub(" ", command.text).strip()
         if not text:
-            return False, "You have said nothing."
+            return False, "You did not say anything."
         if any(len(word) > LONGEST_WORD for word in text.split()):
             return False, "I did not understand that."
         if self._held(command.client):

@@ -161,7 +161,7 @@ class Conversation:
     def _answered(self, event: Event) -> str | None:
         if self._agreed:
             return None
-        return "Thank you. I check once more, and then I go." if event.answer else "All right, I leave it."
+        return "Thank you. I check once more, and then I go." if event.answer else "All right, I will leave it."
 
     def _started(self, event: Event) -> str | None:
         self._request = self.decided = None

@@ -114,13 +114,13 @@ def load_rig(file: Path = SHIPPED) -> Rig:
         if told.get("version") != VERSION:
             raise RigError(
                 f"{file}: version {told.get('version', 'unnamed')} of rig files, this release reads {VERSION}: "
-                f"write the file anew after {SHIPPED.name} of this release"
+                f"rewrite the file, starting from {SHIPPED.name} of this release"
             )
         return Rig.model_validate(told)
     except OSError as error:
-        raise RigError(f"{file}: no calibration can be read there ({error.strerror}); give a rig file") from error
+        raise RigError(f"{file}: the calibration cannot be read ({error.strerror}); give a rig file") from error
     except tomllib.TOMLDecodeError as error:
-        raise RigError(f"{file}: this is not TOML: {error}") from error
+        raise RigError(f"{file}: invalid TOML: {error}") from error
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(str(part) for part in first["loc"])

@@ -20,7 +20,7 @@ def make_own(rest: str, exchanges: Path | None = None) -> Reasoner:
         raise ReasonerNameError(f"own:{rest} cannot be made: {type(error).__name__}: {error}") from error
     lacking = [part for part in ("name", "decide") if not hasattr(reasoner, part)]
     if lacking:
-        raise ReasonerNameError(f"own:{rest} is no reasoner: it has no {' and no '.join(lacking)}")
+        raise ReasonerNameError(f"own:{rest} is not a reasoner: it has no {' and no '.join(lacking)}")
     made: Reasoner = reasoner
     return made
 

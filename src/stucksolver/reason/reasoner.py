@@ -98,7 +98,7 @@ def _parse_decision(answer: str, scene: Scene) -> Decision:
     try:
         return Decision.model_validate_json(answer)
     except ValidationError as error:
-        raise ReasonerError(f"the answer is no decision: {error.errors()[0]['msg']}") from error
+        raise ReasonerError(f"the answer is not a decision: {error.errors()[0]['msg']}") from error
 
 
 PARSERS: dict[str, Parser] = {"decision": _parse_decision}

@@ -29,7 +29,7 @@ def head_of(record: Path) -> Anchor:
     """The last whole line of a record. Raises `RecordError`."""
     digests = read_digests(record)
     if not digests:
-        raise RecordError(f"{record}: there is no whole line in it, so it has no head")
+        raise RecordError(f"{record}: it has no complete line, so it has no head")
     return Anchor(len(digests), digests[-1])
 
 
@@ -44,7 +44,7 @@ def check_anchor(record: Path, anchor: Anchor) -> None:
     if found != anchor.digest:
         raise RecordError(
             f"{record}, line {anchor.line}: its hash is {found[:16]}…, its anchor says {anchor.digest[:16]}…; "
-            "the record was written anew, or the anchor is of another one"
+            "the record was rewritten, or the anchor belongs to another record"
         )
 
 

@@ -13,7 +13,7 @@ from typing import Any
 _MARK = b',"hash":"'
 _TAIL = len(_MARK) + 64 + len(b'"}')
 START = "0" * 64
-_LOOKS_LIKE = "no line of it ends in a hash, as each line of a record does"
+_LOOKS_LIKE = "none of its lines ends in a hash, as every line of a record does"
 
 
 class RecordError(RuntimeError):
@@ -80,7 +80,7 @@ def _checked(path: Path) -> Iterator[tuple[bytes, str]]:
         raise RecordError(f"cannot read {path}: {error.strerror}; give a file `intervention-….jsonl`") from error
     last = lines.pop()
     if [*lines, last] != [b""] and not any(_hash_stands_in(line) for line in (*lines, last)):
-        raise RecordError(f"{path} is no record: {_LOOKS_LIKE}; give a file `intervention-….jsonl`")
+        raise RecordError(f"{path} is not a record: {_LOOKS_LIKE}; give a file `intervention-….jsonl`")
     for number, line in enumerate(lines, 1):
         body, digest = line[:-_TAIL] + b"}", line[-_TAIL + len(_MARK) : -2].decode("ascii", "replace")
         if not _hash_stands_in(line) or _digest(before, body) != digest:

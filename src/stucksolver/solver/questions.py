@@ -80,7 +80,7 @@ class QuestionDesk:
             if question is None:
                 raise QuestionError("nothing is asked now")
             if question_id is not None and question_id != question.id:
-                raise QuestionError(f"question {question_id} is not open any more; open is {question.id}")
+                raise QuestionError(f"question {question_id} is no longer open; the open one is {question.id}")
             if question.kind is QuestionKind.ADVICE:
                 raise QuestionError(f"question {question.id} asks for words: call guide(text)")
             if question.to == "operator" and by != "operator":

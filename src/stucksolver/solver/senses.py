@@ -135,9 +135,9 @@ def _read(read: Read) -> tuple[Surroundings | None, str]:
     if raw is None:
         return None, "there are no surroundings"
     if not isinstance(raw, Surroundings):
-        return None, f"the stack gave a {type(raw).__name__} for surroundings"
+        return None, f"the stack returned a {type(raw).__name__} as surroundings"
     wrong = why_unsound(raw)
-    return (raw, "") if wrong is None else (None, f"the surroundings cannot be true: {wrong}")
+    return (raw, "") if wrong is None else (None, f"the surroundings are inconsistent: {wrong}")
 
 
 def _same(one: Surroundings, other: Surroundings) -> bool:

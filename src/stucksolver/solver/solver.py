@@ -32,7 +32,7 @@ from stucksolver.solver.workers.words_worker import WordsWorker
 from stucksolver.words import NoReader, WordsReader, find_reader, situation_of
 
 T = TypeVar("T")
-NO_NUMBER = "the status has a value that is no number"
+NO_NUMBER = "the status has a value that is not a number"
 ASK_BACK = "I did not understand that. Shall I wait, drive on, go round, or take another way?"
 
 

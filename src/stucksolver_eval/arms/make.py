@@ -72,14 +72,14 @@ def _check_perception(spec: ArmSpec) -> None:
         if spec.perception != SENSORS:
             raise ArmError("--sensor-fault goes with --perception sensors")
         if spec.sensor_fault not in FAULTS:
-            raise ArmError(f"unknown sensor fault {spec.sensor_fault!r}; there are {', '.join(FAULTS)}")
+            raise ArmError(f"unknown sensor fault {spec.sensor_fault!r}; choose from {', '.join(FAULTS)}")
 
 
 def _check_memory(spec: ArmSpec) -> None:
     if spec.memory is None:
         return
     if spec.recovery in (NONE, TIMERS):
-        raise ArmError(f"--memory stands before a recovery that is asked, not before {spec.recovery!r}")
+        raise ArmError(f"--memory needs a recovery that proposes plans; it does not work with {spec.recovery!r}")
     try:
         EpisodeStore(spec.memory)
     except MemoryFileError as error:

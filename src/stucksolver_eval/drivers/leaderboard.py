@@ -197,7 +197,7 @@ class _Listening(_Sensor):
                 return _as_array(self._latest)
         kind = self._actor.type_id
         raise AgentError(
-            f"{kind}, which {self._who} asks for, gave nothing for frame {frame} in {PICTURES_LIMIT_S:.0f} s"
+            f"{kind}, which {self._who} asks for, sent no data for frame {frame} in {PICTURES_LIMIT_S:.0f} s"
         )
 
     def _is_of(self, frame: int) -> bool:

@@ -88,10 +88,10 @@ def _loaded(words: str) -> tuple[Any, str]:
             "its module must be in the current folder, on PYTHONPATH or installed"
         ) from error
     if not callable(made):
-        raise DriverNameError(f"driver {words!r} is no class")
+        raise DriverNameError(f"driver {words!r} is not a class")
     lacking = [part for part in ("set_route", "run_step") if not hasattr(made, part)]
     if lacking and not is_leaderboard_agent(made):
         raise DriverNameError(
-            f"driver {words!r} is no agent: it has no {' and no '.join(lacking)}; see examples/own_driver.py"
+            f"driver {words!r} is not an agent: it has no {' and no '.join(lacking)}; see examples/own_driver.py"
         )
     return made, config

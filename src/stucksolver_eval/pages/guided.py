@@ -37,7 +37,7 @@ def pairs_of(arguments: list[str]) -> dict[str, tuple[Path, Path]]:
         name, _, folders = one.partition("=")
         both = folders.split(",")
         if not name or len(both) != 2 or not all(both):
-            raise UsageError(f"{one!r} is no pair: write SUITE=UNGUIDED,GUIDED")
+            raise UsageError(f"{one!r} is not a pair; write SUITE=UNGUIDED,GUIDED")
         found[name] = (Path(both[0]), Path(both[1]))
     if not found:
         raise UsageError("name at least one pair: SUITE=UNGUIDED,GUIDED")

@@ -81,7 +81,7 @@ def campaign(spec: CampaignSpec, out: TextIO = sys.stderr) -> list[FaultRow]:
     """
     unknown = [fault for fault in spec.faults if fault not in (HEALTHY, *FAULTS)]
     if unknown:
-        raise CampaignError(f"unknown sensor fault {unknown[0]!r}; there are {', '.join((HEALTHY, *FAULTS))}")
+        raise CampaignError(f"unknown sensor fault {unknown[0]!r}; choose from {', '.join((HEALTHY, *FAULTS))}")
     routes = load_routes(spec.suite, spec.only)
     check_arm(_arm(spec, HEALTHY))
     require_writable(spec.out)

@@ -50,7 +50,7 @@ class MountedSensor:
                 data = self._data.get(timeout=max(until_s - time.monotonic(), 0.0))
             except queue.Empty:
                 raise SensorError(
-                    f"{self.type_id} gave nothing for frame {frame} in {DATA_LIMIT_S:.0f} s; run again"
+                    f"{self.type_id} sent no data for frame {frame} in {DATA_LIMIT_S:.0f} s; run again"
                 ) from None
             if data.frame == frame:
                 return data

@@ -20,7 +20,7 @@ from stucksolver_eval.terminal import PART
 
 MEANINGS = {
     "Driving score (DS)": "Mean over all routes of route completion times infraction score; 0 to 100.",
-    "Success rate (SR), %": "Routes driven to their end without an infraction; driving slowly is none.",
+    "Success rate (SR), %": "Routes driven to their end without an infraction; driving slowly is not counted as one.",
     "Route completion (RC), %": "How much of its route the vehicle drove, mean over all routes.",
     "Infraction score (IS)": "1 without infractions; each collision, red light, stop sign or time-out multiplies it by "
     "a factor below 1.",

@@ -50,7 +50,7 @@ CSV_HEAD = (
 
 MEANING = (
     "RC: route completion, %. IS: infraction score, 1 without infractions. DS: driving score, the mean of RC x IS. "
-    "SR: success rate, the routes driven to their end without an infraction; driving slowly is none."
+    "SR: success rate, the routes driven to their end without an infraction; driving slowly is not counted as one."
 )
 
 

@@ -150,7 +150,7 @@ def _hero(world: carla.World, line: RouteLine) -> carla.Vehicle:
     hero: carla.Vehicle | None = world.try_spawn_actor(blueprint, start)
     if hero is None:
         raise RideError(
-            f"the car could not be put at the route's start ({start.location.x:.1f}, {start.location.y:.1f})"
+            f"the car could not be placed at the route's start ({start.location.x:.1f}, {start.location.y:.1f})"
         )
     return hero
 

@@ -59,7 +59,7 @@ def _parse(path: Path) -> _Element:
 
     def refuse(*_: object) -> None:
         raise RouteFileError(
-            f"{path}, line {parser.CurrentLineNumber}: a document type has no place here; remove the DOCTYPE"
+            f"{path}, line {parser.CurrentLineNumber}: a document type is not allowed; remove the DOCTYPE"
         )
 
     parser.StartElementHandler = begin
@@ -70,7 +70,7 @@ def _parse(path: Path) -> _Element:
         parser.Parse(path.read_bytes(), True)
     except expat.ExpatError as error:
         reason = expat.ErrorString(error.code)
-        raise RouteFileError(f"{path}, line {error.lineno}: not well-formed XML: {reason}; mend it there") from error
+        raise RouteFileError(f"{path}, line {error.lineno}: not well-formed XML: {reason}; fix it there") from error
     return outside.children[0]
 
 
@@ -102,7 +102,7 @@ class _Reader:
         seen: set[str] = set()
         for route, element in zip(routes, root.all("route"), strict=True):
             if route.id in seen:
-                raise self.error(element, f"route id {route.id} is there twice", "give each route an id of its own")
+                raise self.error(element, f"route id {route.id} occurs twice", "give each route its own id")
             seen.add(route.id)
 
     def _scenario(self, element: _Element) -> ScenarioSpec:

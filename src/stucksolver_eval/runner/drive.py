@@ -96,7 +96,7 @@ def _hero(world: carla.World, line: RouteLine) -> carla.Vehicle:
     hero: carla.Vehicle | None = world.try_spawn_actor(blueprint, start)
     if hero is None:
         place = start.location
-        raise DriveError(f"the ego could not be put at the route's start ({place.x:.1f}, {place.y:.1f})")
+        raise DriveError(f"the ego could not be placed at the route's start ({place.x:.1f}, {place.y:.1f})")
     return hero
 
 

@@ -92,7 +92,7 @@ def _alike(folder: Path, manifest: Manifest) -> Store:
     store = Store(folder)
     differs = manifest.model_copy(update={"guidance_digest": ""}).differs_from(store.manifest())
     if differs:
-        raise StoreError(f"nothing of {folder} can be used here: {differs}; leave --reuse out")
+        raise StoreError(f"no result in {folder} can be reused: {differs}; omit --reuse")
     return store
 
 

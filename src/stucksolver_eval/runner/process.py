@@ -82,7 +82,7 @@ def _listen(ours: Connection, progress: Callable[[float], None], wanted: Callabl
             raise NotWanted
         if not ours.poll(LOOK_S):
             if time.monotonic() - heard > SILENCE_S:
-                raise RunError(f"the run has not gone on for {SILENCE_S:.0f} s and was ended; run again")
+                raise RunError(f"the run made no progress for {SILENCE_S:.0f} s and was ended; run again")
             continue
         heard = time.monotonic()
         try:

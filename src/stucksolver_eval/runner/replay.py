@@ -48,7 +48,7 @@ class ReplayKeeper:
             if noted.kind != "min_speed_infractions":
                 logger.event(noted.time_s, "infraction", noted.text)
         for said in outcome.guidance if job.arm.recovery in ("none", "timers") else ():
-            logger.event(said.time_s, "guidance", f"{said.text} (nobody listens)")
+            logger.event(said.time_s, "guidance", f"{said.text} (nobody is listening)")
         logger.event(outcome.ticks * self._setting.dt_s, "run", status_text(record.status))
         places = [(w.transform.location.x, -w.transform.location.y) for w in self._setting.route.waypoints]
         return RunLog(

@@ -27,7 +27,7 @@ def scenario_type(name: str) -> type[Scenario]:
     """The type of that name. Raises `ScenarioError` that lists what exists."""
     load_all()
     if name not in SCENARIOS:
-        raise ScenarioError(f"unknown scenario type {name!r}; there are {', '.join(sorted(SCENARIOS))}")
+        raise ScenarioError(f"unknown scenario type {name!r}; choose from {', '.join(sorted(SCENARIOS))}")
     return SCENARIOS[name]
 
 

@@ -35,8 +35,8 @@ def test_a_missing_file_and_a_log_of_another_make_are_told_in_words(client, worl
     recordings.mkdir(exist_ok=True)
     (recordings / "other.log").write_bytes(b"CARLA_RECORDER")
     assert "not found on server" in client.replay_file("none.log", 0.0, 0.0, 0)
-    assert "is no log of carlette" in client.show_recorder_file_info("other.log", True)
-    assert "exists and is no log" in client.start_recorder("other.log")
+    assert "is not a carlette log" in client.show_recorder_file_info("other.log", True)
+    assert "exists and is not a carlette log" in client.start_recorder("other.log")
 
 
 def test_no_name_leads_out_of_the_folder_for_logs(client, world, tmp_path: Path) -> None:

@@ -159,7 +159,7 @@ def test_a_log_that_was_cut_off_is_read_up_to_there(recorded, tmp_path: Path) ->
     ("content", "problem"),
     [
         (None, "not found on server"),
-        (b"CARLA_RECORDER", "is no log of carlette"),
+        (b"CARLA_RECORDER", "is not a carlette log"),
         (MAGIC + b"\xc1\xc1", "is damaged"),
         (MAGIC + b"\x93\xa5frame\x01\x02", "is damaged"),
     ],
@@ -176,7 +176,7 @@ def test_a_file_that_is_no_log_is_named_with_its_problem(tmp_path: Path, content
 def test_a_file_of_somebody_else_is_never_overwritten(tmp_path: Path, text: str) -> None:
     theirs = tmp_path / "thesis.tex"
     theirs.write_text(text)
-    with pytest.raises(RequestError, match=r"thesis\.tex' exists and is no log"):
+    with pytest.raises(RequestError, match=r"thesis\.tex' exists and is not a carlette log"):
         Recorder(theirs, straight_world())
     assert theirs.read_text() == text
 

@@ -27,7 +27,7 @@ def test_a_link_leads_nowhere_else_either(tmp_path: Path) -> None:
     folder.mkdir()
     outside.mkdir()
     (folder / "door").symlink_to(outside)
-    with pytest.raises(RequestError, match="is no file within"):
+    with pytest.raises(RequestError, match="is not a file within"):
         path_in(folder, "door/run.log")
 
 

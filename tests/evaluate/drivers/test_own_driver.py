@@ -50,7 +50,7 @@ def driven(driver, folder):
     [
         ("nowhere:Agent", "No module named 'nowhere'"),
         ("guests:Nobody", "no attribute 'Nobody'"),
-        ("guests:AHEAD", "is no class"),
+        ("guests:AHEAD", "is not a class"),
         ("guests:Deaf", "it has no set_route"),
         ("guests", "use behavior, planner, either with :PROFILE, or MODULE:CLASS"),
         ("behavior:mad", "cautious, normal, aggressive"),
@@ -205,7 +205,7 @@ def test_while_nobody_reads_a_sensor_only_its_latest_data_is_kept():
     held = [weakref.ref(one) for one in data]
     del data, one
     assert sum(ref() is not None for ref in held) == 1
-    with pytest.raises(AgentError, match=r"sensor\.camera\.rgb, which mine:Agent asks for, gave nothing for frame 600"):
+    with pytest.raises(AgentError, match=r"sensor\.camera\.rgb, which mine:Agent asks for, sent no data for frame 600"):
         listening.read(600, time.monotonic())
 
 

@@ -52,7 +52,7 @@ def test_all_faults_that_there_are_are_driven_and_the_healthy_sensors_too(tmp_pa
 
 
 def test_what_cannot_be_driven_is_one_line_and_exit_code_2(tmp_path, capsys):
-    with pytest.raises(CampaignError, match="unknown sensor fault 'lidar-melted'; there are none, lidar-missing"):
+    with pytest.raises(CampaignError, match="unknown sensor fault 'lidar-melted'; choose from none, lidar-missing"):
         campaign(CampaignSpec(tmp_path, faults=("lidar-melted",)))
     assert main(["--out", str(tmp_path), "--suite", "no_such_suite"]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1

@@ -105,7 +105,7 @@ def test_a_route_of_one_waypoint_is_refused(tmp_path: Path) -> None:
 
 def test_the_same_id_twice_is_refused(tmp_path: Path) -> None:
     route = LEADERBOARD[LEADERBOARD.index("  <route ") : LEADERBOARD.index("</routes>")]
-    assert "1711 is there twice" in refused(tmp_path, LEADERBOARD.replace("</routes>", route + "</routes>"))
+    assert "1711 occurs twice" in refused(tmp_path, LEADERBOARD.replace("</routes>", route + "</routes>"))
 
 
 def test_another_root_and_an_empty_file_are_refused(tmp_path: Path) -> None:

@@ -99,7 +99,7 @@ def test_types_without_a_time_limit_are_those_of_the_public_benchmark():
 
 
 def test_an_unknown_type_is_named_with_what_exists():
-    with pytest.raises(ScenarioError, match=r"unknown scenario type 'Acident'; there are Accident, AccidentTwoWays"):
+    with pytest.raises(ScenarioError, match=r"unknown scenario type 'Acident'; choose from Accident, AccidentTwoWays"):
         scenario_type("Acident")
 
 

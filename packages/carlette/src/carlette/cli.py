@@ -68,38 +68,41 @@ def _parser() -> argparse.ArgumentParser:
         "--client-version",
         choices=sorted(VERSIONS),
         default=DEFAULT_VERSION,
-        help="of the carla package that connects (default: %(default)s)",
+        help="version of the carla package that connects (default: %(default)s)",
     )
     parser.add_argument(
         "--seed",
         type=int,
         default=0,
-        help="for what is left to chance, such as first phases (default: %(default)s)",
+        help="seed of random choices, such as first light phases (default: %(default)s)",
     )
     parser.add_argument(
-        "--recordings", type=Path, metavar="DIR", help="where clients record to (default: a folder for state of yours)"
+        "--recordings",
+        type=Path,
+        metavar="DIR",
+        help="where clients record to (default: a folder in your state directory)",
     )
     parser.add_argument(
-        "--as-carla-root", metavar="DIR", help="write a folder that tools accept as CARLA_ROOT, and end"
+        "--as-carla-root", metavar="DIR", help="write a folder that tools accept as CARLA_ROOT, and exit"
     )
     parser.add_argument(
         "--build-scenery",
         action="store_true",
-        help="listen only when what cameras and rays need of the map is built (default: build it beside the ticks)",
+        help="listen only after the map data for cameras and rays is built (default: build it in the background)",
     )
     parser.add_argument(
         "--synchronous",
         action="store_true",
-        help="begin in synchronous mode: the world stands until a client ticks it, so that each run begins alike",
+        help="start in synchronous mode: the world waits until a client ticks it, so that every run starts alike",
     )
-    parser.add_argument("--parent-pid", type=int, metavar="PID", help="stop when this process is gone")
+    parser.add_argument("--parent-pid", type=int, metavar="PID", help="stop when this process has ended")
     parser.add_argument("--exit-on-stdin-eof", action="store_true", help="stop when standard input closes")
     return parser
 
 
 def _port(text: str) -> int:
     if not text.isdecimal() or int(text) > LAST_PORT:
-        raise argparse.ArgumentTypeError(f"'{text}' is no port; give a number from 0 to {LAST_PORT}")
+        raise argparse.ArgumentTypeError(f"'{text}' is not a port; give a number from 0 to {LAST_PORT}")
     return int(text)
 
 
@@ -153,7 +156,7 @@ def _serve(options: argparse.Namespace) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: server.stop())
     if options.host not in LOOPBACK:
-        warning = "anybody who reaches it controls this server: the protocol has no authentication"
+        warning = "anyone who can connect controls this server: the protocol has no authentication"
         print(f"carlette: warning: listening on {options.host}; {warning}", file=sys.stderr)
     print(f"carlette: listening on {options.host}:{server.port} map={simulator.world.roads.file.name}", flush=True)
     server.serve(_watchdog(options))

@@ -73,7 +73,7 @@ class GuardPolicy(Model):
     def _known(cls, releases: Mapping[str, Release]) -> Mapping[str, Release]:
         unknown = sorted(set(releases) - set(REGISTRY))
         if unknown:
-            raise ValueError(f"release of an unknown behaviour {unknown[0]!r}; there are: {', '.join(REGISTRY)}")
+            raise ValueError(f"release of an unknown behaviour {unknown[0]!r}; choose from: {', '.join(REGISTRY)}")
         return releases
 
     def laxer_than(self, other: GuardPolicy) -> tuple[str, ...]:

@@ -11,12 +11,12 @@ NEEDS: dict[str, str] = {
     "school_bus": "I would pass a school bus.",
     "level_crossing": "I would cross a level crossing.",
     "flagger": "I would pass someone who directs the traffic.",
-    "red_light": "I would drive at a red light.",
+    "red_light": "I would drive through a red light.",
     "borrow_oncoming_lane": "I would use the lane of the oncoming traffic.",
 }
 """What a yes would release beyond the plan's own words: the guard's rules, and what is worth a warning."""
 
-ADVICE = "I am not getting on by myself. What shall I do?"
+ADVICE = "I cannot get any further by myself. What shall I do?"
 ASSISTANCE = "I have stopped, and I need help. May I try again?"
 
 

@@ -26,8 +26,8 @@ CAUSES: dict[CauseCode, str] = {
     CauseCode.DISABLED_VEHICLE: "A broken-down {bare} blocks my lane.",
     CauseCode.STATIC_OBSTACLE: "{Thing} blocks my lane.",
     CauseCode.BLOCKED_ROAD: "The road ahead is blocked.",
-    CauseCode.LOOP: "I have come past here before and am not getting on.",
-    CauseCode.UNKNOWN: "I am not getting on, and I do not know why.",
+    CauseCode.LOOP: "I have been past here before and am making no progress.",
+    CauseCode.UNKNOWN: "I am making no progress, and I do not know why.",
 }
 NEAR_M = 60.0
 """What is further ahead than this is not what holds the car up."""

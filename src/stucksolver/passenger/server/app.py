@@ -88,7 +88,7 @@ def _add_reading(app: FastAPI, access: Access) -> None:
         _, vehicle = access.vehicle(request, vehicle_id)
         found = vehicle.now
         if found is None:
-            raise HTTPException(404, "The vehicle has told nothing yet.")
+            raise HTTPException(404, "The vehicle has not reported anything yet.")
         return found
 
     @app.get("/api/vehicles/{vehicle_id}/camera.jpg", response_class=Response)

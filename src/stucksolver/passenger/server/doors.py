@@ -106,7 +106,7 @@ def _single(scope: Scope) -> dict[str, str]:
     for raw_name, raw_value in scope["headers"]:
         name = raw_name.decode("latin-1").lower()
         if name in found and name in ("host", "origin", "content-length", "authorization"):
-            raise Refused(400, f"The header {name} stands there twice.")
+            raise Refused(400, f"The header {name} occurs twice.")
         found[name] = raw_value.decode("latin-1")
     return found
 
@@ -119,7 +119,7 @@ async def _body(told: str, receive: Receive) -> bytes:
     while True:
         message = await receive()
         if message["type"] != "http.request":
-            raise Refused(400, "The request broke off.")
+            raise Refused(400, "The request ended early.")
         body += message.get("body", b"")
         if len(body) > BODY_BYTES:
             raise Refused(413, f"At most {BODY_BYTES} bytes are read.")

@@ -49,14 +49,14 @@ class PageOptions:
         try:
             ipaddress.ip_address(self.listen)
         except ValueError:
-            raise PageError(f"{self.listen!r} is no address to listen at: give one of this machine's") from None
+            raise PageError(f"{self.listen!r} is not an address to listen at; give one of this machine's") from None
         if (self.cert is None) != (self.key is None):
             raise PageError("a certificate and its key go together: give both --cert and --key")
         if self.cert is not None and self.key is not None:
             try:
                 ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(self.cert, self.key)
             except (OSError, ssl.SSLError) as error:
-                raise PageError(f"{self.cert} and {self.key} are no certificate with its key: {error}") from error
+                raise PageError(f"{self.cert} and {self.key} are not a certificate with its key: {error}") from error
 
     def bound(self) -> socket.socket:
         """A socket that listens there. Raises `PageError`."""

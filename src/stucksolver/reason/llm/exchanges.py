@@ -104,7 +104,7 @@ class RecordedChat:
         key = request_key(request_form(messages, tools, must_call))
         lines = self._answers.get(key)
         if not lines:
-            raise GiveUp("this question is not among the recorded ones; record it anew with --exchanges")
+            raise GiveUp("this question is not among the recorded ones; record it again with --exchanges")
         # The last answer to a question stays: a resumed run asks it once more.
         line = lines.popleft() if len(lines) > 1 else lines[0]
         if line.get("error") == "TryAgain":
@@ -159,7 +159,7 @@ def _entry(line: str, where: str) -> dict[str, Any]:
         entry: dict[str, Any] = json.loads(line)
         same = request_key(entry["request"]) == entry["key"]
     except (ValueError, KeyError, TypeError) as error:
-        raise ExchangesError(f"{where}: not an exchange; remove the line or record anew") from error
+        raise ExchangesError(f"{where}: not an exchange; remove the line or record again") from error
     if not same:
         raise ExchangesError(f"{where}: the request does not match its key; it was changed")
     return entry

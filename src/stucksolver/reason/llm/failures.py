@@ -32,7 +32,7 @@ def translated(error: Any, where: str, model: str) -> Exception:
         return _rate_limit(error, where)
     if isinstance(error, openai.APIStatusError):
         return _by_status(error, where)
-    return TryAgain(f"{where} answered what is no chat completion: {str(error)[:200]}", Trouble.BROKEN)
+    return TryAgain(f"{where} did not answer with a chat completion: {str(error)[:200]}", Trouble.BROKEN)
 
 
 def _by_status(error: Any, where: str) -> Exception:
@@ -56,16 +56,16 @@ def _no_connection(error: Any, where: str) -> Exception:
     cause: BaseException | None = error
     while cause is not None:
         if "CERTIFICATE" in str(cause).upper():
-            text = f"{where} shows a certificate that is not trusted: set SSL_CERT_FILE to its issuer's"
+            text = f"{where} has a certificate that is not trusted: set SSL_CERT_FILE to its issuer's"
             return GiveUp(text, lasting=True)
         cause = cause.__cause__ or cause.__context__
-    return TryAgain(f"{where} cannot be reached, or broke off: is it running, is the address right?", Trouble.AWAY)
+    return TryAgain(f"{where} cannot be reached or hung up: is it running, is the address right?", Trouble.AWAY)
 
 
 def _rate_limit(error: Any, where: str) -> Exception:
     if getattr(error, "code", None) == "insufficient_quota":
-        return GiveUp(f"{where}: the account's quota is used up", lasting=True)
-    return TryAgain(f"{where} is asked too often", Trouble.BUSY, _after(error))
+        return GiveUp(f"{where}: the account's quota is exhausted", lasting=True)
+    return TryAgain(f"{where} limits the rate of requests", Trouble.BUSY, _after(error))
 
 
 def _after(error: Any) -> float | None:

@@ -118,7 +118,7 @@ class OpenAiChat:
                 continue
             except (ValueError, TypeError, AttributeError, LookupError) as error:
                 # The SDK hands bodies that are no completion on as they are, or fails on them in its own ways.
-                raise TryAgain(f"{self.where} answered what is no chat completion", Trouble.BROKEN) from error
+                raise TryAgain(f"{self.where} did not answer with a chat completion", Trouble.BROKEN) from error
             spent = reply.usage if spent is None or reply.usage is None else spent + reply.usage
             if is_called(reply) or not self.takes.step_down(f"answered without a call: {reply.text[:60]!r}"):
                 return ChatReply(reply.text, reply.calls, spent, reply.model, reply.finish, reply.saw)
@@ -152,4 +152,4 @@ def check_url(url: str) -> None:
     """Raises `ValueError` for what is no address of a server."""
     parts = urlsplit(url)
     if parts.scheme not in ("http", "https") or not parts.hostname or any(c.isspace() for c in url):
-        raise ValueError(f"{url!r} is no address: give one such as http://127.0.0.1:8000/v1")
+        raise ValueError(f"{url!r} is not an address; give one such as http://127.0.0.1:8000/v1")

@@ -78,7 +78,7 @@ def said(reading: Reading | None) -> str:
 def _without_guidance(scene: Scene, observation: Observation, limits: WaitLimits) -> Analysis:
     steps = [_step("S2.2", scene.ego.at_destination, _destination(scene))]
     if scene.ego.at_destination:
-        return _waiting(steps, Hold(WaitReason.AT_DESTINATION, "the route is done"))
+        return _waiting(steps, Hold(WaitReason.AT_DESTINATION, "the route is complete"))
     moving = scene.ego.speed_mps >= MOVING_MPS
     looping = moving and scene.ego.progress_20s_m is not None and scene.ego.progress_20s_m < 5.0
     # Adding 0.0 takes the sign off a zero.
@@ -86,7 +86,7 @@ def _without_guidance(scene: Scene, observation: Observation, limits: WaitLimits
     steps.append(_step("S2.3", moving and not looping, motion))
     if moving:
         cause = CauseCode.LOOP if looping else None
-        reason = "it moves without getting on" if looping else "it is moving"
+        reason = "it moves but makes no progress" if looping else "it is moving"
         return Analysis(steps=tuple(steps), immobilized=looping, cause=cause, reason=reason)
     hold = find_hold(scene, limits)
     steps.append(_step("S2.4", hold is not None, hold.evidence if hold else "nothing holds it in its own lane"))

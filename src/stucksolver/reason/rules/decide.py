@@ -71,7 +71,7 @@ def _way_on(scene: Scene, analysis: Analysis) -> Way:
     if lead is None:
         return without_lead(scene, analysis)
     if lead.kind is ObjectKind.CROSSING_GATE:
-        return None, (WaitReason.LIGHT, f"nobody drives round the gate {lead.id}")
+        return None, (WaitReason.LIGHT, f"nobody may drive around the gate {lead.id}")
     over = over_it(scene, lead)
     if over is not None:
         return over

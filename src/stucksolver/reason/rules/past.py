@@ -146,7 +146,7 @@ def _by_lane_change(
     start = _waypoint_in(scene, lane, min(max(way, 20.0), 150.0))
     if start is not None and _return_was_refused(scene):
         plan = RecoveryPlan(behaviors=behaviors, replan_route=True, route_start=start.id)
-        return plan, (None, f"pass {who} in the {side} lane{what}, and plan the route anew from there")
+        return plan, (None, f"pass {who} in the {side} lane{what}, and replan the route from there")
     back = ChangeLane(side="right" if side == "left" else "left", distance_m=25.0, speed_mps=speed)
     return RecoveryPlan(behaviors=(*behaviors, back)), (None, f"pass {who} in the {side} lane{what}, then return")
 

@@ -105,7 +105,7 @@ def to_see_more(scene: Scene, target: PassTarget, plan: RecoveryPlan) -> Way | N
     if gap < SWING_M:
         return None
     whole = plan.model_copy(update={"behaviors": (*moves, *plan.behaviors)})
-    return whole, (None, f"get back and aside to see past {lead.id}, then pass")
+    return whole, (None, f"back up and move aside to see past {lead.id}, then pass")
 
 
 def _hides_from_aside(scene: Scene, target: PassTarget) -> bool:

@@ -114,7 +114,7 @@ def against_offers(plan: RecoveryPlan, scene: Scene | None) -> Verdict | None:
 def against_releases(plan: RecoveryPlan, guard: Guard, has: Approvals) -> Verdict | None:
     """Refuse a plan if any of its behaviours lacks an approval, even a late one: the plan would end half-way."""
     lacking = [
-        Reject(code=RejectCode.APPROVAL, detail=f"{name} needs the yes of the {needed.value}")
+        Reject(code=RejectCode.APPROVAL, detail=f"{name} needs a yes from the {needed.value}")
         for name in dict.fromkeys(b.name for b in plan.behaviors)
         if not has.cover(name, needed := guard.policy.release(name))
     ]

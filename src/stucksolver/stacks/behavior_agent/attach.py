@@ -77,7 +77,7 @@ class AttachedAgent:
             return self.solver.step(stack.status(), stack.surroundings)
         except Exception as error:  # noqa: BLE001 - of whatever type, it must not end the agent's own loop
             self.fault = f"{type(error).__name__}: {error}"
-            end = "what it ordered is ended as was proven, then the agent drives by itself"
+            end = "its last directive ends as proven, then the agent drives by itself"
             print(f"stucksolver: the solver has failed ({self.fault}); {end}", file=sys.stderr, flush=True)
             traceback.print_exc()
             return None

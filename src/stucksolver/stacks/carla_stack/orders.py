@@ -65,11 +65,11 @@ def why_unfit(directive: object) -> str | None:
     The models refuse most of it when they are made; copies and what is made without validation come through here.
     """
     if not isinstance(directive, Continue | Execute | Replan | SafeStop):
-        return f"a {type(directive).__name__} is no directive"
+        return f"a {type(directive).__name__} is not a directive"
     if not isinstance(directive, Execute):
         return None
     if not isinstance(directive.path, tuple) or not all(isinstance(point, PathPoint) for point in directive.path):
-        return "the path is no tuple of points"
+        return "the path is not a tuple of points"
     if len(directive.path) > MOST_POINTS:
         return f"the path has {len(directive.path)} points; there may be {MOST_POINTS}"
     if not all(_is_sound(point) for point in directive.path):
@@ -77,12 +77,12 @@ def why_unfit(directive: object) -> str | None:
     if directive.path and _extent_m(directive.path) < APART_M:
         return "a path needs two points at different places"
     if not isinstance(directive.ignore, tuple) or len(directive.ignore) > MOST_IDS:
-        return f"ignore is no tuple of {MOST_IDS} ids at most"
+        return f"ignore is not a tuple of at most {MOST_IDS} ids"
     if not all(isinstance(one, str) and one.lstrip("-").isdecimal() for one in directive.ignore):
-        return "an id of what is driven over is no actor's"
+        return "the id of an object to drive over is not an actor id"
     if directive.brake_mps2 is not None and not _within(directive.brake_mps2, 1e-3, HARDEST_MPS2):
         return "how hard to brake is out of all bounds"
-    return None if _within(directive.expires_ticks, 1, math.inf) else "expires_ticks is no number of ticks"
+    return None if _within(directive.expires_ticks, 1, math.inf) else "expires_ticks is not a number of ticks"
 
 
 def _extent_m(path: tuple[PathPoint, ...]) -> float:

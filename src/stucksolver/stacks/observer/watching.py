@@ -80,7 +80,7 @@ class Watching:
         """One tick. Raises `NoSuchCar` when the car is gone or the world stands still."""
         self._await_tick()
         if not self._car.is_alive:
-            raise NoSuchCar("the watched car is gone")
+            raise NoSuchCar("the observed car is gone")
         if self._eyes is not None:
             self._eyes.tick()
         status = self._stack.status()
@@ -134,7 +134,9 @@ class Watching:
         try:
             self._world.wait_for_tick(TICK_LIMIT_S)
         except RuntimeError as error:
-            raise NoSuchCar(f"the world stands still for {TICK_LIMIT_S:g} s, or its server is gone: {error}") from error
+            raise NoSuchCar(
+                f"the world has not advanced for {TICK_LIMIT_S:g} s, or its server has stopped: {error}"
+            ) from error
 
     @property
     def _moving_mps(self) -> float:

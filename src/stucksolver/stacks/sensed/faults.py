@@ -28,7 +28,7 @@ class SensorFault:
 
     def __init__(self, name: str, since_s: float = 0.0, seed: int = 0) -> None:
         if name not in FAULTS:
-            raise ValueError(f"unknown sensor fault {name!r}; there are {', '.join(FAULTS)}")
+            raise ValueError(f"unknown sensor fault {name!r}; choose from {', '.join(FAULTS)}")
         self._change = FAULTS[name]
         self._since_s = since_s
         self.random = np.random.default_rng(seed)

@@ -37,7 +37,7 @@ class Obstacle(Scenario):
     def needs(self, setting: Setting) -> str | None:
         side = "left" if self.direction == "right" else "right"
         if side_driving_lane(self.ahead(self.distance_m), side) is None:
-            return f"{self.distance_m:.0f} m beyond the trigger point is no driving lane on the {side}"
+            return f"{self.distance_m:.0f} m beyond the trigger point there is no driving lane on the {side}"
         return None
 
     @abstractmethod
@@ -107,7 +107,7 @@ class TwoWays(Obstacle):
 
     def needs(self, setting: Setting) -> str | None:
         if not oncoming_lanes(self.ahead(self.distance_m)):
-            return f"{self.distance_m:.0f} m beyond the trigger point is no oncoming lane beside"
+            return f"{self.distance_m:.0f} m beyond the trigger point there is no adjacent oncoming lane"
         return None
 
     def way_past(self, end_s: float) -> Iterator[None]:

@@ -58,7 +58,7 @@ class DynamicObjectCrossing(Scenario):
         kinds = (carla.LaneType.Sidewalk, carla.LaneType.Shoulder)
         if all(lane_of(lane, kind, self.direction) is None for kind in kinds):
             return (
-                f"{self.distance_m:.0f} m beyond the trigger point is no sidewalk or shoulder on the {self.direction}"
+                f"{self.distance_m:.0f} m beyond the trigger there is no sidewalk or shoulder on the {self.direction}"
             )
         return None
 

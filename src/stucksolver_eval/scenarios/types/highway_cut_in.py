@@ -44,7 +44,7 @@ class HighwayCutIn(Scenario):
         if not any(w.is_junction for w in line) or line[-1].is_junction:
             return "the lane at <other_actor_location> does not lead through a junction"
         if not self._is_heros(line[-1]) and side_driving_lane(line[-1], "left") is None:
-            return "where the ramp ends is no lane to cut into"
+            return "where the ramp ends there is no lane to cut into"
         return None
 
     def _line(self) -> list[Any]:

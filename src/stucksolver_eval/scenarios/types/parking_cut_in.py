@@ -41,7 +41,7 @@ class ParkingCutIn(Scenario):
         for distance_m in (BLOCKER_M, CUTTER_M):
             lane = lane_of(self.ahead(distance_m), carla.LaneType.Parking, self.direction)
             if lane is None or lane.lane_id * self.ahead(distance_m).lane_id < 0:
-                return f"{distance_m:.0f} m beyond the trigger point is no parking lane on the hero's {self.direction}"
+                return f"{distance_m:.0f} m beyond the trigger there is no parking lane on the hero's {self.direction}"
         return None
 
     def stage(self) -> None:

@@ -50,7 +50,7 @@ class ParkingExit(Scenario):
     def needs(self, setting: Setting) -> str | None:
         lane = lane_of(self.ahead(0.0), carla.LaneType.Parking, self.direction)
         if lane is None or lane.lane_id * self.ahead(0.0).lane_id < 0:
-            return f"at the trigger point is no parking lane on the hero's {self.direction}"
+            return f"at the trigger point there is no parking lane on the hero's {self.direction}"
         if not lane.next(self.front_m) or not lane.previous(self.behind_m):
             return "the parking lane at the trigger point is too short"
         return None

@@ -44,7 +44,7 @@ class StaticCutIn(Scenario):
         for k in range(CARS):
             if side_driving_lane(self._beside(k), self.direction) is None:
                 return (
-                    f"{self.distance_m + k * APART_M:.0f} m beyond the trigger point is no lane on the {self.direction}"
+                    f"{self.distance_m + k * APART_M:.0f} m beyond the trigger there is no lane on the {self.direction}"
                 )
         return None
 

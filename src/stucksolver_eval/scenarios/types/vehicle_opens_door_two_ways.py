@@ -40,7 +40,7 @@ class VehicleOpensDoorTwoWays(TwoWays):
 
     def needs(self, setting: Setting) -> str | None:
         if lane_of(self.ahead(self.distance_m), carla.LaneType.Parking, self.direction) is None:
-            return f"{self.distance_m:.0f} m beyond the trigger point is no parking lane on the {self.direction}"
+            return f"{self.distance_m:.0f} m beyond the trigger point there is no parking lane on the {self.direction}"
         if not self._cars_with_doors():
             return "the blueprint library has no car with doors that open"
         return super().needs(setting)

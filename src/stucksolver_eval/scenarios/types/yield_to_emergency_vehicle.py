@@ -42,7 +42,7 @@ class YieldToEmergencyVehicle(Scenario):
         if not setting.cast.kinds(special_type="emergency"):
             return "the blueprint library has no emergency vehicle"
         if len(slots(self.ahead(0.0))) < 2:
-            return "at the trigger point is no second lane to change into"
+            return "at the trigger point there is no second lane to change into"
         return None
 
     def stage(self) -> None:

@@ -69,7 +69,7 @@ def find_town(town_or_path: str, folders: Sequence[Path]) -> MapFile:
         path = next((one for one in _files(folders) if os.path.normpath(one) == wanted), None)
         if path is None:
             known = ", ".join(sorted(available_towns(folders))) or "none"
-            raise MapError(f"'{town_or_path}' is no town of this server (it has {known}); name one of them")
+            raise MapError(f"'{town_or_path}' is not a town of this server (it has {known}); name one of them")
         return load_map(path)
     return find_map(town_or_path, folders)
 

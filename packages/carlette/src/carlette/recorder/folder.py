@@ -30,14 +30,14 @@ def path_in(folder: Path, name: str) -> Path:
     """
     encoded = os.fsencode(name)
     if not name or "\0" in name or len(encoded) > LONGEST_PATH or max(map(len, encoded.split(b"/"))) > LONGEST_NAME:
-        raise RequestError(f"'{_short(name)}' is no name of a file; give one such as run.log")
+        raise RequestError(f"'{_short(name)}' is not a file name; give one such as run.log")
     root = folder.resolve()
     if ".." in Path(name).parts:
         raise RequestError(_refusal(name, root))
     try:
         path = (root / name).resolve()
     except (OSError, RuntimeError):  # links that go round
-        raise RequestError(f"'{_short(name)}' is no name of a file; give one such as run.log") from None
+        raise RequestError(f"'{_short(name)}' is not a file name; give one such as run.log") from None
     if path == root or not path.is_relative_to(root):
         raise RequestError(_refusal(name, root))
     return path
@@ -58,4 +58,4 @@ def _short(name: str) -> str:
 
 
 def _refusal(name: str, root: Path) -> str:
-    return f"'{_short(name)}' is no file within '{root}', where this server keeps its logs; give a name such as run.log"
+    return f"'{_short(name)}' is not a file within '{root}', where the server keeps logs; give a name such as run.log"

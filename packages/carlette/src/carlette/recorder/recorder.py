@@ -106,11 +106,11 @@ class Recorder:
 def _begin(path: Path) -> BinaryIO:
     try:
         if path.exists() and not path.is_file():
-            raise RequestError(f"cannot record to '{path}': it is no file; name a file that can be written")
+            raise RequestError(f"cannot record to '{path}': it is not a file; name a file that can be written")
         if path.exists():
             with path.open("rb") as old:
                 if old.read(len(MAGIC)) != MAGIC:
-                    raise RequestError(f"'{path}' exists and is no log of carlette; record to another file")
+                    raise RequestError(f"'{path}' exists and is not a carlette log; record to another file")
         file = path.open("wb")
         file.write(MAGIC)
         return file

@@ -100,7 +100,7 @@ def read_tape(path: Path) -> Tape:
     except OSError as error:
         raise RequestError(f"the log '{path}' cannot be read: {error.strerror}") from None
     if not data.startswith(MAGIC):
-        raise RequestError(f"'{path}' is no log of carlette (CARLA's own logs cannot be read); record one with it")
+        raise RequestError(f"'{path}' is not a carlette log (CARLA's own logs cannot be read); record one with it")
     tape = Tape(path)
     parts = msgpack.Unpacker(raw=False, unicode_errors="surrogateescape", max_buffer_size=LARGEST_BYTES)
     parts.feed(data[len(MAGIC) :])
@@ -109,7 +109,7 @@ def read_tape(path: Path) -> Tape:
             _take(tape, *part)
     except (msgpack.UnpackException, ValueError, TypeError, KeyError, AttributeError, IndexError) as error:
         raise RequestError(
-            f"the log '{path}' is damaged after {tape.duration_s:.2f} s ({error}); record anew"
+            f"the log '{path}' is damaged after {tape.duration_s:.2f} s ({error}); record again"
         ) from None
     return tape
 
@@ -117,9 +117,9 @@ def read_tape(path: Path) -> Tape:
 def _check(tape: Tape, frame: Frame) -> None:
     """Raises `ValueError` for a frame that could not be played."""
     if len(frame.ids) != len(frame.motion) or len(frame.light_ids) != len(frame.light_colors):
-        raise ValueError("a frame has another number of actors than of their motions")
+        raise ValueError("a frame has different numbers of actors and of motions")
     if not math.isfinite(frame.time_s) or not (np.abs(frame.motion) < FARTHEST).all():
-        raise ValueError("a frame has a number that is none, or too large")
+        raise ValueError("a frame has a number that is not finite or too large")
     if not (tape.entries.keys() >= set(frame.ids.tolist())):
         raise ValueError("a frame has an actor that was never seen")
 

@@ -52,7 +52,7 @@ def physics_control(world: World, actor: Actor) -> list[Any]:
 def parameters_of_actor(actor: Actor) -> PhysicsParameters:
     """A vehicle's technical data; raises `RequestError` for anything else."""
     if actor.physics is None:
-        raise RequestError(f"actor {actor.id} ({actor.type_id}) is no vehicle and has no physics control")
+        raise RequestError(f"actor {actor.id} ({actor.type_id}) is not a vehicle and has no physics control")
     return actor.physics
 
 

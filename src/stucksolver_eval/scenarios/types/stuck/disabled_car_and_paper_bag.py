@@ -27,7 +27,7 @@ class DisabledCarAndThing(Stuck):
 
     def needs(self, setting: Setting) -> str | None:
         if side_driving_lane(self.ahead(self.distance_m), "left") is None:
-            return f"{self.distance_m:.0f} m beyond the trigger point is no driving lane on the left"
+            return f"{self.distance_m:.0f} m beyond the trigger point there is no driving lane on the left"
         return None
 
     def stage(self) -> None:

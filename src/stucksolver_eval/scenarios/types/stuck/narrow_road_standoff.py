@@ -36,7 +36,7 @@ class NarrowRoadStandoff(Stuck):
 
     def needs(self, setting: Setting) -> str | None:
         if self._oncoming(self.distance_m) is None:
-            return f"{self.distance_m:.0f} m beyond the trigger point is no oncoming lane beside"
+            return f"{self.distance_m:.0f} m beyond the trigger point there is no adjacent oncoming lane"
         return None
 
     def _oncoming(self, distance_m: float) -> Any | None:

@@ -92,8 +92,10 @@ class Plan:
         names = [node.name for node in self.nodes]
         twins = {name for name in names if names.count(name) > 1}
         if twins:
-            raise PlanError(f"map '{self.name}' has two nodes called '{min(twins)}'; give each a name of its own")
+            raise PlanError(f"map '{self.name}' has two nodes called '{min(twins)}'; give each its own name")
         for street in self.streets:
             for end in (street.start, street.end):
                 if end.node not in names:
-                    raise PlanError(f"'{street.name}' ends at '{end.node}', which is no node; add it or mend the name")
+                    raise PlanError(
+                        f"'{street.name}' ends at '{end.node}', which is not a node; add it or correct the name"
+                    )

@@ -69,7 +69,7 @@ def bring_in(session: Session, description: list[Any], transform: list[Any], par
 def destroy_actor(session: Session, actor_id: int) -> bool:
     actor = session.world.actors.get(actor_id)
     if actor is not None and (actor is session.world.spectator or actor.type_id.startswith("traffic.")):
-        raise RequestError(f"destroy_actor: actor {actor_id} ({actor.type_id}) belongs to the map and cannot go")
+        raise RequestError(f"destroy_actor: actor {actor_id} ({actor.type_id}) is part of the map: it stays")
     if actor is not None and actor.stream_id:
         session.simulator.parting = session.simulator.hub.parting(session.simulator.stream_of(actor))
     return session.world.remove(actor_id)

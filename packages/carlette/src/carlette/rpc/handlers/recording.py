@@ -73,7 +73,7 @@ def stop_replayer(session: Session, keep_actors: bool = False) -> None:
 @methods.void("set_replayer_time_factor")
 def set_replayer_time_factor(session: Session, factor: float) -> None:
     if not 0.0 <= factor <= 1000.0:
-        raise RequestError(f"set_replayer_time_factor: {factor} is no factor from 0 to 1000")
+        raise RequestError(f"set_replayer_time_factor: {factor} is not a factor from 0 to 1000")
     session.simulator.replay_options.time_factor = float(factor)
 
 

@@ -87,7 +87,7 @@ def set_vehicle_light_state(session: Session, actor_id: int, state: Wire) -> Non
     actor = session.vehicle(actor_id, "set_vehicle_light_state")
     flags = int(state[0])
     if not 0 <= flags <= MOST_LIGHTS:
-        raise RequestError(f"set_vehicle_light_state: {flags} is no sum of carla.VehicleLightState flags")
+        raise RequestError(f"set_vehicle_light_state: {flags} is not a combination of carla.VehicleLightState flags")
     session.world.fleet.light_state[actor.index] = flags
     if load_catalogue().vehicles[actor.type_id].special_type == SCHOOL_BUS:
         session.world.doors.move(actor.row, actor.box, STOP_ARM, bool(flags & SPECIAL_1))
