@@ -1,4 +1,4 @@
-"""The guard: proves a plan before it starts, and again on every tick while it runs. It reads surroundings only."""
+"""The guard: proves a plan before it starts, and again on every tick while it runs. It reads only surroundings."""
 
 from __future__ import annotations
 
@@ -50,18 +50,26 @@ CHECKS: dict[Check, Callable[[CheckContext], list[Reject]]] = {
 
 
 MOST = 6
-"""Behaviours of a plan that are looked at: a bound on the work of one look."""
+"""Largest number of behaviours checked in a plan: a bound on the work of one check."""
 SETTLED = frozenset({Check.SPEED, Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITHIN_LANE})
-"""Checks of the path alone: settled at acceptance."""
+"""Checks of the path alone: decided once, at acceptance."""
 
 
 @dataclass(frozen=True)
 class Proven:
     """Behaviours that the guard has accepted as one path.
 
-    `ends_s`: where each behaviour ends. `no_stop` (stations,): where the ego is committed, since a stop would end
-    where no vehicle should stand; finishing, which was proven, is the safe way out there. `reverse`: the path is one
-    of `FrenetScene.backwards`.
+    Attributes:
+        behaviors: The behaviours.
+        path: The path. A reverse one is in the frame of `FrenetScene.backwards`.
+        ends_s: Arc length at which each behaviour ends (m).
+        no_stop: (stations,) True where the ego is committed: a stop would end where no vehicle should stand, and
+            finishing, which was proven, is the safe way out.
+        expected_s: Expected duration (s).
+        guided: The passenger's words ask for the plan.
+        approvals: What people have approved.
+        start_mps: Speed at the start (m/s).
+        stopped_at_s: Lines of dark lights and stop signs at which the ego stood at the start (m).
     """
 
     behaviors: tuple[Behavior, ...]
@@ -76,7 +84,7 @@ class Proven:
 
     @property
     def reverse(self) -> bool:
-        """Whether it backs up."""
+        """True if it backs up."""
         return self.behaviors[0].reverse
 
     @cached_property
@@ -86,24 +94,30 @@ class Proven:
 
     @cached_property
     def checks_on_tick(self) -> tuple[Check, ...]:
-        """Those whose answer can change while the plan runs."""
+        """The checks whose result can change while the plan runs."""
         return tuple(check for check in self.checks if check not in SETTLED)
 
     def commit_s(self, s: float) -> float:
-        """Arc length of its next commit point from `s` on, a station on the safe side; its end if none is left."""
+        """Return the arc length of the next commit point from `s` on (m), rounded to the safe side; its end if
+        none is left.
+        """
         ahead = np.flatnonzero(self.no_stop & (self.path.s >= s))
         if self.committed(s):
             return s
         return max(float(self.path.s[max(int(ahead[0]) - 1, 0)]), s) if len(ahead) else self.path.end_s
 
     def committed(self, s: float) -> bool:
-        """Is it too late to stop at an arc length, and not yet safe again? A station on either side decides."""
+        """True if it is too late to stop at an arc length and not yet safe again. A station on either side decides."""
         after = int(np.searchsorted(self.path.s, s, side="right"))
         return bool(self.no_stop[max(after - 1, 0) : after + 1].any())
 
 
 class Guard:
-    """Accepts, refuses and aborts. Its policy is fixed when it is made."""
+    """Accepts, refuses and aborts plans. Its policy is fixed when it is made.
+
+    Args:
+        policy: The bounds that no plan may cross; the design's defaults if None.
+    """
 
     def __init__(self, policy: GuardPolicy | None = None) -> None:
         self.policy = policy or GuardPolicy()
@@ -116,9 +130,17 @@ class Guard:
         approvals: Approvals = NOBODY,
         stops: bool = False,
     ) -> tuple[Verdict, Proven | None]:
-        """Judge behaviours that move, as one path from here. The second value is None when refused.
+        """Judge moving behaviours as one path from the ego's current state.
 
-        `stops`: the path ends at rest, since what follows it is judged only there, or stands.
+        Args:
+            behaviors: The behaviours, in order.
+            view: The surroundings in road coordinates.
+            guided: The passenger's words ask for the plan.
+            approvals: What people have approved.
+            stops: The path ends at rest, because what follows stands or is judged only there.
+
+        Returns:
+            The verdict, and the proven path (None if refused).
         """
         wrong = _unsound(behaviors, view)
         if wrong is not None:
@@ -142,14 +164,18 @@ class Guard:
     def accept_turn(
         self, behavior: TurnRound, view: FrenetScene, approvals: Approvals = NOBODY
     ) -> tuple[Verdict, ProvenLeg | None]:
-        """Judge the rest of a turn from where the ego stands. The second value is its first leg, None when refused."""
+        """Judge the rest of a turn from where the ego stands.
+
+        Returns:
+            The verdict, and the first leg (None if refused).
+        """
         wrong = _unsound((behavior,), view) or self._stale(view) or self._unreleased(behavior, approvals)
         if wrong is not None:
             return Verdict(rejects=(wrong,)), None
         return prove_turn(behavior, view, self.policy, approvals)
 
     def recheck_turn(self, proven: ProvenLeg, view: FrenetScene) -> Verdict:
-        """Judge a running leg of a turn on this tick; a verdict with reasons says to stop."""
+        """Judge a running leg of a turn on this tick. Stop if the verdict has reasons."""
         old = self._stale(view)
         if old is not None:
             return Verdict(rejects=(old,), abort=Abort.GIVE_WAY, brake_mps2=view.ego.limits.comfort_braking_mps2)
@@ -167,15 +193,21 @@ class Guard:
         return Verdict(rejects=(Reject(code=RejectCode.PRECONDITION, detail=why),)) if why else OK
 
     def recheck(self, proven: Proven, view: FrenetScene, giving_way: bool = False) -> Verdict:
-        """Judge a running plan on this tick; a verdict with reasons names the abort.
+        """Judge a running plan on this tick.
 
-        `giving_way`: that was its last abort. It then goes on only when the way is free for a while.
+        Args:
+            proven: The accepted plan.
+            view: The surroundings in road coordinates.
+            giving_way: The last abort was to give way. The plan then continues only if the way is free for a while.
+
+        Returns:
+            The verdict. If it has reasons, it names the abort.
         """
         view = self._facing(view, proven)
         error_m, error_rad = self._error(proven.path, view)
         off = self._off_path(error_m) or self._too_fast(proven, view)
         rest = tracked(proven.path.from_station(view.ego_s), view, self.policy.tracking, reverse=proven.reverse)
-        # The stack shows another window of the road as it gets on: the lanes entered are looked up in this one.
+        # The stack's window of the road moves with the ego, so entered lanes are looked up in the present one.
         rest = replace(rest, enters=tuple(view.frame.same_lane(lane) for lane in rest.enters))
         case = CheckContext(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
         case = replace(case, stopped_at_s=proven.stopped_at_s, error_m=error_m, error_rad=error_rad)
@@ -198,9 +230,10 @@ class Guard:
     def _after_commit(
         self, case: CheckContext, proven: Proven, rejects: list[Reject], pressing: list[Reject], giving_way: bool
     ) -> WayOut | None:
-        """What is best where going on is doubtful: back into the lane, a stop that lets others by, or to go on.
+        """Return the best action if going on is doubtful: back into the lane, a stop that lets others pass, or going
+        on.
 
-        Where going on would touch somebody, whatever does least harm.
+        If going on would touch someone, it is the action with the least harm.
         """
         off = any(r.code in (RejectCode.DEVIATION, RejectCode.OVERSPEED) for r in rejects)
         wanted = {b.abort_after_commit for b in proven.behaviors}
@@ -218,14 +251,14 @@ class Guard:
         return Verdict(rejects=tuple(rejects), abort=way, brake_mps2=hard)
 
     def _before_commit(self, view: FrenetScene) -> Abort:
-        """A stop, unless the stack has strayed into an oncoming lane, where a stop is never the way out."""
+        """Return a stop, unless the stack has strayed into an oncoming lane, where a stop is never the way out."""
         lane = view.ego_lane
         if lane is None or lane.strip.direction is not LaneDirection.OPPOSITE:
             return Abort.STOP
         return Abort.FINISH if self.way_back(view) is None else Abort.RETURN_TO_LANE
 
     def may_stand(self, view: FrenetScene) -> bool:
-        """Is here a place for a stop: no junction, crosswalk or level crossing, no lane of the oncoming traffic?"""
+        """True if a stop is allowed here: no junction, crosswalk, level crossing or lane of oncoming traffic."""
         if view.zone_at(view.ego_s) is not None:
             return False
         half = view.ego.width_m / 2 - self.policy.lanes.standing_edge_m
@@ -233,7 +266,7 @@ class Guard:
         return not any(lane is not None and lane.strip.direction is LaneDirection.OPPOSITE for lane in lanes)
 
     def way_back(self, view: FrenetScene) -> Manoeuvre | None:
-        """A path without collision, on the road, from here back into the route's own lane, None where there is none."""
+        """Return a collision-free path on the road from here into the route's own lane, or None if there is none."""
         policy = self.policy.stopping
         speed, tightest = max(view.ego.speed_mps, policy.return_least_mps), view.ego.limits.min_turn_radius_m
         length = max(policy.return_s * speed, shortest_shift(view.ego_d, tightest), policy.return_least_m)
@@ -243,12 +276,14 @@ class Guard:
             return None
         if not checks.collision(strict):
             return path
-        # Nobody looks on while it is driven, so smaller gaps will do only out of an oncoming lane.
+        # Nobody checks while it is driven, so smaller gaps are accepted only to leave an oncoming lane.
         loose = replace(strict, running=True)
         return path if strict.in_oncoming_lane and not checks.collision(loose) else None
 
     def recheck_way_back(self, path: Manoeuvre, view: FrenetScene, giving_way: bool = False) -> Verdict:
-        """Judge a way back into the lane on this tick; a verdict with reasons says whether to brake or to finish it."""
+        """Judge a way back into the lane on this tick. If the verdict has reasons, it says whether to brake or to
+        finish.
+        """
         rest = tracked(path.from_station(view.ego_s), view, self.policy.tracking)
         error_m, error_rad = self._error(path, view)
         case = CheckContext(view, rest, self.policy, running=True, error_m=error_m, error_rad=error_rad)
@@ -259,13 +294,24 @@ class Guard:
         return Verdict(rejects=tuple(rejects), abort=way.abort, brake_mps2=way.brake_mps2)
 
     def clear_to_hand_back(self, view: FrenetScene) -> bool:
-        """May the stack drive on by itself from here? Where nobody may stand it must."""
+        """True if the stack may drive on by itself from here, or must because nobody may stand here."""
         return not self.may_stand(view) or clear_to_hand_back(view, self.policy)
 
     def lay_out(
         self, behaviors: Sequence[Behavior], view: FrenetScene, guided: bool, approvals: Approvals, stops: bool = False
     ) -> Proven:
-        """Behaviours as one path from here, nothing of it judged yet. Raises `CannotPlan`."""
+        """Plan behaviours as one path from here, without judging it.
+
+        Args:
+            behaviors: The behaviours, in order.
+            view: The surroundings in road coordinates.
+            guided: The passenger's words ask for the plan.
+            approvals: What people have approved.
+            stops: The path ends at rest.
+
+        Raises:
+            CannotPlan: The behaviours have no path here.
+        """
         if len({b.reverse for b in behaviors}) > 1:
             raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stop between going ahead and backing up")
         view = view.backwards if behaviors and behaviors[0].reverse else view
@@ -304,14 +350,14 @@ class Guard:
         return [reject for name in names for reject in CHECKS[name](case)]
 
     def _swings(self, case: CheckContext, proven: Proven) -> list[Reject]:
-        """Who is met by a body that backs up askew, if it is not straightened on the way?"""
+        """Return whom the body would hit if it backs up at an angle and is not straightened on the way."""
         if not proven.reverse:
             return []
         path = proven.path.from_station(case.view.ego_s) if case.running else proven.path
         way = swung(path, case.view, self.policy.tracking, self.policy.stopping.lag_s)
         if way is None:
             return []
-        # Who comes the other way comes up from behind, for one who backs up.
+        # For a vehicle that backs up, oncoming traffic comes from behind.
         askew = replace(case, path=way)
         return checks.collision(askew) + from_behind(askew)
 
@@ -328,7 +374,7 @@ class Guard:
         return Reject(code=RejectCode.STALE, detail=f"the surroundings are {age:.1f} s old")
 
     def _too_fast(self, proven: Proven, view: FrenetScene) -> Reject | None:
-        """The cap of the plan is kept by the vehicle, too, but for what it came with."""
+        """Check that the vehicle itself keeps the plan's cap, except for its initial speed."""
         cap = float(proven.path.speed.max()) + self.policy.speeds.tolerance_mps
         now = abs(view.ego.speed_mps)
         if now <= max(cap, proven.start_mps):
@@ -343,13 +389,13 @@ class Guard:
 
     @staticmethod
     def _error(path: Manoeuvre, view: FrenetScene) -> tuple[float, float]:
-        """How far the ego is beside the path that was proven (m), and turned from it (rad); left positive."""
+        """Return the lateral distance from the proven path (m) and the heading error (rad), left positive."""
         beside = view.ego_d - float(np.interp(view.ego_s, path.s, path.d))
         return beside, view.ego_yaw - float(np.interp(view.ego_s, path.s, path.heading()))
 
 
 def _unsound(behaviors: Sequence[Behavior], view: FrenetScene) -> Reject | None:
-    """What comes in is looked at here: surroundings that can be true, and behaviours of the closed list, in bounds."""
+    """Check the inputs: the surroundings can be true, and the behaviours are of the closed list and within bounds."""
     wrong = why_unsound(view.surroundings) or next((why for b in behaviors[:MOST] if (why := why_foreign(b))), None)
     if wrong is None and len(behaviors) > MOST:
         wrong = f"{len(behaviors)} behaviours; at most {MOST} are checked"

@@ -16,7 +16,9 @@ from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 
 
 def marking(case: CheckContext) -> list[Reject]:
-    """Kerbs never; solid lines only past a stationary obstruction, slowly, and where the policy says so."""
+    """Check that kerbs are never crossed, and solid lines only past a stationary obstruction, slowly, as the
+    policy allows.
+    """
     near_m = case.policy.lanes.line_near_m
     for lane in case.path.enters:
         inside = case.inside(lane)
@@ -34,14 +36,14 @@ def marking(case: CheckContext) -> list[Reject]:
 
 
 def _outer(lane: Lane, start: Lane | None, s: float) -> Lane:
-    """Of the lane entered and the lane left, the one further from the route, which owns the line between them."""
+    """Of the lane entered and the lane left, return the one further from the route; it holds the line between them."""
     if start is None or abs(lane.at(s)[1]) >= abs(start.at(s)[1]):
         return lane
     return start
 
 
 def _against_solid(case: CheckContext, lane: Lane, k: int) -> str | None:
-    """Why a solid line may not be crossed into a lane at station `k`, None where it may."""
+    """Return why a solid line may not be crossed into a lane at station `k`, or None if it may."""
     policy, here = case.policy, float(case.path.s[k])
     if policy.solid_line == "forbid":
         return "crossing is forbidden here"
@@ -60,7 +62,7 @@ def _against_solid(case: CheckContext, lane: Lane, k: int) -> str | None:
 
 
 def _legal_way(case: CheckContext, s: float) -> bool:
-    """Is there a lane of our direction that may be entered from the route's own?"""
+    """True if a lane of our direction may be entered from the route's own lane."""
     near_m = case.policy.lanes.line_near_m
     for side in (+1, -1):
         lane = case.view.frame.beside(s, 0.0, side)
@@ -72,7 +74,7 @@ def _legal_way(case: CheckContext, s: float) -> bool:
 
 
 def _no_obstruction(case: CheckContext) -> str | None:
-    """Why what lies ahead is no stationary obstruction: nothing does, it moves, or it is a queue."""
+    """Return why there is no stationary obstruction ahead: nothing is there, it moves, or it is a queue."""
     view, policy = case.view, case.policy.lanes
     near = (view.gap > -policy.obstruction_behind_m) & (view.gap < policy.obstruction_ahead_m)
     ahead = np.flatnonzero(near & view.in_corridor(view.ego.width_m / 2))

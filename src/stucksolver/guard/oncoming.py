@@ -1,8 +1,7 @@
-"""A pass through the oncoming lane: seen free, and free of those who come, from the commit point until we are back.
+"""A pass through the oncoming lane: seen free, and clear of oncoming traffic from the commit point until the return.
 
-Up to its commit point a plan is looked at again on every tick, and a stop in the own lane ends it (R17, R19). So who
-comes out of what is not seen is reckoned with from that point on, not from the start of the plan: whoever comes earlier
-is in sight by then.
+Up to its commit point a plan is checked again on every tick, and a stop in the own lane ends it (R17, R19). So traffic
+from unseen parts of the road is assumed from the commit point on, not from the start: earlier traffic is seen by then.
 """
 
 from __future__ import annotations
@@ -22,10 +21,14 @@ from stucksolver.scene.wording import whereabouts
 
 @dataclass(frozen=True)
 class Borrowed:
-    """The use that a plan makes of an oncoming lane.
+    """A plan's use of an oncoming lane.
 
-    `first`, `last`: the stations from which and to which the body is in it. `decided_s`: when the slow ego has its last
-    look before the commit point, seconds from now; `back_s`: when it is out of the lane.
+    Attributes:
+        lane: The lane.
+        first: The station from which the body is in it.
+        last: The station up to which the body is in it.
+        decided_s: Time of the slow ego's last look before the commit point (s from now).
+        back_s: Time at which it is out of the lane (s from now).
     """
 
     lane: Lane
@@ -36,12 +39,14 @@ class Borrowed:
 
     @property
     def unseen_s(self) -> float:
-        """For how long nobody may come who is not in sight at the last look before the commit point (s)."""
+        """Time for which no traffic may come that is not in sight at the last look before the commit point (s)."""
         return self.back_s - self.decided_s
 
 
 def oncoming(case: CheckContext) -> list[Reject]:
-    """An oncoming lane is entered only when seen free for the whole manoeuvre, away from junctions and crossings."""
+    """Check that an oncoming lane is entered only if seen free for the whole manoeuvre, away from junctions and
+    crossings.
+    """
     for borrowed in borrowed_lanes(case):
         found = _zone(case, borrowed) + _sight(case, borrowed) + _gap(case, borrowed)
         if found:
@@ -50,7 +55,7 @@ def oncoming(case: CheckContext) -> list[Reject]:
 
 
 def borrowed_lanes(case: CheckContext) -> tuple[Borrowed, ...]:
-    """The oncoming lanes that a plan uses, in order."""
+    """Return the oncoming lanes that a plan uses, in order."""
     found = []
     for lane in case.path.enters:
         stations = np.flatnonzero(case.inside(lane))
@@ -62,7 +67,7 @@ def borrowed_lanes(case: CheckContext) -> tuple[Borrowed, ...]:
 
 
 def _decided_s(case: CheckContext, first: int) -> float:
-    """When what is seen was looked at last before the commit point, seconds from now; 0 where that is now."""
+    """Return the time of the last look before the commit point (s from now); 0 if that is now."""
     if case.commit_s is None:
         return 0.0
     at = min(case.commit_s, float(case.path.s[first]))
@@ -84,7 +89,7 @@ def _zone(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
 
 
 def _sight(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
-    """Seen free: sight >= own way + what somebody who is not seen covers meanwhile + margin."""
+    """Check that the lane is seen free: sight >= own way + way of unseen traffic in that time + margin."""
     proof = sight_proof(case, borrowed)
     needed, seen = proof.needed_m, proof.seen_m
     if seen >= needed:
@@ -103,13 +108,13 @@ def _sight(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
 
 
 def proof_of(case: CheckContext) -> SightProof | None:
-    """The tightest proof of a plan's passes through oncoming lanes; None for a plan that uses none."""
+    """Return the tightest proof of a plan's passes through oncoming lanes; None for a plan that uses none."""
     proofs = [sight_proof(case, borrowed) for borrowed in borrowed_lanes(case)]
     return min(proofs, key=lambda proof: proof.seen_m - proof.needed_m, default=None)
 
 
 def sight_proof(case: CheckContext, borrowed: Borrowed) -> SightProof:
-    """What must be seen, and what is, for the one of those who may come that leaves the least."""
+    """Return the sight needed and the sight available, for the possible unseen vehicle that leaves the least."""
     own = float(case.path.s[borrowed.last]) - case.view.ego_s + margin_m(case)
     proofs = [
         SightProof(needed_m=own + one.way_m(borrowed.unseen_s), seen_m=one.at_m, unseen_s=borrowed.unseen_s)
@@ -119,16 +124,16 @@ def sight_proof(case: CheckContext, borrowed: Borrowed) -> SightProof:
 
 
 def margin_m(case: CheckContext) -> float:
-    """Left of the sight when the ego is back, metres: the more, the quicker the plan is."""
+    """Return the sight that must be left when the ego is back (m); it grows with the plan's speed."""
     policy = case.policy.oncoming
     quicker = max(float(case.quick.v.max()) - case.policy.speeds.recovery_mps, 0.0)
     return policy.sight_margin_m + policy.sight_margin_s * quicker
 
 
 def _gap(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
-    """No oncoming vehicle, a little quicker than seen, is met before the ego is back and a time gap has passed.
+    """Check that no oncoming vehicle, slightly faster than seen, arrives before the ego is back plus a time gap.
 
-    How quick it is, is measured again until the commit point: up to there it is taken to be as quick as seen.
+    Its speed is measured again until the commit point, so up to there it is assumed to keep the seen speed.
     """
     policy, view = case.policy.oncoming, case.view
     front = float(case.path.s[borrowed.last]) + view.ego.length_m / 2

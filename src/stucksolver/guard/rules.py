@@ -1,4 +1,4 @@
-"""The rules of the road that someone will be tempted to bend, and each behaviour's own bounds."""
+"""The rules of the road that a plan might be tempted to bend, and each behaviour's own bounds."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ IN_A_SCENE = (ObjectKind.FLAGGER, ObjectKind.CROSSING_GATE, ObjectKind.SCHOOL_BU
 
 
 def off_route(case: CheckContext) -> list[Reject]:
-    """Not too far, and not for too long, outside the route's own lane."""
+    """Check that the plan is not too far or too long outside the route's own lane."""
     policy, path = case.policy.lanes, case.path
     home = case.view.frame.lane_at(float(path.s[0]), 0.0)
     if home is None:
@@ -37,7 +37,9 @@ def off_route(case: CheckContext) -> list[Reject]:
 
 
 def authority(case: CheckContext) -> list[Reject]:
-    """A level crossing, school bus or flagger is never passed on own authority; an emergency scene by moving over."""
+    """Check that a level crossing, school bus or flagger is passed only with approval, an emergency scene by
+    moving over.
+    """
     view, policy = case.view, case.policy
     half = view.ego.length_m / 2
     start, end = float(case.path.s[0]) - half, float(case.path.end_s) + half
@@ -70,15 +72,15 @@ def authority(case: CheckContext) -> list[Reject]:
 
 
 def _leaves(case: CheckContext, zone: Zone) -> bool:
-    """Does the ego stand in a zone already, and the path lead out of it?"""
+    """True if the ego already stands in a zone and the path leads out of it."""
     half, here, end = case.view.ego.length_m / 2, case.view.ego_s, float(case.path.end_s)
     return zone.start_m < here + half and here - half < zone.end_m and not zone.start_m - half < end < zone.end_m + half
 
 
 def _moves_over(case: CheckContext, i: int) -> bool:
-    """Is object `i` passed in a lane of our own direction of which it leaves the whole width free?
+    """True if object `i` is passed in a lane of our own direction whose whole width it leaves free.
 
-    That is what "move over" laws ask of who passes a standing emergency vehicle.
+    That is what "move over" laws require of drivers who pass a standing emergency vehicle.
     """
     view, path, tolerance_m = case.view, case.path, case.policy.lanes.tolerance_m
     abreast = view.s[i] + view.along[i] * np.array([-1.0, 0.0, 1.0])
@@ -107,7 +109,7 @@ def _scene_of(thing: TrackedObject, stands_mps: float) -> str | None:
 
 
 def creep_speed(case: CheckContext) -> list[Reject]:
-    """Walking pace for what must be slow."""
+    """Check walking pace for behaviours that must be slow."""
     asked, cap = float(case.path.speed.max()), case.policy.speeds.creep_mps
     if asked <= cap + EPSILON:
         return []
@@ -115,7 +117,7 @@ def creep_speed(case: CheckContext) -> list[Reject]:
 
 
 def within_lane(case: CheckContext) -> list[Reject]:
-    """The body stays between the borders of the lane in which it begins."""
+    """Check that the body stays between the borders of the lane in which it begins."""
     lane = case.start_lane
     if lane is None:
         return [Reject(code=RejectCode.LEAVES_LANE, detail="the vehicle is in no lane")]
@@ -123,14 +125,14 @@ def within_lane(case: CheckContext) -> list[Reject]:
     over: Array = np.maximum(
         d + case.reach - np.interp(s, lane.s, lane.left), np.interp(s, lane.s, lane.right) - (d - case.reach)
     )
-    # In the frame of the present heading the ego may already reach over; it must not do so further.
+    # With its present heading the ego may already reach over; it must not go further.
     if float(over.max()) <= max(policy.tolerance_m, float(over[0]) + policy.further_out_m):
         return []
     return [Reject(code=RejectCode.LEAVES_LANE, detail=f"reaches {over.max():.1f} m out of its lane")]
 
 
 def stopping_place(case: CheckContext) -> list[Reject]:
-    """The end is a place to stand: no junction, crosswalk, level crossing, or lane of the oncoming traffic."""
+    """Check that the end is a place to stand: no junction, crosswalk, level crossing or lane of oncoming traffic."""
     zone = case.view.zone_at(case.path.end_s)
     if zone is not None:
         where = zone.kind.value.replace("_", " ")
@@ -139,7 +141,7 @@ def stopping_place(case: CheckContext) -> list[Reject]:
 
 
 def no_oncoming_lane(case: CheckContext) -> list[Reject]:
-    """The end is in no lane of the oncoming traffic."""
+    """Check that the end is in no lane of oncoming traffic."""
     end = case.path.end_s
     for lane in case.view.frame.lanes:
         if lane.strip.kind is not LaneKind.DRIVING or lane.strip.direction is not LaneDirection.OPPOSITE:
@@ -150,7 +152,7 @@ def no_oncoming_lane(case: CheckContext) -> list[Reject]:
 
 
 def seen_free(case: CheckContext) -> list[Reject]:
-    """The lane is seen for the whole way and a margin; asked of what is done where a driver does not look by habit."""
+    """Check that the lane is seen for the whole path and a margin, for moves where a driver does not look by habit."""
     lane = case.start_lane
     seen = 0.0 if lane is None else case.view.sight_ahead_m(lane)
     backing = case.policy.backing
@@ -167,7 +169,7 @@ def seen_free(case: CheckContext) -> list[Reject]:
 
 
 def _closed(case: CheckContext, lane: Lane, seen_m: float) -> bool:
-    """Does the sight of a lane end at a vehicle that stands in its middle?"""
+    """True if the sight of a lane ends at a vehicle that stands in its middle."""
     view, policy = case.view, case.policy.backing
     standing = ~view.moving & (view.s > view.ego_s)
     nearer = view.s - view.along - view.ego_s

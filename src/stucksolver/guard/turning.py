@@ -1,8 +1,8 @@
 """Whether a vehicle may turn round on the road: proven as a whole before it begins, and leg by leg from rest.
 
-A leg is a way in the plane. The body at each of its poses is compared with all that stands, and with all that moves for
-as long as the leg takes, as they drive along their lane, straight on, or brake. Nobody on the road may reach it before
-the turn is done, and who comes out of what is not seen must be able to stop (Lemma 2 of RSS, as for a lane entry).
+A leg is a way in the plane. The body at each of its poses is compared with all standing objects, and with all moving
+ones for the duration of the leg, as they follow their lane, go straight on, or brake. Nobody on the road may reach the
+body before the turn is done. Traffic from unseen parts must be able to stop (Lemma 2 of RSS, as for a lane entry).
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 from stucksolver.scene.view import MOVING_MPS, FrenetScene
 
 CLOSING = frozenset({ObjectKind.BARRIER, ObjectKind.CONE})
-"""What roads are closed with: nobody comes through there."""
+"""Objects with which roads are closed: nobody drives through there."""
 
 
 @dataclass(frozen=True)
 class ProvenLeg:
-    """A leg of a turn that was accepted. `after_s`: how long the legs after it take."""
+    """An accepted leg of a turn. `after_s` is the duration of the legs after it (s)."""
 
     behavior: TurnRound
     leg: Leg
@@ -38,20 +38,20 @@ class ProvenLeg:
 
     @property
     def reverse(self) -> bool:
-        """Whether it backs up."""
+        """True if it backs up."""
         return self.leg.reverse
 
     def at(self, view: FrenetScene) -> int:
-        """Index of the pose of the leg that is nearest to where the ego is."""
+        """Return the index of the leg's pose that is nearest to the ego."""
         away = (self.leg.x_m - view.ego.x_m) ** 2 + (self.leg.y_m - view.ego.y_m) ** 2
         return int(away.argmin())
 
     def left_m(self, view: FrenetScene) -> float:
-        """What is left to drive of it."""
+        """Return the distance left to drive on it (m)."""
         return POSE_STEP_M * (len(self.leg.x_m) - 1 - self.at(view))
 
     def rest(self, view: FrenetScene) -> Leg:
-        """The leg from where the ego is."""
+        """Return the leg from the ego's position on."""
         k = min(self.at(view), len(self.leg.x_m) - 2)
         return replace(self.leg, x_m=self.leg.x_m[k:], y_m=self.leg.y_m[k:], yaw_rad=self.leg.yaw_rad[k:])
 
@@ -59,7 +59,14 @@ class ProvenLeg:
 def prove_turn(
     behavior: TurnRound, view: FrenetScene, policy: GuardPolicy, approvals: Approvals
 ) -> tuple[Verdict, ProvenLeg | None]:
-    """Judge a turn from where the ego stands, the whole rest of it; the second value is its first leg, if accepted."""
+    """Judge the whole rest of a turn from where the ego stands.
+
+    Returns:
+        The verdict, and the first leg (None if refused).
+
+    Raises:
+        CannotPlan: The vehicle moves, faces the other way already, or the road is too narrow.
+    """
     try:
         if abs(view.ego.speed_mps) > policy.stopping.rests_mps:
             raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stand before it turns round")
@@ -74,7 +81,7 @@ def prove_turn(
     swept = _span(view, legs)
     rejects = _zones(view, swept, policy) + _solid_line(view, swept, policy, approvals)
     rejects += _edges(view, legs, policy) + _sight(view, swept, policy)
-    # Who stands across the road already is seen by all who come: they are let come, and stop.
+    # A vehicle that already stands across the road is seen by all traffic, which may come and stop.
     rejects += _comes(view, swept, took[0] + (0.0 if begun else after_s), policy)
     rejects += [reject for leg in legs for reject in _standing(view, leg, policy, behavior.speed_mps)][:1]
     rejects += _moving(view, legs[0], policy, behavior.speed_mps)
@@ -84,7 +91,7 @@ def prove_turn(
 
 
 def recheck_leg(proven: ProvenLeg, view: FrenetScene, policy: GuardPolicy) -> Verdict:
-    """Judge a running leg on this tick: a verdict with reasons says to stop, for good or until somebody is by."""
+    """Judge a running leg on this tick. If the verdict has reasons, stop, for good or until someone has passed."""
     braking = view.ego.limits.comfort_braking_mps2
     k = proven.at(view)
     away = float(np.hypot(proven.leg.x_m[k] - view.ego.x_m, proven.leg.y_m[k] - view.ego.y_m))
@@ -106,7 +113,7 @@ def _duration_s(leg: Leg, view: FrenetScene, behavior: TurnRound, policy: GuardP
 
 
 def _span(view: FrenetScene, legs: tuple[Leg, ...]) -> tuple[float, float]:
-    """(from, to): arc lengths between which bodies are in some leg."""
+    """Return the arc lengths (from, to) between which the body is in some leg (m)."""
     s = np.concatenate([corners(view, leg.x_m, leg.y_m, leg.yaw_rad)[0].ravel() for leg in legs])
     return float(s.min()), float(s.max())
 
@@ -122,7 +129,7 @@ def _zones(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -
 def _solid_line(
     view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy, approvals: Approvals
 ) -> list[Reject]:
-    """A solid middle line is crossed only as the policy says."""
+    """Check that a solid middle line is crossed only as the policy allows."""
     lines = [
         lane.lines(max(swept[0], lane.start_m), min(swept[1], lane.end_m))
         for lane in view.frame.lanes
@@ -150,7 +157,7 @@ def _edges(view: FrenetScene, legs: tuple[Leg, ...], policy: GuardPolicy) -> lis
 
 
 def _sight(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -> list[Reject]:
-    """Each lane is seen as far as one who comes in it at its limit needs to stop before us."""
+    """Check that each lane is seen as far as traffic at its limit needs to stop before us."""
     for lane in view.frame.lanes:
         if lane.strip.kind is not LaneKind.DRIVING or not lane.covers(view.ego_s, view.ego_s):
             continue
@@ -168,7 +175,7 @@ def _sight(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -
 
 
 def _ends(view: FrenetScene, lane: Lane, sight_m: float, policy: GuardPolicy) -> bool:
-    """Does a lane end where the sight of it ends, or is it closed there?"""
+    """True if a lane ends, or is closed, where the sight of it ends."""
     end_s = view.ego_s + sight_m
     sampled_m = policy.sight.sampled_m
     if end_s > lane.end_m - sampled_m or end_s < lane.start_m + sampled_m:
@@ -180,7 +187,7 @@ def _ends(view: FrenetScene, lane: Lane, sight_m: float, policy: GuardPolicy) ->
 
 
 def _comes(view: FrenetScene, swept: tuple[float, float], turn_s: float, policy: GuardPolicy) -> list[Reject]:
-    """Nobody who moves on the road, a little quicker than seen, reaches the turn before it is done."""
+    """Check that no traffic on the road, slightly faster than seen, reaches the turn before it is done."""
     until_s, oncoming = turn_s + policy.oncoming.time_gap_s, policy.oncoming
     for i in np.flatnonzero(view.moving & view.on_lane & ~view.on_foot & (np.abs(view.vs) > MOVING_MPS)):
         ahead = bool(view.vs[i] > 0.0)
@@ -196,7 +203,7 @@ def _comes(view: FrenetScene, swept: tuple[float, float], turn_s: float, policy:
 
 
 def _margins(view: FrenetScene, which: Array, policy: GuardPolicy, speed_mps: float, moving: bool) -> Array:
-    """(objects,): the gaps to keep, metres."""
+    """(objects,): the gaps to keep (m)."""
     gaps = policy.clearance
     margin = np.full(len(which), gaps.moving_gap_m if moving else gaps.standing_gap_m)
     margin = np.where(view.vulnerable[which], np.maximum(margin, gaps.vulnerable_gap_m), margin)
@@ -217,7 +224,7 @@ def _standing(
 
 
 def _moving(view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float, running: bool = False) -> list[Reject]:
-    """Those who move against every place where a slow or a quick ego may be on the leg at each instant."""
+    """Check moving objects against every place of a slow or a fast ego on the leg at each instant."""
     which = np.flatnonzero(np.hypot(view.vs, view.vd) > MOVING_MPS)
     if not len(which):
         return []
@@ -238,7 +245,7 @@ def _moving(view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float, 
 
 
 def _places(view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float) -> tuple[Array, Mask]:
-    """Instants until the leg is done, and (poses, instants): may the ego be there then?"""
+    """Return the instants until the leg is done, and (poses, instants): True if the ego may be there then."""
     slow_mps = min(policy.turning.slowest_mps, speed_mps)
     gains = view.ego.limits.comfort_acceleration_mps2
     travel = POSE_STEP_M * np.arange(len(leg.x_m))
@@ -252,7 +259,9 @@ def _places(view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float) 
 
 
 def _courses(view: FrenetScene, which: Array, t: Array, policy: GuardPolicy) -> list[tuple[Array, Array, Array]]:
-    """x, y, heading (instants, objects) of each hypothesis: straight on, braking straight on, and along the lane."""
+    """Return x, y and heading (instants, objects) of each hypothesis: straight on, braking straight on, along the
+    lane.
+    """
     found = [view.objects[int(i)] for i in which]
     x, y, yaw, vx, vy = (
         np.array([getattr(o, n) for o in found]) for n in ("x_m", "y_m", "yaw_rad", "vx_mps", "vy_mps")
@@ -271,7 +280,9 @@ def _courses(view: FrenetScene, which: Array, t: Array, policy: GuardPolicy) -> 
 
 
 def _too_near(view: FrenetScene, which: Array, gap: Array, margin: Array, policy: GuardPolicy) -> list[Reject]:
-    """The nearest of the objects whose gap (poses, objects) falls below its margin, and below what it is now."""
+    """Return the nearest of the objects whose gap (poses, objects) falls below its margin and below its present
+    value.
+    """
     bad = (gap < margin) & (gap < gap[0] - policy.clearance.nearer_m)
     if not bad.any():
         return []

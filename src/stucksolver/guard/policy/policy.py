@@ -26,23 +26,23 @@ from stucksolver.scene.model import Model
 
 
 class GuardPolicy(Model):
-    """Every number that the guard judges by, and who must release what. The defaults are the design's.
+    """Every number of the guard, and who must release what. The defaults are the design's.
 
-    Numbers stand in sub-policies, by what reads them, with the unit in their name and their origin beside them ("ours"
-    is a choice of this project). All are finite and none is negative; unknown names are refused.
+    Numbers are grouped in sub-policies by what reads them, each with its unit in the name and its origin beside it
+    ("ours" is a choice of this project). All are finite and none is negative; unknown names are refused.
     """
 
     releases: Mapping[str, Release] = Field(default_factory=dict)
-    """Who must say yes to a behaviour, by its name; what is not named keeps the behaviour's own default."""
+    """Who must approve a behaviour, by its name; other behaviours keep their own default."""
     solid_line: Literal["forbid", "autonomous", "passenger", "operator"] = "passenger"
-    """For crossing a solid line past a stationary obstruction; evaluation profiles set it to `autonomous`."""
+    """For crossing a solid line past a stationary obstruction. Evaluation profiles set it to `autonomous`."""
     authority: Release = Release.OPERATOR
     """For passing a school bus, level crossing or flagger."""
     emergency_scene: Release = Release.OPERATOR
-    """For passing a standing emergency vehicle otherwise than in a whole lane of our own direction."""
+    """For passing a standing emergency vehicle, unless a whole lane of our direction is used."""
     waits: WaitLimits = Field(default_factory=WaitLimits)
     max_age_s: NonNegativeFloat = 0.5
-    """Older surroundings are no ground for anything. The design's: a few ticks of a slow stack."""
+    """Older surroundings prove nothing. The design's: a few ticks of a slow stack."""
 
     clearance: ClearancePolicy = ClearancePolicy()
     people: PeoplePolicy = PeoplePolicy()
@@ -77,7 +77,7 @@ class GuardPolicy(Model):
         return releases
 
     def laxer_than(self, other: GuardPolicy) -> tuple[str, ...]:
-        """What this policy lets be done with less of a yes than another one asks for."""
+        """Return what this policy allows with a lower approval than another policy requires."""
         asked: dict[str, tuple[str, str]] = {
             name: (self.release(name).value, other.release(name).value) for name in REGISTRY
         }
@@ -86,9 +86,9 @@ class GuardPolicy(Model):
         return tuple(name for name, (ours, theirs) in asked.items() if RANKS.index(ours) < RANKS.index(theirs))
 
     def scene_release(self, scene: str) -> Release:
-        """Who must say yes to passing one of the scenes in `RULES`."""
+        """Return who must approve passing one of the scenes in `RULES`."""
         return self.emergency_scene if scene == "emergency_scene" else self.authority
 
     def release(self, behavior: str) -> Release:
-        """Who must say yes to a behaviour."""
+        """Return who must approve a behaviour."""
         return self.releases.get(behavior, REGISTRY[behavior].release)
