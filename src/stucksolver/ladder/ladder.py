@@ -1,4 +1,4 @@
-"""The escalation policy as data: which rungs are climbed, how patiently, and who must say yes to what."""
+"""The escalation policy as data: the rungs, how patiently each is tried, and who must approve what."""
 
 from __future__ import annotations
 
@@ -18,11 +18,13 @@ class HandBack(Model):
     """When an intervention is over."""
 
     progress_m: float = Field(default=15.0, gt=0)
-    """So much new progress after the onset proves that the vehicle is on its way; only then the counters start anew."""
+    """This much new progress after the onset proves that the vehicle has recovered. Only then do the counters
+    start again.
+    """
 
 
 class AskedPatience(Model):
-    """So many times as long are other vehicles waited for, after what a passenger says of their time."""
+    """Factors on the longest waits for other vehicles, after what a passenger says about the available time."""
 
     hurry: float = Field(default=0.5, ge=0.25, le=1.0)
     """After "I am late"."""
@@ -31,37 +33,37 @@ class AskedPatience(Model):
 
 
 class Words(Model):
-    """How a passenger's words are treated."""
+    """How a passenger's words are handled."""
 
     expire_s: float = Field(default=30.0, gt=0)
     claims_s: float = Field(default=60.0, gt=0, le=600)
-    """For so long is believed what people say of the world, as far as it is believed at all."""
+    """How long claims about the world are believed, as far as they are believed at all."""
     patience: AskedPatience = AskedPatience()
 
 
 class Asking(Model):
-    """What is common to all questions."""
+    """Settings common to all questions."""
 
     recheck_s: float = Field(default=1.0, ge=0.1)
-    """After an answer without a plan, the scene is looked at again this much later, where no wait says otherwise."""
+    """After an answer without a plan, the scene is checked again after this time, unless a wait says otherwise."""
     approval_within_s: float = Field(default=30.0, gt=0)
-    """A question for a person's yes is withdrawn after this time."""
+    """A request for a person's approval is withdrawn after this time."""
     hold_s: float = Field(default=8.0, ge=0)
-    """A plan that only traffic speaks against is looked at again on every tick for so long: there may be a gap."""
+    """A plan that only traffic prevents is checked again on every tick for this long, since a gap may come."""
     remembered: int = Field(default=5, ge=0, le=50)
-    """So many failed plans are told to the reasoner."""
+    """Number of failed plans reported to the reasoner."""
 
 
 class Approval(Model):
-    """Who must say yes: `autonomous` (nobody), `passenger`, `operator`; a solid line may also be `forbid`den."""
+    """Who must approve: `autonomous` (nobody), `passenger`, `operator`; a solid line may also be `forbid`den."""
 
     solid_line: Literal["forbid", "autonomous", "passenger", "operator"] = "passenger"
     authority: Release = Release.OPERATOR
     """Passing a school bus, level crossing or flagger."""
     emergency_scene: Release = Release.OPERATOR
-    """Passing a standing emergency vehicle other than in a whole lane of our own direction, which needs nobody."""
+    """Passing a standing emergency vehicle, unless a whole lane of our direction is used, which needs no approval."""
     behaviors: dict[str, Release] = Field(default_factory=dict)
-    """By name of the behaviour; those not listed keep their own default."""
+    """By the behaviour's name; behaviours that are not listed keep their own default."""
 
     @field_validator("behaviors")
     @classmethod
@@ -73,7 +75,7 @@ class Approval(Model):
 
 
 class Ladder(Model):
-    """Rungs from the lowest to the highest. It is climbed one way, until the hand-back is verified."""
+    """Rungs from the lowest to the highest. The solver climbs in one direction until the hand-back is verified."""
 
     version: Literal[1]
     name: str

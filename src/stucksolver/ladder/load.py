@@ -1,4 +1,4 @@
-"""Reads a ladder from its file, and says file, line and remedy of what is wrong with it."""
+"""Reads a ladder from its file and reports the file, the line and the remedy of each error."""
 
 from __future__ import annotations
 
@@ -25,11 +25,18 @@ PROFILES = ("default", "evaluation")
 
 
 class LadderError(ValueError):
-    """A ladder cannot be used; the message names the file, the line and the remedy."""
+    """A ladder cannot be used. The message names the file, the line and the remedy."""
 
 
 def find_ladder(what: Ladder | Path | str | None) -> Ladder:
-    """A ladder as it is, by the name of a profile that ships with us, or from a file. Raises `LadderError`."""
+    """Return a ladder.
+
+    Args:
+        what: A ladder, the name of a profile that ships with the package, or a file. None is the default profile.
+
+    Raises:
+        LadderError: There is no such profile or file, or the file has an error.
+    """
     if isinstance(what, Ladder):
         return what
     if what is None or what in PROFILES:
@@ -38,19 +45,31 @@ def find_ladder(what: Ladder | Path | str | None) -> Ladder:
 
 
 def profile(name: str) -> Ladder:
-    """One of `PROFILES`."""
+    """Return one of `PROFILES`.
+
+    Raises:
+        LadderError: There is no profile of this name.
+    """
     return parse_ladder(profile_text(name), f"{name}.toml")
 
 
 def profile_text(name: str) -> str:
-    """The file of one of `PROFILES`, to be copied and changed. Raises `LadderError` for another name."""
+    """Return the file of one of `PROFILES`, to be copied and changed.
+
+    Raises:
+        LadderError: There is no profile of this name.
+    """
     if name not in PROFILES:
         raise LadderError(f"unknown ladder {name!r}: use {', '.join(PROFILES)}, or a file")
     return resources.files("stucksolver.ladder").joinpath(f"{name}.toml").read_text(encoding="utf-8")
 
 
 def load_ladder(path: Path) -> Ladder:
-    """A ladder from a file. Raises `LadderError`."""
+    """Read a ladder from a file.
+
+    Raises:
+        LadderError: The file cannot be read or has an error.
+    """
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError as error:
@@ -62,7 +81,11 @@ def load_ladder(path: Path) -> Ladder:
 
 
 def parse_ladder(text: str, file: str) -> Ladder:
-    """A ladder from the text of a file. Raises `LadderError`."""
+    """Read a ladder from the text of a file. `file` is its name for error messages.
+
+    Raises:
+        LadderError: The text has an error.
+    """
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -80,7 +103,7 @@ def parse_ladder(text: str, file: str) -> Ladder:
 
 
 def _name(where: Iterable[int | str]) -> str:
-    """`rung 3, deadline_s`: as a reader of the file counts."""
+    """Return the name of a value as a reader of the file counts: `rung 3, deadline_s`."""
     parts: list[str] = []
     for part in where:
         if isinstance(part, int) and parts:
@@ -91,7 +114,7 @@ def _name(where: Iterable[int | str]) -> str:
 
 
 def _told(error: Any, where: list[int | str]) -> str:
-    """What is wrong, with the remedy."""
+    """Return what is wrong, with the remedy."""
     message = str(error["msg"]).removeprefix("Value error, ")
     if error["type"] == "extra_forbidden":
         known = _known_keys(where)
@@ -108,7 +131,7 @@ def _told(error: Any, where: list[int | str]) -> str:
 
 
 def _known_keys(where: list[int | str]) -> list[str]:
-    """The keys that may stand beside an unknown one."""
+    """Return the keys that are allowed where an unknown one stands."""
     if where[0] == "rung":
         return sorted({key for kind in KINDS.values() for key in kind.model_fields})
     model: type[BaseModel] = Ladder

@@ -1,4 +1,4 @@
-"""`own:MODULE:CLASS`: a reasoner of the user's, imported by name and made without arguments."""
+"""`own:MODULE:CLASS`: the user's own reasoner, imported by name and made without arguments."""
 
 from __future__ import annotations
 
@@ -10,7 +10,11 @@ from stucksolver.reason.registry import Kind, ReasonerNameError, register
 
 
 def make_own(rest: str, exchanges: Path | None = None) -> Reasoner:
-    """One of a class elsewhere, `package.module:Class`. Raises `ReasonerNameError` that says what is wrong with it."""
+    """Make a reasoner of a class elsewhere, `package.module:Class`.
+
+    Raises:
+        ReasonerNameError: It cannot be imported or made, or is not a reasoner.
+    """
     module, _, name = rest.partition(":")
     if not module or not name:
         raise ReasonerNameError(f"own:{rest}: name a module and a class in it, as own:my_package.mine:MyReasoner")

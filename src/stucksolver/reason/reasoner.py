@@ -1,4 +1,4 @@
-"""What every reasoner is: a scene in, a decision out. Untrusted; the guard decides."""
+"""The interface of every reasoner: a scene in, a decision out. Reasoners are untrusted; the guard decides."""
 
 from __future__ import annotations
 
@@ -13,15 +13,17 @@ from stucksolver.scene import Scene
 from stucksolver.scene.model import Model
 
 PlanCheck = Callable[[RecoveryPlan], str]
-"""What the guard would say of a plan now, in words; may be called from the reasoner's thread."""
+"""Returns what the guard would say about a plan now, in words. May be called from the reasoner's thread."""
 
 
 @dataclass(frozen=True)
 class Request:
     """A question to a reasoner.
 
-    `check`: asks the guard about a plan before committing to it; None where nothing is known of the surroundings.
-    `deadline_s`: wall time for the answer in seconds; None for as long as it likes.
+    Attributes:
+        scene: What the reasoner may know.
+        check: Asks the guard about a plan before the reasoner commits to it. None if the surroundings are unknown.
+        deadline_s: Wall time for the answer (s); None for no limit.
     """
 
     scene: Scene
@@ -30,10 +32,10 @@ class Request:
 
 
 class Trace(Model):
-    """How a reasoner that is no set of rules came to its answer: enough to read it again offline.
+    """How a reasoner other than the rules came to its answer: enough to parse it again offline.
 
-    `answers` are raw, in the order in which they came; the last one is what the decision was parsed from, by the
-    parser registered under `format`.
+    `answers` are the raw answers in order. The decision was parsed from the last one, by the parser registered under
+    `format`.
     """
 
     format: str = "decision"
@@ -43,13 +45,13 @@ class Trace(Model):
     input_tokens: int | None = None
     output_tokens: int | None = None
     usd: float | None = None
-    """What the answers cost, where the model's price is known."""
+    """Cost of the answers (US dollars), if the model's price is known."""
     seconds: float | None = None
 
 
 @dataclass(frozen=True)
 class Answer:
-    """A decision, the name of who made it, and how; `trace` is None for one that is derived from the scene alone."""
+    """A decision and the name of who made it. `trace` is None if the decision follows from the scene alone."""
 
     decision: Decision
     reasoner: str
@@ -57,40 +59,51 @@ class Answer:
 
 
 class Reasoner(Protocol):
-    """Called off the control loop, one request at a time."""
+    """The interface of a reasoner. It is called outside the control loop, one request at a time."""
 
     @property
     def name(self) -> str:
         """Shown in every result."""
 
     def decide(self, request: Request) -> Answer:
-        """Observe, analyse, decide. Raises `ReasonerError` when it has no answer."""
+        """Observe, analyse and decide.
+
+        Args:
+            request: The scene, a check of plans against the guard, and a deadline.
+
+        Raises:
+            ReasonerError: The reasoner has no answer.
+        """
 
 
 class ReasonerError(Exception):
-    """A reasoner could not answer; the message says why and what to do. `trace`: what it cost, where that is known."""
+    """A reasoner could not answer. The message says why and what to do; `trace` has the cost, if it is known."""
 
     trace: Trace | None = None
 
 
 @runtime_checkable
 class Cancellable(Protocol):
-    """A reasoner may be told, from another thread, that its answer is not wanted any more."""
+    """A reasoner that can be told from another thread that its answer is no longer wanted."""
 
     def cancel(self) -> None:
-        """End the running `decide` soon, by `ReasonerError`; do nothing when none runs."""
+        """End the running `decide` soon with `ReasonerError`. Does nothing if none runs."""
 
 
 @runtime_checkable
 class Preflighted(Protocol):
-    """A reasoner that rests on something outside can say before a drive whether that is in order."""
+    """A reasoner that depends on something outside and can check it before a drive."""
 
     def preflight(self) -> tuple[str, ...]:
-        """What a person should know, a line each. Raises `ReasonerError` where its answers would fail."""
+        """Return what a person should know, a line each.
+
+        Raises:
+            ReasonerError: Its answers would fail.
+        """
 
 
 Parser = Callable[[str, Scene], Decision]
-"""Makes a decision of a raw answer to a scene. Raises `ReasonerError`."""
+"""Parses a raw answer to a scene into a decision. Raises `ReasonerError`."""
 
 
 def _parse_decision(answer: str, scene: Scene) -> Decision:
@@ -102,11 +115,15 @@ def _parse_decision(answer: str, scene: Scene) -> Decision:
 
 
 PARSERS: dict[str, Parser] = {"decision": _parse_decision}
-"""By the `format` of a trace. A reasoner with a form of its own adds its parser when it is imported."""
+"""Parsers by the `format` of a trace. A reasoner with its own format registers its parser when it is imported."""
 
 
 def parse_trace(trace: Trace, scene: Scene) -> Decision:
-    """Read a recorded answer again. Raises `ReasonerError` where that cannot be done."""
+    """Parse a recorded answer again.
+
+    Raises:
+        ReasonerError: The trace holds no answer, or there is no parser for its format.
+    """
     if trace.format not in PARSERS:
         raise ReasonerError(f"no parser for answers in the format {trace.format!r}; known: {', '.join(PARSERS)}")
     if not trace.answers:

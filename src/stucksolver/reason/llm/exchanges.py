@@ -1,4 +1,4 @@
-"""Stores every request and answer, images by digest, so that a run is made again bit for bit without the network."""
+"""Stores every request and answer, images by digest, so that a run can be repeated exactly without the network."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ IMAGES = "images"
 
 
 class ExchangesError(Exception):
-    """A folder of exchanges cannot be used; the message says why and what to do."""
+    """A folder of exchanges cannot be used. The message says why and what to do."""
 
 
 class RecordingChat:
-    """Passes everything on to another model and keeps it in a folder. A disk that is full costs the record only."""
+    """Forwards everything to another model and stores it in a folder. A full disk only loses the record."""
 
     def __init__(self, inner: ChatModel, folder: Path) -> None:
         self.inner, self.folder = inner, folder
         self.name = inner.name
         self.model = getattr(inner, "model", "")
         self.fault: str | None = None
-        """Why nothing more is kept, once something has failed."""
+        """Why nothing more is stored, after a failure."""
         self._lock = threading.Lock()
         try:
             (folder / IMAGES).mkdir(parents=True, exist_ok=True)
@@ -50,7 +50,7 @@ class RecordingChat:
     def chat(
         self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
     ) -> ChatReply:
-        """Asks the model and writes down what it said, or how it failed."""
+        """Ask the model and store its reply or its failure."""
         try:
             reply = self.inner.chat(messages, tools, must_call, limit_s)
         except TryAgain as error:
@@ -64,7 +64,7 @@ class RecordingChat:
         return reply
 
     def cancel(self) -> None:
-        """Gives up the query under way."""
+        """Cancel the query under way."""
         self.inner.cancel()
 
     def _keep(
@@ -89,7 +89,7 @@ class RecordingChat:
 
 
 class RecordedChat:
-    """Answers from a folder and those below it: the same request gets the same answers, in the same order."""
+    """Answers from a folder and its subfolders: the same request gets the same answers in the same order."""
 
     def __init__(self, folder: Path) -> None:
         self._answers = _load(folder)
@@ -100,12 +100,17 @@ class RecordedChat:
     def chat(
         self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
     ) -> ChatReply:
-        """The recorded reply to the same question. Raises `GiveUp` for a question that was never asked."""
+        """Return the recorded reply to the same question.
+
+        Raises:
+            GiveUp: The question was never recorded, or it failed when it was.
+            TryAgain: The recorded failure may pass.
+        """
         key = request_key(request_form(messages, tools, must_call))
         lines = self._answers.get(key)
         if not lines:
             raise GiveUp("this question is not among the recorded ones; record it again with --exchanges")
-        # The last answer to a question stays: a resumed run asks it once more.
+        # The last answer to a question is kept: a resumed run asks it once more.
         line = lines.popleft() if len(lines) > 1 else lines[0]
         if line.get("error") == "TryAgain":
             raise TryAgain(line["text"], Trouble(line.get("trouble", Trouble.BUSY.value)))
@@ -114,11 +119,11 @@ class RecordedChat:
         return _reply(line["reply"])
 
     def cancel(self) -> None:
-        """Answers come at once; there is nothing to end."""
+        """Do nothing: answers come at once."""
 
 
 def request_form(messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None) -> dict[str, Any]:
-    """A request as plain data, its image by digest."""
+    """Return a request as plain data, its image by digest."""
     turns = []
     for message in messages:
         turn: dict[str, Any] = {"role": message.role, "text": message.text, "call_id": message.call_id}
@@ -129,12 +134,12 @@ def request_form(messages: Sequence[Message], tools: Sequence[Tool], must_call: 
 
 
 def request_key(request: dict[str, Any]) -> str:
-    """SHA-256 of a request in its canonical form."""
+    """Return the SHA-256 of a request in its canonical form."""
     return hashlib.sha256(json.dumps(request, sort_keys=True, ensure_ascii=False).encode()).hexdigest()
 
 
 def image_digest(message: Message) -> str | None:
-    """SHA-256 of a message's JPEG."""
+    """Return the SHA-256 of a message's JPEG."""
     return None if message.image is None else hashlib.sha256(message.image.jpeg).hexdigest()
 
 

@@ -1,4 +1,4 @@
-"""The SDK's errors in our words, with what to do."""
+"""Translates the SDK's errors into our own, with what to do."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ LARGER_CONTEXT = "llama.cpp: --ctx-size, vLLM: --max-model-len, Ollama: OLLAMA_C
 REFUSALS = (400, 415, 422, 500, 501)
 """Statuses by which servers say that they do not know a part of a request."""
 PASSING = (408, 409, 425, 502, 503, 504, 529)
-"""Statuses that speak of the moment; 529 is Anthropic's word for overloaded."""
+"""Statuses of temporary failures; 529 is Anthropic's status for overloaded."""
 
 
 def translated(error: Any, where: str, model: str) -> Exception:
-    """A `TryAgain` or `GiveUp` for an error of the SDK's."""
+    """Return a `TryAgain` or `GiveUp` for an SDK error."""
     import openai
 
     if isinstance(error, openai.APITimeoutError):
@@ -47,7 +47,7 @@ def _by_status(error: Any, where: str) -> Exception:
 
 
 def too_long(said: str) -> bool:
-    """Does a server say that the prompt exceeds its context?"""
+    """True if a server says that the prompt exceeds its context."""
     text = said.lower()
     return re.search(r"context[ _](?:length|size|window)|prompt is too long", text) is not None
 
@@ -76,7 +76,7 @@ def _after(error: Any) -> float | None:
 
 
 def said_by(error: Any) -> str:
-    """The server's own words, shortened: OpenAI's form of an error, or one of those that other servers have."""
+    """Return the server's own words, shortened, from OpenAI's error format or those of other servers."""
     body = getattr(error, "body", None)
     text: Any = None
     if isinstance(body, dict):
@@ -86,6 +86,6 @@ def said_by(error: Any) -> str:
 
 
 def parameter_of(error: Any) -> str | None:
-    """The field of the request that an error names, where it does."""
+    """Return the field of the request that an error names, if any."""
     named = getattr(error, "param", None)
     return named if isinstance(named, str) else None

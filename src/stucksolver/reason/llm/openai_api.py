@@ -1,4 +1,4 @@
-"""Any server that speaks OpenAI's chat completions: OpenAI itself, Azure, vLLM, Ollama, llama.cpp and others."""
+"""Any server with OpenAI's chat completions API: OpenAI itself, Azure, vLLM, Ollama, llama.cpp and others."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from stucksolver.reason.llm.wire import reply_of, request_of
 AZURE_KEY_VARIABLE = "AZURE_OPENAI_API_KEY"
 URL_VARIABLE = "OPENAI_BASE_URL"
 SHUT_FOR_S = 60.0
-"""After an error that a person has to mend (a wrong key, an unknown model), nothing is sent for so long."""
+"""After an error that a person must fix (a wrong key, an unknown model), nothing is sent for this long."""
 
 
 class OpenAiChat:
-    """One model behind one address. The key comes from the environment, never from a file or an argument.
+    """One model at one address. The key comes from the environment, never from a file or an argument.
 
-    Raises `ValueError` for an address that is none.
+    Raises:
+        ValueError: The address is not a valid one.
     """
 
     def __init__(self, model: str, base_url: str | None = None, options: ModelOptions | None = None) -> None:
@@ -40,7 +41,9 @@ class OpenAiChat:
     def chat(
         self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
     ) -> ChatReply:
-        """As in `ChatModel`. What a server does not take is left out from then on, within the same limit."""
+        """Run one exchange, as in `ChatModel`. What a server does not accept is left out from then on, within the
+        same limit.
+        """
         if self._shut is not None and time.monotonic() < self._shut[0]:
             raise GiveUp(self._shut[1], lasting=True)
         try:
@@ -55,11 +58,11 @@ class OpenAiChat:
             raise
 
     def cancel(self) -> None:
-        """Gives up the request under way; callable from any thread."""
+        """Cancel the request under way; callable from any thread."""
         self._loop.cancel()
 
     def described(self, limit_s: float) -> dict[str, Any]:
-        """What the server's list of models tells of this one; empty where it keeps none, or is silent about it."""
+        """Return this model's entry in the server's list of models; empty if there is none."""
         try:
             return self._loop.run(self._listed(self._connect()), limit_s)
         except (OutOfTime, Cancelled):
@@ -71,7 +74,7 @@ class OpenAiChat:
         return self.base_url or "api.openai.com"
 
     def _connect(self) -> Any:
-        """The SDK's client, made once; the SDK takes most of a second to import, so it comes in late."""
+        """Return the SDK's client, made once. Importing the SDK takes most of a second, so it is imported late."""
         if self._client is None:
             try:
                 import openai
@@ -84,12 +87,12 @@ class OpenAiChat:
             key = key or os.environ.get(KEY_VARIABLE)
             if not key and (self.base_url is None or urlsplit(self.base_url).hostname == "api.openai.com"):
                 raise GiveUp(f"no key: set {KEY_VARIABLE}, or name a server of your own as openai:MODEL@BASE_URL")
-            # A server of one's own asks for no key, but the SDK does.
+            # A private server needs no key, but the SDK does.
             self._client = openai.AsyncOpenAI(api_key=key or "none", base_url=self.base_url, max_retries=0)
         return self._client
 
     def _azure(self, openai: Any) -> Any:
-        """Azure's older form: the key in a header of its own, the version in the query."""
+        """Azure's older form: the key in its own header, the version in the query."""
         assert self.base_url is not None
         parts = urlsplit(self.base_url)
         version = parse_qs(parts.query).get("api-version") or [os.environ.get("OPENAI_API_VERSION", "")]
@@ -103,7 +106,7 @@ class OpenAiChat:
     async def _exchange(
         self, client: Any, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None
     ) -> ChatReply:
-        """One exchange, and further ones while something can be left out that the server does not take."""
+        """Run one exchange, and more as long as something can be left out that the server does not accept."""
         import openai
 
         spent: Usage | None = None
@@ -117,7 +120,7 @@ class OpenAiChat:
                     raise translated(error, self.where, self.model) from error
                 continue
             except (ValueError, TypeError, AttributeError, LookupError) as error:
-                # The SDK hands bodies that are no completion on as they are, or fails on them in its own ways.
+                # The SDK returns bodies that are not completions unchanged, or fails on them in its own ways.
                 raise TryAgain(f"{self.where} did not answer with a chat completion", Trouble.BROKEN) from error
             spent = reply.usage if spent is None or reply.usage is None else spent + reply.usage
             if is_called(reply) or not self.takes.step_down(f"answered without a call: {reply.text[:60]!r}"):
@@ -130,7 +133,7 @@ class OpenAiChat:
         return self.takes.learn(said, parameter_of(error), request)
 
     async def _listed(self, client: Any) -> dict[str, Any]:
-        """Best effort: a server may have no such list, or one in a form of its own."""
+        """Best effort: a server may have no such list, or one in its own form."""
         import openai
 
         try:
@@ -138,18 +141,22 @@ class OpenAiChat:
         except (openai.OpenAIError, ValueError, TypeError, AttributeError):
             return {}
         named = [entry for entry in models if entry.get("id") == self.model]
-        # A server of one model answers for it under any name, as llama.cpp does.
+        # A server with one model answers under any name, as llama.cpp does.
         found: dict[str, Any] = named[0] if named else models[0] if len(models) == 1 else {}
         return found
 
 
 def is_called(reply: ChatReply) -> bool:
-    """Did the model answer in the form that was asked for? One that was cut off while thinking has not answered yet."""
+    """True if the model answered in the requested form. A model cut off while thinking has not answered yet."""
     return bool(reply.calls) or "{" in reply.text or (reply.finish is Finish.CUT_OFF and not reply.text.strip())
 
 
 def check_url(url: str) -> None:
-    """Raises `ValueError` for what is no address of a server."""
+    """Check an address.
+
+    Raises:
+        ValueError: It is not the address of a server.
+    """
     parts = urlsplit(url)
     if parts.scheme not in ("http", "https") or not parts.hostname or any(c.isspace() for c in url):
         raise ValueError(f"{url!r} is not an address; give one such as http://127.0.0.1:8000/v1")

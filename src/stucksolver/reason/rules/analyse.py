@@ -1,4 +1,4 @@
-"""Step 2: is the vehicle immobilized, by what; or is waiting right? With guidance: what is asked for?"""
+"""Step 2: is the vehicle immobilized, and by what, or is waiting right? With guidance: what is asked for?"""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ PEOPLE_CLEARANCE_M = 15.0
 
 @dataclass(frozen=True)
 class Hold:
-    """A reason why waiting is right, with what shows it."""
+    """A reason why waiting is right, with the evidence."""
 
     reason: WaitReason
     evidence: str
 
 
 def analyse(scene: Scene, observation: Observation, limits: WaitLimits) -> Analysis:
-    """S2.1 where a passenger has spoken, else S2.2 to S2.5."""
+    """Answer S2.1 if a passenger has spoken, otherwise S2.2 to S2.5."""
     if scene.guidance is not None:
         return _with_guidance(scene, limits)
     return _without_guidance(scene, observation, limits)
@@ -56,7 +56,7 @@ def _with_guidance(scene: Scene, limits: WaitLimits) -> Analysis:
     wanted = GuidanceIntent.UNCLEAR if reading is None else reading.intent
     step = _step("S2.1", wanted in REQUESTS, f'"{scene.guidance.text}" is read as: {said(reading)}')
     stuck = scene.ego.speed_mps < MOVING_MPS and not scene.ego.at_destination
-    # No words release the vehicle from a light, a stop line, or people in front of it.
+    # No words release the vehicle from a light, a stop line, or people ahead.
     hold = _held_by_control(scene, limits) or _held_by_people(scene, limits)
     return Analysis(
         steps=(step,),
@@ -68,7 +68,7 @@ def _with_guidance(scene: Scene, limits: WaitLimits) -> Analysis:
 
 
 def said(reading: Reading | None) -> str:
-    """A reading in words; nothing that nobody has read is understood."""
+    """Return a reading in words; words that nobody has read are not understood."""
     if reading is None:
         return "nothing (the words were not read)"
     side = "" if reading.side is None else f" on the {reading.side.value}"
@@ -81,7 +81,7 @@ def _without_guidance(scene: Scene, observation: Observation, limits: WaitLimits
         return _waiting(steps, Hold(WaitReason.AT_DESTINATION, "the route is complete"))
     moving = scene.ego.speed_mps >= MOVING_MPS
     looping = moving and scene.ego.progress_20s_m is not None and scene.ego.progress_20s_m < 5.0
-    # Adding 0.0 takes the sign off a zero.
+    # Adding 0.0 removes the sign of a zero.
     motion = f"{round(scene.ego.speed_mps, 1) + 0.0:.1f} m/s, stopped for {scene.ego.stopped_for_s:.1f} s"
     steps.append(_step("S2.3", moving and not looping, motion))
     if moving:
@@ -111,7 +111,7 @@ def _waiting(steps: list[AnalysisStep], hold: Hold) -> Analysis:
 
 
 def find_hold(scene: Scene, limits: WaitLimits) -> Hold | None:
-    """Why waiting is right, None where it is not."""
+    """Return why waiting is right, or None if it is not."""
     return _held_by_control(scene, limits) or _held_by_people(scene, limits) or _held_by_vehicle(scene, limits)
 
 
@@ -133,7 +133,7 @@ def _held_by_control(scene: Scene, limits: WaitLimits) -> Hold | None:
 
 
 def red_light_within(scene: Scene, way_m: float) -> str | None:
-    """A red or yellow light whose line lies within a way ahead, in words; a plan must not lead past it."""
+    """Return a red or yellow light whose line is within this distance ahead, in words; a plan must not cross it."""
     for control in scene.controls:
         lit = control.kind is ControlKind.TRAFFIC_LIGHT and control.state in (LightState.RED, LightState.YELLOW)
         if lit and control.state and control.applies is not False and -1.0 < control.distance_m < way_m:
@@ -142,7 +142,7 @@ def red_light_within(scene: Scene, way_m: float) -> str | None:
 
 
 def _blocked_before(scene: Scene, distance_m: float) -> bool:
-    """Does something that is no traffic (a parked car, cones) stand between us and the stop line?"""
+    """True if something that is not traffic (a parked car, cones) stands between us and the stop line."""
     lead = blocker(scene)
     if lead is None or lead.gap_m is None or lead.gap_m > distance_m - 2.0:
         return False
@@ -186,21 +186,21 @@ def _held_by_vehicle(scene: Scene, limits: WaitLimits) -> Hold | None:
 
 
 def _drives_across(lead: SceneObject) -> bool:
-    """Does a vehicle in the path drive, but not along it?"""
+    """True if a vehicle in the path drives, but not along it."""
     return drives(lead) and lead.speed_along_mps < 0.5
 
 
 NEAR_M = 25.0
-"""What stands farther ahead does not hold the vehicle up."""
+"""Objects further ahead do not hold the vehicle up."""
 
 
 def blocker(scene: Scene) -> SceneObject | None:
-    """The nearest thing in the path ahead."""
+    """Return the nearest object in the path ahead."""
     return next(iter(scene.in_path_ahead(NEAR_M)), None)
 
 
 def find_cause(scene: Scene, limits: WaitLimits) -> tuple[CauseCode, str]:
-    """What immobilizes the vehicle, and what shows it."""
+    """Return what immobilizes the vehicle, with the evidence."""
     lead = blocker(scene)
     if lead is None:
         return CauseCode.UNKNOWN, f"stopped for {scene.ego.stopped_for_s:.0f} s with nothing in the path"

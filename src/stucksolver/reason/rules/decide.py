@@ -1,4 +1,4 @@
-"""Step 3: which behaviours get the vehicle going, and whether the route must be planned anew."""
+"""Step 3: which behaviours get the vehicle moving, and whether the route must be planned again."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from stucksolver.scene import REQUESTS, VEHICLES, ObjectKind, RejectCode, Scene,
 LEAD_RANGE_M = 45.0
 SAME_MOMENT_S = 0.5
 NO_WAY_S = 120.0
-"""After so long without a safe way a person is asked."""
+"""After this long without a safe way a person is asked."""
 FOR_US = (
     GuidanceIntent.PULL_OVER,
     GuidanceIntent.LET_ME_OUT,
@@ -39,7 +39,7 @@ FOR_US = (
 
 
 def decide(scene: Scene, observation: Observation, analysis: Analysis, limits: WaitLimits) -> Decision:
-    """The answer, with its reason."""
+    """Return the answer with its reason."""
     nothing = _why_nothing(analysis)
     if nothing is not None:
         return Decision(observation=observation, analysis=analysis, plan=None, rationale=nothing)
@@ -56,7 +56,7 @@ def decide(scene: Scene, observation: Observation, analysis: Analysis, limits: W
 
 
 def _why_nothing(analysis: Analysis) -> str | None:
-    """Why nothing is to be done at all, None where something is."""
+    """Return why nothing should be done at all, or None if something should."""
     if analysis.wait is not None:
         return f"waiting is right: {analysis.reason}"
     wanted = analysis.guidance_intent
@@ -100,7 +100,7 @@ def _way_on(scene: Scene, analysis: Analysis) -> Way:
 
 
 def _is_followed(lead: SceneObject, analysis: Analysis) -> str | None:
-    """Who moves is passed when the passenger asks to pass, not for any other words."""
+    """A moving vehicle is passed only if the passenger asks to pass, not for other words."""
     asked = analysis.guidance_intent
     if asked in (None, GuidanceIntent.OVERTAKE) or lead.kind not in VEHICLES or lead.speed_along_mps <= 0.5:
         return None
@@ -108,17 +108,17 @@ def _is_followed(lead: SceneObject, analysis: Analysis) -> str | None:
 
 
 def _lead(scene: Scene, analysis: Analysis) -> SceneObject | None:
-    """What should be passed, None where there is nothing of the kind."""
+    """Return what should be passed, or None if there is nothing."""
     if analysis.guidance_intent is not None:
         return next(iter(scene.in_path_ahead(LEAD_RANGE_M)), None)
     return None if analysis.cause in (CauseCode.UNKNOWN, CauseCode.LOOP) else blocker(scene)
 
 
 def _just_refused(scene: Scene, plan: RecoveryPlan) -> str | None:
-    """Why the same plan was refused a moment ago; a rule has no better idea in the same instant.
+    """Return why the same plan was refused a moment ago; a rule has no better idea at the same instant.
 
-    One that asks for walking pace, after a refusal for being too near or too quick, is another plan; so is a quicker
-    one where a passenger asks to pass, after a refusal for what is seen of the oncoming lane.
+    A plan at walking pace, after a refusal for being too near or too fast, is another plan. So is a faster one if a
+    passenger asks to pass, after a refusal for insufficient sight of the oncoming lane.
     """
     names = tuple(b.name for b in plan.behaviors)
     same = [a for a in scene.attempts if a.behaviors == names and scene.time_s - a.time_s < SAME_MOMENT_S]
@@ -130,7 +130,7 @@ def _just_refused(scene: Scene, plan: RecoveryPlan) -> str | None:
 
 
 def _call(scene: Scene, wait: WaitReason | None, why: str, limits: WaitLimits) -> RecoveryPlan | None:
-    """A call for help where nothing legal is left: a light that stays red, or no safe way for long."""
+    """Return a call for help if nothing legal is left: a light that stays red, or no safe way for long."""
     if not scene.offers("request_assistance"):
         return None
     after = {WaitReason.LIGHT: limits.light_s, WaitReason.NO_SAFE_WAY: NO_WAY_S}

@@ -1,4 +1,4 @@
-"""Ways past what is in the way: a lane of our direction on the left, on the right, the oncoming lane."""
+"""Ways past an obstacle: a lane of our direction on the left or on the right, or the oncoming lane."""
 
 from __future__ import annotations
 
@@ -37,17 +37,17 @@ from stucksolver.scene import (
 )
 
 RECOVERY_SPEED_MPS = 5.5
-"""Just under the 20 km/h of all recoveries: who is sooner back needs to see less of the oncoming lane."""
+"""Just under the 20 km/h of all recoveries: a shorter pass needs less sight of the oncoming lane."""
 GUIDED_SPEED_MPS = 11.0
 LEAST_SPEED_MPS = 2.0
 SLOW_MPS = 2.2
 OVER_HEIGHT_M = 0.15
 OVER_SEEN_S = 1.0
 OVER_CONFIDENCE, CONFIRMED_CONFIDENCE = 0.8, 0.5
-"""Of its class; the second where a passenger says that it is only a bag. The guard's own bounds."""
+"""Smallest confidence of its class; the second if a passenger says that it is only a bag. The guard's own bounds."""
 LIVING_M = 2.5
 BEFORE_OVER_M, BEYOND_OVER_M = 6.0, 2.0
-"""So far before what it drives over the ego is in its lane, and so far behind it its rear is free again."""
+"""The ego is in its lane this far before an object that it drives over, and its rear is free this far behind it."""
 
 
 Why = tuple[WaitReason | None, str]
@@ -56,25 +56,25 @@ Way = tuple[RecoveryPlan | None, Why]
 
 
 def asked(scene: Scene) -> Reading | None:
-    """What the passenger asked for, as it was read."""
+    """Return what the passenger asked for, as it was read."""
     return None if scene.guidance is None else scene.guidance.reading
 
 
 def speed_for(scene: Scene, target: PassTarget) -> float:
-    """Walking pace where more was refused for want of clearance; quicker past who moves, when asked to pass."""
+    """Return walking pace if more was refused for lack of clearance; faster past moving traffic if asked to pass."""
     if failed_for(scene, RejectCode.CLEARANCE, RejectCode.DOOR):
         return SLOW_MPS
     reading = asked(scene)
     if reading is None or reading.intent is not GuidanceIntent.OVERTAKE:
         return RECOVERY_SPEED_MPS
-    # Who is asked to pass may be sooner back: then less of the oncoming lane must be seen to be free.
+    # A faster pass is over sooner, so less of the oncoming lane must be seen free.
     if target.speed_mps < 0.5 and not failed_for(scene, RejectCode.ONCOMING_SIGHT, RejectCode.ONCOMING_GAP):
         return RECOVERY_SPEED_MPS
     return round(min(max(scene.speed_limit_mps or 8.0, LEAST_SPEED_MPS), GUIDED_SPEED_MPS), 1)
 
 
 def may_be_driven_over(scene: Scene, o: SceneObject) -> bool:
-    """Is it soft, low, long enough seen, and away from everybody, and has that not just failed?"""
+    """True if it is soft, low, seen long enough and away from everybody, and driving over it has not just failed."""
     needed = CONFIRMED_CONFIDENCE if Claim.SOFT_OBJECT in scene.claims else OVER_CONFIDENCE
     sure = o.kind in PASSABLE_KINDS and (o.kind_confidence or 0.0) >= needed
     low = o.height_m <= OVER_HEIGHT_M and (o.seen_for_s or 0.0) >= OVER_SEEN_S
@@ -86,7 +86,7 @@ def may_be_driven_over(scene: Scene, o: SceneObject) -> bool:
 
 
 def way_past(scene: Scene, target: PassTarget, speed: float) -> Way:
-    """The first way past that is open."""
+    """Return the first way past that is open."""
     light = red_light_within(scene, way_to_pass_m(scene, target, speed)[0])
     if light is not None:
         return None, (WaitReason.LIGHT, light)
@@ -123,12 +123,12 @@ def way_past(scene: Scene, target: PassTarget, speed: float) -> Way:
 
 
 def lane_of(scene: Scene, where: LaneRelation) -> SceneLane | None:
-    """The nearest lane in a relation (lists keep the stack's order: from the route outwards)."""
+    """Return the nearest lane in a relation (lists keep the stack's order: from the route outwards)."""
     return next((lane for lane in scene.lanes if lane.relation is where), None)
 
 
 def _why_not_beside(ahead: tuple[SceneObject, ...]) -> Why:
-    """Waiting helps only against what will go on by itself."""
+    """Waiting helps only against what will move on by itself."""
     lasting = next((o for o in ahead if stays(o) and o.kind not in PASSABLE_KINDS), None)
     lasting = lasting or next((o for o in ahead if stays(o)), None)
     return (WaitReason.YIELD, said_of(ahead[0])) if lasting is None else (WaitReason.NO_SAFE_WAY, said_of(lasting))
@@ -154,7 +154,7 @@ def _by_lane_change(
 def _out_and_over(
     scene: Scene, side: Literal["left", "right"], way_m: float, speed: float, over: tuple[SceneObject, ...]
 ) -> tuple[AnyBehavior, ...]:
-    """Into the lane beside and on in it; at walking pace, and one thing after the other, where it leads over some."""
+    """Into the lane beside and along it; step by step at walking pace if it leads over something."""
     if not over:
         return (ChangeLane(side=side, distance_m=round(min(max(way_m, 20.0), 150.0), 1), speed_mps=speed),)
     before = round(min(max((over[0].gap_m or 0.0) - BEFORE_OVER_M, 15.0), 150.0), 1)
@@ -165,7 +165,7 @@ def _out_and_over(
 
 
 def _lane_beside_the_route(scene: Scene) -> SceneLane | None:
-    """The lane of our direction beside the route's in which the ego is, None where it is in another."""
+    """Return the lane of our direction beside the route's in which the ego is, or None if it is in another one."""
     return next(
         (
             lane
@@ -177,7 +177,7 @@ def _lane_beside_the_route(scene: Scene) -> SceneLane | None:
 
 
 def _go_on_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: float) -> Way:
-    """Half-way past already: on in the lane beside until there is room to come back."""
+    """The ego is half-way past: go on in the lane beside until there is room to return."""
     ahead = in_lane_beside(scene, lane, target, speed)
     if ahead:
         return None, _why_not_beside(ahead)
@@ -191,12 +191,12 @@ def _go_on_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: floa
 
 
 def _return_was_refused(scene: Scene) -> bool:
-    """Did an earlier plan of this episode with a change back fail?"""
+    """True if an earlier plan of this episode with a change back failed."""
     return any(len(a.behaviors) > 1 and a.behaviors[-1] == "change_lane" for a in scene.attempts)
 
 
 def _waypoint_in(scene: Scene, lane: SceneLane, distance_m: float) -> CandidateWaypoint | None:
-    """The first candidate for a new route that lies in a lane beyond a distance."""
+    """Return the first candidate for a new route that lies in a lane beyond a distance."""
     fitting = [
         w
         for w in scene.waypoints

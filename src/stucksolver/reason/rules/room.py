@@ -1,4 +1,4 @@
-"""Small moves that make a way: over a bag, aside within the lane, back to get room, aside or back to see more."""
+"""Small moves that make room: over a bag, aside within the lane, back for room, aside or back to see more."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from stucksolver.reason.rules.past import SLOW_MPS, Way, lane_of, may_be_driven_
 from stucksolver.scene import VULNERABLE, LaneRelation, PlanFailure, Scene, SceneObject
 
 SWING_M, ROOM_M = 4.5, 7.0
-"""Nearer than the first to what is ahead, the ego backs up to the second before it swings out."""
+"""If the obstacle is nearer than the first distance, the ego backs up to the second before it swings out."""
 MORE_M, ENOUGH_M = 4.0, 12.0
-"""Where that was too near all the same, it backs up by so much more, up to the second."""
+"""If that was still too near, it backs up by this much more, up to the second."""
 REAR_MARGIN_M, LOOK_REAR_MARGIN_M = 2.5, 8.0
-"""Left free behind when backing up to get room, and to look. The guard sees to those who come."""
+"""Distance kept behind when backing up for room, and to see more. The guard checks for traffic."""
 BESIDE_M = 0.55
 LOOK_M = 6.0
 LOOK_ROOM_M = 9.0
@@ -29,14 +29,14 @@ SWING_OUT_M = 10.0
 
 
 def over_it(scene: Scene, lead: SceneObject) -> Way | None:
-    """Over what is soft, low, long enough seen, and away from everybody."""
+    """Over what is soft, low, seen long enough, and away from everybody."""
     if not may_be_driven_over(scene, lead):
         return None
     return RecoveryPlan(behaviors=(DriveOver(object_id=lead.id),)), (None, f"drive over {lead.kind.value} {lead.id}")
 
 
 def within_the_lane(scene: Scene, target: PassTarget) -> Way | None:
-    """Past what leaves enough of the own lane free, without leaving it."""
+    """Past an obstacle that leaves enough of the own lane free, without leaving the lane."""
     lane = lane_of(scene, LaneRelation.EGO)
     distance = target.end_m + scene.ego.length_m + 1.0
     if lane is None or not scene.offers("nudge") or target.speed_mps > 0.1 or not 3.0 <= distance <= 40.0:
@@ -62,7 +62,7 @@ def within_the_lane(scene: Scene, target: PassTarget) -> Way | None:
 
 
 def to_swing_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryPlan:
-    """The same plan, with a way back first where the ego stands too near to swing out."""
+    """Return the same plan, preceded by backing up if the ego stands too near to swing out."""
     gap = lead.gap_m or 0.0
     failed = failed_for(scene, PlanFailure.NO_ROOM_TO_SWING_OUT)
     near = gap < SWING_M or (failed and gap < ENOUGH_M)
@@ -74,20 +74,20 @@ def to_swing_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Recover
 
 
 def _back_m(scene: Scene, wanted_m: float) -> float | None:
-    """As far back as is wanted, or as there is room for; None where that is too little to be of use."""
+    """Return the distance to back up (m), as wanted or as there is room; None if that is too little to help."""
     ways = (math.floor(10.0 * wanted_m * share) / 10.0 for share in (1.0, 0.75, 0.5, 0.35))
     return next((way for way in ways if way >= 1.0 and may_back_up(scene, way, REAR_MARGIN_M)), None)
 
 
 def to_see_more(scene: Scene, target: PassTarget, plan: RecoveryPlan) -> Way | None:
-    """The same plan after moves that show more of the road: back, aside to the middle of it, and further back.
+    """Return the same plan after moves that show more of the road: back, aside to the middle of it, and further back.
 
-    Behind a van at 5 m some 24 m of the oncoming lane are seen from the lane's centre; at 15 m, 0.75 m aside, 188 m.
-    The passing must follow at once: left to itself the stack drives up to the van again.
+    Behind a van at 5 m, some 24 m of the oncoming lane are seen from the lane's centre; at 15 m, 0.75 m aside, 188 m.
+    The pass must follow at once, because the stack by itself drives up to the van again.
     """
     lead = target.objects[0]
     gap = start = lead.gap_m or 0.0
-    # What has not shown enough once will not show more the next time.
+    # A move that has not shown enough once will not show more the next time.
     looked = any({"back_up", "nudge"} & set(a.behaviors) for a in scene.attempts)
     if looked or scene.ego.speed_mps > 0.2 or not scene.offers("nudge", "back_up"):
         return None
@@ -109,7 +109,7 @@ def to_see_more(scene: Scene, target: PassTarget, plan: RecoveryPlan) -> Way | N
 
 
 def _hides_from_aside(scene: Scene, target: PassTarget) -> bool:
-    """Does any of it hide the oncoming lane even from the left border of the own one? Only distance shows more then."""
+    """True if the target hides the oncoming lane even from the left border of the own one. Only distance then helps."""
     lane = lane_of(scene, LaneRelation.EGO)
     if lane is None:
         return True
@@ -118,7 +118,7 @@ def _hides_from_aside(scene: Scene, target: PassTarget) -> bool:
 
 
 def may_back_up(scene: Scene, way_m: float, margin_m: float) -> bool:
-    """Is so much of the own lane free behind?"""
+    """True if this much of the own lane is free behind."""
     lane = lane_of(scene, LaneRelation.EGO)
     free = None if lane is None else lane.free_behind_m
     return scene.offers("back_up") and free is not None and free >= way_m + margin_m
