@@ -1,4 +1,4 @@
-"""The file: episodes in SQLite, safe against crashes, two processes at once, a full disk, and growth without end."""
+"""The file: episodes in SQLite, safe against crashes, concurrent processes, a full disk, and unlimited growth."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from stucksolver.memory.episode import Episode
 from stucksolver.memory.schema import APPLICATION_ID, MIGRATIONS, migrate, version_of
 
 MOST_EPISODES = 10_000
-"""The oldest go when there are more: some 20 MB of file."""
+"""The oldest are dropped when there are more: some 20 MB of file."""
 MOST_DAYS = 365
 """Older episodes are dropped: streets and cars change, and nobody's words should be kept for ever."""
 PAGE_BYTES = 4096
 MOST_PAGES = 16_384
-"""The file never grows beyond 64 MB, whatever is put in."""
+"""The file never grows beyond 64 MB."""
 BUSY_S = 5.0
-"""So long another process that writes is waited for."""
+"""How long to wait for another process that writes."""
 DAY_S = 86_400.0
 
 
 class MemoryFileError(Exception):
-    """A memory's file cannot be used; the message names the file, what is wrong, and what to do."""
+    """A memory's file cannot be used. The message names the file, what is wrong, and what to do."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,8 @@ class Kept:
 class EpisodeStore:
     """Opens a memory's file, or makes one (mode 0600). Every method may raise `MemoryFileError`.
 
-    Each call has a connection of its own: any thread and any process may call at any time. What is deleted is
-    overwritten in the file. With `create` False a file that does not exist is an error.
+    Each call has its own connection, so any thread and any process may call at any time. Deleted data is overwritten in
+    the file. With `create` False, a missing file is an error.
     """
 
     def __init__(
@@ -59,7 +59,9 @@ class EpisodeStore:
             migrate(connection)
 
     def add(self, episode: Episode) -> int:
-        """Keep an episode; its number. The oldest are dropped where there are too many, or they are too old."""
+        """Store an episode and return its number. Old episodes are dropped if there are too many or they are too
+        old.
+        """
         row = (
             episode.at_s,
             episode.vehicle,
@@ -78,14 +80,14 @@ class EpisodeStore:
             return int(added.lastrowid or 0)
 
     def episodes(self, obstacle: str | None = None) -> tuple[Kept, ...]:
-        """All of them, the oldest first; only those before one kind of `obstacle` where one is named."""
+        """Return all episodes, oldest first; only those with this kind of `obstacle` if one is given."""
         where, values = ("", ()) if obstacle is None else (" WHERE obstacle = ?", (obstacle,))
         with self._open() as connection:
             rows = connection.execute(f"SELECT id, episode FROM episodes{where} ORDER BY id", values).fetchall()
         return tuple(Kept(int(number), self._read(int(number), text)) for number, text in rows)
 
     def episode(self, number: int) -> Kept | None:
-        """One of them; None where there is none of that number."""
+        """Return one episode; None if there is none with this number."""
         with self._open() as connection:
             row = connection.execute("SELECT id, episode FROM episodes WHERE id = ?", (number,)).fetchone()
         return None if row is None else Kept(int(row[0]), self._read(int(row[0]), row[1]))
@@ -93,9 +95,12 @@ class EpisodeStore:
     def forget(
         self, *, numbers: tuple[int, ...] = (), before_s: float | None = None, vehicle: str | None = None
     ) -> int:
-        """Delete episodes by number, those before a time (s since 1970), or those of a vehicle; how many there were.
+        """Delete episodes, and return how many there were. Nothing of them is left in the file.
 
-        Afterwards nothing of them is left in the file.
+        Args:
+            numbers: Their numbers.
+            before_s: All before this time (s since 1970).
+            vehicle: All of this vehicle.
         """
         with self._open() as connection:
             gone = 0
@@ -110,7 +115,7 @@ class EpisodeStore:
             return gone
 
     def forget_all(self) -> int:
-        """Delete everything; how many episodes there were."""
+        """Delete everything, and return how many episodes there were."""
         with self._open() as connection:
             with self._writing(connection):
                 gone = connection.execute("DELETE FROM episodes").rowcount
@@ -120,7 +125,7 @@ class EpisodeStore:
     # ---- the file
 
     def _make(self) -> None:
-        """An empty file that only its owner may read: it holds what people said."""
+        """Make an empty file that only its owner may read, because it holds what people said."""
         try:
             os.close(os.open(self.path, os.O_CREAT | os.O_WRONLY, 0o600))
         except OSError as error:
@@ -154,7 +159,7 @@ class EpisodeStore:
                 f"{self.path}: written by a newer StuckSolver (version {version} of the file, {len(MIGRATIONS)} is "
                 "known here); update StuckSolver, or name another file"
             )
-        # A crash loses at most the episode that was being written, and readers never wait for a writer.
+        # A crash loses at most the episode being written, and readers never wait for a writer.
         if connection.execute("PRAGMA journal_mode").fetchone()[0] != "wal":
             connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = NORMAL")
@@ -173,7 +178,7 @@ class EpisodeStore:
         connection.execute("COMMIT")
 
     def _scrub(self, connection: sqlite3.Connection) -> None:
-        """Nothing of what was deleted stays: neither in free pages nor in the write-ahead log."""
+        """Remove deleted data from free pages and from the write-ahead log."""
         connection.execute("VACUUM")
         connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
@@ -189,7 +194,7 @@ class EpisodeStore:
 
 
 def _said(error: sqlite3.Error) -> str:
-    """What is wrong with a file and what to do about it."""
+    """Return what is wrong with a file and what to do about it."""
     text = str(error)
     if "not a database" in text:
         return "this is not a StuckSolver memory; name another file"

@@ -1,4 +1,4 @@
-"""The desk: where the vehicles of a process meet the people who talk to them. What an engineer embeds."""
+"""The desk: connects the vehicles of a process to the people who talk to them. This is what an engineer embeds."""
 
 from __future__ import annotations
 
@@ -20,18 +20,19 @@ from stucksolver.solver.machine.state import State
 
 
 class Desk:
-    """Joins vehicles to a passenger server. Nothing that it does makes a control loop wait.
+    """Connects vehicles to a passenger server. It never makes a control loop wait.
 
-    ```python
-    desk = Desk(server.address)
-    solver = StuckSolver(stack.scene, on_event=desk.ear("car-1"))
-    seat = desk.add("car-1", solver, name="Car 1")
-    ...
-    directive = solver.step(status, stack.surroundings)  # on every tick
-    seat.tick(status, stack.scene)
-    ```
+    ```python desk = Desk(server.address) solver = StuckSolver(stack.scene, on_event=desk.ear("car-1")) seat =
+    desk.add("car-1", solver, name="Car 1") ... directive = solver.step(status, stack.surroundings)  # on every tick
+    seat.tick(status, stack.scene) ```
 
-    `address`: of a `PassengerServer`. Several processes may each have a desk at the same server. Raises `LinkError`.
+    Several processes may each have a desk at the same server.
+
+    Args:
+        address: Address of a `PassengerServer`.
+
+    Raises:
+        LinkError: The server cannot be reached.
     """
 
     def __init__(self, address: Path) -> None:
@@ -41,11 +42,20 @@ class Desk:
         self._link = Link(address, self._receive)
 
     def ear(self, vehicle_id: str) -> Listener:
-        """What a vehicle's solver is to tell its events to (`on_event`); asked for before the solver is made."""
+        """Return the listener for a vehicle's solver (`on_event`). Get it before the solver is made."""
         return self._conversation(vehicle_id).hear
 
     def add(self, vehicle_id: str, solver: StuckSolver, name: str = "") -> Seat:
-        """A place for a vehicle; `name`: what people call it. Raises `ValueError` for a bad or known id."""
+        """Add a vehicle.
+
+        Args:
+            vehicle_id: Up to 40 letters, digits, - and _.
+            solver: The vehicle's solver.
+            name: What people call the vehicle.
+
+        Raises:
+            ValueError: The id is invalid or already used.
+        """
         if not VEHICLE_ID.fullmatch(vehicle_id):
             raise ValueError(f"{vehicle_id!r} is not a valid vehicle id; use up to 40 letters, digits, - and _")
         conversation = self._conversation(vehicle_id)
@@ -56,23 +66,23 @@ class Desk:
         return seat
 
     def show_scenery(self, vehicle_id: str, scenery: Mapping[str, Any]) -> None:
-        """What stands still in the view from above; told once, and again when the route is planned anew."""
+        """Send the static part of the view from above, at the start and whenever the route changes."""
         self._link.send(Frame(Topic.SCENERY, vehicle_id, _json(scenery)))
 
     def show_view(self, vehicle_id: str, view: Mapping[str, Any]) -> None:
-        """Who is where at this moment."""
+        """Send the moving part of the view from above."""
         self._link.send(Frame(Topic.VIEW, vehicle_id, _json(view)))
 
     def show_picture(self, vehicle_id: str, jpeg: bytes) -> None:
-        """What the front camera sees."""
+        """Send the front camera's image."""
         self._link.send(Frame(Topic.PICTURE, vehicle_id, base64.b64encode(jpeg)))
 
     def leave(self, vehicle_id: str) -> None:
-        """The vehicle's ride is over; its page says so, and stays."""
+        """End the vehicle's ride. Its page says so and stays."""
         self._link.send(Frame(Topic.BYE, vehicle_id))
 
     def close(self) -> None:
-        """Send what is left, and leave the server."""
+        """Send what is left and disconnect from the server."""
         self._link.close()
 
     def __enter__(self) -> Desk:
@@ -96,7 +106,7 @@ class Desk:
         self._link.send(Frame(Topic.NOW, vehicle_id, now.model_dump_json().encode()))
 
     def _receive(self, frame: Frame) -> None:
-        """A command from the server, on the link's own thread; the solver takes it from any thread."""
+        """Handle a command from the server, on the link's own thread; the solver accepts it from any thread."""
         if frame.topic is Topic.COMMAND:
             outcome = self._seats.take(frame.vehicle, Command.model_validate_json(frame.payload))
             self._link.send(Frame(Topic.OUTCOME, frame.vehicle, outcome.model_dump_json().encode()))

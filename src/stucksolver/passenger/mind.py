@@ -1,4 +1,4 @@
-"""What the car thinks and will do next, in two sentences made of its typed state; nothing is parsed."""
+"""Describes what the car thinks and will do next, in two sentences made from its typed state; nothing is parsed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stucksolver.solver import Event, QuestionKind
 from stucksolver.solver.machine.state import AwaitingApproval, AwaitingGap, Executing, State, StateName
 
 FRESH_S = 4.0
-"""A decision about a standing vehicle is what the car thinks for so long; it is made anew every few seconds."""
+"""A decision about a standing vehicle is shown as the car's thought for this long; it is renewed every few seconds."""
 SLOW_MPS = 5 / 3.6
 """As the detector's bound: below it the car stands, or nearly."""
 NEAR_M, LIGHT_M = 45.0, 60.0
@@ -30,7 +30,7 @@ STATES: dict[StateName, str] = {
     StateName.HOLDING: "I am waiting until the way back into my lane is free.",
     StateName.MINIMAL_RISK: "I have stopped and called the operator.",
 }
-"""What each of the solver's states is to a passenger, where nothing more particular is known."""
+"""What each of the solver's states means to a passenger, unless something more specific is known."""
 
 
 @dataclass(frozen=True)
@@ -45,9 +45,13 @@ OVER = Mind("The ride is over.", "Thank you for riding with me.")
 
 
 def mind(state: State, status: Status, decided: Event | None, scene: Scene | None) -> Mind:
-    """What to tell of a solver's state.
+    """Return what to tell people about a solver's state.
 
-    `decided`: the last decision that was told of, None before the first. `scene`: the newest one there is.
+    Args:
+        state: The solver's state.
+        status: The vehicle's status.
+        decided: The last decision event; None before the first.
+        scene: The newest scene, if any.
     """
     activity = state.activity
     if isinstance(activity, Executing):
@@ -93,12 +97,12 @@ def _why(decision: Decision, scene: Scene | None) -> str:
     analysis = decision.analysis
     if analysis.wait is not None:
         return waiting(analysis.wait, scene)[0]
-    # Where somebody asks for something, nothing needs to block the car.
+    # If someone asks for something, nothing needs to block the car.
     return blocked_by(analysis.cause, scene) if analysis.cause else _ahead(scene) or blocked_by(None, scene)
 
 
 def _ahead(scene: Scene | None) -> str | None:
-    """Who is ahead; None where nobody is near."""
+    """Return who is ahead; None if nobody is near."""
     ahead = () if scene is None else scene.in_path_ahead(NEAR_M)
     if not ahead:
         return None
@@ -147,7 +151,7 @@ def _driving(status: Status, scene: Scene | None) -> Mind:
 
 
 def _about(leader_moves: bool, moving: bool) -> str:
-    """What the car will do about whoever is ahead."""
+    """Return what the car will do about whoever is ahead."""
     if leader_moves:
         return "I am staying behind, unless you ask me to overtake."
     if moving:

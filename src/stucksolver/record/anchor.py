@@ -1,8 +1,8 @@
-"""Heads of records kept elsewhere: a chain made anew from its first line is found by the hash that somebody else holds.
+"""Stores the heads of records elsewhere, so that a chain rewritten from its first line is detected.
 
-A file of heads has one line for each record, `HASH  LINE  PATH`, like the files of `sha256sum`. Whoever signs it, has
-it stamped with the time, or keeps it where the writer of the records cannot reach it, can prove later that up to that
-line nothing has been changed. A record may go on growing after its head was taken.
+A file of heads has one line for each record, `HASH  LINE  PATH`, like the files of `sha256sum`. Whoever signs it,
+timestamps it, or keeps it out of reach of the records' writer can later prove that nothing was changed up to that line.
+A record may grow after its head was taken.
 """
 
 from __future__ import annotations
@@ -19,14 +19,18 @@ _LINE = re.compile(r"([0-9a-f]{64})  ([1-9][0-9]*)  (.+)")
 
 @dataclass(frozen=True)
 class Anchor:
-    """The hash that stands in a line (counted from 1) of a record."""
+    """The hash in a line (counted from 1) of a record."""
 
     line: int
     digest: str
 
 
 def head_of(record: Path) -> Anchor:
-    """The last whole line of a record. Raises `RecordError`."""
+    """Return the last complete line of a record.
+
+    Raises:
+        RecordError: There is no complete line.
+    """
     digests = read_digests(record)
     if not digests:
         raise RecordError(f"{record}: it has no complete line, so it has no head")
@@ -34,7 +38,11 @@ def head_of(record: Path) -> Anchor:
 
 
 def check_anchor(record: Path, anchor: Anchor) -> None:
-    """Raises `RecordError` where the record is not the one that the anchor was taken of, or has been cut off."""
+    """Check a record against an anchor.
+
+    Raises:
+        RecordError: The anchor belongs to another record, or the record's end was cut off.
+    """
     digests = read_digests(record)
     if len(digests) < anchor.line:
         raise RecordError(
@@ -49,7 +57,11 @@ def check_anchor(record: Path, anchor: Anchor) -> None:
 
 
 def write_heads(path: Path, records: Iterable[Path]) -> Mapping[Path, Anchor]:
-    """Keep the heads of records in a new file. Raises `RecordError`; a file that is there is never written over."""
+    """Write the heads of records to a new file. An existing file is never overwritten.
+
+    Raises:
+        RecordError: The file exists or cannot be written.
+    """
     heads = {record: head_of(record) for record in records}
     text = "".join(f"{head.digest}  {head.line}  {record.as_posix()}\n" for record, head in heads.items())
     try:
@@ -63,7 +75,11 @@ def write_heads(path: Path, records: Iterable[Path]) -> Mapping[Path, Anchor]:
 
 
 def read_heads(path: Path) -> dict[Path, Anchor]:
-    """The records named in a file of heads, as they are named there. Raises `RecordError`."""
+    """Return the records in a file of heads, under the names used there.
+
+    Raises:
+        RecordError: The file cannot be read or has an error.
+    """
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:

@@ -1,4 +1,4 @@
-"""Lines of JSON, each with a hash over itself and the hash before it, so that a changed byte anywhere is found."""
+"""Lines of JSON, each with a hash over itself and the previous hash, so that any changed byte is found."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _LOOKS_LIKE = "none of its lines ends in a hash, as every line of a record does"
 
 
 class RecordError(RuntimeError):
-    """A record cannot be written or read; the message names the file, the line where there is one, and the remedy."""
+    """A record cannot be written or read. The message names the file, the line if there is one, and the remedy."""
 
 
 class ChainWriter:
-    """Appends lines to a new file. Each is handed to the system as a whole: a killed process leaves whole lines."""
+    """Appends lines to a new file. Each is written in one call, so that a killed process leaves complete lines."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -34,7 +34,11 @@ class ChainWriter:
             raise _cannot_write(path, error) from error
 
     def write(self, data: Mapping[str, Any]) -> None:
-        """Append one line. Raises `RecordError`; the lines before it are whole then."""
+        """Append one line.
+
+        Raises:
+            RecordError: It cannot be written. The lines before it are complete.
+        """
         body = json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False).encode()
         digest = _digest(self._hash, body)
         line = body[:-1] + _MARK + digest.encode() + b'"}\n'
@@ -50,29 +54,35 @@ class ChainWriter:
         self._end += len(line)
 
     def close(self) -> None:
-        """Bring it to the disk and close it."""
+        """Flush the file to the disk and close it."""
         with contextlib.suppress(OSError):
             os.fsync(self._file.fileno())
         self._file.close()
 
 
 def read_chain(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Line numbers from 1, and what the lines say.
+    """Yield the line numbers, counted from 1, and the content of the lines.
 
-    Raises `RecordError` with the number of the first line that was changed. A last line that breaks off, as a killed
-    process could leave it, ends the reading without an error.
+    An incomplete last line, as a killed process may leave it, ends the reading without an error.
+
+    Raises:
+        RecordError: A line was changed. The message has the number of the first one.
     """
     for number, (body, _) in enumerate(_checked(path), 1):
         yield number, json.loads(body)
 
 
 def read_digests(path: Path) -> list[str]:
-    """The hash of each whole line. Raises `RecordError`, as `read_chain` does."""
+    """Return the hash of each complete line.
+
+    Raises:
+        RecordError: As for `read_chain`.
+    """
     return [digest for _, digest in _checked(path)]
 
 
 def _checked(path: Path) -> Iterator[tuple[bytes, str]]:
-    """What each whole line says, and its hash."""
+    """Yield each complete line's content and its hash."""
     before = START
     try:
         lines = path.read_bytes().split(b"\n")
@@ -96,7 +106,7 @@ def _hash_stands_in(line: bytes) -> bool:
 
 
 def _looks_whole(last: bytes) -> bool:
-    """A line that has its hash but no line feed was not left by a killed process."""
+    """True if the last line has its hash but no line feed; a killed process does not leave that."""
     mark = last.rfind(_MARK)
     return mark >= 0 and len(last) - mark >= _TAIL
 

@@ -13,8 +13,10 @@ Data = dict[str, Any]
 
 
 class Packer:
-    """Makes differences. Use one for one file, in the order of its lines. It runs in the control loop, so it is quick:
-    what has not changed is compared, never written out."""
+    """Computes differences. Use one per file, in the order of its lines.
+
+    It runs in the control loop and is fast: unchanged parts are compared, never written out.
+    """
 
     def __init__(self) -> None:
         self._last: Surroundings | None = None

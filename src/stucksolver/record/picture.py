@@ -43,10 +43,16 @@ class _Moment:
 
 
 def draw_record(record: Path, picture: Path, at_s: Sequence[float] = ()) -> Path:
-    """Draw the moments nearest to `at_s` (the stack's clock), else some from the first look at a plan to the last.
+    """Draw the moments nearest to `at_s`, or else some from the first judgement of a plan to the last.
 
-    Raises `RecordError` for a record that cannot be read, or in which nothing was seen, at all or at the moment asked
-    for, and `OSError`.
+    Args:
+        record: The record.
+        picture: The file to write.
+        at_s: Times of the stack's clock (s).
+
+    Raises:
+        RecordError: The record cannot be read, or nothing was seen in it at all or at a requested moment.
+        OSError: The file cannot be written.
     """
     from matplotlib.figure import Figure
 

@@ -21,10 +21,10 @@ RUN_ENDED = "the run ended with this intervention under way"
 class Recorder:
     """A witness of the solver: `StuckSolver(record=Recorder(folder))`. Legitimate waits leave no file.
 
-    What changed is found in the control loop; lines are made and written in a thread of its own. When that fails (a
-    full disk), what has been written stays whole, and the next call raises `RecordError`: the solver tells of it once
-    and drives on without a record. As a context manager it closes after a run that ended, and breaks off after one
-    that raised. Look at `error` after that: it is None where everything was written.
+    Changes are found in the control loop; lines are made and written in a separate thread. If that fails (a full disk),
+    what was written stays complete, and the next call raises `RecordError`. The solver then reports it once and drives
+    on without a record. As a context manager it closes after a run that ended, and breaks off after one that raised.
+    After that `error` is None if everything was written.
     """
 
     def __init__(self, folder: Path) -> None:

@@ -166,9 +166,12 @@ def image_of(data: dict[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def policy_of(data: dict[str, Any], path: Path) -> GuardPolicy:
-    """The guard's policy of a record, whole. Raises `RecordError` where a number is missing or means nothing here.
+    """Return the complete guard policy of a record.
 
-    A default would do for neither: the plans of the record would be judged by bounds that nobody judged them by.
+    Missing numbers get no default: the record's plans would be judged by bounds that were never used.
+
+    Raises:
+        RecordError: A number is missing or unknown.
     """
     try:
         policy = GuardPolicy.model_validate(data)

@@ -1,4 +1,4 @@
-"""What people are asked."""
+"""Questions to people."""
 
 from __future__ import annotations
 
@@ -14,14 +14,18 @@ NEEDS: dict[str, str] = {
     "red_light": "I would drive through a red light.",
     "borrow_oncoming_lane": "I would use the lane of the oncoming traffic.",
 }
-"""What a yes would release beyond the plan's own words: the guard's rules, and what is worth a warning."""
+"""What a yes would release beyond the plan's own words: the guard's rules, and what deserves a warning."""
 
 ADVICE = "I cannot get any further by myself. What shall I do?"
 ASSISTANCE = "I have stopped, and I need help. May I try again?"
 
 
 def needed(names: tuple[str, ...]) -> tuple[str, ...]:
-    """A sentence for each thing that a yes would release. Raises `KeyError` for a name that nobody knows."""
+    """Return a sentence for each thing that a yes would release.
+
+    Raises:
+        KeyError: There is no sentence for a name.
+    """
     unknown = [name for name in names if name not in NEEDS and name not in BEHAVIORS]
     if unknown:
         raise KeyError(f"nothing is said of {', '.join(unknown)}: add it to NEEDS")
@@ -29,7 +33,7 @@ def needed(names: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def asked(question: Question) -> str:
-    """The question in words for people. Its plan and codes say everything; its own text is the solver's."""
+    """Return the question in words for people, made from its plan and codes; its own text is the solver's."""
     if question.kind is QuestionKind.ADVICE:
         return ADVICE
     if question.kind is QuestionKind.ASSISTANCE or question.plan is None:

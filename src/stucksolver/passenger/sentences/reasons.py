@@ -1,4 +1,4 @@
-"""Why the car waits, and what blocks it."""
+"""Sentences that say why the car waits, and what blocks it."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ CAUSES: dict[CauseCode, str] = {
     CauseCode.UNKNOWN: "I am making no progress, and I do not know why.",
 }
 NEAR_M = 60.0
-"""What is further ahead than this is not what holds the car up."""
+"""Objects further ahead do not hold the car up."""
 
 
 def waiting(reason: WaitReason, scene: Scene | None) -> tuple[str, str]:
-    """What the car waits for, and what it will do then."""
+    """Return what the car waits for, and what it will do then."""
     now, then = WAITS[reason]
     return _filled(now, scene), _filled(then, scene)
 
 
 def blocked_by(cause: CauseCode | None, scene: Scene | None) -> str:
-    """What immobilizes the car."""
+    """Return what immobilizes the car."""
     return _filled(CAUSES[cause or CauseCode.UNKNOWN], scene)
 
 

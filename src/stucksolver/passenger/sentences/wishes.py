@@ -1,4 +1,4 @@
-"""How the car answers to words as such, before it has looked whether they can be done."""
+"""The car's first answers to words, before it has checked whether it can do what they ask."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ CLAIMS: dict[Claim, str] = {
     Claim.HURRY: "I understand. I will not wait for others longer than I must, but I take no risks.",
     Claim.NO_HURRY: "Thank you. I will take my time.",
 }
-"""The answer to words that ask for nothing, but say something of the world. The first claim counts."""
+"""The answer to words that ask for nothing but claim something about the world. The first claim counts."""
 ASKED_BACK = "I did not understand that. Shall I wait, drive on, go round it, or take another way?"
 YES_OR_NO = "I did not understand that. Please answer with yes or no."
 NOBODY_READS = "I could not read your words. Please try again, or use the buttons."
-"""Where the reader of words was too late, failed, or is not installed."""
+"""If the reader of words was too late, failed, or is not installed."""
 
 NOTHING_TO_STOP = (
     "All right, I will not begin anything new. I will keep to our route; ask me to pull over if I should stop."
 )
-"""For a call to stop while no plan runs and the car drives: its own driver goes on."""
+"""For a call to stop while no plan runs and the car drives: its own driver continues."""
 
 
 def acknowledged(reading: Reading) -> str:
-    """The first answer to words that were read."""
+    """Return the first answer to words that were read."""
     if reading.intent is GuidanceIntent.NONE and reading.claims and not reading.negated:
         return CLAIMS[reading.claims[0]]
     side = "" if reading.side is None else f" on the {reading.side.value}"

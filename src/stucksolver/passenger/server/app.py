@@ -39,9 +39,14 @@ def make_app(
     drawing: Path | None = None,
     recognizer: Recognizer | None = None,
 ) -> FastAPI:
-    """The application. `hub`: started and stopped with it; `drawing`: folder of the scripts that draw the view.
+    """Return the application.
 
-    `recognizer`: of speech, for the browser.
+    Args:
+        board: The state of all vehicles.
+        tokens: Checks tokens.
+        hub: Started and stopped with the application.
+        drawing: Folder of the scripts that draw the view from above.
+        recognizer: The speech recognizer for the browser.
     """
 
     @asynccontextmanager
@@ -56,7 +61,7 @@ def make_app(
         title="StuckSolver passenger API",
         description=ABOUT,
         version=_version(),
-        docs_url=None,  # its page loads scripts from elsewhere; /docs is our own
+        docs_url=None,  # its page loads scripts from elsewhere; /docs is ours
         redoc_url=None,
         lifespan=lifespan,
     )
@@ -71,12 +76,12 @@ def make_app(
 
 
 def _add_reading(app: FastAPI, access: Access) -> None:
-    """What anybody with a token may see."""
+    """Add what anybody with a token may see."""
     board = access.board
 
     @app.get("/api/me")
     async def me(request: Request) -> Me:
-        """Who I am, and which vehicles are mine to see."""
+        """Who I am, and which vehicles I may see."""
         holder = access.holder(request)
         mine = [one for one in board.vehicles if holder.may_use(one.id)]
         vehicle = holder.vehicle or (mine[0].id if mine else None)
@@ -84,7 +89,7 @@ def _add_reading(app: FastAPI, access: Access) -> None:
 
     @app.get("/api/vehicles/{vehicle_id}")
     async def now(request: Request, vehicle_id: str) -> Now:
-        """How things stand with a vehicle."""
+        """The present state of a vehicle."""
         _, vehicle = access.vehicle(request, vehicle_id)
         found = vehicle.now
         if found is None:
@@ -93,7 +98,7 @@ def _add_reading(app: FastAPI, access: Access) -> None:
 
     @app.get("/api/vehicles/{vehicle_id}/camera.jpg", response_class=Response)
     async def camera(request: Request, vehicle_id: str) -> Response:
-        """The newest picture of the front camera."""
+        """The newest image of the front camera."""
         _, vehicle = access.vehicle(request, vehicle_id)
         picture = vehicle.shown.get(Topic.PICTURE)
         if picture is None:
@@ -109,7 +114,7 @@ def _add_reading(app: FastAPI, access: Access) -> None:
         access.may_stream()
 
         async def sending() -> AsyncIterator[str]:
-            # Counted here and not above: who hangs up before the first line never gets here.
+            # Counted here and not above: a client that disconnects before the first line never gets here.
             with access.one_stream():
                 async for text in events(board, vehicle_id, pictures, request.is_disconnected):
                     yield text
@@ -118,7 +123,7 @@ def _add_reading(app: FastAPI, access: Access) -> None:
 
 
 def _add_talking(app: FastAPI, access: Access) -> None:
-    """What anybody with a token may say."""
+    """Add what anybody with a token may say."""
 
     async def command(request: Request, vehicle_id: str, kind: CommandKind, client: str, **more: Any) -> Outcome:
         holder, vehicle = access.vehicle(request, vehicle_id)
@@ -127,7 +132,7 @@ def _add_talking(app: FastAPI, access: Access) -> None:
 
     @app.post("/api/vehicles/{vehicle_id}/say")
     async def say(request: Request, vehicle_id: str, body: Words) -> Outcome:
-        """Say something to the car, in any words. They are advice: the guard decides what may be done."""
+        """Say something to the car, in any words. It is advice: the guard decides what is done."""
         return await command(request, vehicle_id, CommandKind.SAY, body.client, text=body.text)
 
     @app.post("/api/vehicles/{vehicle_id}/answer")
@@ -138,7 +143,7 @@ def _add_talking(app: FastAPI, access: Access) -> None:
 
     @app.post("/api/vehicles/{vehicle_id}/stop")
     async def stop(request: Request, vehicle_id: str, body: Presser) -> Outcome:
-        """End what the car is doing for the passenger's sake, as soon as that is safe."""
+        """End what the car is doing for the passenger, as soon as that is safe."""
         return await command(request, vehicle_id, CommandKind.STOP, body.client)
 
     @app.post("/api/vehicles/{vehicle_id}/help")
@@ -152,7 +157,7 @@ def _add_talking(app: FastAPI, access: Access) -> None:
 
 
 def _add_operating(app: FastAPI, access: Access) -> None:
-    """What operators may see and do."""
+    """Add what operators may see and do."""
     board = access.board
 
     @app.get("/api/vehicles")
@@ -169,14 +174,14 @@ def _add_operating(app: FastAPI, access: Access) -> None:
 
     @app.post("/api/queue/{call_id}/close")
     async def close(request: Request, call_id: str, body: Presser) -> None:
-        """A call for help has been dealt with. (A question leaves the queue when it is answered.)"""
+        """Close a call for help. (A question leaves the queue when it is answered.)"""
         access.operator(request)
         if not board.close_call(call_id):
             raise HTTPException(404, "There is no such call.")
 
     @app.post("/api/vehicles/{vehicle_id}/tell")
     async def tell(request: Request, vehicle_id: str, body: Reply) -> Outcome:
-        """Tell the passenger something; it asks nothing of the driving."""
+        """Tell the passenger something; it does not affect the driving."""
         holder = access.operator(request)
         _, vehicle = access.vehicle(request, vehicle_id)
         access.may_command(vehicle, CommandKind.TELL, body.client)
@@ -192,7 +197,7 @@ async def _commanded(
 
 
 def _add_schema(app: FastAPI) -> None:
-    """The OpenAPI document names the token, so that tools which read it know to ask for one."""
+    """Name the token in the OpenAPI document, so that tools that read it ask for one."""
     schema = app.openapi()
     schema["components"]["securitySchemes"] = {"token": {"type": "http", "scheme": "bearer"}}
     for path, methods in schema["paths"].items():

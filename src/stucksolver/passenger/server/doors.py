@@ -1,4 +1,4 @@
-"""What every request must pass before anything looks at it, and what every answer carries: plain ASGI."""
+"""The checks that every request passes first, and the headers of every response: plain ASGI."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
     "form-action 'none'; base-uri 'none'; frame-ancestors 'none'"
 )
-"""Nothing inline, nothing from elsewhere, no frames. `data:` is for the camera's picture and the page's own icon."""
+"""Nothing inline, nothing from elsewhere, no frames. `data:` is for the camera's image and the page's own icon."""
 COMPILING_POLICY = POLICY.replace("script-src 'self'", "script-src 'self' 'wasm-unsafe-eval'")
-"""With the recognizer of speech: WebAssembly may be compiled, text still never becomes a script."""
+"""With the speech recognizer WebAssembly may be compiled; text still never becomes a script."""
 VOICE = "/voice/"
 CACHED = "private, max-age=31536000, immutable"
-"""Of the recognizer's files, 40 MB under a version of their own: a phone fetches them once."""
+"""For the recognizer's files, 40 MB under their own version: a phone fetches them once."""
 HEADERS = {
     "content-security-policy": POLICY,
     "x-content-type-options": "nosniff",
@@ -34,11 +34,11 @@ HEADERS = {
     "permissions-policy": "camera=(), geolocation=(), microphone=(self)",
 }
 SAME = frozenset({"same-origin", "none"})
-"""What a browser says of a request of the page's own, or of one that a person typed."""
+"""What a browser sends for the page's own requests, or for an address that a person typed."""
 
 
 class Refused(Exception):
-    """A request is turned away with a status and a sentence."""
+    """A request is refused with a status and a sentence."""
 
     def __init__(self, status: int, why: str) -> None:
         super().__init__(why)
@@ -47,11 +47,14 @@ class Refused(Exception):
 
 
 class Doors:
-    """Lets requests in that name one of our hosts and come from our own page.
+    """Accepts requests that name one of our hosts and come from our own page.
 
-    A page of another site that has its name point at this machine (DNS rebinding) still says its own name as host;
-    one that posts to us from afar (CSRF) says its own origin. `hosts`: as in the header, `127.0.0.1:8765`.
-    `compiles`: the page may compile WebAssembly from here, as the recognizer of speech does.
+    A page of another site whose name points at this machine (DNS rebinding) still sends its own name as host. A page
+    that posts to us from elsewhere (CSRF) sends its own origin.
+
+    Args:
+        hosts: As in the header, for example `127.0.0.1:8765`.
+        compiles: The page may compile WebAssembly from here, as the speech recognizer does.
     """
 
     def __init__(self, app: App, hosts: frozenset[str], scheme: str, *, compiles: bool = False) -> None:
@@ -61,12 +64,12 @@ class Doors:
         self._origins = frozenset(f"{scheme}://{host}" for host in hosts)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """One connection."""
+        """Handle one connection."""
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
         elif scope["type"] == "http":
             await self._http(scope, receive, _with_headers(send, self._headers_for(scope["path"])))
-        # There are no websockets: whoever asks for one is hung up on.
+        # There are no websockets: a request for one is closed.
 
     def _headers_for(self, path: str) -> dict[str, str]:
         return self._headers | {"cache-control": CACHED} if path.startswith(VOICE) else self._headers
@@ -80,7 +83,11 @@ class Doors:
         await self._app(scope, _replay(body, receive), send)
 
     async def _checked(self, scope: Scope, receive: Receive) -> bytes:
-        """The request's body. Raises `Refused`."""
+        """Return the request's body.
+
+        Raises:
+            Refused: The request fails a check.
+        """
         headers = _single(scope)
         if headers.get("host", "") not in self._hosts:
             raise Refused(421, "This address is not one of this server's. Use the one that it printed at start.")
@@ -101,7 +108,11 @@ class Doors:
 
 
 def _single(scope: Scope) -> dict[str, str]:
-    """The request's headers by name. Raises `Refused` where one that decides stands there twice."""
+    """Return the request's headers by name.
+
+    Raises:
+        Refused: A header that matters occurs twice.
+    """
     found: dict[str, str] = {}
     for raw_name, raw_value in scope["headers"]:
         name = raw_name.decode("latin-1").lower()
@@ -112,7 +123,11 @@ def _single(scope: Scope) -> dict[str, str]:
 
 
 async def _body(told: str, receive: Receive) -> bytes:
-    """What is sent, up to the limit. Raises `Refused` as soon as it is more, without reading the rest."""
+    """Return the body up to the limit.
+
+    Raises:
+        Refused: It is longer. The rest is not read.
+    """
     if told.isdecimal() and int(told) > BODY_BYTES:
         raise Refused(413, f"At most {BODY_BYTES} bytes are read.")
     body = bytearray()
@@ -128,7 +143,7 @@ async def _body(told: str, receive: Receive) -> bytes:
 
 
 def _replay(body: bytes, receive: Receive) -> Receive:
-    """The body that was read, once; after it whatever still comes."""
+    """Return the body that was read, once, and then whatever still comes."""
     given = False
 
     async def again() -> Message:

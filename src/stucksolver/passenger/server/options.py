@@ -1,4 +1,4 @@
-"""Where the server listens, and under which names it may be called."""
+"""Where the server listens, and the names by which it may be called."""
 
 from __future__ import annotations
 
@@ -14,16 +14,21 @@ LOOPBACK = "127.0.0.1"
 
 
 class PageError(ValueError):
-    """The page cannot be served so; the message says why, and what to do."""
+    """The page cannot be served with these options. The message says why and what to do."""
 
 
 @dataclass(frozen=True)
 class PageOptions:
-    """`listen`: an address of this machine. `port`: 0 for any that is free. `cert`, `key`: PEM files, for HTTPS.
+    """Options of the server.
 
-    `names`: by which the server may be called beside its addresses, as `car.example`. `drawing`: the folder of the
-    scripts that draw the view from above; without it there is no such view.
-    `recognizer`: of speech, for the browser; without it pages have their browser's own, if that has one.
+    Attributes:
+        listen: An address of this machine.
+        port: 0 for any free port.
+        cert: Certificate for HTTPS, a PEM file.
+        key: Its key, a PEM file.
+        names: Names by which the server may be called besides its addresses, for example `car.example`.
+        drawing: Folder of the scripts that draw the view from above; without it there is no such view.
+        recognizer: The speech recognizer for the browser; without it pages use the browser's own, if there is one.
     """
 
     listen: str = LOOPBACK
@@ -41,11 +46,15 @@ class PageOptions:
 
     @property
     def is_local(self) -> bool:
-        """Can nobody but this machine reach it?"""
+        """True if only this machine can reach it."""
         return ipaddress.ip_address(self.listen).is_loopback
 
     def check(self) -> None:
-        """Raises `PageError`."""
+        """Check the options.
+
+        Raises:
+            PageError: The page cannot be served with them.
+        """
         try:
             ipaddress.ip_address(self.listen)
         except ValueError:
@@ -59,7 +68,11 @@ class PageOptions:
                 raise PageError(f"{self.cert} and {self.key} are not a certificate with its key: {error}") from error
 
     def bound(self) -> socket.socket:
-        """A socket that listens there. Raises `PageError`."""
+        """Return a listening socket.
+
+        Raises:
+            PageError: The address cannot be used.
+        """
         family = socket.AF_INET6 if ":" in self.listen else socket.AF_INET
         found = socket.socket(family, socket.SOCK_STREAM)
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -72,7 +85,7 @@ class PageOptions:
         return found
 
     def addresses(self, port: int) -> tuple[str, ...]:
-        """`HOST:PORT` as a browser may call it; the first is the one to print."""
+        """Return the addresses `HOST:PORT` that a browser may use; the first is the one to print."""
         hosts: list[str] = []
         if ipaddress.ip_address(self.listen).is_unspecified:
             hosts += [*_own_addresses(), LOOPBACK]
@@ -87,7 +100,7 @@ class PageOptions:
 
 
 def _own_addresses() -> list[str]:
-    """Addresses of this machine that others may reach it at: the one that packets to the world would come from."""
+    """Return the addresses at which others may reach this machine: the source address of packets to the outside."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(("192.0.2.1", 9))  # an address for documentation (RFC 5737); nothing is sent
