@@ -67,7 +67,7 @@ class Store:
                 raise StoreError(f"{self.folder} cannot be resumed: {differs}; choose another --out")
             return
         if self.folder.exists() and any(self.folder.iterdir()):
-            raise StoreError(f"{self.folder} is not empty and no evaluation: choose another --out")
+            raise StoreError(f"{self.folder} is not empty and is not an evaluation: choose another --out")
         write_routes(self.folder / ROUTES, routes)
         write_text(path, manifest.model_dump_json(indent=1) + "\n")
 
@@ -77,7 +77,9 @@ class Store:
         try:
             return Manifest.model_validate_json(path.read_text(encoding="utf-8"))
         except OSError as error:
-            raise StoreError(f"{self.folder} is no result of `stucksolver evaluate`: no {MANIFEST} in it") from error
+            raise StoreError(
+                f"{self.folder} is not a result folder of `stucksolver evaluate`: no {MANIFEST} in it"
+            ) from error
         except ValidationError as error:
             raise StoreError(
                 f"{path} was written by another version ({error.errors()[0]['msg']}): use that version, or run again"

@@ -77,7 +77,7 @@ def test_another_evaluation_is_not_resumed_here(tmp_path: Path, changes: dict[st
 
 def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
-    with pytest.raises(StoreError, match="not empty and no evaluation"):
+    with pytest.raises(StoreError, match="not empty and is not an evaluation"):
         begun(tmp_path)
 
 
@@ -90,7 +90,7 @@ def test_results_of_another_version_are_named(tmp_path: Path) -> None:
 
 
 def test_what_is_no_evaluation_is_named(tmp_path: Path) -> None:
-    with pytest.raises(StoreError, match="is no result of"):
+    with pytest.raises(StoreError, match="is not a result folder of"):
         summarize(Store(tmp_path))
 
 

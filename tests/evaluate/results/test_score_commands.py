@@ -87,7 +87,7 @@ def test_several_runs_are_compared_with_the_first(tmp_path: Path, capsys: pytest
 @pytest.mark.parametrize("command", [["score", "{}"], ["compare", "{}", "{}"]])
 def test_what_is_no_evaluation_is_named(tmp_path: Path, command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main([part.format(tmp_path) for part in command]) == 2
-    assert "is no result of `stucksolver evaluate`" in capsys.readouterr().err
+    assert "is not a result folder of `stucksolver evaluate`" in capsys.readouterr().err
 
 
 def test_evaluations_of_other_routes_are_told_apart_by_words_not_digests(
