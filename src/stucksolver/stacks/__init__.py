@@ -1,1 +1,1 @@
-"""Driving stacks that the solver is fitted to."""
+"""Driving stacks with the solver attached."""

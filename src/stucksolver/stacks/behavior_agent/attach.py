@@ -1,4 +1,4 @@
-"""`attach`: CARLA's BehaviorAgent, or a driver of ours, with StuckSolver beside it, used as before."""
+"""`attach`: CARLA's BehaviorAgent, or one of our drivers, with StuckSolver beside it, used as before."""
 
 from __future__ import annotations
 
@@ -24,15 +24,21 @@ Obstacles = bool | Callable[[], Iterable[Any]]
 
 
 def attach(agent: Any, *, obstacles: Obstacles = True, eyes: Eyes | None = None, **solver: Any) -> AttachedAgent:
-    """A BehaviorAgent (CARLA's `agents` package, 0.9.13 and later) that gets itself moving again.
+    """Attach StuckSolver to a BehaviorAgent (CARLA's `agents` package, 0.9.13 and later).
 
-    A driver of ours (`stucksolver.stacks.planner.PlannerDriver`) is taken as well.
-    The agent may have a plan already, or be given one through what is returned. `obstacles`: it looks for vehicles
-    and walkers only; True lists the standing things around it among the vehicles that it is shown, False does not, and
-    a function returns what your perception has found (`stucksolver_bridge.shown.ShownWorld` says what is asked of
-    them). `eyes` (`stucksolver.stacks.sensed.Eyes` on the agent's vehicle): the solver knows the world by sensors, and
-    the vehicle brakes where they fail; the agent itself looks as it always does. All other arguments are those of
-    `StuckSolver`.
+    One of our drivers (`stucksolver.stacks.planner.PlannerDriver`) is accepted as well. The agent may have a plan
+    already, or get one through the returned object.
+
+    Args:
+        agent: The agent. It looks for vehicles and walkers only.
+        obstacles: True shows it the standing objects around it among the vehicles; False does not. A function returns
+            what your perception has found (see `stucksolver_bridge.shown.ShownWorld`).
+        eyes: `stucksolver.stacks.sensed.Eyes` on the agent's vehicle: the solver then perceives by sensors, and the
+            vehicle brakes if they fail. The agent itself looks as usual.
+        solver: All other arguments are those of `StuckSolver`.
+
+    Returns:
+        An object with the agent's own methods.
     """
     return AttachedAgent(agent, obstacles, eyes, solver)
 
@@ -46,9 +52,9 @@ class AttachedAgent:
             agent if isinstance(agent, BehaviorDriver) else AgentDriver(agent, carla, obstacles)
         )
         self.directive: Directive | None = CONTINUE
-        """What the solver said on the last tick; None where it said nothing."""
+        """The solver's directive on the last tick; None if there was none."""
         self.fault: str | None = None
-        """Why the solver is not asked any more; None while all is well."""
+        """Why the solver is no longer asked; None if it works."""
         self.solver = StuckSolver(self._scene, **solver)
         self._eyes = eyes
         self.perception = "privileged" if eyes is None else eyes.perception
@@ -57,7 +63,7 @@ class AttachedAgent:
         self._take_plan()
 
     def run_step(self, debug: bool = False) -> Any:
-        """This tick's `carla.VehicleControl`, not applied."""
+        """Return this tick's `carla.VehicleControl`, not applied."""
         if self._eyes is None:
             return self._step(debug)
         self._eyes.tick()
@@ -70,7 +76,7 @@ class AttachedAgent:
         return self._stack.perform(self.directive)
 
     def _asked(self, stack: CarlaStack) -> Directive | None:
-        """What the solver says; None once it has failed. The agent's own loop is not ended by us."""
+        """Return the solver's directive; None after it has failed. The agent's own loop is never ended by us."""
         if self.fault is not None:
             return None
         try:
@@ -83,13 +89,13 @@ class AttachedAgent:
             return None
 
     def set_destination(self, end_location: carla.Location, start_location: carla.Location | None = None) -> None:
-        """As the agent's own."""
+        """As the agent's own method."""
         self.driver.release()
         self.agent.set_destination(end_location, start_location)
         self._take_plan()
 
     def set_global_plan(self, plan: Any, stop_waypoint_creation: bool = True, clean_queue: bool = True) -> None:
-        """As the agent's own."""
+        """As the agent's own method."""
         self.driver.release()
         if isinstance(self.driver, BehaviorDriver):
             self.driver.set_route([RoutePoint(*point) for point in filled(plan)])
@@ -98,22 +104,22 @@ class AttachedAgent:
         self._take_plan()
 
     def done(self) -> bool:
-        """As the agent's own; never while a plan runs."""
+        """As the agent's own method; never True while a plan runs."""
         return self.driver.done()
 
     def guide(self, text: str) -> None:
-        """A passenger's words."""
+        """Take a passenger's words."""
         self.solver.guide(text)
 
     def close(self) -> None:
-        """The drive is over."""
+        """End the drive."""
         self.solver.close()
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.agent, name)
 
     def _take_plan(self) -> None:
-        """The agent has another plan, or its first."""
+        """Take over the agent's first or changed plan."""
         if isinstance(self.driver, AgentDriver):
             self.driver.note_plan()
         if not self.driver.route:

@@ -1,4 +1,4 @@
-"""The front camera, as in Bao and Li 2025: one picture now and then, encoded only when a scene is made of it."""
+"""The front camera, as in Bao and Li 2025: an occasional image, encoded only when a scene needs it."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ WIDTH = 800
 HEIGHT = 450
 FOV_DEG = 90.0
 PERIOD_S = 0.5
-"""A picture costs a simulator more than a tick; a vehicle that stands sees little new."""
+"""An image costs a simulator more than a tick, and a standing vehicle sees little new."""
 QUALITY = 80
 
 
 class GivesPicture(Protocol):
-    """Has the front camera's latest picture."""
+    """Gives the front camera's latest image."""
 
     def image(self) -> CameraImage | None:
-        """The latest picture; None before the first."""
+        """Return the latest image; None before the first."""
 
     def close(self) -> None:
-        """End the sensor."""
+        """Destroy the sensor."""
 
 
 class FrontCamera:
-    """Attach to a vehicle, call `image` whenever one is wanted, `close` in the end.
+    """Attach to a vehicle, call `image` whenever one is wanted, and `close` at the end.
 
-    `front_m`: how far ahead of the vehicle's centre it is mounted; inside the windscreen of most cars.
+    `front_m` is the distance ahead of the vehicle's centre (m), inside the windscreen of most cars.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class FrontCamera:
         self._raw = image
 
     def image(self) -> CameraImage | None:
-        """The latest picture; None before the first."""
+        """Return the latest image; None before the first."""
         raw = self._raw
         if raw is None:
             return None
@@ -67,20 +67,20 @@ class FrontCamera:
         return self._made[1]
 
     def close(self) -> None:
-        """End the sensor. The simulator may be gone already."""
+        """Destroy the sensor. The simulator may be gone already."""
         self._sensor.stop()
         self._sensor.destroy()
 
 
 def _encoded(raw: Any) -> CameraImage:
-    """JPEG of a BGRA image."""
+    """Return a BGRA image as JPEG."""
     from PIL import Image
 
     return as_jpeg(Image.frombuffer("RGB", (raw.width, raw.height), bytes(raw.raw_data), "raw", "BGRX", 0, 1))
 
 
 def as_jpeg(picture: Any) -> CameraImage:
-    """A `PIL.Image` as it is told in a scene."""
+    """Return a `PIL.Image` in the form of a scene."""
     file = io.BytesIO()
     picture.save(file, "JPEG", quality=QUALITY)
     return CameraImage(width=picture.width, height=picture.height, jpeg=base64.b64encode(file.getvalue()))

@@ -1,4 +1,4 @@
-"""What the ego pushes along: it touches it, and both move as one."""
+"""Detects what the ego pushes: it touches it, and both move as one."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     pass
 
 TOUCH_M = 0.2
-"""Boxes are a little larger or smaller than bodies: of CARLA's cars by up to so much."""
+"""Boxes are a little larger or smaller than bodies: by up to this for CARLA's cars."""
 AS_ONE_MPS = 1.0
-"""Whatever differs more in velocity is brushed or struck, not pushed."""
+"""With a larger difference in velocity it is brushed or struck, not pushed."""
 PUSHES_MPS = 0.2
 SPEEDS_UP_MPS = 0.3
-"""What was pushed rolls on, slower and slower, until it stands; what speeds up drives by itself."""
+"""A pushed object rolls slower and slower until it stands; one that accelerates drives by itself."""
 STANDS_MPS = 0.1
 
 
@@ -38,23 +38,23 @@ class Footprint(NamedTuple):
 
 
 def footprint(vehicle: EgoVehicle) -> Footprint:
-    """Of the ego, or of what stands for one."""
+    """Return the footprint of the ego, or of a stand-in for one."""
     transform, velocity, half = vehicle.get_transform(), vehicle.get_velocity(), vehicle.bounding_box.extent
     place, yaw = transform.location, math.radians(transform.rotation.yaw)
     return Footprint(place.x, place.y, place.z, yaw, float(half.x), float(half.y), velocity.x, velocity.y)
 
 
 class Pushing:
-    """Tell it what is around; twice a second is enough."""
+    """Call `look` with the bodies around; twice a second is enough."""
 
     def __init__(self) -> None:
         self.now: frozenset[int] = frozenset()
-        """Ids of what is pushed at the last look."""
+        """Ids of what was pushed at the last look."""
         self._rolling: dict[int, float] = {}
-        """Speed at the last look of all that moves because it was pushed."""
+        """Speed at the last look of everything that moves because it was pushed."""
 
     def look(self, ego: Footprint, seen: NearbyBodies) -> frozenset[int]:
-        """Ids of what moves because the ego pushes it, or pushed it a moment ago and it rolls on."""
+        """Return the ids of what moves because the ego pushes it, or pushed it a moment ago and it still rolls."""
         if not len(seen):
             self.now, self._rolling = frozenset(), {}
             return self.now
@@ -70,9 +70,9 @@ class Pushing:
 
 
 def _gaps(ego: Footprint, seen: NearbyBodies) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """From the ego's box to each body, in metres; infinite to those on another level."""
+    """Return the gap from the ego's box to each body (m); infinite for those on another level."""
     half = (ego.half_length, ego.half_width)
     gap = separation((ego.x, ego.y, ego.yaw), half, (seen.x, seen.y, seen.yaw), (seen.half_length, seen.half_width))
-    # Lower things are driven over, and higher ones are bridges.
+    # Lower bodies are driven over, and higher ones are bridges.
     level = (seen.top > ego.z + 0.3) & (seen.bottom < ego.z + 1.5)
     return np.where(level, gap, np.inf)

@@ -1,4 +1,4 @@
-"""Traffic lights and stop signs along the route as the solver is told of them."""
+"""Traffic lights and stop signs along the route, in the solver's form."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NEAR_M = 20.0
 
 
 class RouteControls:
-    """The stop lines of lights, and the stop signs, that lie on a route; found once, read on demand."""
+    """The stop lines of lights and the stop signs on a route; found once, read on demand."""
 
     def __init__(
         self, lights: Sequence[carla.TrafficLight], road: RouteRoad, signs: Sequence[carla.TrafficSign] = ()
@@ -38,11 +38,11 @@ class RouteControls:
         self._signs = stop_places(signs, *road.fine_line()) if signs else []
 
     def lights_near(self, front_arc_m: float) -> frozenset[int]:
-        """Ids of the lights whose line lies close ahead: those that a plan may creep across."""
+        """Return the ids of the lights whose line is close ahead, and which a plan may creep across."""
         return frozenset(int(light.id) for arc, light in self._lines if -PASSED_M < arc - front_arc_m < NEAR_M)
 
     def ahead(self, front_arc_m: float) -> tuple[TrafficControl, ...]:
-        """Lights and signs from a little behind the front bumper to 120 m ahead of it."""
+        """Return the lights and signs from a little behind the front bumper to 120 m ahead of it."""
         lights = [
             TrafficControl(
                 kind=ControlKind.TRAFFIC_LIGHT,

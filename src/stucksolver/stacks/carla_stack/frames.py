@@ -1,4 +1,4 @@
-"""Between CARLA's left-handed world (y south, yaw clockwise, degrees) and the local frame (y north, radians).
+"""Converts between CARLA's left-handed world (y south, yaw clockwise, degrees) and the local frame (y north, radians).
 
 The local frame is the map's own right-handed frame: its origin is the map's, fixed for every episode.
 """
@@ -13,15 +13,15 @@ if TYPE_CHECKING:
 
 
 def to_local(location: carla.Location) -> tuple[float, float]:
-    """(x, y) of a `carla.Location` or anything with x and y."""
+    """Return (x, y) of a `carla.Location`, or anything with x and y, in the local frame (m)."""
     return float(location.x), -float(location.y)
 
 
 def yaw_to_local(yaw_deg: float) -> float:
-    """A CARLA yaw in degrees as radians counter-clockwise."""
+    """Convert a CARLA yaw (degrees) to radians counter-clockwise."""
     return -math.radians(yaw_deg)
 
 
 def to_world(x_m: float, y_m: float) -> tuple[float, float]:
-    """(x, y) in CARLA's world of a point in the local frame."""
+    """Return (x, y) in CARLA's world of a point in the local frame (m)."""
     return x_m, -y_m

@@ -1,4 +1,6 @@
-"""What is asked of the ego, its world and its eyes: the part of the `carla` client that a mirror must offer, too."""
+"""The part of the `carla` client that is used for the ego, its world and its perception. A mirror must offer it,
+too.
+"""
 
 from __future__ import annotations
 
@@ -15,13 +17,13 @@ if TYPE_CHECKING:
 
 
 class GivesWorld(Protocol):
-    """A `carla.World`, as far as it is read."""
+    """The part of `carla.World` that is read."""
 
     def get_map(self) -> Any:
         """The `carla.Map`."""
 
     def get_snapshot(self) -> Any:
-        """The `carla.WorldSnapshot` of this tick: everybody's place and velocity."""
+        """The `carla.WorldSnapshot` of this tick: the pose and velocity of every actor."""
 
     def get_actors(self, ids: Sequence[int] = ..., /) -> Any:
         """The actors with these ids, or all."""
@@ -31,7 +33,7 @@ class GivesWorld(Protocol):
 
 
 class EgoVehicle(Protocol):
-    """A `carla.Vehicle`, as far as it is read, and its lights, which are set."""
+    """The part of `carla.Vehicle` that is read, and its lights, which are also set."""
 
     @property
     def id(self) -> int:
@@ -42,19 +44,19 @@ class EgoVehicle(Protocol):
         """In its own frame."""
 
     def get_world(self) -> Any:
-        """What `GivesWorld` says."""
+        """The world, as in `GivesWorld`."""
 
     def get_location(self) -> carla.Location:
-        """Of its origin."""
+        """Location of its origin."""
 
     def get_transform(self) -> carla.Transform:
-        """Place and rotation."""
+        """Location and rotation."""
 
     def get_velocity(self) -> carla.Vector3D:
         """World frame, m/s."""
 
     def get_speed_limit(self) -> float:
-        """km/h; 0 where none is known."""
+        """Speed limit (km/h); 0 if none is known."""
 
     def get_light_state(self) -> Any:
         """A `carla.VehicleLightState`."""
@@ -64,44 +66,44 @@ class EgoVehicle(Protocol):
 
 
 class TracksObjects(Protocol):
-    """Tells of the objects around the ego; `Tracker` by the client's word, a sensed vehicle's by its sensors."""
+    """Tracks the objects around the ego: `Tracker` from the client, a sensed vehicle's from its sensors."""
 
     @property
     def pushes(self) -> bool:
-        """Did the ego push something along at the last look?"""
+        """True if the ego pushed something at the last look."""
 
     def watch(self, ego: Footprint, now_s: float) -> object:
         """Look around and note who moves by itself; cheap."""
 
     def update(self, ego: Footprint, now_s: float) -> tuple[TrackedObject, ...]:
-        """Everything within range of the ego, in the local frame."""
+        """Return everything within range of the ego, in the local frame."""
 
     def read_lights(self, now_s: float) -> None:
         """Refresh the lamps of all vehicles."""
 
 
 class SeesLanes(Protocol):
-    """Tells how far lanes are seen, on one road geometry."""
+    """Says how far lanes are seen on one road geometry."""
 
     def of_lanes(self, ego: EgoState, ego_s: float, objects: tuple[TrackedObject, ...]) -> tuple[LaneSight, ...]:
-        """For each driving lane beside the ego: the length seen without a break, ahead and behind."""
+        """Return, for each driving lane beside the ego, the length seen without a break, ahead and behind."""
 
 
 class OwnEyes(Protocol):
-    """What a vehicle brings that sees by its own sensors."""
+    """What a vehicle with its own sensors provides."""
 
     perception: str
-    """What records and results say of it."""
+    """Name of the perception in records and results."""
 
     @property
     def position_sd_m(self) -> float:
-        """Standard deviation of the ego's place, in whichever direction it is largest."""
+        """Standard deviation of the ego's position in the worst direction (m)."""
 
     def age_s(self, now_s: float) -> float:
-        """Of the newest result's data."""
+        """Age of the newest result's data (s)."""
 
     def tracker(self) -> TracksObjects:
-        """Objects for the solver."""
+        """The tracked objects for the solver."""
 
     def sight_lines(self, frame: RoadFrame) -> SeesLanes:
-        """How far lanes are seen."""
+        """Says how far lanes are seen."""

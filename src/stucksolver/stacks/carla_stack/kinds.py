@@ -1,4 +1,4 @@
-"""What kind of object a CARLA blueprint is. Only what a perception system could tell is used: never role names."""
+"""The kind of object of a CARLA blueprint. Only what perception could see is used: never role names."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _PROPS = (
 
 
 def kind_of(type_id: str, attributes: dict[str, str]) -> ObjectKind:
-    """From the blueprint's id and its public attributes (`base_type` and `special_type` exist since 0.9.13)."""
+    """Return the kind from the blueprint's id and its public attributes (`base_type`, `special_type`: since 0.9.13)."""
     if type_id.startswith("animal."):
         return ObjectKind.ANIMAL
     if type_id.startswith("walker."):
@@ -55,6 +55,6 @@ def _vehicle(type_id: str, attributes: dict[str, str]) -> ObjectKind:
 
 
 def attributes_of(actor: carla.Actor) -> dict[str, str]:
-    """The attributes that say what a thing is."""
+    """Return the attributes that say what an actor is."""
     wanted = ("special_type", "base_type", "number_of_wheels")
     return {name: str(actor.attributes[name]) for name in wanted if name in actor.attributes}

@@ -1,4 +1,4 @@
-"""The lanes beside a waypoint, from the route outwards, with the line to cross into each."""
+"""The lanes beside a waypoint, from the route outwards, each with the line to cross into it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stucksolver.scene import LaneDirection, LaneKind, LineKind
 from stucksolver.stacks.carla_stack.frames import to_local
 
 MAX_LANES = 5
-"""To each side; wider roads do not matter to a recovery."""
+"""To each side; lanes further out do not matter to a recovery."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ _NEAR_SIDE_BROKEN = carla.LaneMarkingType.BrokenSolid
 
 
 def neighbours(waypoint: carla.Waypoint, x: float, y: float, heading: float, *, alone: bool) -> tuple[Neighbour, ...]:
-    """The route's lane and those beside it; only the route's where `alone` (inside junctions lanes overlap)."""
+    """Return the route's lane and those beside it; only the route's if `alone` (lanes overlap inside junctions)."""
     own = Neighbour(0, LaneKind.DRIVING, LaneDirection.SAME, 0.0, float(waypoint.lane_width), LineKind.NONE)
     if alone:
         return (own,)
@@ -53,7 +53,7 @@ def _walk(start: Any, x: float, y: float, heading: float, side: int) -> list[Nei
     found: list[Neighbour] = []
     here, same = start, True
     while len(found) < MAX_LANES:
-        # Seen from a lane that runs against us, further to our left is further to its right.
+        # Seen from a lane in the opposite direction, further to our left is further to its right.
         to_left = (side > 0) == same
         beside = here.get_left_lane() if to_left else here.get_right_lane()
         if beside is None:
@@ -77,7 +77,7 @@ def _walk(start: Any, x: float, y: float, heading: float, side: int) -> list[Nei
 
 
 def line_kind(marking: Any, into: LaneKind) -> LineKind:
-    """A marking as it binds a vehicle on the route's side of it."""
+    """Return a marking as it binds a vehicle on the route's side of it."""
     if into is LaneKind.SIDEWALK or (marking is not None and marking.type in _KERB):
         return LineKind.KERB
     if marking is None or marking.type in _NONE:

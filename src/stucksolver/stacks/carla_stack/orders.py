@@ -1,4 +1,4 @@
-"""The order that a vehicle performs: checked when it comes, good for some ticks, and its fallback after them."""
+"""The order that a vehicle performs: checked when it comes, valid for some ticks, then replaced by its fallback."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stucksolver_bridge.orders import FURTHEST_M, HARDEST_MPS2, MOST_IDS, MOST_P
 
 AT_REST_MPS = 0.1
 APART_M = 0.02
-"""A path needs two points so far apart, or no driver can follow it."""
+"""A path needs two points this far apart, otherwise no driver can follow it."""
 
 
 class Orders:
@@ -25,9 +25,9 @@ class Orders:
         """What was wrong with the first order that could not be performed."""
 
     def hear(self, directive: Directive | None, asked: bool) -> None:
-        """What the solver says on this tick, None for nothing.
+        """Take the solver's directive of this tick, None if there is none.
 
-        `asked`: it has been asked anything on this tick. What it said before and was not asked about is no news.
+        `asked` is False if the stack was not asked for anything on this tick; the directive is then not a new one.
         """
         news = directive is not self._said
         self._said = directive
@@ -39,11 +39,11 @@ class Orders:
         elif news or self._lease.order is not STAND:
             self._lease.renew(directive)
         else:
-            # The same that was refused before.
+            # The same order that was refused before.
             self._lease.renew(STAND)
 
     def refuse(self, wrong: str) -> Directive:
-        """Stand still instead; said once."""
+        """Stand still instead; reported once."""
         if self.fault is None:
             self.fault = f"an order cannot be performed: {wrong}"
             print(f"stucksolver: {self.fault}; the vehicle stands still", file=sys.stderr, flush=True)
@@ -51,7 +51,7 @@ class Orders:
         return STAND
 
     def due(self, x_m: float, y_m: float, speed_mps: float) -> Directive:
-        """What to perform now, for a vehicle at a place of the path's frame."""
+        """Return what to perform now, for a vehicle at a place in the path's frame."""
         order = self._lease.order
         if not isinstance(order, Execute):
             return order
@@ -60,9 +60,9 @@ class Orders:
 
 
 def why_unfit(directive: object) -> str | None:
-    """What of a directive cannot be performed, in a few words; None where all of it can.
+    """Return why a directive cannot be performed, in a few words, or None.
 
-    The models refuse most of it when they are made; copies and what is made without validation come through here.
+    The models refuse most errors when they are made; copies and objects made without validation are checked here.
     """
     if not isinstance(directive, Continue | Execute | Replan | SafeStop):
         return f"a {type(directive).__name__} is not a directive"

@@ -1,4 +1,4 @@
-"""Other ways on through the junction that the ego stands in: where a route planned anew may begin."""
+"""Other ways through the junction in which the ego stands, where a new route may begin."""
 
 from __future__ import annotations
 
@@ -18,25 +18,27 @@ from stucksolver.stacks.carla_stack.route_road import SPACING_M, RouteRoad
 from stucksolver.stacks.driver.routing import RouteError, trace_route
 
 JOINS_M = (8.0, 11.0, 14.0, 18.0, 23.0, 28.0)
-"""The ego may come onto another way so far ahead of where it stands."""
+"""The ego may join another way up to this far ahead."""
 KEPT_M = 0.3
-"""Kept from what stands on the way over."""
+"""Distance kept from standing objects on the way over."""
 STANDS_MPS = 0.3
 SAME_ROAD_M, ROAD_FROM_M, ROAD_TO_M = 8.0, 10.0, 60.0
-"""A route that comes so near to the road ahead, so far beyond the junction, leads back to where the ego cannot go."""
+"""A route that comes this near to the road ahead, this far beyond the junction, leads back to where the ego
+cannot go.
+"""
 BEHIND_M = 6.0
 BEYOND_M = 25.0
 BETWEEN_M, OVER_EDGE_M = 2.5, 0.15
-"""Half the width of what lies between lanes that part and is paved as they are; so little may stick out at the edge."""
+"""Half the width of the paved area between lanes that part, and how far the body may stick out at its edge."""
 SAMPLES = 25
 Line = list["carla.Waypoint"]
 
 
 @dataclass(frozen=True)
 class OtherWay:
-    """`waypoint` is where the new route begins, `distance_m` ahead of the ego as the crow flies.
+    """`waypoint` is where the new route begins, `distance_m` from the ego in a straight line (m).
 
-    `route_length_m`: from there to the destination, None where no route leads there without the road ahead.
+    `route_length_m` is the length from there to the destination (m); None if no route avoids the road ahead.
     """
 
     waypoint: carla.Waypoint
@@ -53,11 +55,18 @@ def other_ways(
     things: Sequence[TrackedObject],
     destination: Any,
 ) -> tuple[OtherWay, ...]:
-    """Those that the ego can turn onto from where it stands, having passed the junction's stop line.
+    """Return the ways that the ego can turn onto from where it stands, past the junction's stop line.
 
-    That is within its turning circle, on the road's surface, and clear of all that stands. `ego` and `things` in the
-    local frame, `destination` a `carla.Location`. None before the junction: a route that begins behind a stop line
-    knows nothing of it.
+    They are within its turning circle, on the road surface, and clear of standing objects. Before the junction there
+    are none, because a route that begins behind a stop line does not know that line.
+
+    Args:
+        carla_map: The map.
+        road: The road along the present route.
+        arc_m: The ego's arc length on it (m).
+        ego: The ego in the local frame.
+        things: Objects around it, in the local frame.
+        destination: The `carla.Location` of the destination.
     """
     here = road.stations[min(int(arc_m / SPACING_M), len(road.stations) - 1)]
     if not here.junction:
@@ -81,14 +90,14 @@ def other_ways(
 def destination_beside(
     carla_map: carla.Map, start: carla.Location, end: carla.Location, longest_m: float
 ) -> carla.Location | None:
-    """The `carla.Location` at the destination to which a route no longer than that leads; None where none does.
+    """Return the `carla.Location` at the destination that a route up to that length reaches, or None.
 
-    The destination's own lane comes first, then those beside it: who has passed the last place to change back to it
-    arrives abreast of it, and does not go round the block.
+    The destination's own lane comes first, then those beside it. A vehicle past the last place to change back arrives
+    beside the destination's lane and does not drive round the block.
     """
     for waypoint in _abreast_of(carla_map.get_waypoint(end)):
         try:
-            # A point a metre.
+            # One point per metre.
             length_m = len(trace_route(carla_map, start, waypoint.transform.location))
         except RouteError:
             continue
@@ -98,7 +107,7 @@ def destination_beside(
 
 
 def _abreast_of(waypoint: carla.Waypoint) -> list[carla.Waypoint]:
-    """A waypoint and those beside it that lead the same way, from the nearest outwards."""
+    """Return a waypoint and those beside it in the same direction, from the nearest outwards."""
     found = [waypoint]
     for step in ("get_left_lane", "get_right_lane"):
         beside = getattr(waypoint, step)()
@@ -111,7 +120,7 @@ def _abreast_of(waypoint: carla.Waypoint) -> list[carla.Waypoint]:
 
 
 def _junction(road: RouteRoad, arc_m: float) -> tuple[int, int]:
-    """The first station of the junction that the ego is in, and the first one after it."""
+    """Return the first station of the ego's junction, and the first one after it."""
     first = last = min(int(arc_m / SPACING_M), len(road.stations) - 1)
     while first > 0 and road.stations[first - 1].junction:
         first -= 1
@@ -121,7 +130,7 @@ def _junction(road: RouteRoad, arc_m: float) -> tuple[int, int]:
 
 
 def _lines(entry: carla.Waypoint) -> Iterator[Line]:
-    """Each way through the junction from a waypoint just before it, a waypoint a metre, and a little beyond it."""
+    """Yield each way through the junction from a waypoint just before it to a little beyond, one waypoint per metre."""
     heads = [entry]
     for _ in range(int(2 * SPACING_M) + 1):
         heads = [after for one in heads for after in ([one] if one.is_junction else one.next(1.0))]
@@ -138,7 +147,7 @@ def _lines(entry: carla.Waypoint) -> Iterator[Line]:
 
 
 def _start(carla_map: carla.Map, line: Line, ego: EgoState) -> carla.Waypoint | None:
-    """The first waypoint ahead of the ego that is the nearest one of all lanes at its own place."""
+    """Return the first waypoint ahead of the ego that is the nearest of all lanes at its own place."""
     for one in line[_abreast(line, ego) + 1 :]:
         seen = carla_map.get_waypoint(one.transform.location)
         if seen is not None and (seen.road_id, seen.lane_id) == (one.road_id, one.lane_id):
@@ -152,7 +161,7 @@ def _abreast(line: Line, ego: EgoState) -> int:
 
 
 def _reaches(line: Line, ego: EgoState, standing: Sequence[Any], surface: Any) -> bool:
-    """Can the ego come onto a way by one bend or two?"""
+    """True if the ego can join a way by one or two bends."""
     here = _abreast(line, ego)
     for ahead in (here + int(one) for one in JOINS_M):
         if ahead >= len(line):
@@ -169,7 +178,7 @@ def _reaches(line: Line, ego: EgoState, standing: Sequence[Any], surface: Any) -
 
 
 def _surface(junction: Any, lines: Sequence[Line]) -> Any:
-    """All lanes of a junction, what lies between them, and the lanes that lead into and out of it."""
+    """Return all lanes of a junction, the area between them, and the lanes into and out of it."""
     paths = [*lines, *(_inside(begin) for begin, _ in junction.get_waypoints(carla.LaneType.Driving))]
     strips = [
         shapely.LineString([to_local(one.transform.location) for one in path]).buffer(
@@ -182,7 +191,7 @@ def _surface(junction: Any, lines: Sequence[Line]) -> Any:
 
 
 def _inside(begin: Any) -> Line:
-    """A lane through a junction, from a little before it to just after it."""
+    """Return a lane through a junction, from a little before it to just after it."""
     path = [*begin.previous(BEHIND_M)[:1], begin]
     while path[-1].is_junction:
         after = path[-1].next(1.0)
@@ -193,7 +202,7 @@ def _inside(begin: Any) -> Line:
 
 
 def way_over(start: tuple[float, float, float], end: tuple[float, float, float]) -> tuple[Any, Any, Any]:
-    """x, y and heading along the cubic Hermite curve from one (x, y, heading) to another; metres and radians."""
+    """Return x, y and heading along the cubic Hermite curve from one (x, y, heading) to another (m, rad)."""
     u = np.linspace(0.0, 1.0, SAMPLES)
     reach = math.hypot(end[0] - start[0], end[1] - start[1])
     blend = (2 * u**3 - 3 * u**2 + 1, u**3 - 2 * u**2 + u, 3 * u**2 - 2 * u**3, u**3 - u**2)
@@ -205,7 +214,7 @@ def way_over(start: tuple[float, float, float], end: tuple[float, float, float])
 
 
 def sharpest(x: Any, y: Any) -> float:
-    """The greatest curvature (1/m) along a line."""
+    """Return the greatest curvature along a line (1/m)."""
     dx, dy = np.gradient(x), np.gradient(y)
     bend = np.abs(dx * np.gradient(dy) - dy * np.gradient(dx)) / np.maximum(np.hypot(dx, dy), 1e-6) ** 3
     return float(bend.max())
@@ -223,13 +232,15 @@ def _stands(thing: TrackedObject) -> bool:
 
 
 def road_ahead(road: RouteRoad, after: int) -> Any:
-    """(x, y) of the present route a little beyond a station (the first one after the junction, say)."""
+    """Return (x, y) of the present route a little beyond a station, for example the first one after the junction."""
     part = road.stations[after + int(ROAD_FROM_M / SPACING_M) : after + int(ROAD_TO_M / SPACING_M)]
     return shapely.MultiPoint([(one.x, one.y) for one in part])
 
 
 def route_length_m(carla_map: carla.Map, start: Any, destination: Any, shut: Any) -> float | None:
-    """From a waypoint to a `carla.Location`; None where no route leads there, or only one that comes by `shut`."""
+    """Return the route length from a waypoint to a `carla.Location` (m); None if there is no route that avoids
+    `shut`.
+    """
     try:
         route = trace_route(carla_map, start.transform.location, destination)
     except RouteError:

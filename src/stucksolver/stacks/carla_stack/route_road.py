@@ -1,4 +1,4 @@
-"""The road along a route, read once from the waypoint graph when the route is planned; episodes take slices of it."""
+"""The road along a route, read once from the waypoint graph for each route; episodes take slices of it."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ FINE_M = 0.25
 BEHIND_M = 60.0
 AHEAD_M = 320.0
 RUN_UP_M = 120.0
-"""How far the road is known before the route: a route planned anew may begin this far ahead of the ego."""
+"""How far the road is known before the route: a new route may begin this far ahead of the ego."""
 ON_ROUTE_M = 2.2
 """A stop line's waypoint this near to a station belongs to the route's lane."""
 BODY_M = 1.0
-"""From the route to the ego's side: so near to it a crosswalk is on its way."""
+"""From the route to the ego's side: a crosswalk this near is on its way."""
 ANDREWS_CROSS = "201"
 """OpenDRIVE's signal type of the cross at a level crossing (StVO sign 201), as CARLA's landmarks carry it."""
 CROSS_BESIDE_M = 10.0
@@ -38,7 +38,7 @@ BEYOND_M = 80.0
 
 
 LAP_M, SAME_PLACE_M = 30.0, 1.5
-"""A route that comes back so far on to within so little of its own line goes round."""
+"""A route that comes back after this distance to within this distance of its own line goes in a circle."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Station:
 
 
 class RouteRoad:
-    """Stations every two metres along a route, a little prolonged at both ends."""
+    """Stations every two metres along a route, extended a little at both ends."""
 
     def __init__(self, carla_map: carla.Map, route: Sequence[RoutePoint]) -> None:
         waypoints = [p.waypoint for p in route]
@@ -72,7 +72,7 @@ class RouteRoad:
         self._level_crossings = _level_crossing_spans(carla_map, points, self.arc)
 
     def arc_of(self, x: float, y: float, first: int, last: int) -> float:
-        """Arc length of the point of stations `first` to `last` that is nearest to a place."""
+        """Return the arc length of the point of stations `first` to `last` that is nearest to a place (m)."""
         k = nearest_index(self._points[max(first, 0) : last], x, y) + max(first, 0)
         j = min(k, len(self._points) - 2)
         direction = self._points[j + 1] - self._points[j]
@@ -80,11 +80,11 @@ class RouteRoad:
         return float(self.arc[j]) + along
 
     def new_ground(self, arc_m: float) -> float:
-        """How much of the route up to an arc length leads where it has not led before (m)."""
+        """Return how much of the route up to an arc length is on ground that it has not covered before (m)."""
         return float(np.interp(arc_m, self.arc, self._new_m))
 
     def crossing(self, transform: carla.Transform) -> float | None:
-        """Arc length at which a lane's waypoint lies on the route in its direction, None where it does not."""
+        """Return the arc length at which a lane's waypoint lies on the route in its direction, or None."""
         x, y = to_local(transform.location)
         away = distances(self._points, x, y)
         k = min(int(away.argmin()), len(self._points) - 2)
@@ -102,7 +102,7 @@ class RouteRoad:
         return arc, x, -y, np.interp(arc, self.arc, heights)
 
     def slice(self, arc_m: float, speed_limit_mps: float | None) -> RoadGeometry:
-        """The geometry around a place, for one episode."""
+        """Return the geometry around a place, for one episode."""
         first = int(np.searchsorted(self.arc, arc_m - BEHIND_M))
         last = int(np.searchsorted(self.arc, arc_m + AHEAD_M))
         part = self.stations[first:last]
@@ -131,7 +131,7 @@ class RouteRoad:
 
 
 def _prolonged(waypoint: carla.Waypoint, length_m: float, *, forward: bool) -> list[carla.Waypoint]:
-    """Waypoints every metre straight on (or back) along the lanes, for as long as there are any."""
+    """Return waypoints every metre straight on (or back) along the lanes, as long as there are any."""
     found: list[Any] = []
     here = waypoint
     while len(found) < length_m:
@@ -145,7 +145,7 @@ def _prolonged(waypoint: carla.Waypoint, length_m: float, *, forward: bool) -> l
 
 
 def _resampled(waypoints: list[carla.Waypoint]) -> tuple[list[tuple[Any, float, float, float]], list[float]]:
-    """(waypoint, x, y, heading) every `SPACING_M` along the line through waypoints, and the arc length of each.
+    """Return (waypoint, x, y, heading) every `SPACING_M` along the line through waypoints, with their arc lengths.
 
     In the local frame. There must be two waypoints at different places.
     """
@@ -165,7 +165,7 @@ def _station(waypoint: carla.Waypoint, x: float, y: float, heading: float) -> St
 
 
 def _named(stations: Sequence[Station]) -> list[list[tuple[str, Neighbour]]]:
-    """The lanes of each station with a name that stays the same for as long as a lane keeps its place."""
+    """Return the lanes of each station with a name that stays the same while a lane keeps its place."""
     named: list[list[tuple[str, Neighbour]]] = []
     before: dict[str, str] = {}
     for i, station in enumerate(stations):
@@ -179,7 +179,7 @@ def _named(stations: Sequence[Station]) -> list[list[tuple[str, Neighbour]]]:
 
 
 def _strips(part: Sequence[Sequence[tuple[str, Neighbour]]], limit: float | None) -> list[LaneStrip]:
-    """Runs of stations in which a lane keeps its place beside the route, as strips, from the route outwards."""
+    """Return runs of stations in which a lane keeps its place beside the route, as strips, from the route outwards."""
     runs: dict[str, list[tuple[int, Neighbour]]] = {}
     for i, lanes in enumerate(part):
         for name, lane in lanes:
@@ -223,7 +223,7 @@ def _junctions(part: Sequence[Station], arc: Any) -> list[Zone]:
 
 
 def _crosswalk_spans(carla_map: carla.Map, points: Any, arc: Any) -> list[tuple[float, float]]:
-    """Where the ego's body meets crosswalks of the map, as spans of arc length; each crossing is one span."""
+    """Return where the ego's body meets crosswalks of the map, as one span of arc length per crossing (m)."""
     steps = shapely.linestrings(np.stack([points[:-1], points[1:]], axis=1))
     spans = []
     for polygon in _crosswalks(carla_map):
@@ -238,7 +238,9 @@ def _crosswalk_spans(carla_map: carla.Map, points: Any, arc: Any) -> list[tuple[
 
 
 def _level_crossing_spans(carla_map: carla.Map, points: Any, arc: Any) -> list[tuple[float, float]]:
-    """Where the route passes St Andrew's crosses, as spans of arc length: tracks lie close by on either side."""
+    """Return where the route passes St Andrew's crosses, as spans of arc length (m); tracks are close on either
+    side.
+    """
     spans = []
     for landmark in carla_map.get_all_landmarks_of_type(ANDREWS_CROSS):
         x, y = to_local(landmark.transform.location)
@@ -262,9 +264,9 @@ def _crosswalks(carla_map: carla.Map) -> list[Any]:
 
 
 def new_ground(points: Any, arc: Any) -> np.ndarray[Any, Any]:
-    """Arc length (m) at each point of a line without the stretches where it has been before.
+    """Return the arc length at each point of a line without the stretches that it covers again (m).
 
-    `points` (n, 2) and `arc` (n,) in metres; the result (n,). A lap of a roundabout counts once.
+    `points` (n, 2) and `arc` (n,) in metres; the result is (n,). A lap of a roundabout counts once.
     """
     places = shapely.points(points)
     here, there = shapely.STRtree(places).query(places, predicate="dwithin", distance=SAME_PLACE_M)

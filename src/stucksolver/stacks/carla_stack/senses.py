@@ -1,4 +1,4 @@
-"""A CARLA vehicle on its route, as StuckSolver is told of it: status, surroundings and scene."""
+"""A CARLA vehicle on its route in the solver's form: status, surroundings and scene."""
 
 from __future__ import annotations
 
@@ -40,18 +40,18 @@ from stucksolver.stacks.driver import HasRoute
 TRACK_EVERY_S = 0.5
 SIGHT_EVERY_S = 0.5
 EPISODE_REACH_M = 60.0
-"""After this much progress the road is fetched anew: the episode is another one."""
+"""After this much progress the road is read again: a new episode begins."""
 CANDIDATES_M = (20.0, 40.0, 70.0, 110.0)
 DESTINATION_M = 5.0
 STARTS_WITHIN_M = 30.0
 
 
 class CarlaSenses:
-    """What is told of one ego; nothing is applied, ticked or set.
+    """Describes one ego to the solver; it applies, ticks and sets nothing.
 
-    Of a `carla.Vehicle` it is ground truth from the client (`perception` is `privileged`); a vehicle that brings eyes
-    of its own (`SensedVehicle.perceiver`) is told of by its sensors. `driver` must have its route when this is made.
-    With a `camera` its latest picture is in the scene.
+    For a `carla.Vehicle` the data are ground truth from the client (`perception` is `privileged`). A vehicle with its
+    own perception (`SensedVehicle.perceiver`) is described by its sensors. `driver` must have its route when this is
+    made. With a `camera`, its latest image is in the scene.
     """
 
     def __init__(
@@ -76,23 +76,23 @@ class CarlaSenses:
         self._tracked_s = -math.inf
         self._sight_s = -math.inf
         self._asked = False
-        """Was anything asked since the last tick?"""
+        """True if anything was asked since the last tick."""
         self._behaviors: tuple[AvailableBehavior, ...] = describe(tuple(REGISTRY))
         box = vehicle.bounding_box
         self._size = (2 * float(box.extent.x), 2 * float(box.extent.y))
-        # A driver that does not tell how quickly it sets off is taken to do what is usual.
+        # A driver that does not state its acceleration is assumed to use the usual one.
         usual = VehicleLimits()
         quickest = float(getattr(driver, "acceleration_mps2", usual.comfort_acceleration_mps2))
         self._limits = usual.model_copy(update={"comfort_acceleration_mps2": quickest})
         self._candidates: dict[str, Any] = {}
         self._elsewhere: set[str] = set()
-        """Those of the candidates whose route's length was told to whoever chooses."""
+        """The candidates whose route length was given to the reasoner."""
         self._progress_m = 0.0
-        """New ground covered so far; goes on from where it was when the route is planned anew."""
+        """New ground covered so far (m); continues when the route is planned again."""
         self.take_route()
 
     def take_route(self) -> None:
-        """Read the road along the driver's route; done again whenever the route is planned anew."""
+        """Read the road along the driver's route; repeated whenever the route changes."""
         route = self._follows.route
         progress_m = self._progress_m
         self._road = RouteRoad(self._map, route)
@@ -101,7 +101,7 @@ class CarlaSenses:
         self._controls = RouteControls(lights, self._road, signs)
         self._geometry: RoadGeometry | None = None
         self._geometry_arc = 0.0
-        # The ego is at the route's start, or short of it; a route that comes by here again must not confuse that.
+        # The ego is at the route's start or before it; a route that passes here again must not confuse that.
         last = int((self._road.start_arc + STARTS_WITHIN_M) / SPACING_M)
         self._arc = self._road.arc_of(*to_local(self._vehicle.get_location()), 0, last)
         self._station = int(self._arc / SPACING_M)
@@ -111,13 +111,13 @@ class CarlaSenses:
 
     @property
     def route_length_m(self) -> float:
-        """From where the ego is to the destination, along the route."""
+        """Return the length of the route from the ego to the destination (m)."""
         return self._road.destination_arc - self._arc
 
-    # ---- told to the solver
+    # ---- for the solver
 
     def status(self) -> Status:
-        """Cheap: a projection on the route; twice a second the tracker looks around as well."""
+        """Return the status. Cheap: a projection on the route; twice a second the tracker looks around as well."""
         self._asked = True
         snapshot = self._world.get_snapshot()
         now = float(snapshot.timestamp.elapsed_seconds)
@@ -136,7 +136,7 @@ class CarlaSenses:
         )
 
     def surroundings(self) -> Surroundings:
-        """The world as it is at this tick."""
+        """Return the world as it is at this tick."""
         self._asked = True
         snapshot = self._world.get_snapshot()
         now = float(snapshot.timestamp.elapsed_seconds)
@@ -157,7 +157,7 @@ class CarlaSenses:
         )
 
     def scene(self, seen: Surroundings | None = None) -> Scene:
-        """What a reasoner is told of surroundings; of those of this tick where none are given."""
+        """Return the scene for a reasoner, of the given surroundings or else of this tick's."""
         view = FrenetScene(self.surroundings() if seen is None else seen)
         return build_scene(
             view,
@@ -176,7 +176,7 @@ class CarlaSenses:
         return math.hypot(velocity.x, velocity.y)
 
     def _advance(self, x: float, y: float) -> None:
-        """Note the place on the route. Ground covered pushing something along is none that was won."""
+        """Note the place on the route. Ground covered while pushing something does not count."""
         before = self._road.new_ground(self._best_arc)
         self._arc = self._locate(x, y)
         self._best_arc = max(self._best_arc, self._arc)
@@ -224,7 +224,7 @@ class CarlaSenses:
         return self._seen
 
     def _waypoints(self, view: FrenetScene) -> tuple[CandidateWaypoint, ...]:
-        """Places ahead, in each lane of our direction, from which the route could be planned anew."""
+        """Return places ahead, in each lane of our direction, from which the route could be planned again."""
         found = []
         height = self._vehicle.get_location().z
         for lane in view.frame.lanes:
@@ -243,9 +243,9 @@ class CarlaSenses:
         return (*found, *self._waypoints_elsewhere(view))
 
     def _waypoints_elsewhere(self, view: FrenetScene) -> list[CandidateWaypoint]:
-        """Places on the other ways through the junction here, and on the way back from a road outside of junctions.
+        """Return places on the other ways through this junction, or on the way back from a road outside junctions.
 
-        How long the route from there is, is known of these.
+        The route length from these places is known.
         """
         end = self._follows.route[-1].waypoint.transform.location
         found = []

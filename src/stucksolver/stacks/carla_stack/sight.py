@@ -13,10 +13,10 @@ from stucksolver.scene.surroundings import EgoState
 SENSOR_HEIGHT_M = 2.0
 """Objects lower than the roof sensors (about 2.5 m up, as Bench2Drive's LiDAR) do not hide the road behind them."""
 VERGE_M = 4.0
-"""Open ground assumed beside the outermost lane; what lies beyond may be a building or a hedge."""
+"""Open ground assumed beside the outermost lane; beyond it may be a building or a hedge."""
 STEP_M = 4.0
 BEHIND_M = np.concatenate([np.arange(0.0, 16.0), np.arange(16.0, 1000.0, STEP_M)])
-"""Where one looks behind: near by, every metre counts for backing up."""
+"""Where to look behind: nearby, because every metre counts for backing up."""
 
 
 class SightLines:
@@ -29,9 +29,10 @@ class SightLines:
         shapely.prepare(self._ground)
 
     def of_lanes(self, ego: EgoState, ego_s: float, objects: tuple[TrackedObject, ...]) -> tuple[LaneSight, ...]:
-        """For each driving lane beside the ego: the length seen without a break, ahead and behind.
+        """Return, for each driving lane beside the ego, the length seen without a break, ahead and behind.
 
-        Of oncoming lanes that begin further on, too: seen along their line from here, through the junction between.
+        This includes oncoming lanes that begin further on: seen along their line from here, through the junction
+        between.
         """
         hidden = [_footprint(o) for o in objects if o.height_m > SENSOR_HEIGHT_M]
         blocking = shapely.union_all(hidden) if hidden else None
@@ -63,14 +64,14 @@ class SightLines:
         free = shapely.covers(self._ground, lines)
         if blocking is not None:
             free &= ~shapely.intersects(blocking, lines)
-        # The first samples lie under the ego itself.
+        # The first samples are under the ego itself.
         hidden = np.flatnonzero(~free[1:])
         last = int(hidden[0]) if len(hidden) else len(stations) - 1
         return round(float(abs(stations[last] - stations[0])), 1)
 
 
 def _ground(frame: RoadFrame) -> shapely.Geometry:
-    """The road with everything beside it that belongs to it, and a verge, as one area."""
+    """Return the road with everything beside it that belongs to it, and a verge, as one area."""
     areas = []
     for lane in frame.lanes:
         if len(lane.s) < 2:

@@ -1,4 +1,4 @@
-"""A CARLA vehicle with a driver, as StuckSolver meets it: it tells of itself, and performs what it is told."""
+"""A CARLA vehicle with a driver: describes itself to the solver and performs its directives."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from stucksolver.stacks.driver import DrivePoint, Driver, RouteError
 from stucksolver.stacks.driver.perception import HAZARD_LAMPS
 
 NEAR_DESTINATION_M = 100.0
-"""With so little of the route left, a lane beside it may be one from which only the way round the block leads back."""
+"""With this little of the route left, a lane beside it may lead back only round the block."""
 DETOUR_M = 100.0
-"""So much longer than what is left, a new route goes round the block."""
+"""A new route that is longer than the rest by this much goes round the block."""
 ON_ITS_WAY_MPS = 2.0
 
 
 class CarlaStack(CarlaSenses):
-    """One driver, one ego. Call `status`, then `StuckSolver.step`, then `perform`, each tick.
+    """One driver, one ego. On each tick call `status`, then `StuckSolver.step`, then `perform`.
 
-    Where nothing is asked of it on a tick, nobody has called `step`: what is handed to `perform` then is not renewed.
+    If nothing is asked of it on a tick, nobody has called `step`; what `perform` gets then is not a renewal.
     """
 
     def __init__(
@@ -47,10 +47,16 @@ class CarlaStack(CarlaSenses):
         self._lights_before: carla.VehicleLightState | None = None
 
     def perform(self, directive: Directive | None) -> Any:
-        """Have the driver do it, and return this tick's `carla.VehicleControl` (not applied).
+        """Have the driver perform a directive.
 
-        None where the solver has said nothing on this tick: what it said last is done until it expires, then its
-        fallback, then the driver drives its route. What cannot be performed is stood still at, and said once.
+        What cannot be performed is replaced by standing still and reported once.
+
+        Args:
+            directive: The solver's directive. None if there is none on this tick: the last one is then performed until
+                it expires, then its fallback, and then the driver follows its route.
+
+        Returns:
+            This tick's `carla.VehicleControl`, not applied.
         """
         self._orders.hear(directive, self._asked)
         self._asked = False
@@ -62,13 +68,13 @@ class CarlaStack(CarlaSenses):
         return self._driver.run_step()
 
     def forget(self) -> None:
-        """Have the driver told again what it does now, on the next tick: it has lost that."""
+        """Tell the driver on the next tick again what it is doing, because it has lost that."""
         self._performed = None
         if self._lights_before is not None:
             self._vehicle.set_light_state(carla.VehicleLightState(int(self._lights_before) | HAZARD_LAMPS))
 
     def _begin(self, directive: Directive) -> Directive:
-        """What is begun: the directive, or to stand still. Nothing that it raises gets into the control loop."""
+        """Return what is begun: the directive, or standing still. No exception gets into the control loop."""
         try:
             self._tell(directive)
         except Exception as error:  # noqa: BLE001 - a driver's own fault, of whatever type
@@ -102,7 +108,7 @@ class CarlaStack(CarlaSenses):
                 self._replan(directive)
 
     def _hazard_lights(self, on: bool) -> None:
-        """On, or back to what the lights were before."""
+        """Switch them on, or back to what they were before."""
         if on and self._lights_before is None:
             self._lights_before = self._vehicle.get_light_state()
             self._vehicle.set_light_state(carla.VehicleLightState(int(self._lights_before) | HAZARD_LAMPS))
@@ -111,11 +117,11 @@ class CarlaStack(CarlaSenses):
             self._lights_before = None
 
     def _on_its_way(self) -> bool:
-        """Does it drive by itself again, so that nobody need be warned of it any more?"""
+        """True if it drives by itself again, so that nobody needs a warning any more."""
         return isinstance(self._performed, Continue) and self._speed_mps > ON_ITS_WAY_MPS
 
     def _replan(self, directive: Replan) -> None:
-        """Plan anew; where no route leads on from there, or the vehicle faces the other way, the present one stays."""
+        """Plan the route again. The present one stays if there is no other, or if the vehicle faces the other way."""
         end = self._driver.route[-1].waypoint.transform.location
         chosen = self._candidates.get(directive.route_start or "")
         if chosen is not None and not faces(chosen, self._vehicle.get_transform().rotation.yaw):

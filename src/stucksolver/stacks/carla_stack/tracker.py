@@ -1,6 +1,6 @@
-"""Tracks what is around the ego from the client's ground truth: what each thing is, and since when it stands.
+"""Tracks the objects around the ego from the client's ground truth: what they are, and since when they stand.
 
-This is the `privileged` perception: a sensor-based one will hand over the same `TrackedObject`s.
+This is the `privileged` perception; a sensor-based one returns the same `TrackedObject`s.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ STANDING_MPS = 0.1
 LIGHTS_EVERY_S = 0.5
 _BRAKE = 8
 _EMERGENCY = 512 | 1024
-"""`carla.VehicleLightState.Special1` and `Special2`: the lights on the roof."""
+"""`carla.VehicleLightState.Special1` and `Special2`: the roof lights."""
 GROUND_TRUTH = 1.0
-"""The client's word on what a thing is leaves no doubt."""
+"""The client's kinds are certain."""
 
 
 @dataclass
@@ -52,7 +52,7 @@ class Tracker:
 
     @property
     def pushes(self) -> bool:
-        """Did the ego push something along at the last look?"""
+        """True if the ego pushed something at the last look."""
         return bool(self._pushing.now)
 
     def watch(self, ego: Footprint, now_s: float) -> Seen:
@@ -69,7 +69,7 @@ class Tracker:
         return seen
 
     def update(self, ego: Footprint, now_s: float) -> tuple[TrackedObject, ...]:
-        """Everything within range of the ego, in the local frame."""
+        """Return everything within range of the ego, in the local frame."""
         seen = self.watch(ego, now_s)
         objects = []
         for i, actor_id in enumerate(seen.actor_id):

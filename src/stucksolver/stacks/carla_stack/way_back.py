@@ -1,4 +1,4 @@
-"""The way back: where a route may begin for a vehicle that has turned round on the road."""
+"""Where a route may begin for a vehicle that has turned round on the road."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from stucksolver.stacks.carla_stack.other_ways import OtherWay, road_ahead, rout
 from stucksolver.stacks.carla_stack.route_road import SPACING_M, RouteRoad
 
 BEHIND_M = 12.0
-"""The new route begins so far behind the ego: a turned vehicle is in the other lane by then."""
+"""The new route begins this far behind the ego: a turned vehicle is in the other lane by then."""
 
 AGAINST_COS = -0.5
-"""Cosine of the angle (120 degrees) from which on a vehicle faces the other way."""
+"""Cosine of the smallest angle (120 degrees) at which a vehicle faces the other way."""
 
 
 def way_back(carla_map: carla.Map, road: RouteRoad, arc_m: float, ego: EgoState, destination: Any) -> OtherWay | None:
-    """The lane of the other direction beside the route, behind the ego (in the local frame); None where there is none.
+    """Return the lane of the other direction beside the route, behind the ego (local frame), or None.
 
-    Its length is None where no route leads from there to the `carla.Location` without the road ahead.
+    Its length is None if no route leads from there to the `carla.Location` without the road ahead.
     """
     last = len(road.stations) - 1
     behind, here = (road.stations[min(max(int(m / SPACING_M), 0), last)] for m in (arc_m - BEHIND_M, arc_m))
@@ -37,7 +37,7 @@ def way_back(carla_map: carla.Map, road: RouteRoad, arc_m: float, ego: EgoState,
 
 
 def _other_direction(waypoint: carla.Waypoint) -> carla.Waypoint | None:
-    """The next driving lane to the left that leads the other way."""
+    """Return the next driving lane to the left in the other direction."""
     beside = waypoint.get_left_lane()
     while beside is not None and beside.lane_id * waypoint.lane_id > 0:
         beside = beside.get_left_lane()
@@ -45,6 +45,6 @@ def _other_direction(waypoint: carla.Waypoint) -> carla.Waypoint | None:
 
 
 def faces(waypoint: carla.Waypoint, vehicle_yaw_deg: float) -> bool:
-    """Does a vehicle with that yaw (CARLA's, degrees) point anywhere but against the way that a waypoint leads?"""
+    """True unless a vehicle with that yaw (CARLA's, degrees) points against the direction of a waypoint."""
     turned = math.radians(waypoint.transform.rotation.yaw - vehicle_yaw_deg)
     return math.cos(turned) > AGAINST_COS

@@ -1,4 +1,4 @@
-"""Our base driver: what it offers, and the words in which it is told what to drive."""
+"""Our base driver: its interface, and the types in which it gets its orders."""
 
 from stucksolver.stacks.driver.driver import BehaviorDriver
 from stucksolver.stacks.driver.hazards import Hazard

@@ -1,7 +1,7 @@
-"""How the driver behaves: the published profiles, and the acceleration each thing ahead allows.
+"""The driver's behaviour: the published profiles, and the acceleration that each object ahead allows.
 
 Profiles and order of concerns (light, walker, vehicle, junction, cruise) are those of `BehaviorAgent` and
-`behavior_types` (CARLA PythonAPI agents package, MIT). It switches between full targets; here each concern
+`behavior_types` (CARLA PythonAPI agents package, MIT). BehaviorAgent switches between full targets. Here each concern
 allows an acceleration and the lowest one counts, so that stops are smooth. It never overtakes.
 """
 
@@ -23,25 +23,25 @@ _LEADER_BRAKING_MPS2 = 20.0
 
 @dataclass(frozen=True)
 class Profile:
-    """One published behaviour; the first six values are BehaviorAgent's, the rest make them smooth."""
+    """One published behaviour. The first six values are BehaviorAgent's; the others make them smooth."""
 
     max_speed_kmh: float
     speed_limit_margin_kmh: float
     """Kept below the speed limit."""
     speed_decrease_kmh: float
-    """At most this much slower than a leader while falling back."""
+    """Largest speed below a leader's while falling back."""
     safety_time_s: float
-    """Time to collision below which the driver reacts: how far it looks ahead."""
+    """Time to collision below which the driver reacts, and so how far it looks ahead."""
     min_proximity_m: float
     """Looks at least this far ahead."""
     braking_distance_m: float
-    """Bumper gap kept to what stands in the path."""
+    """Bumper gap kept to standing objects in the path."""
     headway_s: float
     """Added to the gap behind a moving leader, see `wanted_gap`."""
     deceleration: float
     """Comfortable braking (m/s²)."""
     lateral_accel: float
-    """Most sideways acceleration in bends (m/s²)."""
+    """Largest sideways acceleration in bends (m/s²)."""
     acceleration: float = 2.0
 
 
@@ -53,44 +53,50 @@ PROFILES = {
 
 
 def profile_named(name: str) -> Profile:
-    """The profile of that name. Raises `ValueError` naming the known ones."""
+    """Return the profile of that name.
+
+    Raises:
+        ValueError: There is none. The message lists the known ones.
+    """
     if name not in PROFILES:
         raise ValueError(f"unknown behavior {name!r}; choose one of {', '.join(PROFILES)}")
     return PROFILES[name]
 
 
 def cruise_speed(profile: Profile, speed_limit_kmh: float) -> float:
-    """Target speed (m/s): the profile's own, or a margin below the limit."""
+    """Return the target speed (m/s): the profile's own, or a margin below the limit."""
     return max(min(profile.max_speed_kmh, speed_limit_kmh - profile.speed_limit_margin_kmh), 5.0) * KMH
 
 
 def turn_speed(speed_limit_kmh: float) -> float:
-    """Speed (m/s) through a junction turn: 5 km/h below the limit, as BehaviorAgent; bends lower it."""
+    """Return the speed through a junction turn (m/s): 5 km/h below the limit, as BehaviorAgent; bends lower it."""
     return max(speed_limit_kmh - 5.0, 5.0) * KMH
 
 
 def look_ahead(profile: Profile, speed: float) -> float:
-    """How far ahead of the bumper (m) bodies are looked for at `speed` (m/s)."""
+    """Return how far ahead of the bumper bodies are looked for (m) at `speed` (m/s)."""
     stopping = speed * speed / (2.0 * profile.deceleration)
     return profile.min_proximity_m + max(stopping + speed, profile.safety_time_s * speed)
 
 
 def wanted_gap(profile: Profile, standing_m: float, lead_speed: float) -> float:
-    """Bumper gap (m) behind a leader: `standing_m` at rest, more by headway and braking distance at speed."""
+    """Return the bumper gap behind a leader (m): `standing_m` at rest, more with headway and braking distance at
+    speed.
+    """
     return standing_m + profile.headway_s * lead_speed + lead_speed * lead_speed / (2.0 * _LEADER_BRAKING_MPS2)
 
 
 def toward_speed(speed: float, target: float, profile: Profile) -> float:
-    """Acceleration (m/s²) that leads from `speed` to `target` (m/s)."""
+    """Return the acceleration (m/s²) that leads from `speed` to `target` (m/s)."""
     wanted = _SPEED_GAIN * (target - speed)
     return min(max(wanted, -profile.deceleration), profile.acceleration)
 
 
 def toward_gap(speed: float, room: float, lead_speed: float, deceleration: float, fall_back: float = 2.8) -> float:
-    """Acceleration (m/s²) that ends `room` metres ahead at `lead_speed`, braking with about `deceleration`.
+    """Return the acceleration (m/s²) that ends `room` metres ahead at `lead_speed`, braking with about `deceleration`.
 
-    The target falls with the square root of the room and, near the end, in proportion to it, without a step
-    in between. With negative room the target is slower than the leader by at most `fall_back` (m/s).
+    The target falls with the square root of the room and, near the end, in proportion to it, without a step in between.
+    With negative room the target is below the leader's speed by at most `fall_back` (m/s).
     """
     linear = deceleration / _CLOSE_GAIN**2
     if room < linear:
@@ -105,7 +111,7 @@ def toward_gap(speed: float, room: float, lead_speed: float, deceleration: float
 
 
 def emergency(speed: float, gap: float, lead_speed: float) -> float | None:
-    """Hard braking (m/s², negative) where comfort no longer keeps a metre of distance; None where it does."""
+    """Return hard braking (m/s², negative) if comfort no longer keeps a metre of distance; None if it does."""
     if speed <= lead_speed or speed < STANDING_MPS:
         return None
     needed = (speed * speed - lead_speed * lead_speed) / (2.0 * max(gap - _EMERGENCY_CLEARANCE_M, 0.1))

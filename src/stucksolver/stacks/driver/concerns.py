@@ -32,21 +32,21 @@ _TURNS = ("left", "right")
 
 
 class Motion(NamedTuple):
-    """The ego at one tick, seen in the direction it is to go."""
+    """The ego at one tick, seen in the direction in which it should drive."""
 
     pose: Pose
     z: float
     speed: float
-    """Along the pose's heading (m/s); negative while it still rolls the other way."""
+    """Speed along the pose's heading (m/s); negative while it still rolls the other way."""
     yaw_rate: float
 
     def backwards(self) -> Motion:
-        """The same motion seen by one who backs up."""
+        """The same motion for a vehicle that backs up."""
         return Motion(flipped(self.pose), self.z, -self.speed, self.yaw_rate)
 
 
 class Pace(NamedTuple):
-    """How brisk a drive is: more than the usual acceleration (m/s²), and so many times the speed in bends."""
+    """How brisk a drive is: acceleration above the usual one (m/s²), and a factor on the speed in bends."""
 
     more_mps2: float
     bends: float
@@ -56,7 +56,7 @@ USUAL = Pace(0.0, 1.0)
 
 
 class Concerns:
-    """What the profile makes of the line being driven and of what is around."""
+    """The accelerations that the profile allows for the line being driven and the bodies around."""
 
     def __init__(self, profile: Profile, options: DriverOptions, model: VehicleModel, planner: LocalPlanner) -> None:
         self._profile = profile
@@ -71,9 +71,9 @@ class Concerns:
         return self._options.follow_deceleration if following else self._profile.deceleration
 
     def cruise(self, path: Path, speed: float, limit_kmh: float, command: str, pace: Pace) -> float:
-        """Keep to the path's bounds and, on the route, to the speed limit and the pace of junction turns.
+        """Keep to the path's bounds and, on the route, to the speed limit and the speed of junction turns.
 
-        `pace`: how much brisker than usual.
+        `pace` says how much brisker than usual to drive.
         """
         bound = pace.bends * path.speed_at(self._planner.where.s + speed * _SPEED_PREVIEW_S)
         if not self._planner.following:
@@ -84,7 +84,7 @@ class Concerns:
         return toward_speed(speed, bound, brisk)
 
     def top_speed(self, limit_kmh: float) -> float:
-        """What the profile drives at (m/s) where the speed limit is `limit_kmh`; 0 where that is not known."""
+        """Return the profile's speed (m/s) at the speed limit `limit_kmh`; 0 if that is not known."""
         return cruise_speed(self._profile, limit_kmh or DEFAULT_LIMIT_KMH)
 
     def end(self, path: Path, speed: float) -> float:
@@ -97,18 +97,18 @@ class Concerns:
         return toward_gap(speed, room, 0.0, self._profile.deceleration)
 
     def wait(self, distance: float, speed: float) -> float:
-        """Stop before the way of others `distance` metres ahead of the front bumper, hard if it must be."""
+        """Stop before the way of others `distance` metres ahead of the front bumper, hard if necessary."""
         hard = emergency(speed, distance, 0.0)
         return self.stop_line(distance, speed) if hard is None else hard
 
     def behind(self, gap: float, lead_speed: float, speed: float) -> float:
-        """Come behind a leader that is still on another way, `gap` metres ahead; it may yet be abreast."""
+        """Fall in behind a leader that is still on another way, `gap` metres ahead; it may still be abreast."""
         profile = self._profile
         room = gap - wanted_gap(profile, profile.braking_distance_m, lead_speed)
         return toward_gap(speed, room, lead_speed, profile.deceleration, profile.speed_decrease_kmh * KMH)
 
     def slow_to(self, target_mps: float, distance: float, speed: float) -> float:
-        """Be no faster than that `distance` metres ahead of the front bumper."""
+        """Slow down to that speed at `distance` metres ahead of the front bumper."""
         deceleration = self._profile.deceleration
         target = math.sqrt(target_mps * target_mps + 2.0 * deceleration * max(distance, 0.0))
         return _SPEED_GAIN * (target - speed) - deceleration * speed / target
@@ -116,7 +116,9 @@ class Concerns:
     def hazards(
         self, path: Path, motion: Motion, around: NearbyBodies, side_margin_m: float | None = None
     ) -> list[Hazard]:
-        """Bodies in the way, nearest first, with a margin beside the ego other than the options' if given."""
+        """Return the bodies in the way, nearest first, with another margin beside the ego than the options' if
+        given.
+        """
         following, speed = self._planner.following, max(motion.speed, 0.0)
         reach = max(SteerController.MIN_REACH_M, SteerController.REACH_S * speed)
         ahead = look_ahead(self._profile, speed)
@@ -127,7 +129,7 @@ class Concerns:
         return nearest_hazards(swept, around, self._model, margin, margin if following else WALKER_MARGIN_M)
 
     def hazard(self, hazard: Hazard, speed: float) -> float:
-        """Follow or stop behind one of them, hard if it must be."""
+        """Follow or stop behind one of them, hard if necessary."""
         hard = emergency(speed, hazard.gap, hazard.speed)
         if hard is not None:
             return hard

@@ -1,9 +1,9 @@
 """Steering and pedals: from a path and a wanted acceleration to the inputs of `carla.VehicleControl`.
 
-Limits are those of `LocalPlanner` and `VehiclePIDController` (CARLA PythonAPI agents package, MIT): throttle
-0.75, steer 0.8, at most 0.1 of steer a tick, brake 0.5 but for emergencies. The published control laws swing
-out late at low speed and jerk the pedals, so the laws here are others: curvature feed-forward with critically
-damped feedback of the body's centre for steering, acceleration with a PI term for the pedals.
+Limits are those of `LocalPlanner` and `VehiclePIDController` (CARLA PythonAPI agents package, MIT): throttle 0.75,
+steer 0.8, at most 0.1 of steer a tick, brake 0.5 except in emergencies. The published control laws swing out late at
+low speed and jerk the pedals, so other laws are used here: curvature feed-forward with critically damped feedback of
+the body's centre for steering, and acceleration with a PI term for the pedals.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ class Pedals(NamedTuple):
 
 
 class SteerController:
-    """Keeps the body's centre on a path; learns how far the wheels really turn from the yaw rate."""
+    """Keeps the body's centre on a path and learns from the yaw rate how far the wheels really turn."""
 
     MIN_REACH_M = 1.8
     REACH_S = 0.5
-    """The centre returns to the path over about this much travel: the larger of the two."""
+    """The centre returns to the path over about this much travel; the larger of the two counts."""
     MAX_APPROACH_RAD = 0.45
     _STEADY_STEP = 0.02
 
@@ -44,7 +44,7 @@ class SteerController:
         self._map = SteerMap(model.wheel_lock)
 
     def observe(self, speed: float, yaw_rate: float) -> None:
-        """Learn how far the wheels turn from the speed (m/s) and yaw rate (rad/s) the last input led to."""
+        """Learn how far the wheels turn from the speed (m/s) and yaw rate (rad/s) after the last input."""
         if abs(self._last_step) < self._STEADY_STEP:
             self._map.observe(self._steer, speed, yaw_rate, self._model.wheelbase)
 
@@ -56,15 +56,16 @@ class SteerController:
         return self._turn_to(self._map.steer(self._model.steer_angle_for(curvature)), limit)
 
     def step_backwards(self, path: Path, where: Projection, speed: float, limit: float = MAX_STEER) -> float:
-        """The same for the rear axle at `where`, its heading flipped, on a path that is backed along.
+        """The same for the rear axle at `where`, its heading flipped, on a path driven backwards.
 
-        The rear axle leads then, and moves where the body points; the centre's slip would answer the wrong way.
+        The rear axle leads then and moves where the body points; the centre's slip would respond in the wrong
+        direction.
         """
         curvature = self._wanted_curvature(path, where, where.heading, speed)
         return self._turn_to(self._map.steer(-math.atan(self._model.wheelbase * curvature)), limit)
 
     def straighten(self) -> float:
-        """The steer input on the way to straight ahead, for a car that must first stop to turn back."""
+        """Return the steer input on the way to straight ahead, for a car that must first stop before it turns back."""
         return self._turn_to(0.0, MAX_STEER)
 
     def _wanted_curvature(self, path: Path, where: Projection, course: float, speed: float) -> float:
@@ -81,13 +82,14 @@ class SteerController:
 
 
 class PedalController:
-    """Tracks a wanted acceleration; a PI term on the speed it leads to takes up what the model leaves."""
+    """Tracks a wanted acceleration; a PI term on the resulting speed corrects the model's error."""
 
     FULL_THROTTLE_MPS2 = 5.5
     FULL_BRAKE_MPS2 = 9.0
     """Mean of a full stop from 15 m/s, which takes 12.7 m by the public fit of CARLA's Lincoln and on carlette.
 
-    From 25 m/s it is 7.6, from 10 m/s 11.6; the PI term takes that up. Larger values stop later in an emergency."""
+    From 25 m/s it is 7.6, from 10 m/s 11.6; the PI term corrects that. Larger values stop later in an emergency.
+    """
     EMERGENCY_MPS2 = 4.0
     """Decelerations above this may use the whole brake."""
     _GAIN_P = 0.35

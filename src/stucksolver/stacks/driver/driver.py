@@ -1,4 +1,4 @@
-"""A rule-based driver after the published behaviour of CARLA's BehaviorAgent that can also be told a path."""
+"""A rule-based driver after the published behaviour of CARLA's BehaviorAgent that can also follow a given path."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from stucksolver.stacks.driver.stop_signs import StopSignWatch, stop_places
 from stucksolver.stacks.driver.vehicle_model import vehicle_model
 
 FOLLOW_MAX_STEER = 1.0
-"""A swing-out from close behind an obstacle may need the whole lock."""
+"""A swing-out from close behind an obstacle may need the full lock."""
 DRIVEN_OVER = ("static.prop.dirtdebris",)
-"""Loose dirt, which CARLA's agents do not even see, and every car drives over."""
+"""Loose dirt, which CARLA's agents do not even see and which every car drives over."""
 _WRONG_WAY_MPS = -0.1
 _HALTED_MPS = 0.1
 _DEFAULT_TICK_S = 0.05
@@ -42,7 +42,7 @@ class BehaviorDriver:
     sees_m: ClassVar[float] = RANGE_M
     """How far it looks for bodies."""
     upstream_m: ClassVar[float] = UPSTREAM_M
-    """How far up the roads that lead to a junction it looks for who comes."""
+    """How far up the roads that lead to a junction it looks for traffic."""
 
     def __init__(
         self,
@@ -70,44 +70,52 @@ class BehaviorDriver:
         self._hold_mps2 = self._options.follow_deceleration
         self._ignored: frozenset[int] = frozenset()
         self._leaving = False
-        """Has it decided to go back to its lane from beside it?"""
+        """True if it has decided to return to its lane from beside it."""
         self._beside_s = 0.0
-        """For how long it has been standing beside its lane."""
+        """How long it has stood beside its lane (s)."""
         self._hazard: Hazard | None = None
 
     @property
     def route(self) -> Sequence[RoutePoint]:
-        """The whole planned route, points already passed included."""
+        """The whole planned route, including points already passed."""
         return self._route
 
     @property
     def hazard(self) -> Hazard | None:
-        """The nearest body in the path at the last step, for those who want to know why the ego brakes."""
+        """The nearest body in the path at the last step, which explains why the ego brakes."""
         return self._hazard
 
     @property
     def acceleration_mps2(self) -> float:
-        """The most with which it ever speeds up."""
+        """Its highest acceleration (m/s²)."""
         return self._profile.acceleration
 
     @property
     def lateral_error_m(self) -> float:
-        """Offset of the ego's centre from the line it drives, at the last step; right of it is positive."""
+        """Offset of the ego's centre from the line it drives at the last step (m, right positive)."""
         return self._planner.where.lateral
 
     @property
     def path_left_m(self) -> float:
-        """Length of the line being driven that is still ahead of the ego's centre; 0 where there is none."""
+        """Length of the line that is still ahead of the ego's centre (m); 0 without a line."""
         path = self._planner.path
         return 0.0 if path is None else max(path.length - self._planner.where.s, 0.0)
 
     def set_destination(self, destination: Any, start: Any | None = None) -> None:
-        """Plan a route between two `carla.Location`s, by default from the ego's. Raises `RouteError`."""
+        """Plan a route between two `carla.Location`s, by default from the ego's.
+
+        Raises:
+            RouteError: There is no route.
+        """
         origin = self._vehicle.get_location() if start is None else start
         self.set_route(trace_route(self._map, origin, destination))
 
     def set_route(self, route: Sequence[RoutePoint]) -> None:
-        """Drive a route planned elsewhere. Raises `ValueError` for an empty one."""
+        """Drive a route planned elsewhere.
+
+        Raises:
+            ValueError: The route is empty.
+        """
         if not route:
             raise ValueError("a route needs at least one point; use hold() to stand still")
         motion = self._motion()
@@ -130,14 +138,23 @@ class BehaviorDriver:
         return self._planner.arrived
 
     def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
-        """Drive `path`, backing up with `reverse`, no further than its end. Raises `ValueError` for a bad path."""
+        """Drive `path`, no further than its end.
+
+        Args:
+            path: Points in CARLA's world frame.
+            reverse: Back up along it.
+            ignore: Ids of actors that are driven over.
+
+        Raises:
+            ValueError: The path cannot be driven.
+        """
         motion = self._motion()
         self._planner.follow(path, motion.pose, motion.z, reverse)
         self._ignored = frozenset(ignore)
         self._holding = False
 
     def hold(self, brake_mps2: float | None = None) -> None:
-        """Brake to a stop and stay stopped; this hard, or as on a path."""
+        """Brake to a stop and stay stopped, with this deceleration (m/s²) or as on a path."""
         self._holding = True
         self._hold_mps2 = self._options.follow_deceleration if brake_mps2 is None else brake_mps2
 
@@ -149,13 +166,13 @@ class BehaviorDriver:
         self._ignored = frozenset()
 
     def keep_up(self) -> None:
-        """In place of `run_step`, on a tick on which somebody else drives."""
+        """Use instead of `run_step` on a tick on which someone else drives."""
         motion = self._motion()
         self._planner.update(motion.pose)
         self._steering.observe(motion.speed, motion.yaw_rate)
 
     def run_step(self) -> carla.VehicleControl:
-        """Decide this tick's `carla.VehicleControl`; does not apply it."""
+        """Return this tick's `carla.VehicleControl`, not applied."""
         motion = self._motion()
         self._planner.update(motion.pose)
         self._steering.observe(motion.speed, motion.yaw_rate)
@@ -175,7 +192,7 @@ class BehaviorDriver:
         )
 
     def _decide(self, motion: Motion, around: NearbyBodies) -> None:
-        """Before each step, for a driver that chooses its line: this one keeps to its route."""
+        """Called before each step, for a driver that chooses its line; this one keeps to its route."""
 
     def _giving_way(self, met: Sequence[Meeting]) -> GiveWay:
         return GiveWay(met, self._profile, self._model)
@@ -186,7 +203,7 @@ class BehaviorDriver:
         return planner.route_line is not None and not planner.following and abs(planner.beside_m) > BESIDE_M
 
     def _pulls_out(self, motion: Motion, around: NearbyBodies) -> bool:
-        """May the ego go back to its lane now? Where it stands, the way there is looked for as well."""
+        """True if the ego may return to its lane now. While it stands, the way there is searched for as well."""
         planner, line = self._planner, self._planner.route_line
         if line is None or planner.arrived:
             return True
@@ -195,7 +212,7 @@ class BehaviorDriver:
             way = clear_way_out(lambda m: planner.way_back(motion.pose, m), gentle, motion.pose, around, self._model)
             if way is not None:
                 planner.take(way, motion.pose)
-        # Once it has set off in a gap it goes: to stop half-way out would be worse.
+        # Once it has set off in a gap it goes on: stopping half-way out would be worse.
         if motion.speed < _HALTED_MPS or not self._leaving:
             gap_s = accepted_gap_s(self._beside_s)
             self._leaving = not somebody_comes(line, planner.route_s, motion.speed, around, self._model, gap_s)
@@ -214,7 +231,7 @@ class BehaviorDriver:
         return self._steering.step_backwards(path, path.project(axle, where.s), speed, FOLLOW_MAX_STEER)
 
     def _acceleration(self, path: Path, way: Motion, around: NearbyBodies) -> float:
-        """The lowest acceleration (m/s²) that anything allows."""
+        """Return the lowest acceleration that anything allows (m/s²)."""
         speed, concerns = way.speed, self._concerns
         lines = self._for_lines(speed)
         crossing = self._others_first(speed, around, held=lines < math.inf)
@@ -237,9 +254,9 @@ class BehaviorDriver:
         return min(allowed + [concerns.hazard(hazard, speed) for hazard in hazards])
 
     def _others_first(self, speed: float, around: NearbyBodies, held: bool) -> GiveWayDecision:
-        """Who comes at the next junction of the route; on a given path, whoever gave it has looked.
+        """Return who comes at the next junction of the route. On a given path whoever gave it has checked.
 
-        `held`: a light or a stop sign keeps the ego anyway.
+        `held`: a light or a stop sign stops the ego anyway.
         """
         planner = self._planner
         if held:
@@ -252,7 +269,7 @@ class BehaviorDriver:
         return self._give_way.look(line, planner.route_s, Moving(speed, top), around, self._tick_s())
 
     def _for_lines(self, speed: float) -> float:
-        """What lights and stop signs allow."""
+        """Return what lights and stop signs allow."""
         planner, options = self._planner, self._options
         unbound = planner.following and not options.follow_obeys_lights
         if unbound or planner.reversing:
@@ -292,7 +309,7 @@ class BehaviorDriver:
         return self._world.get_snapshot().timestamp.delta_seconds or _DEFAULT_TICK_S
 
     def _control(self, steer: float, acceleration: float, way: Motion) -> carla.VehicleControl:
-        # Still rolling the other way: stop before the gear is changed.
+        # Still rolling the other way: stop before changing gear.
         turning_back = way.speed < _WRONG_WAY_MPS
         wanted = -self._options.follow_deceleration if turning_back else acceleration
         pedals = self._pedals.step(wanted, abs(way.speed), self._tick_s())

@@ -1,7 +1,7 @@
-"""Giving way where others cross or join the route: wait before the junction until there is a gap, then go through.
+"""Gives way where others cross or join the route: wait before the junction for a gap, then go through.
 
-The ego's drive along its route and that of the others along theirs are foretold in steps; where the boxes would come
-too near, the ego waits. It never stops where the ways meet. CARLA's world frame, metres, radians, seconds.
+The drives of the ego and of the others along their routes are predicted in steps. If the boxes come too near, the ego
+waits. It never stops where the ways meet. CARLA's world frame, metres, radians, seconds.
 """
 
 from __future__ import annotations
@@ -24,30 +24,31 @@ from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 BRISK = Pace(1.3, 1.2)
-"""How one drives into a gap."""
+"""How to drive into a gap."""
 STEP_S = 0.1
 HORIZON_S = 9.0
 JOINED_S = 4.0
-"""So long after the ego has joined a flow nobody behind has to brake for it."""
+"""From this time after the ego has joined a flow, nobody behind has to brake for it."""
 _LOOKS_M = 20.0
 _LOOKS_S = 4.0
 _LEAST_MPS = 0.5
 _ON_WAY_M = 1.5
 _ALONG_COS = math.cos(math.radians(45.0))
 LOOKING_MPS = 5.0
-"""Speed before a turn across the way of somebody who may come, to see enough and still be able to wait."""
+"""Speed before a turn across possible traffic: slow enough to see and still be able to wait."""
 _A_TURN_MPS = 9.0
 _STOPPING_MPS2 = 4.0
-"""Who would have to brake harder than this does not stop."""
+"""Someone who would have to brake harder than this does not stop."""
 _SLOWING_MPS2 = 3.0
 _HARD_MPS2 = 5.0
 FULL_MPS2 = 7.0
 _AT_THE_LINE_M = 3.0
 _EARLY = 0.8
-"""The ego may need only this share of the time foretold."""
+"""The ego may need only this share of the predicted time."""
 _SHOWN_M, _ENOUGH = 15.0, 2
-"""If so many from a lane have been seen to take other ways and nobody this one, those farther away than this from the
-junction are not expected to take it."""
+"""If this many vehicles from a lane took other ways and none took this one, those farther away than this from the
+junction are not expected to take it.
+"""
 START_LAG_S = 0.3
 _MARGIN_M = 0.3
 
@@ -63,37 +64,37 @@ class Margin(NamedTuple):
 
 TO_GO = Margin(1.0, 0.8, 0.5, 0.2)
 PATIENCE_S = 20.0
-"""Whoever has waited so long takes the smallest gap it can: accepted gaps shrink with the time waited."""
+"""After this wait the ego accepts its smallest gap: accepted gaps shrink with the time waited."""
 AFTER_WAITING = Margin(0.5, 0.3, 0.3, 0.1)
 TO_GO_ON = Margin(0.5, 0.1, 0.0, 0.0)
-"""For one that has set off: less, so that it does not hesitate."""
+"""For a vehicle that has set off: smaller, so that it does not hesitate."""
 
 
 class LeadVehicle(NamedTuple):
-    """One on a way that joins the route, as if it were on the route: bumper gap (m, negative abreast), speed (m/s)."""
+    """A vehicle on a joining way, as if it were on the route: bumper gap (m, negative abreast), speed (m/s)."""
 
     gap_m: float
     speed: float
 
 
 class GiveWayDecision(NamedTuple):
-    """What `GiveWay` makes of a tick."""
+    """The result of `GiveWay` for one tick."""
 
     wait_m: float | None
-    """Distance from the front bumper to where to wait (m); None where the way is free."""
+    """Distance from the front bumper to the waiting place (m); None if the way is free."""
     passing: frozenset[int]
-    """Ids of those who will be out of the way in time, though they may be in it now."""
+    """Ids of those who will be out of the way in time, although they may be in it now."""
     look_m: float | None = None
     """Distance from the front bumper to where to be slow enough to look (m)."""
     leader: LeadVehicle | None = None
-    """Behind whom to join the flow."""
+    """The vehicle behind which to join the flow."""
 
 
 FREE = GiveWayDecision(None, frozenset())
 
 
 class Moving(NamedTuple):
-    """The ego's speed along its route, and what it would drive at if nothing held it back (m/s)."""
+    """The ego's speed along its route, and its speed if nothing held it back (m/s)."""
 
     speed: float
     top_mps: float
@@ -108,7 +109,7 @@ class GiveWay:
     def __init__(self, meetings: Sequence[Meeting], profile: Profile, model: VehicleModel, pace: Pace = BRISK) -> None:
         self._due = list(meetings)
         self.pace = pace
-        """How it drives into a gap."""
+        """How to drive into a gap."""
         self._profile = replace(profile, acceleration=profile.acceleration + pace.more_mps2)
         self._model = model
         self._going: Meeting | None = None
@@ -117,15 +118,18 @@ class GiveWay:
 
     @property
     def going(self) -> bool:
-        """Has it set off in a gap?"""
+        """True if it has set off in a gap."""
         return self._going is not None
 
     def stay(self) -> None:
-        """Something else holds the ego: it has not set off."""
+        """Something else stops the ego: it has not set off."""
         self._going = None
 
     def look(self, line: Path, s: float, motion: Moving, around: NearbyBodies, dt_s: float) -> GiveWayDecision:
-        """Must the ego, with its centre at arc length `s` of the route's `line`, wait? `dt_s` after the last look."""
+        """Decide whether the ego must wait, with its centre at arc length `s` of the route's `line`.
+
+        `dt_s` is the time since the last look (s).
+        """
         speed = motion.speed
         half = self._model.half_length
         front = s + half
@@ -158,19 +162,19 @@ class GiveWay:
         return GiveWayDecision(None, found.passing, look_m, found.leader)
 
     def _must_go(self, speed: float, room: float) -> bool:
-        """Can the ego no longer stop before the others' way, `room` metres ahead?"""
+        """True if the ego can no longer stop before the others' way, `room` metres ahead."""
         return not can_stop(speed, room, _HARD_MPS2)
 
     def _lag_s(self) -> float:
-        """How long a standing ego takes to set off (s)."""
+        """Return how long a standing ego takes to set off (s)."""
         return START_LAG_S
 
     def _top_mps(self, motion: Moving, coming: Sequence[tuple[MeetingWay, OtherOnWay]]) -> float:
-        """The most the ego is going to drive at, with those who come."""
+        """Return the ego's highest speed with the present traffic (m/s)."""
         return min(motion.top_mps, pace_of_flow(coming))
 
     def _gone(self, meeting: Meeting, found: Met, front: float, speed: float) -> GiveWayDecision:
-        """Past the place to wait, one still brakes for whoever comes in spite of all, but not in another's way."""
+        """Past the waiting place, still brake for whoever comes regardless, but not in another's way."""
         rooms = [way.route_meets_s - front for way in found.met if self._may_stop_before(way, meeting, front)]
         room = min(rooms, default=-1.0)
         stops = can_stop(speed, room, FULL_MPS2)
@@ -191,14 +195,14 @@ class GiveWay:
 
 
 def can_stop(speed: float, room: float, deceleration: float) -> bool:
-    """Is there room (m) enough to stop from a speed (m/s) with that deceleration (m/s²)?"""
+    """True if there is room (m) to stop from a speed (m/s) with that deceleration (m/s²)."""
     return room >= 0.0 and speed * speed <= 2.0 * deceleration * room
 
 
 class Habits:
-    """Which ways those from each lane have been seen to take at one junction.
+    """The ways that traffic from each lane has been seen to take at one junction.
 
-    `shown_m`: who is nearer than this to the junction may yet take any of them.
+    A vehicle nearer than `shown_m` to the junction may still take any of them.
     """
 
     def __init__(self, shown_m: float = _SHOWN_M) -> None:
@@ -212,7 +216,7 @@ class Habits:
                 self._took.setdefault(way.approach, {})[other.actor_id] = way
 
     def expect(self, way: MeetingWay, other: OtherOnWay) -> bool:
-        """May it take this way, as far as one can tell?"""
+        """True if the vehicle may take this way, as far as one can tell."""
         took = self._took.get(way.approach, {}).values()
         near = way.inside_s - other.s - other.half_length < self._shown_m
         return near or len(took) < _ENOUGH or any(one is way for one in took)
@@ -222,7 +226,7 @@ class Met(NamedTuple):
     """Whom the ego would meet."""
 
     met: tuple[MeetingWay, ...]
-    """The ways on which it would."""
+    """The ways on which it would meet them."""
     passing: frozenset[int]
     leader: LeadVehicle | None
 
@@ -232,7 +236,7 @@ def _moving(around: NearbyBodies) -> NearbyBodies:
 
 
 def _asks_to_look(meeting: Meeting, line: Path) -> bool:
-    """Is it a turn, with a way that goes first and is not held by a light?"""
+    """True for a turn with a way that has priority and is not held by a light."""
     inside = (line.s >= meeting.wait_s) & (line.s <= meeting.last_s)
     if float(line.speed[inside].min()) > _A_TURN_MPS:
         return False
@@ -240,7 +244,7 @@ def _asks_to_look(meeting: Meeting, line: Path) -> bool:
 
 
 class OtherOnWay(NamedTuple):
-    """One who is under way on another way."""
+    """A vehicle on another way."""
 
     actor_id: int
     s: float
@@ -250,7 +254,7 @@ class OtherOnWay(NamedTuple):
 
 
 def on_way(way: MeetingWay, others: NearbyBodies) -> list[OtherOnWay]:
-    """Those of the others who are on a way, driving along it."""
+    """Return those of the others that drive along a way."""
     if len(others) == 0:
         return []
     dx, dy = others.x[:, None] - way.x, others.y[:, None] - way.y
@@ -275,12 +279,12 @@ def on_way(way: MeetingWay, others: NearbyBodies) -> list[OtherOnWay]:
 
 
 def pace_of_flow(coming: Sequence[tuple[MeetingWay, OtherOnWay]]) -> float:
-    """The speed at which those who go first drive where the route joins them (m/s); no limit where nobody does."""
+    """Return the speed of priority traffic where the route joins it (m/s); unlimited without any."""
     return max((one.speed for way, one in coming if way.joins and way.goes_first), default=math.inf)
 
 
 def _comes(way: MeetingWay, other: OtherOnWay) -> bool:
-    """Has it the right of way, or is it not going to stop for want of it?"""
+    """True if it has the right of way, or will not stop without it."""
     front = other.s + other.half_length
     to_line = way.inside_s - front
     if other.speed**2 - way.bend_mps**2 > 2.0 * _SLOWING_MPS2 * max(to_line, 1.0) and to_line > 0.0:
@@ -296,7 +300,7 @@ def _is_red(light: carla.TrafficLight) -> bool:
 
 
 class _Drive:
-    """Where the ego will be if it goes now."""
+    """The predicted positions of the ego if it goes now."""
 
     def __init__(self, line: Path, s: Array, model: VehicleModel) -> None:
         self._s = s
@@ -305,7 +309,7 @@ class _Drive:
         self._model = model
 
     def judge(self, coming: Sequence[tuple[MeetingWay, OtherOnWay]], margin: Margin) -> Met:
-        """Whom of those who come would it meet, or come too near to?"""
+        """Return whom of the traffic it would meet, or come too near to."""
         met, passing, leaders = list[tuple[MeetingWay, int]](), set[int](), list[LeadVehicle]()
         for way, other in coming:
             surely, likely = self._comes_behind(way, other)
@@ -319,22 +323,24 @@ class _Drive:
         return Met(tuple(way for way, _ in met), frozenset(clear), min(leaders, default=None))
 
     def _arrives_s(self, way: MeetingWay) -> float:
-        """When its front comes to where the ways meet."""
+        """Return when its front reaches the place where the ways meet (s)."""
         return float(np.interp(way.route_meets_s - self._model.half_length, self._s, self._t))
 
     def _comes_behind(self, way: MeetingWay, other: OtherOnWay) -> tuple[bool, bool]:
-        """Will the other have passed, or be ahead on the common way, when the ego comes there: surely, likely?"""
+        """Return whether the other will have passed, or be ahead on the common way, when the ego arrives:
+        (surely, likely).
+        """
         left = (way.meets_s + 1.0 if way.joins else way.parts_s) - (other.s - other.half_length)
         arrives_s = self._arrives_s(way)
         return other.speed * _EARLY * arrives_s > left, other.speed * arrives_s > left
 
     def _leader(self, way: MeetingWay, other: OtherOnWay) -> LeadVehicle:
-        """The other, as if it were as far along the route as it is along its way."""
+        """Return the other as if it were as far along the route as it is along its way."""
         front = float(self._s[0]) + self._model.half_length
         return LeadVehicle(other.s - other.half_length - way.meets_s - (front - way.route_meets_s), other.speed)
 
     def _meets(self, way: MeetingWay, other: OtherOnWay, margin: Margin) -> bool:
-        """Would it come nearer to the other than the margin while their ways meet?"""
+        """True if it would come nearer to the other than the margin while their ways meet."""
         half = self._model.half_length
         t_in = self._arrives_s(way)
         until = way.route_parts_s + half
@@ -362,7 +368,7 @@ class _Drive:
 def _foretold(
     line: Path, s: float, speed: float, top_mps: float, profile: Profile, bends: float, lag_s: float
 ) -> Array:
-    """Arc lengths of the ego's centre over the horizon if nothing but the line's bounds holds it back."""
+    """Return the arc lengths of the ego's centre over the horizon if only the line's bounds hold it back (m)."""
     spacing = float(line.s[1]) if len(line.s) > 1 else 1.0
     bounds, last = line.speed, len(line.speed) - 1
     found, lag = [], lag_s if speed < 1.0 else 0.0

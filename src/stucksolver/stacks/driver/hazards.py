@@ -1,7 +1,7 @@
-"""What lies in the way: the ego's body swept along its path, tested against the boxes around it.
+"""Finds what lies in the way: the ego's body swept along its path, tested against the boxes around it.
 
-`BehaviorAgent` measures between centres and asks which lane a vehicle is on; here the gap is the travel left
-until the bumper touches, and a body beside the path is no hazard however near.
+`BehaviorAgent` measures between centres and asks which lane a vehicle is on. Here the gap is the travel left until the
+bumper touches, and a body beside the path is no hazard however near.
 """
 
 from __future__ import annotations
@@ -53,9 +53,9 @@ class Sweep(NamedTuple):
 def sweep(
     path: Path, where: Projection, pose: Pose, model: VehicleModel, reach: float, length: float, side: int = 1
 ) -> Sweep:
-    """The body's poses over the next `length` metres; the present offset dies away over about `reach`.
+    """Return the body's poses over the next `length` metres; the present offset fades over about `reach`.
 
-    `side` is 1 for driving ahead and -1 for backing up, `pose` then being the flipped one.
+    `side` is 1 for driving ahead and -1 for backing up; `pose` is then the flipped one.
     """
     end = min(where.s + length, max(path.length, where.s + STEP_M))
     travel = np.arange(0.0, end - where.s + STEP_M, STEP_M)
@@ -63,7 +63,7 @@ def sweep(
     x, y, yaw = path.at(s)
     offset = where.lateral * (1.0 + travel / reach) * np.exp(-travel / reach)
     x, y = x - offset * np.sin(yaw), y + offset * np.cos(yaw)
-    # In a bend the body's centre does not move where the body points.
+    # In a bend the body's centre does not move in the direction in which the body points.
     curvature = np.interp(s, path.s, path.curvature)
     slip = side * np.arcsin(np.clip(model.rear_axle * curvature, -0.8, 0.8))
     yaw = yaw - slip + (where.heading + slip[0]) * np.exp(-travel / reach)
@@ -74,14 +74,14 @@ def sweep(
 def nearest_hazards(
     swept: Sweep, around: NearbyBodies, model: VehicleModel, margin: float, walker_margin: float
 ) -> list[Hazard]:
-    """Every body the sweep meets, nearest first, with `margin` metres beside the ego for it."""
+    """Return every body that the sweep meets, nearest first, with `margin` metres beside the ego."""
     if len(around) == 0:
         return []
     bodies = _with_predicted_walkers(around)
     margins = np.where(bodies.is_walker, walker_margin, margin)
     lon, touch, hit = _overlaps(swept, bodies, model, margins)
-    # What already is within the margin is beside us: only touching it counts. What touches now and is left
-    # behind by driving on does not count either, or the ego could never get away from it.
+    # A body already within the margin is beside us: only touching it counts. A body that touches now and is left behind
+    # by driving on does not count either, or the ego could never get away from it.
     hit = np.where(hit[0], touch, hit)
     leaving = hit[0] & ~hit[swept.travel >= _TOUCHING_TRAVEL_M].any(axis=0)
     hit = hit & _at_height(swept, bodies) & ~leaving
@@ -90,7 +90,7 @@ def nearest_hazards(
 
 
 def _overlaps(swept: Sweep, bodies: NearbyBodies, model: VehicleModel, margins: Array) -> tuple[Array, Flags, Flags]:
-    """For each pose (rows) and body (columns): free length ahead, overlap, and overlap with the margin."""
+    """Return, per pose (rows) and body (columns): free length ahead, overlap, and overlap with the margin."""
     ego = (swept.x[:, None], swept.y[:, None], swept.yaw[:, None])
     half = (bodies.half_length, bodies.half_width)
     gaps = axis_gaps(ego, (model.half_length, model.half_width), (bodies.x, bodies.y, bodies.yaw), half)
@@ -98,7 +98,7 @@ def _overlaps(swept: Sweep, bodies: NearbyBodies, model: VehicleModel, margins: 
 
 
 def _at_height(swept: Sweep, bodies: NearbyBodies) -> Flags:
-    """Is the body neither on a road below nor a bridge above?"""
+    """True if the body is neither on a road below nor a bridge above."""
     road = swept.z[:, None]
     return np.asarray((bodies.top > road - _CLEAR_BELOW_M) & (bodies.bottom < road + _CLEAR_ABOVE_M))
 
@@ -107,7 +107,7 @@ def _hazard(swept: Sweep, bodies: NearbyBodies, j: int, free_ahead: Array, hit: 
     k = int(np.argmax(hit[:, j]))
     gap = 0.0
     if k > 0:
-        # The contact is between two poses; the one before knows how much is free in front of it.
+        # The contact is between two poses; the earlier one knows the free length ahead of it.
         before = float(swept.travel[k - 1])
         gap = min(before + max(float(free_ahead[k - 1, j]), 0.0), float(swept.travel[k]))
     yaw = float(swept.yaw[k])
@@ -116,7 +116,7 @@ def _hazard(swept: Sweep, bodies: NearbyBodies, j: int, free_ahead: Array, hit: 
 
 
 def _with_predicted_walkers(around: NearbyBodies) -> NearbyBodies:
-    """Add moving walkers at the places they will reach soon: one about to step in counts as being there."""
+    """Add moving walkers at the places they will reach soon: a walker about to step in counts as being there."""
     moving = around.is_walker & (np.hypot(around.vx, around.vy) > _WALKER_MIN_SPEED_MPS)
     if not moving.any():
         return around

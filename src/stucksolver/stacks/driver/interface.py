@@ -1,4 +1,4 @@
-"""What a driving stack must offer to be helped out of immobilization: one small interface, in CARLA terms."""
+"""The interface that a driving stack must offer to be helped, in CARLA terms."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ if TYPE_CHECKING:
 
 
 class DrivePoint(NamedTuple):
-    """One point of a path to drive, in CARLA's left-handed world frame (x east, y south, metres)."""
+    """One point of a path, in CARLA's left-handed world frame (x east, y south, metres)."""
 
     x_m: float
     y_m: float
     speed_mps: float
-    """Upper bound on the speed at this point."""
+    """Upper bound on the speed at this point (m/s)."""
 
 
 class RoutePoint(NamedTuple):
-    """One point of the planned route, spaced about a metre apart."""
+    """One point of the planned route; points are about a metre apart."""
 
     waypoint: carla.Waypoint
     """`carla.Waypoint` at the centre of the lane the route follows."""
@@ -28,38 +28,50 @@ class RoutePoint(NamedTuple):
 
 
 class HasRoute(Protocol):
-    """Knows the way that the ego takes."""
+    """Knows the ego's route."""
 
     @property
     def route(self) -> Sequence[RoutePoint]:
-        """The whole planned route, points already passed included."""
+        """The whole planned route, including points already passed."""
 
 
 class DrivesPath(Protocol):
-    """Has controllers that drive the ego, on its way or on a path that it is given."""
+    """Has controllers that drive the ego along its route or along a given path."""
 
     def run_step(self) -> Any:
-        """Decide this tick's `carla.VehicleControl`; does not apply it."""
+        """Return this tick's `carla.VehicleControl`, not applied."""
 
     def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
-        """Drive `path` in place of the route from the next step on, still braking for what lies in it.
+        """Drive `path` instead of the route from the next step on, still braking for what lies in it.
 
-        With `reverse` the ego backs up along it: the path leads away behind the ego. Actors whose ids are in `ignore`
-        are driven over.
+        Args:
+            path: Points in CARLA's world frame.
+            reverse: Back up along the path, which leads away behind the ego.
+            ignore: Ids of actors that are driven over.
         """
 
     def hold(self, brake_mps2: float | None = None) -> None:
-        """Brake to a stop and stay stopped from the next step on; this hard, or as gently as usual where None."""
+        """Brake to a stop and stay stopped from the next step on, with this deceleration (m/s²) or as gently as
+        usual.
+        """
 
     def release(self) -> None:
-        """End `follow` or `hold`: drive the route again, from the nearest point of it that lies ahead."""
+        """End `follow` or `hold`: drive the route again from the nearest point of it ahead."""
 
 
 class Driver(HasRoute, DrivesPath, Protocol):
-    """A planner with controllers, as a stack has one: it drives the ego along a route, or a path that it is given."""
+    """A planner with controllers: it drives the ego along a route or along a given path."""
 
     def set_destination(self, destination: carla.Location, start: carla.Location | None = None) -> None:
-        """Plan a route from `start` (the ego's own place where None) to `destination`. Raises `RouteError`."""
+        """Plan a route to `destination`.
+
+        Args:
+            destination: The destination.
+            start: The start; the ego's own location if None.
+
+        Raises:
+            RouteError: There is no route.
+        """
 
     def done(self) -> bool:
         """True once the ego is at the end of its route."""

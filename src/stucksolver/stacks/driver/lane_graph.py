@@ -1,8 +1,8 @@
 """The road network of a `carla.Map` as a directed graph of lane samples about a metre apart.
 
-Follows the published behaviour of `GlobalRoutePlanner` (CARLA PythonAPI agents package, MIT): lanes come
-from `Map.get_topology`, and a lane change is an edge wherever the lane markings permit one. Unlike it, every
-second sample is a node, so a change may happen anywhere along a lane and always takes some length.
+Follows the published behaviour of `GlobalRoutePlanner` (CARLA PythonAPI agents package, MIT): lanes come from
+`Map.get_topology`, and a lane change is an edge wherever the lane markings permit one. Here every second sample is a
+node, so a change may happen anywhere along a lane and always takes some length.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ NODE_STRIDE = 2
 LANE_CHANGE_LENGTH_M = 10
 LANE_CHANGE_COST_M = 15.0
 LATE_CHANGE_COST = 0.02
-"""Added for each metre of lane driven before the change: of two equal routes the one that changes early."""
+"""Added for each metre of lane driven before the change: of two equal routes the one with the earlier change wins."""
 _MIN_CHANGE_LENGTH_M = 3
 _CACHED_MAPS = 4
 _SEED_SPACING_M = 50.0
@@ -31,7 +31,7 @@ LaneKey = tuple[int, int, int]
 
 
 def lane_key(waypoint: carla.Waypoint) -> LaneKey:
-    """Road, section and lane id of a waypoint: what makes two samples lie on the same piece of lane."""
+    """Return road, section and lane id of a waypoint: the key of its piece of lane."""
     return (waypoint.road_id, waypoint.section_id, waypoint.lane_id)
 
 
@@ -47,12 +47,12 @@ class LaneGraph:
         self._add_topology(carla_map.get_topology(), carla_map.generate_waypoints(_SEED_SPACING_M))
         for key in self._span:
             self._link_forward(key)
-        # After the forward links: a change into a lane that ends at once is worth nothing.
+        # After the forward links: a change into a lane that ends at once is useless.
         for key in list(self._span):
             self._link_changes(key)
 
     def locate(self, waypoint: carla.Waypoint) -> int | None:
-        """Index of the sample nearest to `waypoint` on its lane; None where that lane is not in the graph."""
+        """Return the index of the sample nearest to `waypoint` on its lane; None if that lane is not in the graph."""
         span = self._span.get(lane_key(waypoint))
         if span is None:
             return None
@@ -79,7 +79,7 @@ class LaneGraph:
         return self._junctions.get(junction_id, [])
 
     def span_of(self, key: LaneKey) -> tuple[int, int] | None:
-        """First and last sample index of a lane; None where it is not in the graph."""
+        """Return the first and last sample index of a lane; None if it is not in the graph."""
         return self._span.get(key)
 
     def before(self, key: LaneKey) -> set[LaneKey]:
@@ -116,14 +116,14 @@ class LaneGraph:
             self._add_lane(entry)
             if lane_key(leaving) != lane_key(entry):
                 self._successors[lane_key(entry)].add(lane_key(leaving))
-        # The topology lists lanes at road ends only, and not all of those of a dead end: later sections of a
-        # road appear just as somebody's exit, or not at all.
+        # The topology lists lanes at road ends only, and not all of those of a dead end: later sections of a road
+        # appear just as an exit of another, or not at all.
         pending = [leaving for _, leaving in topology if lane_key(leaving) not in entries] + seeds
         while pending:
             pending.extend(self._add_inner_lane(pending.pop()))
 
     def _add_inner_lane(self, entry: carla.Waypoint) -> list[carla.Waypoint]:
-        """Add a lane that is no road entry; returns the entries of lanes after it that are still unknown."""
+        """Add a lane that is not a road entry; returns the entries of later lanes that are still unknown."""
         key = lane_key(entry)
         if key in self._span:
             return []
@@ -192,9 +192,9 @@ class LaneGraph:
 def _along_lane(
     waypoint: carla.Waypoint, step: Callable[[carla.Waypoint], list[carla.Waypoint]]
 ) -> list[carla.Waypoint]:
-    """The waypoints reached by `step` after `step` on the same lane.
+    """Return the waypoints reached by repeated `step` on the same lane.
 
-    `Waypoint.next_until_lane_end` would be the shorter way, but it crashes where a road has no successor.
+    `Waypoint.next_until_lane_end` would be shorter, but it crashes if a road has no successor.
     """
     key, found = lane_key(waypoint), list[Any]()
     while True:
@@ -210,7 +210,9 @@ _cache: OrderedDict[tuple[str, int], LaneGraph] = OrderedDict()
 
 
 def lane_graph(carla_map: carla.Map) -> LaneGraph:
-    """The graph of a map, built once; content is the key, as `World.get_map` makes a new object each time."""
+    """Return the graph of a map, built once. The key is the content, as `World.get_map` makes a new object each
+    time.
+    """
     key = (str(carla_map.name), hash(carla_map.to_opendrive()))
     if key not in _cache:
         _cache[key] = LaneGraph(carla_map)

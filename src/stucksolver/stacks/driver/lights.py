@@ -1,4 +1,4 @@
-"""Traffic lights on the route: where their stop lines are, and which one asks to stop now."""
+"""Traffic lights on the route: where their stop lines are, and which one requires a stop now."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class StopLine(NamedTuple):
 
 
 def stop_lines(lights: Sequence[carla.TrafficLight], path: Path) -> list[StopLine]:
-    """The stop lines of `carla.TrafficLight`s that lie on a route's path, in driving order.
+    """Return the stop lines of `carla.TrafficLight`s on a route's path, in driving order.
 
     Places come from `TrafficLight.get_stop_waypoints`, which CARLA derives from the light's trigger volume.
     """
@@ -41,7 +41,7 @@ def stop_lines(lights: Sequence[carla.TrafficLight], path: Path) -> list[StopLin
 
 
 def _passes(transform: carla.Transform, path: Path) -> list[float]:
-    """Arc lengths at which the path passes a place in its direction; more than one where it comes by again."""
+    """Return the arc lengths at which the path passes a place in its direction; several if it passes again."""
     place, yaw = transform.location, math.radians(transform.rotation.yaw)
     distance = np.hypot(path.x - place.x, path.y - place.y)
     near = (distance < _ON_ROUTE_M) & (np.cos(path.yaw - yaw) > _SAME_DIRECTION_COS)
@@ -50,15 +50,15 @@ def _passes(transform: carla.Transform, path: Path) -> list[float]:
 
 
 def _one_of_each(places: Sequence[float]) -> list[float]:
-    """The first of every group: a light with several lanes has several places at one line."""
+    """Return the first of every group: a light with several lanes has several places at one line."""
     return [s for i, s in enumerate(places) if i == 0 or s - places[i - 1] > _SAME_LINE_M]
 
 
 class LightWatch:
-    """Remembers, for one route, which light was already passed or can no longer be obeyed.
+    """Remembers, for one route, which lights were passed or can no longer be obeyed.
 
-    The memory is the remedy BasicAgent and BehaviorAgent (CARLA agents, MIT) have for a car that is still in
-    the trigger volume of a light it has passed.
+    BasicAgent and BehaviorAgent (CARLA agents, MIT) use the same memory for a car that is still in the trigger volume
+    of a light it has passed.
     """
 
     def __init__(self, lines: Sequence[StopLine]) -> None:
@@ -67,16 +67,16 @@ class LightWatch:
         self._committed: set[float] = set()
 
     def next_line(self, s_m: float) -> float:
-        """Where the next stop line of a light lies on the route's path (m), whatever it shows; infinite without one."""
+        """Return the arc length of the next stop line of a light, whatever it shows (m); infinite without one."""
         return next((line.s for line in self._lines if line.s > s_m), math.inf)
 
     def distance_to_stop(
         self, front_s: float, speed: float, deceleration: float, released: Collection[int] = ()
     ) -> float | None:
-        """Distance (m) from the front bumper at `front_s` to the line to stop at; None where there is none.
+        """Return the distance from the front bumper at `front_s` to the line to stop at (m); None if there is none.
 
-        Yellow is obeyed if `deceleration` (m/s²) is enough, red unless not even 5 m/s² is. A light that cannot be seen
-        may be red: it is obeyed as a yellow one. `released`: ids of lights that need not be obeyed.
+        Yellow is obeyed if `deceleration` (m/s²) is enough, red unless even 5 m/s² is not. A light that cannot be seen
+        may be red: it is obeyed like a yellow one. `released`: ids of lights that need not be obeyed.
         """
         for line in self._lines:
             distance = line.s - front_s
@@ -87,7 +87,7 @@ class LightWatch:
         return None
 
     def unlisted_red(self, vehicle: carla.Vehicle, carla_map: carla.Map) -> bool:
-        """Is the ego, outside a junction, in the trigger volume of a red light with no line on the route?"""
+        """True if the ego, outside a junction, is in the trigger volume of a red light with no line on the route."""
         if not vehicle.is_at_traffic_light():
             return False
         light = vehicle.get_traffic_light()

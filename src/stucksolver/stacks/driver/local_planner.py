@@ -1,4 +1,4 @@
-"""Which line the ego drives now, and where on it: the route, an explicit path, or a return to the route."""
+"""Chooses the line that the ego drives, and its place on it: the route, an explicit path, or a return to the route."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class LocalPlanner:
         self._deceleration = deceleration
         self._route_line: Path | None = None
         self._route_s = self.beside_m = 0.0
-        """Of `beside_m`: the ego's offset from the route's line, right positive."""
+        """With `beside_m`: the ego's offset from the route's line (m, right positive)."""
         self._path: Path | None = None
         self._where = Projection(0.0, 0.0, 0.0)
         self.following = False
@@ -54,7 +54,7 @@ class LocalPlanner:
 
     @property
     def route_s(self) -> float:
-        """Where on the route's line the ego is (m), beside the lane or not."""
+        """Position of the ego on the route's line (m), beside the lane or not."""
         return self._route_s
 
     @property
@@ -63,7 +63,7 @@ class LocalPlanner:
         return self._route_line is not None and self._route_s >= self._route_line.length - ARRIVED_M
 
     def set_route(self, route: Sequence[RoutePoint], pose: Pose, speed: float) -> None:
-        """Drive `route` from where the ego is."""
+        """Drive `route` from the ego's position."""
         line = route_path(route)
         bounds = limited_speed(line.s, curve_speed(line.curvature, self._lateral_accel), self._deceleration)
         self._route_line = Path(line.s, line.x, line.y, line.z, line.yaw, line.curvature, bounds)
@@ -71,7 +71,7 @@ class LocalPlanner:
         self.release(pose, speed)
 
     def follow(self, points: Sequence[DrivePoint], pose: Pose, z: float, reverse: bool) -> None:
-        """Drive `points`, at height `z`; those passed already are skipped."""
+        """Drive `points` at height `z`; points already passed are skipped."""
         line = given_path(points, z)
         bounds = limited_speed(line.s, line.speed, self._deceleration)
         self._path = Path(line.s, line.x, line.y, line.z, line.yaw, line.curvature, bounds)
@@ -80,7 +80,7 @@ class LocalPlanner:
         self.reversing = reverse
 
     def release(self, pose: Pose, speed: float) -> None:
-        """Drive the route again from the nearest point of it ahead, coming back smoothly from beside it."""
+        """Drive the route again from the nearest point of it ahead, returning smoothly from beside it."""
         self.following = self.reversing = False
         path = self._path = self._route_line
         if path is None:
@@ -93,7 +93,9 @@ class LocalPlanner:
         self._where = here
 
     def way_back(self, pose: Pose, length: float) -> Path:
-        """The route from here on, from beside it within `length` metres, no quicker than the turn allows."""
+        """Return the route from here on, joined from beside it within `length` metres, no faster than the turn
+        allows.
+        """
         assert self._route_line is not None
         here = self._route_line.project(pose, self._route_s)
         path = rejoining_path(self._route_line, here.s, here.lateral, length)
@@ -104,7 +106,7 @@ class LocalPlanner:
         self._path, self._where = path, path.project(pose)
 
     def update(self, pose: Pose) -> None:
-        """Note where the ego is now."""
+        """Note the ego's position."""
         if self._route_line is not None:
             self._advance_route(pose)
         if self._path is not None:
@@ -118,7 +120,7 @@ class LocalPlanner:
 
     @staticmethod
     def _located(path: Path, pose: Pose, near_s: float) -> Projection:
-        """Search near the last place first, and everywhere if the ego was put somewhere else."""
+        """Search near the last place first, and everywhere if the ego was moved elsewhere."""
         near = path.project(pose, near_s)
         x, y, _ = path.at(np.array([near.s]))
         return near if math.hypot(pose.x - x[0], pose.y - y[0]) < _LOST_M else path.project(pose)

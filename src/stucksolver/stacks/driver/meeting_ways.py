@@ -1,4 +1,4 @@
-"""Where the ways of others meet the route at junctions: found once for a route, from the lane graph.
+"""Where the ways of others meet the route at junctions: computed once per route, from the lane graph.
 
 CARLA's world frame, metres, radians.
 """
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     import carla
 
 MEETS_M = 2.2
-"""Centre lines nearer than this cannot be driven at once: two cars' half widths and a hand's breadth."""
+"""Closer centre lines cannot be driven at once: two cars' half widths and a hand's breadth."""
 UPSTREAM_M = 90.0
 DOWNSTREAM_M = 40.0
 FASTEST_LATERAL_MPS2 = 6.0
-"""Who would need more sideways acceleration than this does not take a bend."""
+"""Vehicles that would need more sideways acceleration than this do not take a bend."""
 _BEND_OVER = 4
 _BEYOND_M = 8.0
 _OPPOSED_COS = math.cos(math.radians(150.0))
@@ -47,40 +47,40 @@ class MeetingWay:
     inside_s: float
     """Where it enters the junction."""
     meets_s: float
-    """Where it comes together with the route."""
+    """Where it meets the route."""
     parts_s: float
-    """Where it has left the route again; the end of the junction where it joins."""
+    """Where it has left the route again; the end of the junction if it joins."""
     route_meets_s: float
     route_parts_s: float
     """The same places along the route's line."""
     straight: bool
     bend_mps: float
-    """The fastest that anyone drives through its bend (m/s)."""
+    """The highest speed through its bend (m/s)."""
     joins: bool
-    """Does it go on along the route, instead of crossing it?"""
+    """True if it continues along the route instead of crossing it."""
     approach: LaneKey
     """The lane that leads to the junction."""
     goes_first: bool
-    """Has it the right of way over the route, lights aside?"""
+    """True if it has the right of way over the route, lights aside."""
     lights: tuple[carla.TrafficLight, ...]
     """The `carla.TrafficLight`s that govern it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Meeting:
-    """One junction of the route: where to wait before it (arc length, m), and the ways that it meets there."""
+    """One junction of the route: where to wait before it (arc length, m), and the ways met there."""
 
     wait_s: float
     ways: tuple[MeetingWay, ...]
 
     @property
     def first_s(self) -> float:
-        """Where the route comes together with the first of them."""
+        """Where the route meets the first of them (m)."""
         return min(way.route_meets_s for way in self.ways)
 
     @property
     def last_s(self) -> float:
-        """Where it has left the last of them."""
+        """Where it has left the last of them (m)."""
         return max(way.route_parts_s for way in self.ways)
 
 
@@ -92,12 +92,19 @@ def meetings(
     stops_s: Sequence[float],
     upstream_m: float = UPSTREAM_M,
 ) -> list[Meeting]:
-    """The junctions of a route at which others may come.
+    """Return the junctions of a route at which others may come.
 
-    `line` is the route's path, `lights` are the map's `carla.TrafficLight`s, `stops_s` the places of the route's stop
-    signs on the line, `upstream_m` is how far up the roads the others begin. Of two ways the turning one gives way,
-    left turns to all; where both turn alike, the one that bends more where they join, and the one that has the other on
-    its right where they cross. After a stop sign all others go first.
+    Of two ways the turning one gives way, left turns to all. If both turn alike, the one that bends more gives way
+    where they join, and the one that has the other on its right where they cross. After a stop sign all others go
+    first.
+
+    Args:
+        route: The route.
+        line: The route's path.
+        graph: The lane graph.
+        lights: The map's `carla.TrafficLight`s.
+        stops_s: Places of the route's stop signs on the line (m).
+        upstream_m: How far up the roads the others begin (m).
     """
     governing: dict[tuple[int, int], list[Any]] = {}
     for light in lights:
@@ -114,7 +121,7 @@ def meetings(
 
 
 class _Junction:
-    """One stretch of the route through a junction, and what else leads through that."""
+    """One stretch of the route through a junction, and the other ways through that junction."""
 
     def __init__(
         self,
@@ -140,7 +147,7 @@ class _Junction:
         self._turn, self._bend = _turn(self._yaw), float(np.abs(np.diff(self._yaw)).sum())
 
     def ways(self, stop_sign: bool) -> Iterator[MeetingWay]:
-        """Those that cross or join the route, each with as much of the road before and behind as matters."""
+        """Yield those that cross or join the route, each with as much road before and behind as matters."""
         for key in self._graph.lanes_of_junction(self._junction_id):
             if key not in self._own and not self._graph.before(key) & self._before:
                 way = self._way(key, stop_sign)
@@ -198,12 +205,12 @@ class _Junction:
             return own > other
         if joins:
             return self._bend > float(np.abs(np.diff(through)).sum()) + _CLEARLY_RAD
-        # CARLA's yaw grows clockwise: one from the right drives with less of it.
+        # CARLA's yaw grows clockwise: traffic from the right has a smaller one.
         comes = math.remainder(float(through[0] - self._yaw[0]), math.tau)
         return -math.pi + _FROM_THE_RIGHT_RAD < comes < -_FROM_THE_RIGHT_RAD
 
     def _through(self, key: LaneKey) -> list[LaneKey]:
-        """The lanes of a way: up the road from its lane in the junction, and down behind it."""
+        """Return the lanes of a way: up the road from its lane in the junction, and down behind it."""
         lanes = [key]
         for onward, reach in ((self._graph.before, self._upstream_m), (self._graph.after, DOWNSTREAM_M)):
             here, gone = key, 0.0
@@ -241,7 +248,9 @@ def _junction_stretches(route: Sequence[RoutePoint]) -> Iterator[tuple[int, int]
 
 
 def _place(line: Path, route: Sequence[RoutePoint], index: int) -> float:
-    """Arc length on the line of a point of the route; a route that comes by twice is searched near its own place."""
+    """Return the arc length on the line of a point of the route, searched near its own place if the route passes
+    twice.
+    """
     place, guess = route[index].waypoint.transform.location, index / max(len(route) - 1, 1) * line.length
     away = np.hypot(line.x - place.x, line.y - place.y) + 0.05 * np.abs(line.s - guess)
     return float(line.s[int(np.argmin(away))])
@@ -255,7 +264,7 @@ def _turn(yaw: Array) -> str:
 
 
 def _bend_mps(yaw: Array) -> float:
-    """The speed at which the sharpest bend within some metres of a line asks for `FASTEST_LATERAL_MPS2`."""
+    """Return the speed at which the sharpest bend within some metres of a line needs `FASTEST_LATERAL_MPS2`."""
     over = min(_BEND_OVER, len(yaw) - 1)
     sharpest = float(np.abs(yaw[over:] - yaw[:-over]).max()) / over if over else 0.0
     return math.sqrt(FASTEST_LATERAL_MPS2 / max(sharpest, 1e-3))

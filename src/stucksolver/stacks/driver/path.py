@@ -31,12 +31,12 @@ class Pose(NamedTuple):
 
 
 def flipped(pose: Pose) -> Pose:
-    """The same place looked at backwards: how a reversing car sees the way it goes."""
+    """The same place with the opposite heading, as a reversing car sees its way."""
     return Pose(pose.x, pose.y, pose.yaw + math.pi)
 
 
 class Projection(NamedTuple):
-    """Where a pose is, relative to a path."""
+    """Position of a pose relative to a path."""
 
     s: float
     """Arc length of the nearest point (m)."""
@@ -74,7 +74,7 @@ class Path:
         return x, y, yaw
 
     def curvature_at(self, s: float) -> float:
-        """Curvature (1/m) at arc length `s`, right positive."""
+        """Curvature at arc length `s` (1/m), right positive."""
         return float(np.interp(s, self.s, self.curvature))
 
     def speed_at(self, s: float) -> float:
@@ -82,10 +82,10 @@ class Path:
         return float(np.interp(s, self.s, self.speed))
 
     def project(self, pose: Pose, near_s: float | None = None, window_m: float = 30.0) -> Projection:
-        """Nearest point of the path, searched from a little behind `near_s` to `window_m` ahead of it.
+        """Find the nearest point of the path, from a little behind `near_s` to `window_m` ahead of it.
 
-        Points whose heading differs by more than 90 degrees from the pose's are taken only if there are no
-        others, so that a path that comes by twice is not entered backwards.
+        Points whose heading differs by more than 90 degrees are taken only if there are no others, so that a path that
+        passes twice is not entered backwards.
         """
         lo, hi = 0, len(self.s)
         if near_s is not None:
@@ -105,7 +105,11 @@ class Path:
 
 
 def make_path(x: Array, y: Array, speed: Array, z: Array | None = None) -> Path:
-    """A path through the given points, resampled. Raises `ValueError` unless two of them lie apart."""
+    """Return a path through the given points, resampled.
+
+    Raises:
+        ValueError: No two of the points are apart.
+    """
     steps = np.hypot(np.diff(x), np.diff(y))
     keep = np.concatenate([[True], steps > _MIN_STEP_M])
     x, y, speed = x[keep], y[keep], speed[keep]
@@ -121,7 +125,7 @@ def make_path(x: Array, y: Array, speed: Array, z: Array | None = None) -> Path:
 
 
 def limited_speed(s: Array, bound: Array, deceleration: float) -> Array:
-    """The bound lowered so that each lower value ahead is reached with at most `deceleration` (m/s²)."""
+    """Return the bound lowered so that each lower value ahead is reached with at most `deceleration` (m/s²)."""
     reachable = bound * bound + 2.0 * deceleration * s
     # v(s)^2 <= v(t)^2 + 2 a (t - s) for every t >= s: a running minimum from the far end.
     lowest = np.minimum.accumulate(reachable[::-1])[::-1]
@@ -129,7 +133,7 @@ def limited_speed(s: Array, bound: Array, deceleration: float) -> Array:
 
 
 def _rounded(s: Array, values: Array) -> Array:
-    """Take the corners off a polyline: a mean over a metre, with both ends kept where they are."""
+    """Round the corners of a polyline: a mean over a metre, with both ends kept."""
     reach = min(max(round(_HEADING_BASE_M / max(float(s[1]), 1e-6)), 1), (len(values) - 1) // 2)
     if reach < 1:
         return values

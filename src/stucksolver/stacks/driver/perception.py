@@ -1,6 +1,6 @@
-"""Ground truth of everything around the ego that has a body, one snapshot a tick, as arrays.
+"""Ground truth of all bodies around the ego, one snapshot per tick, as arrays.
 
-`BehaviorAgent` looks at vehicles and walkers only; here every actor counts but those without a body.
+`BehaviorAgent` looks at vehicles and walkers only; here every actor with a body counts.
 """
 
 from __future__ import annotations
@@ -63,14 +63,14 @@ class NearbyBodies:
 
 
 class SeesBodies(Protocol):
-    """Tells what bodies are around; `Perception` by the client's word, a vehicle's own eyes by its sensors."""
+    """Returns the bodies around: `Perception` from the client, a vehicle's own perception from its sensors."""
 
     def read(self, ego_x: float, ego_y: float) -> NearbyBodies:
-        """The bodies within range of a point of CARLA's world."""
+        """Return the bodies within range of a point of CARLA's world."""
 
 
 def bodies_around(vehicle: Any, range_m: float, unseen: tuple[str, ...]) -> SeesBodies:
-    """Eyes for a driver: those that the vehicle brings (`SensedVehicle.perceiver`), else the client's ground truth."""
+    """Return the vehicle's own perception (`SensedVehicle.perceiver`), or else the client's ground truth."""
     own = getattr(vehicle, "perceiver", None)
     if own is None:
         return Perception(vehicle.get_world(), vehicle.id, range_m, unseen)
@@ -79,7 +79,7 @@ def bodies_around(vehicle: Any, range_m: float, unseen: tuple[str, ...]) -> Sees
 
 
 class Perception:
-    """Reads the world for one ego; asks for actors and their sizes only when the set of ids changes."""
+    """Reads the world for one ego; requests actors and their sizes only if the set of ids changes."""
 
     def __init__(
         self, world: carla.World, ego_id: int, range_m: float = RANGE_M, unseen: tuple[str, ...] = BODILESS
@@ -92,7 +92,7 @@ class Perception:
         self._bodies: dict[int, Body | None] = {}
 
     def read(self, ego_x: float, ego_y: float) -> NearbyBodies:
-        """The bodies within range (a square) of a point of CARLA's world."""
+        """Return the bodies within range (a square) of a point of CARLA's world."""
         snapshot = self._world.get_snapshot()
         self._refresh(frozenset(actor.id for actor in snapshot))
         rows = []
@@ -112,7 +112,7 @@ class Perception:
         new = ids - self._bodies.keys()
         if new:
             listed = {actor.id: actor for actor in self._world.get_actors(list(new))}
-            # An id that the server does not list yet is asked for again on the next tick.
+            # An id that the server does not list yet is requested again on the next tick.
             self._bodies.update({i: self._measure(actor) for i, actor in listed.items()})
             ids = ids - (new - listed.keys())
         self._ids = ids
@@ -126,7 +126,7 @@ class Perception:
 
 
 def body_of(actor: carla.Actor) -> Body | None:
-    """The box of a `carla.Actor`; None for one that is too flat to matter."""
+    """Return the box of a `carla.Actor`; None for one that is too flat to matter."""
     # Old clients know the boxes of vehicles and walkers only.
     box = getattr(actor, "bounding_box", None) or carla.BoundingBox()
     size = [float(box.extent.x), float(box.extent.y), float(box.extent.z)]

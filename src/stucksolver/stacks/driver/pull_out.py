@@ -1,4 +1,4 @@
-"""Out of a place at the roadside, such as a parking lane: the gentlest turn that is clear, when nobody comes."""
+"""Leaves a place at the roadside, such as a parking lane: the gentlest turn that is clear, when nobody comes."""
 
 from __future__ import annotations
 
@@ -16,11 +16,13 @@ BESIDE_M = 1.5
 SIDE_MARGIN_M = 0.15
 """Clearance beside the body on the way out from between parked cars."""
 GAP_S = 3.0
-"""Time gap that is accepted to whoever comes: they meet a vehicle at some 4 m/s, and brake for it by less than
-3.5 m/s² from 50 km/h."""
+"""Accepted time gap to traffic: it meets a vehicle at some 4 m/s, and brakes for it by less than 3.5 m/s² from 50
+km/h.
+"""
 LEAST_GAP_S = 1.3
-"""What is accepted after `PATIENCE_S` at the roadside: accepted gaps shrink with the time waited. Whoever comes at
-10 m/s still brakes by less than 2 m/s²."""
+"""Accepted after `PATIENCE_S` at the roadside: accepted gaps shrink with the time waited. Traffic at 10 m/s still
+brakes by less than 2 m/s².
+"""
 PATIENCE_S = 20.0
 TIGHTER = (1.0, 0.85, 0.75, 0.65)
 _STANDS_MPS = 0.3
@@ -33,7 +35,7 @@ _LANE_M = 1.75
 def clear_way_out(
     ways: Callable[[float], Path], gentle_m: float, pose: Pose, around: NearbyBodies, model: VehicleModel
 ) -> Path | None:
-    """Of the ways back to the route that `ways` gives for a length, the longest that meets nothing that stands."""
+    """Of the ways back to the route that `ways` gives for a length, return the longest that meets no standing body."""
     standing = around.part(np.hypot(around.vx, around.vy) < _STANDS_MPS)
     for share in TIGHTER:
         way = ways(share * gentle_m)
@@ -44,14 +46,14 @@ def clear_way_out(
 
 
 def accepted_gap_s(waited_s: float) -> float:
-    """The time gap that is accepted after so long a wait (s)."""
+    """Return the accepted time gap after this long a wait (s)."""
     return GAP_S + min(waited_s / PATIENCE_S, 1.0) * (LEAST_GAP_S - GAP_S)
 
 
 def somebody_comes(
     line: Path, route_s: float, own_mps: float, around: NearbyBodies, model: VehicleModel, gap_s: float = GAP_S
 ) -> bool:
-    """Is anybody abreast of the ego in the route's lane, or about to be within `gap_s`?"""
+    """True if anybody is abreast of the ego in the route's lane, or will be within `gap_s`."""
     for x, y, yaw, length, vx, vy in zip(
         around.x, around.y, around.yaw, around.half_length, around.vx, around.vy, strict=True
     ):

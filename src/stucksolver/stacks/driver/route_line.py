@@ -1,4 +1,4 @@
-"""From lane-centre points to the line really driven: lane changes and returns to the route made smooth."""
+"""From lane-centre points to the driven line: lane changes and returns to the route made smooth."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stucksolver.stacks.driver.interface import DrivePoint, RoutePoint
 from stucksolver.stacks.driver.path import Array, Path, limited_speed, make_path
 
 LANE_CHANGE_M = 40.0
-"""Length over which a lane change of the route is driven, if no junction and not the route's end comes before."""
+"""Length of a lane change of the route, unless a junction or the route's end comes first."""
 _MIN_LANE_CHANGE_M = 10.0
 LEAST_STEP_M = 1.5
 _REJOIN_S = 3.0
@@ -30,7 +30,7 @@ def smooth_step(u: Array) -> Array:
 
 
 def curve_speed(curvature: Array, lateral_accel: float) -> Array:
-    """Speed (m/s) at which a bend of `curvature` (1/m) asks for `lateral_accel` (m/s²)."""
+    """Return the speed (m/s) at which a bend of `curvature` (1/m) needs `lateral_accel` (m/s²)."""
     return np.asarray(np.sqrt(lateral_accel / np.maximum(np.abs(curvature), lateral_accel / _UNBOUNDED_MPS**2)))
 
 
@@ -49,7 +49,7 @@ def route_path(route: Sequence[RoutePoint]) -> Path:
     for k in range(1, len(route)):
         aside = (y[k - 1] - y[k]) * math.cos(heading[k]) - (x[k - 1] - x[k]) * math.sin(heading[k])
         if route[k].command.startswith("change") and abs(aside) > LEAST_STEP_M:
-            # The line stays in the old lane at this point and is led over to the new one from here.
+            # The line stays in the old lane at this point and moves to the new one from here.
             along = arc_lengths(np.column_stack([x[k:], y[k:]]))
             left = aside * (1.0 - smooth_step(along / change_length(route, k)))
             shift_x[k:] -= left * np.sin(heading[k:])
@@ -58,13 +58,13 @@ def route_path(route: Sequence[RoutePoint]) -> Path:
 
 
 def change_length(route: Sequence[RoutePoint], k: int) -> float:
-    """Metres there are for the lane change at point `k`; points lie about a metre apart."""
+    """Return the metres available for the lane change at point `k`; points lie about a metre apart."""
     end = next((j for j in range(k, len(route)) if route[j].waypoint.is_junction), len(route))
     return min(max(end - k - 1.0, _MIN_LANE_CHANGE_M), LANE_CHANGE_M)
 
 
 def rejoining_length(lateral: float, speed: float) -> float:
-    """Metres over which the ego comes back from `lateral` metres beside its route at `speed` (m/s)."""
+    """Return the metres over which the ego returns from `lateral` metres beside its route at `speed` (m/s)."""
     return max(_MIN_REJOIN_M, _REJOIN_PER_M * abs(lateral), _REJOIN_S * speed)
 
 
@@ -83,13 +83,17 @@ def beside(path: Path, where: NDArray[np.bool_], offset: Array, speed: Array) ->
 
 
 def slowed(path: Path, lateral_accel: float, deceleration: float) -> Path:
-    """The path, no quicker than its bends allow, each slower place reached with that deceleration (both m/s²)."""
+    """Return the path, no faster than its bends allow, each slower place reached with that deceleration (both m/s²)."""
     bounds = np.minimum(path.speed, curve_speed(path.curvature, lateral_accel))
     return replace(path, speed=limited_speed(path.s, bounds, deceleration))
 
 
 def given_path(points: Sequence[DrivePoint], z: float) -> Path:
-    """The line through explicit points at height `z`. Raises `ValueError` where it cannot be driven."""
+    """Return the line through explicit points at height `z`.
+
+    Raises:
+        ValueError: It cannot be driven.
+    """
     if len(points) < 2:
         raise ValueError(f"a path to follow needs at least 2 points, got {len(points)}")
     array = np.array(points, dtype=np.float64)

@@ -23,7 +23,7 @@ _SAME_PLACE_M = 0.3
 
 
 class RouteError(Exception):
-    """No route leads from start to destination; says where both are and what to do about it."""
+    """No route leads from start to destination. The message names both and a remedy."""
 
     def __init__(self, start: Any, end: Any, reason: str, remedy: str) -> None:
         self.start, self.end = start, end
@@ -31,9 +31,12 @@ class RouteError(Exception):
 
 
 def trace_route(carla_map: carla.Map, start: Any, end: Any) -> list[RoutePoint]:
-    """Shortest route between two `carla.Location`s, each taken to the nearest driving lane.
+    """Return the shortest route between two `carla.Location`s, each moved to the nearest driving lane.
 
-    Lane changes cost 15 m extra, so a route has no needless ones. Raises `RouteError` where none exists.
+    Lane changes cost 15 m extra, so a route has no needless ones.
+
+    Raises:
+        RouteError: There is no route.
     """
     graph = lane_graph(carla_map)
     first = _locate(carla_map, graph, start, (start, end))
@@ -61,7 +64,7 @@ def _locate(carla_map: carla.Map, graph: LaneGraph, location: carla.Location, en
 
 
 def _search(graph: LaneGraph, first: int, last: int) -> tuple[list[int], list[str]]:
-    """Sample indices from `first` to `last`, and the command at each (turns not yet told)."""
+    """Return sample indices from `first` to `last`, and the command at each, still without turns."""
     lane_first, lane_last = graph.lane_span(first)
     if first <= last <= lane_last and last >= lane_first:
         return list(range(first, last + 1)), [LANE_FOLLOW] * (last - first + 1)

@@ -1,4 +1,4 @@
-"""How far the wheels turn for a steer input: CARLA's inputs are shares of a lock nobody tells the effect of."""
+"""How far the wheels turn for a steer input: CARLA's inputs are shares of a lock of unknown effect."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class SteerMap:
         return steer * self._wheel_lock * self._share(steer)
 
     def steer(self, angle: float) -> float:
-        """The input that leads to `angle`; may lie beyond 1 where no input does."""
+        """Return the input that leads to `angle`; it may exceed 1 if no input does."""
         steer = angle / self._wheel_lock
         for _ in range(4):
             steer = angle / (self._wheel_lock * self._share(steer))
@@ -39,7 +39,7 @@ class SteerMap:
             return
         share = math.atan(yaw_rate * wheelbase / speed) / (steer * self._wheel_lock)
         if _PLAUSIBLE[0] < share < _PLAUSIBLE[1]:
-            # Each knot answers for the inputs near it.
+            # Each knot stands for the inputs near it.
             weights = np.array([np.interp(abs(steer), _KNOTS, unit) for unit in np.eye(len(_KNOTS))])
             self._shares += _LEARNING_RATE * weights * (share - self._share(steer))
 

@@ -1,4 +1,4 @@
-"""Stop signs on the route: where to halt for them, as CARLA's leaderboard judges it, and which are done with."""
+"""Stop signs on the route: where to stop for them, as CARLA's leaderboard judges it, and which are done."""
 
 from __future__ import annotations
 
@@ -15,18 +15,20 @@ if TYPE_CHECKING:
 
 NEAR_M = 4.0
 BOX_FACTOR = 1.2
-"""A sign counts for a vehicle whose centre is this near to its trigger box, on a lane that leads into that box, taken
-this much larger along the world's axes (`RunningStopTest` of CARLA's scenario_runner)."""
+"""A sign counts for a vehicle whose centre is this near to its trigger box, on a lane that leads into that box.
+The box is enlarged by this factor along the world's axes (`RunningStopTest` of CARLA's scenario_runner).
+"""
 _SAME_LEVEL_M = 4.0
 _INSIDE_M = 0.4
-"""The vehicle halts so much nearer than need be."""
+"""The vehicle stops nearer than necessary by this much."""
 _HALTED_MPS = 0.1
 _HALT_S = 1.0
 _PASSED_M = 1.0
 
 
 def stop_places(signs: Sequence[carla.TrafficSign], s: Array, x: Array, y: Array, z: Array) -> list[float]:
-    """Arc lengths at which a finely sampled line (CARLA's world, metres) passes the middle of signs' trigger boxes.
+    """Return the arc lengths at which a finely sampled line (CARLA's world, m) passes the middle of signs' trigger
+    boxes.
 
     `signs` are actors of the type `traffic.stop`.
     """
@@ -43,7 +45,7 @@ def stop_places(signs: Sequence[carla.TrafficSign], s: Array, x: Array, y: Array
 
 
 class StopSignWatch:
-    """Remembers, for one route, at which signs the ego has halted. Places are arc lengths of the route's line (m)."""
+    """Remembers, for one route, at which signs the ego has stopped. Places are arc lengths of the route's line (m)."""
 
     def __init__(self, places: Sequence[float], half_length_m: float) -> None:
         self._due = list(places)
@@ -51,11 +53,13 @@ class StopSignWatch:
         self._halted_s = 0.0
 
     def gap_m(self, wished_m: float) -> float:
-        """From the front bumper to the middle of the box at the halt: as wished, or less so that the sign counts."""
+        """Return the gap from the front bumper to the middle of the box at the stop (m), reduced so that the sign
+        counts.
+        """
         return min(wished_m, NEAR_M - _INSIDE_M - self._half_length_m)
 
     def distance_to_stop(self, front_s: float, speed_mps: float, dt_s: float) -> float | None:
-        """Metres from the front bumper at `front_s` to the next sign's place; None where nothing asks to halt."""
+        """Return the distance from the front bumper at `front_s` to the next sign's place (m); None without one."""
         while self._due and self._due[0] - front_s < self.gap_m(0.0) - _PASSED_M:
             self._due.pop(0)
         if not self._due:

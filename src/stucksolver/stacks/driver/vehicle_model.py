@@ -1,4 +1,4 @@
-"""What the driver must know of the ego's body: size, wheelbase and how far its wheels turn."""
+"""The ego's body for the driver: size, wheelbase, and how far its wheels turn."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A car that somebody else drives, as StuckSolver meets it: looked at, never touched."""
+"""A car that someone else drives: observed, never touched."""
 
 from stucksolver.stacks.observer.observed import ObservedStack
 from stucksolver.stacks.observer.watching import NoSuchCar, Watching, find_car

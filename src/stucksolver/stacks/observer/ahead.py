@@ -1,4 +1,4 @@
-"""The route that an observer assumes: along the car's lane, straight on wherever the road divides."""
+"""The route that an observer assumes: along the car's lane, straight on where the road divides."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LENGTH_M = 400
 
 
 class Ahead:
-    """The assumed route of a car that somebody else drives."""
+    """The assumed route of a car that someone else drives."""
 
     def __init__(self, vehicle: EgoVehicle, carla_map: carla.Map) -> None:
         self._vehicle = vehicle
@@ -26,7 +26,7 @@ class Ahead:
         self.look()
 
     def look(self) -> None:
-        """Assume the route anew from where the car is."""
+        """Assume a new route from the car's position."""
         waypoint = self._map.get_waypoint(self._vehicle.get_location())
         found = [RoutePoint(waypoint, "lane_follow")]
         for _ in range(LENGTH_M):

@@ -1,4 +1,4 @@
-"""Status, surroundings and scene of a car that somebody else drives."""
+"""Status, surroundings and scene of a car that someone else drives."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     pass
 
 OFF_M = 2.5
-"""Further than this beside its assumed route, the car drives another one: it turned, or changed lane."""
+"""Further than this from its assumed route, the car drives another one: it turned, or changed lane."""
 AHEAD_M = 250.0
-"""At least so much of the assumed route is kept ahead."""
+"""At least this much of the assumed route is kept ahead."""
 
 
 class ObservedStack(CarlaSenses):
     """Reads the world through the client; applies, ticks and sets nothing.
 
-    The route is not known: it is assumed to follow the lane, and assumed anew when the car goes elsewhere. So progress
-    tells of standstills, not of circling, and there is no destination.
+    The route is unknown: it is assumed to follow the lane, and assumed again when the car goes elsewhere. So progress
+    shows standstills but not circling, and there is no destination.
     """
 
     def __init__(self, vehicle: EgoVehicle) -> None:

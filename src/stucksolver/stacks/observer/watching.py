@@ -1,6 +1,6 @@
 """Watches a running car: detects, reasons, checks, records. It never acts, ticks, or changes a setting.
 
-With `sensors` it puts up a rig of sensors on the car, which take no part in anything, and knows the world by these.
+With `sensors` it attaches passive sensors to the car and perceives the world by these.
 """
 
 from __future__ import annotations
@@ -21,17 +21,21 @@ if TYPE_CHECKING:
     from stucksolver.stacks.sensed import Eyes
 
 TICK_LIMIT_S = 10.0
-"""A world that does not go on for so long stands still."""
+"""A world without a tick for this long stands still."""
 LOOKING_TICKS = 20
-"""Ticks of sensors' data before the first look, so that the pose is a good one."""
+"""Ticks of sensor data before the first look, so that the pose is good."""
 
 
 class NoSuchCar(RuntimeError):
-    """The car to be watched is not there, or not any more; the message says what is."""
+    """The observed car is missing. The message says what is there."""
 
 
 def find_car(world: carla.World, role: str) -> Any:
-    """The vehicle with a role name. Raises `NoSuchCar`."""
+    """Return the vehicle with a role name.
+
+    Raises:
+        NoSuchCar: There is none.
+    """
     cars = list(world.get_actors().filter("vehicle.*"))
     found = [car for car in cars if car.attributes.get("role_name") == role]
     if not found:
@@ -42,9 +46,10 @@ def find_car(world: carla.World, role: str) -> Any:
 
 
 class Watching:
-    """One car under observation. Call `look` again and again; it waits for the next tick of somebody else.
+    """One car under observation. Call `look` repeatedly; it waits for the next tick of another client.
 
-    Raises `NoSuchCar`.
+    Raises:
+        NoSuchCar: The car is not there.
     """
 
     def __init__(
@@ -57,7 +62,7 @@ class Watching:
         sensors: bool = False,
     ) -> None:
         self._world = world
-        # A client that has just come knows of nobody before the next tick.
+        # A new client knows of nobody before the next tick.
         self._await_tick()
         self._car = find_car(world, role)
         self._eyes = self._open_eyes() if sensors else None
@@ -77,7 +82,11 @@ class Watching:
         self._decided: str | None = None
 
     def look(self) -> Status:
-        """One tick. Raises `NoSuchCar` when the car is gone or the world stands still."""
+        """Observe one tick.
+
+        Raises:
+            NoSuchCar: The car is gone, or the world stands still.
+        """
         self._await_tick()
         if not self._car.is_alive:
             raise NoSuchCar("the observed car is gone")
@@ -97,7 +106,11 @@ class Watching:
         return [] if self._recorder is None else self._recorder.files
 
     def close(self) -> None:
-        """Nobody wants to look on any more. Raises `RecordError` where a record could not be written."""
+        """End the observation.
+
+        Raises:
+            RecordError: A record could not be written.
+        """
         self.solver.close()
         self._shut_eyes()
         if self._recorder is not None:
@@ -106,14 +119,18 @@ class Watching:
                 raise self._recorder.error
 
     def break_off(self) -> None:
-        """Looking on failed: the record of an intervention under way ends where it is."""
+        """End a failed observation: the record of an open intervention stays incomplete."""
         self.solver.close()
         self._shut_eyes()
         if self._recorder is not None:
             self._recorder.break_off()
 
     def _open_eyes(self) -> Eyes:
-        """Until there is a pose. Raises `NoSuchCar` where the sensors say nothing."""
+        """Wait until there is a pose.
+
+        Raises:
+            NoSuchCar: The sensors give no data.
+        """
         from stucksolver.stacks.sensed import Eyes, SensorError
 
         eyes = Eyes(self._car, self._world.get_map(), paced=False)
@@ -153,7 +170,7 @@ class Watching:
 
 
 def _in_words(event: Event) -> str:
-    """A decision with its verdict, in a line."""
+    """Return a decision with its verdict in one line."""
     if event.waiting:
         return f"waits: {event.text}"
     if event.verdict is None:

@@ -1,4 +1,6 @@
-"""A second base driver: it weighs ways past what blocks its lane, each rolled out against forecasts of everybody."""
+"""A second base driver: it compares ways past what blocks its lane, each rolled out against predictions of
+everybody.
+"""
 
 from stucksolver.stacks.planner.driver import PlannerDriver
 

@@ -1,6 +1,6 @@
 """Room beside parked vehicles, whose doors may open: within its own lane the ego keeps away from them.
 
-Neither CARLA nor its client tells of a door before somebody runs into it, so that the room must be there beforehand.
+Neither CARLA nor its client reports a door before somebody runs into it, so the room must be there beforehand.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ LOOKS_M = 70.0
 LEAST_M = 0.08
 """A smaller shift is not worth it."""
 BEFORE_M = 6.0
-"""Between the bumpers, when the room is there."""
+"""Distance between the bumpers at which the room must be reached."""
 AFTER_M = 2.0
 OVER_S = 2.0
 """Seconds of our drive over which the ego moves aside."""
@@ -34,13 +34,13 @@ _STRADDLES_M = 0.4
 
 
 class Berths:
-    """Remembers beside whom the ego keeps away, so that it does not weave while it passes them."""
+    """Remembers beside whom the ego keeps away, so that it does not weave while passing."""
 
     def __init__(self) -> None:
         self._kept: dict[int, Shift] = {}
 
     def look(self, bodies: RouteBodies, s_m: float, speed_mps: float, sides: Sides, model: VehicleModel) -> list[Shift]:
-        """The shifts that are wanted now, for the ego with its centre at `s_m` at that speed."""
+        """Return the shifts wanted now, for the ego with its centre at `s_m` at that speed."""
         parked = parked_beside(bodies, s_m, model)
         ids = bodies.actor_id
         self._kept = {
@@ -57,7 +57,7 @@ class Berths:
 
 
 def parked_beside(bodies: RouteBodies, s_m: float, model: VehicleModel) -> Flags:
-    """Vehicles with doors that stand ahead, or abreast, beside the ego's lane."""
+    """Return the vehicles with doors that stand ahead, or abreast, beside the ego's lane."""
     ahead = (bodies.s + bodies.along > s_m - model.half_length) & (bodies.s < s_m + LOOKS_M)
     cars = ~bodies.is_walker & (bodies.aside >= TWO_WHEELER_M) & (bodies.along > bodies.aside)
     return np.asarray(ahead & cars & (bodies.speed < _STANDS_MPS))
@@ -83,7 +83,7 @@ def _berth(
 
 
 def _is_off_the_road(room: Room, d_m: float, free_m: float) -> bool:
-    """Does it stand beyond the lanes that are driven on: parked, and no queue? Unknown where no lane is beside."""
+    """True if it stands beyond the driving lanes: parked, not queueing. Unknown if no lane is beside."""
     if max(room[1:]) <= 0.0:
         return False
     edge = room.half + (room.right_same if d_m > 0.0 else room.left_same + room.left_oncoming)

@@ -1,4 +1,4 @@
-"""What is worth passing: something in the lane that is slow for a reason of its own, and no queue."""
+"""What is worth passing: a body in the lane that is slow for a reason of its own, not in a queue."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ STANDS_MPS = 0.4
 SLOW_SHARE = 0.6
 """A two-wheeler slower than this share of our own speed is passed."""
 STOOD_S = 2.5
-"""A vehicle that has stood so long, with nothing ahead to stand for, is taken as parked or broken down."""
+"""A vehicle that has stood this long, with nothing ahead to wait for, is parked or broken down."""
 STOOD_BEFORE_A_JUNCTION_S = 25.0
 QUEUE_M = 45.0
-"""A vehicle nearer than this to a line, or to a junction, may be waiting at it."""
+"""A vehicle nearer than this to a line or a junction may be waiting at it."""
 PERSON_STOOD_S = 5.0
 TOUCHES_M = 0.25
 
@@ -29,7 +29,7 @@ class Blockers:
     def __init__(self) -> None:
         self._since: dict[int, float] = {}
         self.things: frozenset[int] = frozenset()
-        """Ids of bodies that are neither vehicles nor people; whoever reads the world sets them."""
+        """Ids of bodies that are neither vehicles nor people; set by whoever reads the world."""
 
     def see(self, bodies: RouteBodies, now_s: float) -> None:
         """Note who stands now."""
@@ -37,14 +37,14 @@ class Blockers:
         self._since = {one: self._since.get(one, now_s) for one in standing}
 
     def stood_s(self, actor_id: int, now_s: float) -> float:
-        """For how long it has stood; 0 for one that moves."""
+        """Return how long it has stood (s); 0 if it moves."""
         return now_s - self._since.get(actor_id, now_s)
 
     def first(self, here: Situation, now_s: float, line_m: float, hazard: frozenset[int]) -> int | None:
-        """Index of the first body worth passing; None if there is none, or if what is in front of it is not.
+        """Return the index of the first body worth passing; None if there is none, or if what is ahead of it is not.
 
-        `line_m` is where the next line at which one stops lies along the route; `hazard` are the ids of vehicles with
-        their hazard lights on.
+        `line_m` is the position of the next stop line along the route (m); `hazard` has the ids of vehicles with hazard
+        lights.
         """
         bodies, half = here.bodies, here.model.half_width + TOUCHES_M
         front = here.s_m + here.model.half_length

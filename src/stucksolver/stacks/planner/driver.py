@@ -1,7 +1,7 @@
-"""A base driver that goes round what blocks its lane, where nobody would come too near.
+"""A base driver that goes round what blocks its lane if nobody would come too near.
 
-It is the BehaviorAgent-like driver with a planner over it: what brakes that one (lights, signs, bodies in the path,
-others at junctions) brakes this one as well, on whichever line it drives.
+It is the BehaviorAgent-like driver with a planner on top. What makes that one brake (lights, signs, bodies in the path,
+others at junctions) makes this one brake as well, on any line.
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ from stucksolver.stacks.planner.streams import FASTEST_MPS, HURRIED, StreamConce
 from stucksolver.stacks.planner.yielding import EMERGENCY_LAMPS, STRETCH_M, aside, comes_behind, is_past, may_return
 
 WAITS_M = 8.0
-"""Where it waits behind what it means to pass: nearer, it could not swing out any more."""
+"""Where it waits behind what it wants to pass: nearer, it could not swing out any more."""
 LAMPS_EVERY_S = 1.0
 SWEPT_M = 25.0
 _SWEEP_MARGIN_M = 0.25
 _REACH_M = 1.8
 _ON_LINE_M = 0.3
 _ON_WAY_M = 0.4
-"""One that is farther from where it means to be, such as on its way out of a parking place, takes no other way."""
+"""An ego farther from its intended place, such as on its way out of a parking place, takes no other way."""
 _LATER_M = 1.0
 _ONCE_BEGUN = 0.4
 
@@ -74,7 +74,7 @@ class PlannerDriver(BehaviorDriver):
         self._sides: Sides | None = None
         self._berths, self._changes = Berths(), ChangeWatch([])
         self._shifts: list[Shift] = []
-        """Where the line being driven lies beside the route's, while nothing is passed."""
+        """Where the driven line lies beside the route's, while nothing is passed."""
         self._yields_to: frozenset[int] = frozenset()
         self._blockers = Blockers()
         self._turning = TurnRates()
@@ -88,11 +88,15 @@ class PlannerDriver(BehaviorDriver):
 
     @property
     def passing(self) -> Pass | None:
-        """What it is going round, if it is."""
+        """What it is passing, if anything."""
         return self._pass
 
     def set_route(self, route: Sequence[RoutePoint]) -> None:
-        """Drive a route planned elsewhere. Raises `ValueError` for an empty one."""
+        """Drive a route planned elsewhere.
+
+        Raises:
+            ValueError: The route is empty.
+        """
         super().set_route(route)
         self._give_up_way()
         line = self._planner.route_line
@@ -101,12 +105,16 @@ class PlannerDriver(BehaviorDriver):
             self._changes = ChangeWatch(lane_changes(self._route, line))
 
     def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
-        """Drive `path`, backing up with `reverse`, no further than its end. Raises `ValueError` for a bad path."""
+        """Drive `path`, no further than its end; back up along it with `reverse`.
+
+        Raises:
+            ValueError: The path cannot be driven.
+        """
         self._give_up_way()
         super().follow(path, reverse, ignore)
 
     def release(self) -> None:
-        """Drive the route again, from the nearest point of it that lies ahead."""
+        """Drive the route again, from the nearest point of it ahead."""
         self._give_up_way()
         super().release()
 
@@ -118,13 +126,13 @@ class PlannerDriver(BehaviorDriver):
 
     @property
     def _at_the_roadside(self) -> bool:
-        """Beside its lane without having meant to be there."""
+        """True if it is beside its lane without having intended that."""
         if self._pass is not None or not super()._at_the_roadside:
             return False
         return abs(self._planner.beside_m - self._meant_m()) > ROADSIDE_M
 
     def _meant_m(self) -> float:
-        """How far beside its route's line the ego means to be."""
+        """Intended offset from the route's line (m)."""
         return float(offset_of(self._shifts, np.array([self._planner.route_s]))[0])
 
     def _decide(self, motion: Motion, around: NearbyBodies) -> None:
@@ -160,12 +168,12 @@ class PlannerDriver(BehaviorDriver):
         self._planner.take(path, motion.pose)
 
     def _keep_pace(self, here: Situation) -> None:
-        """Drive no slower than the stream that the ego joins, or whoever comes up behind."""
+        """Drive no slower than the stream that the ego joins, or than traffic from behind."""
         stream = self._give_way.flow_mps if isinstance(self._give_way, StreamGiveWay) and self._give_way.going else 0.0
         self._streams.flow_mps = min(max(stream, pace_behind_mps(here), self._changes.pace_mps), FASTEST_MPS)
 
     def _makes_room(self, line: Path, here: Situation, motion: Motion) -> bool:
-        """Does the ego go aside for an emergency vehicle behind it, from now on?"""
+        """True if the ego moves aside for an emergency vehicle behind it from now on."""
         whom = frozenset(comes_behind(here)) & self._emergency
         if not whom:
             return False
@@ -177,7 +185,7 @@ class PlannerDriver(BehaviorDriver):
         return False
 
     def _let_past(self, line: Path, here: Situation, motion: Motion) -> None:
-        """Stay aside until they are past and the lane is free again, or the lane beside ends."""
+        """Stay aside until it has passed and the lane is free again, or until the lane beside ends."""
         way = self._pass
         assert way is not None
         if here.s_m > way.back_m and abs(here.d_m) < _ON_LINE_M:
@@ -259,14 +267,14 @@ class PlannerDriver(BehaviorDriver):
         return pass_path(line, here, way, self._profile.lateral_accel, self._profile.deceleration)
 
     def _meets_nothing(self, path: Path, motion: Motion, around: NearbyBodies) -> bool:
-        """Whether the body, swept along the way out, keeps clear of all that stands."""
+        """True if the body, swept along the way out, stays clear of all standing bodies."""
         standing = around.part(np.hypot(around.vx, around.vy) < 0.3)
         where = path.project(motion.pose)
         swept = sweep(path, where, motion.pose, self._model, _REACH_M, SWEPT_M)
         return not nearest_hazards(swept, standing, self._model, _SWEEP_MARGIN_M, _SWEEP_MARGIN_M)
 
     def _learn(self, here: Situation, now_s: float) -> None:
-        """Which bodies are things, and which vehicles have hazard or blue lights on; asked for once a second."""
+        """Find out which bodies are objects and which vehicles have hazard or blue lights on; once a second."""
         if now_s < self._lamps_at_s + LAMPS_EVERY_S:
             return
         self._lamps_at_s = now_s
@@ -295,7 +303,7 @@ class PlannerDriver(BehaviorDriver):
         seen = on_route(path, where.s, around)
         for hazard in entering(seen, where, self._model):
             allowed = min(allowed, self._concerns.hazard(hazard, way.speed))
-        # Who sets off in a proven gap does not brake for those against whom it was proven.
+        # A vehicle that sets off in a proven gap does not brake for those against whom it was proven.
         proven = self._changes.judged if self._pass is None else frozenset()
         if self._give_way.going and isinstance(self._give_way, StreamGiveWay):
             proven |= self._give_way.judged

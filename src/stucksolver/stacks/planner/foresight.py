@@ -1,7 +1,7 @@
-"""How hard to brake for those who are about to be where the ego will be: several drives are rolled out against them.
+"""How hard to brake for traffic that will be where the ego will be: several drives are rolled out against it.
 
-Standing bodies and leaders in the path are the driver's own concern; here it is those who come into it from the side,
-and those into whose lane the path leads. CARLA's world frame, metres, radians, seconds.
+Standing bodies and leaders in the path are the driver's own concern. Here it is traffic that enters the path from the
+side, and traffic into whose lane the path leads. CARLA's world frame, metres, radians, seconds.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from stucksolver.stacks.planner.route_bodies import Flags, RouteBodies
 STEP_S = 0.2
 HORIZON_S = 4.0
 BRAKING_MPS2 = (0.0, -1.0, -2.0, -3.5, -5.0, -8.0)
-"""Accelerations tried besides the one wished for, gentle ones first."""
+"""Accelerations tried besides the wanted one, gentle ones first."""
 CREEPS_MPS = 1.0
 HALTS_MPS2 = 2.0
 CLEARANCE_M = 0.4
@@ -28,21 +28,21 @@ CLEARANCE_M = 0.4
 BESIDE_M = 0.15
 """Kept on either side of it."""
 AFTER_S = 0.25
-"""Seconds of the follower's drive kept between it and the ego, when it is the ego that comes in."""
+"""Seconds of the follower's drive kept between it and the ego, if the ego moves in."""
 NEAR_M = 60.0
 _TURNS_S = 2.0
-"""Nobody goes on turning for longer than this, as far as one can tell."""
+"""Nobody keeps turning for longer than this."""
 _SMOOTHED_S = 0.2
 _DRIFTS_S = 1.2
-"""Who moves across the road as it drives along it does less and less of that, with this time constant."""
+"""Sideways motion across the road fades with this time constant."""
 _ALIGNED_RAD = math.radians(35.0)
 _MOVES_MPS = 0.4
 _COMES_MPS = -1.0
 _IN_LANE_M = 0.6
 ENTERS_FROM_M = 2.2
-"""Who pulls out is looked for so far beside the ego's way."""
+"""Vehicles that pull out are looked for this far beside the ego's way."""
 ENTERS_SLOPE = 0.04
-"""Metres towards the ego's way for each along it from which on somebody pulls out."""
+"""Metres towards the ego's way per metre along it at which a vehicle is pulling out."""
 
 
 def allowed_acceleration(
@@ -55,10 +55,12 @@ def allowed_acceleration(
     turning: Array,
     model: VehicleModel,
 ) -> float:
-    """The most of `wished` and gentler to harder braking with which the ego meets nobody; the hardest if all do.
+    """Return the highest acceleration up to `wished` with which the ego meets nobody; the hardest braking if all meet
+    someone.
 
-    `bodies` are those `around`, in the same order, seen from `path`; `speed` is the ego's, `turning` how fast the
-    others' courses turn (rad/s). It brakes for whom it meets in both forecasts: as the road leads, and as they turn.
+    `bodies` are those `around`, in the same order, seen from `path`; `speed` is the ego's; `turning` has the turn rates
+    of the others' courses (rad/s). It brakes for those it meets in both predictions: as the road leads, and as they
+    turn.
     """
     who = _concern_us(bodies, where, model)
     if not who.any():
@@ -66,7 +68,7 @@ def allowed_acceleration(
     others, seen = around.part(who), bodies.part(who)
     t = np.arange(0.0, HORIZON_S + 1e-9, STEP_S)[1:]
     forecasts = (_along_the_road(path, others, seen, t), _as_they_turn(others, turning[who], t))
-    # One that hardly moves stops: creeping on would bring it into the others' way by and by.
+    # An ego that hardly moves stops: creeping on would slowly bring it into the others' way.
     gentlest = min(wished, -HALTS_MPS2) if speed < CREEPS_MPS else wished
     tried = [wished] + [one for one in BRAKING_MPS2 if one < wished and one <= gentlest]
     half_length = others.half_length + AFTER_S / 2.0 * np.hypot(others.vx, others.vy)
@@ -79,7 +81,7 @@ def allowed_acceleration(
         ego = (ex[:, None], ey[:, None], eyaw[:, None])
         size = (model.half_length + CLEARANCE_M, model.half_width + BESIDE_M)
         met = [separation(ego, size, one, (half_length, others.half_width)) <= 0.0 for one in forecasts]
-        # Who runs into one that stands has had the choice.
+        # A vehicle that runs into a standing one could have stopped.
         both = met[0] & (v > _MOVES_MPS)[:, None] & met[1].any(axis=0)
         touches = both.any(axis=1)
         if not touches.any():
@@ -91,7 +93,7 @@ def allowed_acceleration(
 
 
 def entering(bodies: RouteBodies, where: Projection, model: VehicleModel) -> list[Hazard]:
-    """Vehicles ahead beside the ego's way that pull out into it, as if they were in it already; seen from its path."""
+    """Return vehicles ahead beside the ego's way that pull out into it, as if they were in it already."""
     aside = bodies.d - where.lateral
     free = np.abs(aside) - bodies.aside - model.half_width
     gap = bodies.s - bodies.along - where.s - model.half_length
@@ -102,7 +104,7 @@ def entering(bodies: RouteBodies, where: Projection, model: VehicleModel) -> lis
 
 
 def _concern_us(bodies: RouteBodies, where: Projection, model: VehicleModel) -> Flags:
-    """Who moves, is near, does not come towards us along the road, and neither follows nor leads us in the lane."""
+    """True for those that move, are near, do not come towards us, and neither follow nor lead us in the lane."""
     along = bodies.s - where.s
     near = (np.abs(along) < NEAR_M) & (bodies.speed > _MOVES_MPS) & ~bodies.is_walker
     comes = (bodies.vs < _COMES_MPS) & (np.abs(bodies.vd) < -bodies.vs)
@@ -113,7 +115,7 @@ def _concern_us(bodies: RouteBodies, where: Projection, model: VehicleModel) -> 
 
 
 def _along_the_road(path: Path, others: NearbyBodies, seen: RouteBodies, t: Array) -> tuple[Array, Array, Array]:
-    """Poses (times x bodies): along the ego's way where they drive as it leads, else straight on."""
+    """Poses (times x bodies): along the ego's way if they drive along it, else straight on."""
     gone = t[:, None]
     x, y = others.x + others.vx * gone, others.y + others.vy * gone
     aligned = np.abs(np.arctan2(seen.vd, seen.vs)) < _ALIGNED_RAD
@@ -129,7 +131,7 @@ def _along_the_road(path: Path, others: NearbyBodies, seen: RouteBodies, t: Arra
 
 
 def _as_they_turn(others: NearbyBodies, rate: Array, t: Array) -> tuple[Array, Array, Array]:
-    """Poses (times x bodies) of those who go on turning as they do (constant turn rate and velocity)."""
+    """Poses (times x bodies) with constant turn rate and velocity."""
     turned = rate * np.minimum(t, _TURNS_S)[:, None]
     course = np.arctan2(others.vy, others.vx) + turned
     step = np.hypot(others.vx, others.vy) * STEP_S
@@ -139,14 +141,14 @@ def _as_they_turn(others: NearbyBodies, rate: Array, t: Array) -> tuple[Array, A
 
 
 class TurnRates:
-    """How fast the course of each body turns, measured from tick to tick."""
+    """The turn rate of each body's course, measured from tick to tick."""
 
     def __init__(self) -> None:
         self._seen: dict[int, tuple[float, float]] = {}
         """Course (rad) and smoothed rate (rad/s)."""
 
     def see(self, around: NearbyBodies, dt_s: float) -> Array:
-        """The rates of those around, in their order (rad/s); 0 for who stands or is new."""
+        """Return the rates of the bodies around, in their order (rad/s); 0 for standing and new ones."""
         speed = np.hypot(around.vx, around.vy).tolist()
         course = np.arctan2(around.vy, around.vx).tolist()
         seen = {}

@@ -1,4 +1,4 @@
-"""Lane changes of the route: begun in a gap, put off while there is none, early where the lane is busy.
+"""Lane changes of the route: begun in a gap, postponed without one, early if the lane is busy.
 
 Arc lengths along the route's line in metres; `e` is an offset from the lane that is left, right positive.
 """
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     import carla
 
 EARLY_M = 80.0
-"""A change into a busy lane may begin so much earlier than the route says."""
+"""A change into a busy lane may begin this much earlier than the route says."""
 TIGHT_M = 12.0
 """The shortest way from lane to lane."""
 NEAR_M = 60.0
-"""Who is farther away in the lane beside says nothing about its pace."""
+"""Vehicles farther away in the lane beside say nothing about its pace."""
 SLIPS_BACK_MPS = 2.0
-"""So much slower than the lane beside the ego drives while it looks for a gap in it."""
+"""While looking for a gap the ego drives this much slower than the lane beside."""
 STEP_S = 0.2
 HORIZON_S = 6.0
 KEEP_M = 1.5
@@ -93,7 +93,7 @@ def lane_changes(route: Sequence[RoutePoint], line: Path) -> list[LaneChange]:
 
 
 def _beside(waypoint: carla.Waypoint, right: bool) -> bool:
-    """Is there a lane of the same direction on that side?"""
+    """True if there is a lane of the same direction on that side."""
     if waypoint.is_junction:
         return False
     lane = waypoint.get_right_lane() if right else waypoint.get_left_lane()
@@ -112,19 +112,19 @@ class ChangeWatch:
     def __init__(self, changes: Sequence[LaneChange]) -> None:
         self._due = list(changes)
         self._starts: dict[LaneChange, tuple[float, float]] = {}
-        """Where a change begins that does not begin as the route says, and its length."""
+        """Start and length of a change that does not begin as the route says."""
         self._going = False
         self.wait_m: float | None = None
-        """Distance from the front bumper to where the ego waits for a gap, at the latest."""
+        """Distance from the front bumper to where the ego waits for a gap at the latest (m)."""
         self.pace_mps = 0.0
-        """Of the lane that is being entered; 0 where none is."""
+        """Pace of the lane that is being entered (m/s); 0 if none is."""
         self.most_mps = math.inf
-        """No quicker than this while it looks for a gap: abreast of others at their pace none would ever come."""
+        """Speed cap while it looks for a gap: abreast of others at their pace there would never be one."""
         self.judged: frozenset[int] = frozenset()
-        """Ids of those in that lane against whom a change that is under way was proven."""
+        """Ids of those in that lane against whom the current change was proven."""
 
     def shifts(self) -> list[Shift]:
-        """How far the ego's line is from the route's."""
+        """Distance of the ego's line from the route's."""
         found = []
         for change, (start, length) in self._starts.items():
             own = (change.begins_m, change.begins_m + change.length_m)
@@ -170,7 +170,7 @@ class ChangeWatch:
 
 
 class _Lane:
-    """The lane that is to be entered, and who is in it."""
+    """The lane that will be entered, and the vehicles in it."""
 
     def __init__(self, here: Situation, change: LaneChange) -> None:
         self._here, self._change = here, change
@@ -182,7 +182,7 @@ class _Lane:
 
     @property
     def ids(self) -> frozenset[int]:
-        """Of those in it."""
+        """Ids of the vehicles in it."""
         return frozenset(self._others.actor_id.tolist())
 
     @property
@@ -196,7 +196,7 @@ class _Lane:
         return float(np.median(self._others.vs[moves])) if moves.any() else 0.0
 
     def is_clear(self, length_m: float) -> bool:
-        """Would the ego, changing over within `length_m` from now on, come too near to nobody?"""
+        """True if the ego, changing over within `length_m` from now on, comes too near to nobody."""
         top = max(self._here.cruise_mps, self.pace_mps)
         return any(self._meets_nobody(length_m, pace) for pace in (top, self.pace_mps or top))
 
@@ -212,7 +212,7 @@ class _Lane:
         return not bool((abreast & near).any())
 
     def _driven(self, t: Array, pace: float) -> Array:
-        """Metres driven: towards the pace, at first held back by whoever is close ahead in the old lane."""
+        """Return the metres driven: towards the pace, at first held back by a leader in the old lane."""
         here, bodies = self._here, self._here.bodies
         v = here.speed_mps + np.clip(pace - here.speed_mps, -SLOWER_MPS2 * t, FASTER_MPS2 * t)
         leads = (np.abs(self._e) < _IN_LANE_M) & (bodies.s > here.s_m) & (bodies.s < here.s_m + _LEADER_M)

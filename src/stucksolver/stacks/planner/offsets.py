@@ -34,7 +34,7 @@ class Shift(NamedTuple):
 
 
 def offset_of(shifts: Sequence[Shift], s: Array) -> Array:
-    """The offset of all together: of those to one side the farthest counts, the two sides add up."""
+    """Return the offset of all together: on each side the farthest counts, and the two sides add up."""
     right, left = np.zeros_like(s), np.zeros_like(s)
     for shift in shifts:
         offset = shift.at(s)

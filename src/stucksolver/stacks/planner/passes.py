@@ -1,8 +1,8 @@
-"""Ways past what blocks the lane: proposals, each rolled out against a forecast of everybody, and the best of them.
+"""Ways past what blocks the lane: proposals, each rolled out against a prediction of everybody; the best one wins.
 
 The scheme is that of PDM (Dauner et al., "Parting with Misconceptions about Learning-based Vehicle Motion Planning",
-CoRL 2023): proposals of lateral offset and speed, simulated, scored. Here the frame is the route's, so that a forecast
-is a straight line in it, and proposals arise from what is in the way.
+CoRL 2023): proposals of lateral offset and speed, simulated and scored. Here the frame is the route's, so that a
+prediction is a straight line in it, and proposals follow from what is in the way.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ BESIDE_VULNERABLE_M = 0.9
 BESIDE_M = 0.5
 """Kept beside everything else."""
 BESIDE_DOORS_M = 1.1
-"""Kept, where there is room, beside vehicles that stand: a door that opens, and a hand's breadth."""
+"""Kept beside standing vehicles if there is room: an opening door and a hand's breadth."""
 ROOM_BEFORE_M = 1.5
 """Between the bumpers when the lane is left."""
 ROOM_AFTER_M = 4.0
 """Between the bumpers when it is taken again."""
 GROUP_GAP_M = 11.0
-"""What stands nearer than this behind another is passed with it."""
+"""A body nearer than this behind another one is passed with it."""
 LONGEST_RETURN_M = 14.0
 EDGE_M = 0.1
 ALONE_M = 0.3
