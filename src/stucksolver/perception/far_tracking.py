@@ -1,13 +1,13 @@
-"""Follows vehicles that only the camera sees: how far away each is and how fast it comes nearer, picture by picture.
+"""Tracks vehicles that only the camera sees: their range and its rate, image by image.
 
-A range by one picture is off by a tenth and more, and mostly in the same way in each picture: the vehicle is larger
-than usual, or the road slopes. What is left between pictures is small, with a slow drift as when more of a vehicle
-comes into view. A filter takes only these two for noise, so that the rate is known after a second or two; the error
-that all pictures share is added to what is told (`FarTrack.range_sd_m`, `rate_sd_mps`).
+The range from one image is off by a tenth or more, and mostly in the same way in each image: the vehicle is larger than
+usual, or the road slopes. The remaining difference between images is small, with a slow drift as more of a vehicle
+comes into view. A filter treats only these two as noise, so that the rate is known after a second or two. The error
+that all images share is added to the output (`FarTrack.range_sd_m`, `rate_sd_mps`).
 
-The state has one dimension, along the line of sight. At these ranges a lane of the road is nearly parallel to it; who
-tells others of these tracks puts them on the lane (`stacks/sensed/far_told.py`). The ego's own way is taken out by its
-poses, so that the rate is one over ground.
+The state has one dimension, along the line of sight. At these ranges a lane of the road is nearly parallel to it; the
+tracks are placed on the lane later (`stacks/sensed/far_told.py`). The ego's own motion is removed with its poses, so
+that the rate is one over ground.
 """
 
 from __future__ import annotations
@@ -27,38 +27,38 @@ from stucksolver.perception.tracking import Track
 FIRST_ID = 1_000_000
 """Ids begin here, far above those of the LiDAR's tracks."""
 LABELS = (0, 1)
-"""Vehicles and two-wheelers (`far_strip.LABELS`). People this far away matter to nobody who drives at town speeds."""
+"""Vehicles and two-wheelers (`far_strip.LABELS`). People this far away do not matter at town speeds."""
 NEAREST_M = 40.0
 """Nearer detections begin no track: the LiDAR finds nearly all there, and one in eight of the camera's is wrong."""
 NOISE_SHARE = 0.05
-"""Standard deviation of a range between one picture and the next, as a share of the range."""
+"""Standard deviation of the range between consecutive images, as a share of the range."""
 DRIFT_SHARE = 0.05
-"""Standard deviation of how far ranges of one vehicle drift in a second, as a share: more of it comes into view."""
+"""Standard deviation of the drift of one vehicle's range per second, as a share: more of it comes into view."""
 RATE_SD_MPS = 15.0
 """Before a rate is measured: 95 % of vehicles are slower than twice this, 108 km/h."""
 ACCELERATION_MPS2 = 2.0
-"""Standard deviation of the acceleration, as the LiDAR's tracker has it for vehicles."""
+"""Standard deviation of the acceleration, as in the LiDAR's tracker for vehicles."""
 ASIDE_M = 0.7
-"""How far a vehicle moves across the line of sight between two pictures, with bends: three times this is not a lane."""
+"""Sideways motion of a vehicle across the line of sight between two images, with bends; three times this is no lane."""
 GATE = 3.0
-"""A detection belongs to a track within so many standard deviations in range and in bearing."""
+"""A detection belongs to a track within this many standard deviations in range and in bearing."""
 SAME_SDS = 2.5
 SAME_M = 6.0
 SAME_ASIDE_M = 2.0
-"""A track of the LiDAR so many standard deviations, or metres, away in range and so far aside is the same vehicle."""
+"""A LiDAR track within these standard deviations or metres in range, and this far aside, is the same vehicle."""
 CONFIRMING_HITS = 2
 LOST_S = 2.0
-"""A track ends when it has not been found for so long. Long, since a vehicle that was missed goes on coming."""
+"""A track ends when it has not been detected for this long. Long, since a missed vehicle keeps coming."""
 LEAST_TOWARDS, MOST_ODDS = 0.02, 4.0
-"""No look says more than 0.98, and all together no more than this logarithm of odds: looks repeat their mistakes."""
+"""No look counts for more than 0.98, and all together for no more than this log odds: looks repeat their mistakes."""
 
 
 @dataclass(frozen=True, eq=False)
 class FarTrack:
-    """One vehicle that the camera follows, at `time_s`."""
+    """One vehicle that the camera tracks, at `time_s`."""
 
     id: int
-    """Never that of a LiDAR's track; never given twice by one tracker."""
+    """Never that of a LiDAR track, and never used twice by one tracker."""
     time_s: float
     label: int
     """Index into `far_strip.LABELS`."""
@@ -66,17 +66,17 @@ class FarTrack:
     """Mean of its detections' scores."""
     x_m: float
     y_m: float
-    """Its middle by the most likely range, local frame."""
+    """Its centre at the most likely range, local frame (m)."""
     bearing_rad: float
-    """Direction in the local frame from the camera to it."""
+    """Direction in the local frame from the camera to it (rad)."""
     range_m: float
-    """From the camera."""
+    """Range from the camera (m)."""
     range_sd_m: float
     rate_mps: float
-    """Velocity over ground along the bearing; negative towards the ego."""
+    """Velocity over ground along the bearing (m/s); negative towards the ego."""
     rate_sd_mps: float
     towards: float
-    """Probability that its front is what is seen."""
+    """Probability that its front is visible."""
     first_seen_s: float
     last_seen_s: float
     hits: int
@@ -92,14 +92,14 @@ class _Body:
     bearing: float
     """Local frame."""
     at: Floats
-    """(2,): where the camera was at `time_s`, local frame."""
+    """(2,): position of the camera at `time_s`, local frame."""
     label: int
     first_seen_s: float
     last_seen_s: float
     bias: float
-    """Standard deviation of what is wrong with all its ranges alike, as a share of the range."""
+    """Standard deviation of the error common to all its ranges, as a share of the range."""
     own_mps: float
-    """The ego's speed along the bearing, at the last detection."""
+    """The ego's speed along the bearing at the last detection."""
     scores: float = 0.0
     odds: float = 0.0
     hits: int = 0
@@ -107,11 +107,11 @@ class _Body:
 
 @dataclass(frozen=True, eq=False)
 class _Seen:
-    """Detections of one picture that may be vehicles far away; equal lengths."""
+    """Detections of one image that may be far vehicles; equal lengths."""
 
     time_s: float
     at: Floats
-    """(2,): where the camera was, local frame."""
+    """(2,): position of the camera, local frame."""
     range_m: Floats
     sd_m: Floats
     bearing: Floats
@@ -123,10 +123,10 @@ class _Seen:
 
 
 class FarTracker:
-    """Call `update` with each picture's detections, and `tracks` whenever they are wanted."""
+    """Call `update` with each image's detections, and `tracks` whenever they are wanted."""
 
     def __init__(self, rig: CameraRig, model: RangeModel) -> None:
-        # Its first import takes a while: not in the first look.
+        # The first import takes a while: not in the first look.
         import filterpy.kalman  # type: ignore[import-untyped]  # noqa: F401
 
         self._rig, self._model = rig, model
@@ -135,13 +135,13 @@ class FarTracker:
         self._with_own: set[int] = set()
 
     def update(self, found: FarDetections, pose: PoseEstimate, lidar: Sequence[Track]) -> None:
-        """Take in one picture.
+        """Add one image.
 
         Args:
-            found: Of `FarDetector.detect`; later than before.
-            pose: Where the vehicle was at `found.time_s`.
-            lidar: What the LiDAR follows at about the same time; each explains at most one detection, which is then
-                left to it.
+            found: From `FarDetector.detect`; later than before.
+            pose: The vehicle's pose at `found.time_s`.
+            lidar: The LiDAR's tracks at about the same time; each explains at most one detection, which is then left to
+                it.
         """
         seen = self._seen(found, pose)
         for body in self._bodies:
@@ -159,16 +159,16 @@ class FarTracker:
         self._bodies = [body for body in self._bodies if seen.time_s - body.last_seen_s <= LOST_S]
 
     def tracks(self, time_s: float, lidar: Sequence[Track]) -> tuple[FarTrack, ...]:
-        """Everything followed, at a time (s) not before the last picture.
+        """Return all tracks at a time (s) not before the last image.
 
-        A track at whose place the LiDAR follows something now is handed over: it is told no more. If the last picture
-        showed both the LiDAR's and another vehicle there, the track is the other one, and stays.
+        A track whose place the LiDAR now tracks is handed over and no longer reported. If the last image showed both
+        the LiDAR's and another vehicle there, the track is the other one and stays.
         """
         without_own = [track for track in lidar if track.id not in self._with_own]
         shown = [body for body in self._bodies if body.last_seen_s == body.time_s]
         rest = [body for body in self._bodies if body.last_seen_s != body.time_s]
         self._bodies = _left_over(shown, without_own, time_s) + _left_over(rest, lidar, time_s)
-        # A vehicle that was found once may be none.
+        # A vehicle that was detected once may be false.
         return tuple(_told(body, time_s) for body in self._bodies if body.hits >= CONFIRMING_HITS)
 
     def _seen(self, found: FarDetections, pose: PoseEstimate) -> _Seen:
@@ -183,7 +183,7 @@ class FarTracker:
         return _Seen(part.time_s, at, *ranges, part.label.astype(float), part.score, part.towards, own)
 
     def _assign(self, seen: _Seen, left: list[int]) -> dict[int, int]:
-        """Which detection belongs to which body, both by index."""
+        """Return which detection belongs to which body, both by index."""
         if not self._bodies or not left:
             return {}
         state = np.array([(b.x[0], math.sqrt(b.p[0, 0]), b.bearing) for b in self._bodies])
@@ -192,14 +192,14 @@ class FarTracker:
         along = (place - range_m) / np.hypot(sd, NOISE_SHARE * range_m)
         aside = COLUMN_SIGMA_PX / self._rig.focal_px + ASIDE_M / np.maximum(place, 1.0)
         across = _wrapped(bearing - seen.bearing[left]) / aside
-        # One that is further off than noise explains, but no further than ranges can be wrong, begins no second track.
+        # A detection further off than noise explains, but within the range error, begins no second track.
         near = (abs(along) < GATE) | (abs(place - range_m) < SAME_SDS * seen.sd_m[left])
         cost = along**2 + across**2
         return {i: left[j] for i, j in _pairs(np.where(near & (abs(across) < GATE), cost, np.inf))}
 
 
 def _left_over(bodies: list[_Body], lidar: Sequence[Track], time_s: float) -> list[_Body]:
-    """Those at whose place the LiDAR follows nothing."""
+    """Return those at whose place the LiDAR tracks nothing."""
     if not bodies or not lidar:
         return bodies
     told = [_told(body, time_s) for body in bodies]
@@ -211,7 +211,7 @@ def _left_over(bodies: list[_Body], lidar: Sequence[Track], time_s: float) -> li
 def _same(
     bearing: Floats, range_m: Floats, sd_m: Floats, lidar: Sequence[Track], at: Floats, time_s: float
 ) -> dict[int, int]:
-    """Which of some far things are which of the LiDAR's tracks, by index; each at most one of the other."""
+    """Match far objects to LiDAR tracks, by index; each at most once."""
     if not len(range_m) or not lidar:
         return {}
     rows = [(t.x_m + t.vx_mps * (time_s - t.time_s), t.y_m + t.vy_mps * (time_s - t.time_s)) for t in lidar]
@@ -224,7 +224,7 @@ def _same(
 
 
 def _pairs(cost: Floats) -> Iterable[tuple[int, int]]:
-    """Rows and columns that belong together, the cheapest pair first; infinite costs never."""
+    """Return matching rows and columns, the cheapest pair first; infinite costs never match."""
     cost = cost.copy()
     while cost.size and np.isfinite(cost).any():
         i, j = (int(k) for k in np.unravel_index(int(cost.argmin()), cost.shape))
@@ -253,14 +253,14 @@ def _born(number: int, seen: _Seen, j: int) -> _Body:
 
 
 def _transition(dt: float, range_m: float) -> tuple[Floats, Floats]:
-    """Matrix and process noise of a step of `dt` s: constant velocity, disturbed by white noise; ranges drift."""
+    """Return matrix and process noise of a step of `dt` s: constant velocity with white noise; ranges drift."""
     noise = ACCELERATION_MPS2**2 * np.array([[dt**3 / 3.0, dt**2 / 2.0], [dt**2 / 2.0, dt]])
     noise[0, 0] += (DRIFT_SHARE * range_m) ** 2 * dt
     return np.array([[1.0, dt], [0.0, 1.0]]), noise
 
 
 def _predict(body: _Body, time_s: float, at: Floats) -> None:
-    """Bring a body forward to a time at which the camera is at another place."""
+    """Predict a body to a time at which the camera is elsewhere."""
     from filterpy.kalman import predict as kalman_predict
 
     body.x, body.p = kalman_predict(body.x, body.p, *_transition(time_s - body.time_s, float(body.x[0])))
@@ -274,7 +274,7 @@ def _update(body: _Body, seen: _Seen, j: int) -> None:
     from filterpy.kalman import update as kalman_update
 
     range_m = float(seen.range_m[j])
-    # What is further off than noise explains counts for less.
+    # A measurement further off than noise explains counts for less.
     noise = max((NOISE_SHARE * range_m) ** 2, (range_m - float(body.x[0])) ** 2 / GATE**2)
     body.x, body.p = kalman_update(body.x, body.p, range_m, noise, np.array([[1.0, 0.0]]))
     body.bearing, body.last_seen_s, body.own_mps = float(seen.bearing[j]), seen.time_s, float(seen.own_mps[j])
@@ -292,7 +292,7 @@ def _told(body: _Body, time_s: float) -> FarTrack:
     ahead = replace(body)
     _predict(ahead, time_s, body.at)
     range_m, rate = max(float(ahead.x[0]), 1.0), float(ahead.x[1])
-    # A range that is off by some share makes the speed at which it shrinks be off by the same share.
+    # A range that is off by some share makes its rate off by the same share.
     return FarTrack(
         id=body.id,
         time_s=time_s,

@@ -1,11 +1,11 @@
-"""What the last pictures showed of what is far ahead, and how far along a lane that lets one say: nobody comes.
+"""What the last images showed far ahead, and how far along a lane they prove that nobody comes.
 
-Assumptions, beside those of `camera/far_sight.py`:
+Assumptions, besides those of `camera/far_sight.py`:
 
-* The road is flat: lanes come without heights. Behind a crest the detector's own recall stands for what is not seen.
-* A vehicle that was found hides what is behind it, also where nobody follows it yet. It is taken to be as near as two
-  standard deviations of its range allow.
-* Whoever was not in the picture when it was taken drives on until now: what was seen is shorter by that way.
+* The road is flat: lanes come without heights. Behind a crest the detector's own recall covers what is not seen.
+* A detected vehicle hides what is behind it, even if nobody tracks it yet. It is assumed to be as near as two standard
+  deviations of its range allow.
+* A vehicle that was not in the image drives on until now: the seen length is reduced by that distance.
 """
 
 from __future__ import annotations
@@ -32,50 +32,51 @@ from stucksolver.perception.rig import CameraRig
 from stucksolver.perception.tracking import Track
 
 FRESH_S = 0.45
-"""A picture older than this says nothing of now: two pictures have failed to come."""
+"""An older image says nothing about now: two images have failed to come."""
 KEPT_S = LOOK_APART_S * MOST_LOOKS
 """Older looks cannot count."""
 SURE_SDS = 2.0
 STEP_M = 5.0
-"""Between the ranges at which the detector's recall is looked up; its bins are 25 m wide."""
+"""Distance between the ranges at which the detector's recall is looked up; its bins are 25 m wide."""
 DEPTH_M, HIGH_M = 2.0, 1.5
-"""Least length and height of what a detection hides by."""
+"""Smallest length and height by which a detection hides the area behind it."""
 
 
 @dataclass(frozen=True, eq=False)
 class FarLook:
-    """One picture."""
+    """One image with its detections."""
 
     found: FarDetections
     pose: PoseEstimate
-    """At the time of the picture."""
+    """At the time of the image."""
     blockers: Floats
     """(n, 7): boxes of everything known to be around then, in the vehicle frame at `pose`."""
 
 
 @dataclass(frozen=True, eq=False)
 class FarView:
-    """The last pictures' looks, the newest first."""
+    """The looks of the last images, the newest first."""
 
     looks: tuple[FarLook, ...]
     sight: CameraSight
     model: SightModel
-    """The same that `sight` goes by."""
+    """The same model as in `sight`."""
 
     def with_look(self, look: FarLook) -> FarView:
-        """One more picture, a later one; of the others those are kept that can still count."""
+        """Add a later image; of the others those are kept that can still count."""
         kept = (one for one in self.looks if look.found.time_s - one.found.time_s <= KEPT_S)
         return replace(self, looks=(look, *kept))
 
     def seen_m(self, line: Floats, from_m: float, fastest_mps: float, now_s: float) -> float:
-        """Metres of a lane, from its start, in which nobody is: up to `from_m` by another sensor, then by the camera.
+        """Return the metres of a lane, from its start, in which nobody is: up to `from_m` by another sensor, then by
+        the camera.
 
         Args:
-            line: The lane's middle (k, 2), local frame, from beside the ego on.
-            from_m: How much of it another sensor saw. The camera goes on where that ends, and only if that is beyond
-                the range from which on its recall was measured.
-            fastest_mps: Of vehicles in the lane.
-            now_s: For when this is asked.
+            line: The lane's centre (k, 2), local frame, from beside the ego on.
+            from_m: How much of it another sensor saw (m). The camera continues from there, and only if that is beyond
+                the range from which its recall was measured.
+            fastest_mps: Highest speed of vehicles in the lane (m/s).
+            now_s: The time of the question (s).
         """
         if not self.looks or len(line) < 2:
             return from_m
@@ -92,20 +93,20 @@ class FarView:
         # A lane is nowhere shorter than the line of sight, but may be longer by a bend.
         line, rest = _first(line, from_m + 2.0 * most_m), _first(rest, 2.0 * most_m)
         shown = [self._shown(one, line) for one in self._apart()]
-        # Who came into an earlier picture's view since was not in it; see the module's text.
+        # A vehicle that has entered an earlier image's view since was not in it; see the module's text.
         gone = [one.moved(from_m + fastest_mps * (newest.found.time_s - one.time_s)) for one in shown]
         seen = self.sight.seen_m(points_into_vehicle(rest, newest.pose), gone[0], gone[1:])
         return from_m + max(seen - fastest_mps * max(age_s, 0.0), 0.0)
 
     def _reach_m(self, look: Floats, from_m: float) -> float:
-        """Range (m) up to which the detector can at best be relied on in such pictures; at least from `from_m` on."""
+        """Return the range up to which the detector can be reliable in such images (m); at least from `from_m` on."""
         away = np.arange(from_m, self.model.bins_m[-1] + STEP_M, STEP_M)
         missed = self.model.miss_at(away, look) * self.model.again ** (MOST_LOOKS - 1)
         fails = missed > 1.0 - REQUIRED
         return float(away[fails][0]) if fails.any() else from_m
 
     def _apart(self) -> list[FarLook]:
-        """The newest look, and of the earlier ones those that `CameraSight` can count as further ones."""
+        """Return the newest look, and the earlier ones that `CameraSight` can count as further ones."""
         apart = [self.looks[0]]
         for one in self.looks[1:]:
             if apart[-1].found.time_s - one.found.time_s >= LOOK_APART_S and len(apart) < MOST_LOOKS:
@@ -120,7 +121,7 @@ class FarView:
 def blockers_of(
     tracks: Sequence[Track], found: FarDetections, places: FarPlaces, rig: CameraRig, pose: PoseEstimate
 ) -> Floats:
-    """(n, 7): what hides lanes in a picture, in the vehicle frame: tracks, and what the camera found itself."""
+    """(n, 7): what hides lanes in an image, in the vehicle frame: tracks, and the camera's own detections."""
     boxes = [(t.x_m, t.y_m, t.z_m, t.length_m, t.width_m, t.height_m, t.yaw_rad) for t in tracks]
     known = into_vehicle(np.array(boxes, np.float64).reshape(-1, 7), pose)
     near_m = np.maximum(places.range_m - SURE_SDS * places.range_sigma_m, DEPTH_M)
@@ -130,7 +131,7 @@ def blockers_of(
     rest = (np.full(len(found), HIGH_M / 2.0), np.full(len(found), DEPTH_M), wide, np.full(len(found), HIGH_M))
     own = np.column_stack([xy, *rest, np.arctan2(places.xy[:, 1], places.xy[:, 0])])
     every = np.concatenate([known, own])
-    # Who is behind the lens, or wholly outside of the angle of view, hides nothing.
+    # A body behind the lens, or wholly outside the angle of view, hides nothing.
     reach = np.hypot(every[:, 3], every[:, 4]) / 2.0
     ahead = every[:, 0] - rig.mount.x_m + reach
     edge = ahead * rig.width_px / (2.0 * rig.focal_px)
@@ -138,13 +139,13 @@ def blockers_of(
 
 
 def _first(line: Floats, metres: float) -> Floats:
-    """The first part of a line, with the point that ends it."""
+    """Return the first part of a line, with the point that ends it."""
     at = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
     return line[: int(np.searchsorted(at, metres)) + 1]
 
 
 def _rest(line: Floats, from_m: float) -> Floats:
-    """The part of a line beyond its first `from_m` metres."""
+    """Return the part of a line beyond its first `from_m` metres."""
     at = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
     beyond = at > from_m
     first = [np.interp(from_m, at, line[:, k]) for k in (0, 1)]

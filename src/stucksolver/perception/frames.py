@@ -1,4 +1,4 @@
-"""Between the local frame and the vehicle frame at a pose; heights stay relative to the ground at the pose."""
+"""Converts between the local frame and the vehicle frame at a pose; heights stay relative to the ground at the pose."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from stucksolver.perception.measurements import Floats, PoseEstimate
 
 
 def into_vehicle(boxes: Floats, pose: PoseEstimate) -> Floats:
-    """Boxes (n, k) of the local frame, x, y, z first and the yaw last, in the vehicle frame; the rest is kept."""
+    """Convert boxes (n, k) of the local frame, x, y, z first and the yaw last, to the vehicle frame; the rest is
+    kept.
+    """
     moved: Floats = boxes.copy()
     c, n = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
     dx, dy = boxes[:, 0] - pose.x_m, boxes[:, 1] - pose.y_m
@@ -21,7 +23,7 @@ def into_vehicle(boxes: Floats, pose: PoseEstimate) -> Floats:
 
 
 def points_into_vehicle(points: Floats, pose: PoseEstimate) -> Floats:
-    """Points (n, 2) of the local frame in the vehicle frame."""
+    """Convert points (n, 2) of the local frame to the vehicle frame."""
     c, n = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
     dx, dy = points[:, 0] - pose.x_m, points[:, 1] - pose.y_m
     return np.stack([dx * c + dy * n, dy * c - dx * n], axis=1)

@@ -1,4 +1,4 @@
-"""How high the ground lies around the vehicle, by the LiDAR's own points."""
+"""The height of the ground around the vehicle, from the LiDAR's own points."""
 
 from __future__ import annotations
 
@@ -12,19 +12,21 @@ SECTORS = 36
 RING_M = 4.0
 RINGS = 32
 STEEPEST = 0.12
-"""Slope that a road has at most; what rises faster stands on the ground."""
+"""Steepest slope of a road; anything steeper stands on the ground."""
 ALLOWANCE_M = 0.15
 """Noise, kerbs and the curvature of the road within one ring."""
 
 
 def ground_heights(azimuth: Floats, distance: Floats, z: Floats) -> Floats:
-    """The ground's height below each point, in the frame of `z` (m), beginning with 0 at the vehicle.
+    """Return the ground's height below each point, in the frame of `z` (m), beginning with 0 at the vehicle.
 
-    In each sector of 10 degrees one goes outwards in rings of 4 m. The lowest point of a ring is its ground, unless it
-    lies higher or lower than a road's slope can lead there from the ring before; then the ground goes on level.
+    Each sector of 10 degrees is followed outwards in rings of 4 m. The lowest point of a ring is its ground, unless a
+    road's slope cannot lead there from the previous ring; the ground then continues level.
 
     Args:
-        azimuth, distance, z: (n,) each: points around the LiDAR's foot (rad, m, m).
+        azimuth: (n,) azimuths of points around the LiDAR's foot (rad).
+        distance: (n,) their distances (m).
+        z: (n,) their heights (m).
     """
     sector = np.minimum(((azimuth + math.pi) / math.tau * SECTORS).astype(np.int64), SECTORS - 1)
     ring = np.minimum((distance / RING_M).astype(np.int64), RINGS - 1)
@@ -43,7 +45,7 @@ def ground_heights(azimuth: Floats, distance: Floats, z: Floats) -> Floats:
 
 
 def _between(heights: Floats, sector: np.ndarray, distance: Floats) -> Floats:
-    """Linear between the middles of the rings: on a slope, a ring's far end is higher than its near one."""
+    """Interpolate between the middles of the rings: on a slope, a ring's far end is higher than its near one."""
     place = np.clip(distance / RING_M - 0.5, 0.0, RINGS - 1.001)
     inner = place.astype(np.int64)
     share = place - inner

@@ -1,4 +1,6 @@
-"""Are the data what such sensors give? What is not is not looked at: it grows old, and the guard sees that."""
+"""Checks that the sensors' data are plausible. Implausible data are dropped, so they grow old and the guard sees
+that.
+"""
 
 from __future__ import annotations
 
@@ -10,23 +12,24 @@ from stucksolver.perception.measurements import CameraFrame, LidarSweep, Pixels
 from stucksolver.perception.rig import LidarRig
 
 DARK = 3.0
-"""A picture whose mean brightness (0 to 255) is lower shows nothing: at night lamps and sky give more."""
+"""An image with a lower mean brightness (0 to 255) shows nothing: at night lamps and sky give more."""
 FLAT = 2.0
-"""And so does one whose brightness varies less."""
+"""The same for an image with a smaller variation of brightness."""
 SAME_PICTURES = 3
-"""So many pictures in a row from a moving vehicle without any pixel changed. Simulators' cameras have no noise, so that
-nothing can be told of a vehicle that stands."""
+"""Number of identical consecutive images from a moving vehicle. Simulated cameras have no noise, so a standing
+vehicle proves nothing.
+"""
 SAME_SWEEPS = 4
-"""So many sweeps in a row with the very same points: which rays are lost is a matter of chance."""
+"""Number of consecutive sweeps with identical points: lost rays are random."""
 FEW_POINTS = 0.15
-"""A sweep with a smaller share of the rays that were cast is one of a sensor that fails."""
+"""A sweep with a smaller share of its rays comes from a failing sensor."""
 SAMPLED = 16
-"""Every so many pixels of a picture are compared."""
+"""Every how many pixels of an image are compared."""
 
 
 @dataclass
 class SensorHealth:
-    """Remembers what came last; `faults` names what is wrong now."""
+    """Remembers the last data; `faults` names the present faults."""
 
     rig: LidarRig
     tick_s: float = 0.05
@@ -38,17 +41,17 @@ class SensorHealth:
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """In a few words each."""
+        """The faults, in a few words each."""
         return tuple(self._wrong.values())
 
     def sweep(self, sweep: LidarSweep | None) -> LidarSweep | None:
-        """The sweep, or None where it is not to be believed."""
+        """Return the sweep, or None if it is not plausible."""
         why = self._why_not_sweep(sweep)
         self._note("LiDAR", why)
         return None if why else sweep
 
     def picture(self, frame: CameraFrame, moves: bool) -> CameraFrame | None:
-        """The picture, or None where it is not to be believed. `moves`: does the vehicle?"""
+        """Return the image, or None if it is not plausible. `moves`: True if the vehicle moves."""
         why = self._why_not_picture(frame, moves)
         self._note("camera", why)
         return None if why else frame

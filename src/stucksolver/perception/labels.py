@@ -1,12 +1,13 @@
-"""What the LiDAR tells apart. Finer kinds (ambulance, flagger, bag or rock) are the camera's business."""
+"""The LiDAR's classes. Finer kinds (ambulance, flagger, bag or rock) are the camera's task."""
 
 from __future__ import annotations
 
 from stucksolver.scene import ObjectKind
 
 LABELS = ("car", "truck", "two_wheeler", "pedestrian", "animal", "cone", "barrier", "debris")
-"""Names of the detector's classes; `truck` is every large vehicle (van, truck, bus), `debris` all that is small and
-lies on the road."""
+"""Names of the detector's classes; `truck` is every large vehicle (van, truck, bus), `debris` everything small on
+the road.
+"""
 
 KIND_OF_LABEL = (
     ObjectKind.CAR,
@@ -18,7 +19,7 @@ KIND_OF_LABEL = (
     ObjectKind.BARRIER,
     ObjectKind.DEBRIS,
 )
-"""What a detection counts as, as long as the camera says nothing finer."""
+"""The kind of a detection as long as the camera gives nothing finer."""
 
 LABEL_OF_KIND = {
     ObjectKind.CAR: 0,
@@ -39,6 +40,6 @@ LABEL_OF_KIND = {
     ObjectKind.LITTER: 7,
     ObjectKind.DEBRIS: 7,
 }
-"""For training and for scores. `prop` and `unknown` have none: they are neither taught nor counted against anybody."""
+"""For training and for scores. `prop` and `unknown` have none: they are neither trained nor counted as errors."""
 LARGE_EMERGENCY_M = 6.0
 """An emergency vehicle longer than this is a `truck` to the LiDAR."""

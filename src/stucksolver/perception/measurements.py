@@ -1,4 +1,4 @@
-"""What the sensors measure, each with its time; arrays are not copied and must not be written to."""
+"""The sensors' measurements, each with its time; arrays are not copied and must not be written to."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Pixels = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class LidarSweep:
-    """What the LiDAR swept over in one of its measurements (in CARLA: one tick, a part of a turn)."""
+    """The points of one LiDAR measurement (in CARLA: one tick, a part of a turn)."""
 
     time_s: float
     points: Singles
@@ -24,7 +24,7 @@ class LidarSweep:
 
 @dataclass(frozen=True, eq=False)
 class CameraFrame:
-    """One picture of the front camera."""
+    """One image of the front camera."""
 
     time_s: float
     rgb: Pixels
@@ -33,7 +33,7 @@ class CameraFrame:
 
 @dataclass(frozen=True)
 class GnssFix:
-    """A position by satellites, in the local frame; of the receiver, which sits at the vehicle's reference point."""
+    """A satellite position in the local frame, of the receiver at the vehicle's reference point."""
 
     time_s: float
     x_m: float
@@ -50,7 +50,7 @@ class ImuSample:
     rotation_rps: tuple[float, float, float]
     """About x, y and z; the last is the yaw rate, positive to the left."""
     compass_rad: float | None = None
-    """Yaw in the local frame by the magnetic field, counter-clockwise from x; None where there is none."""
+    """Yaw in the local frame from the magnetic field, counter-clockwise from x; None without a compass."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class WheelSpeed:
 
 @dataclass(frozen=True, eq=False)
 class PoseEstimate:
-    """Where the vehicle's reference point is thought to be, in the local frame."""
+    """The estimated pose of the vehicle's reference point in the local frame."""
 
     time_s: float
     x_m: float
@@ -79,13 +79,13 @@ class PoseEstimate:
 
 @dataclass(frozen=True, eq=False)
 class Detections:
-    """Boxes found in the sensors' data of one moment, in the vehicle frame at `time_s`; equal lengths n."""
+    """Boxes detected in the sensors' data of one moment, in the vehicle frame at `time_s`; equal lengths n."""
 
     time_s: float
     label: NDArray[np.int64]
     """(n,): index into `stucksolver.perception.labels.LABELS`."""
     score: Floats
-    """(n,): 0 to 1, meant as the share of such boxes that are right."""
+    """(n,): 0 to 1, calibrated as the share of such boxes that are right."""
     center: Floats
     """(n, 3): the middle of the box (m)."""
     size: Floats
@@ -99,6 +99,6 @@ class Detections:
         return len(self.label)
 
     def part(self, which: NDArray[Any]) -> Detections:
-        """Some of them, by a mask or by indices."""
+        """Return some of them, by a mask or by indices."""
         columns = (self.label, self.score, self.center, self.size, self.yaw, self.velocity)
         return Detections(self.time_s, *(column[which] for column in columns))

@@ -1,4 +1,4 @@
-"""One cycle of perception after another: sweeps and pictures in, a `Percept` out. Not for two threads at once."""
+"""One perception cycle after another: sweeps and images in, a `Percept` out. Not thread-safe."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ from stucksolver.perception.visibility import SeenSpace
 from stucksolver.scene.surroundings import LightState
 
 LIGHT_REACH_M = 100.0
-"""A light's head of 0.3 m is 3 pixels wide there."""
+"""At this distance a light's head of 0.3 m is 3 pixels wide."""
 
 
 NEEDED = ("onnxruntime", "PIL", "scipy", "filterpy")
 
 
 def why_not_installed() -> str | None:
-    """Which libraries are missing, with the remedy; None where none is."""
+    """Return which libraries are missing, with the remedy; None if none is."""
     missing = [name for name in NEEDED if find_spec(name) is None]
     return f"{', '.join(missing)} not installed; pip install 'stucksolver[perception]'" if missing else None
 
 
 def why_not_here(rig_file: Path = SHIPPED) -> str | None:
-    """What keeps perception from running here, with the remedy; None where nothing does. Loads all networks once."""
+    """Return what keeps perception from running here, with the remedy, or None. Loads all networks once."""
     why = why_not_installed()
     if why:
         return why
@@ -54,7 +54,11 @@ def why_not_here(rig_file: Path = SHIPPED) -> str | None:
 
 
 class Perceiver:
-    """Loads all networks when it is made. Raises `WeightsError` where one cannot be used."""
+    """Loads all networks when it is made.
+
+    Raises:
+        WeightsError: One of them cannot be used.
+    """
 
     def __init__(self, rig: Rig, threads: int = 1) -> None:
         self._rig = rig
@@ -72,7 +76,7 @@ class Perceiver:
         self._stages_ms: dict[str, float] = {}
 
     def perceive(self, look: Look) -> Percept:
-        """What is around at the time of `look.pose`."""
+        """Return what is around at the time of `look.pose`."""
         self._stages_ms = {}
         with self._timed("sweeps"):
             for sweep, pose in look.sweeps:
@@ -102,7 +106,7 @@ class Perceiver:
         )
 
     def _pictured(self, look: Look, tracks: tuple[Track, ...]) -> Mapping[int, LightState]:
-        """Look at the new picture, if there is one; what the lights show, as far as is known."""
+        """Look at the new image, if there is one, and return the known states of the lights."""
         if look.picture is not None and look.picture_pose is not None:
             self._picture_s = look.picture.time_s
             with self._timed("attributes"):

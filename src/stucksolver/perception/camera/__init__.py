@@ -1,1 +1,1 @@
-"""What the front camera tells: kinds, lamps and doors of objects that were found, and the state of traffic lights."""
+"""What the front camera shows: kinds, lamps and doors of detected objects, and the state of traffic lights."""

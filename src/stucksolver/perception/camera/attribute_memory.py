@@ -1,4 +1,4 @@
-"""What is known of each tracked object by several looks: kinds are voted, blinkers need time."""
+"""What is known of each tracked object after several looks: kinds are voted on, blinkers need time."""
 
 from __future__ import annotations
 
@@ -14,21 +14,23 @@ from stucksolver.perception.measurements import Floats
 from stucksolver.scene.objects import PASSABLE_KINDS, ObjectKind
 
 LOOKS = 2
-"""A kind is said after so many looks that each were sure of it by themselves."""
+"""A kind is reported after this many looks that were each sure of it."""
 VOTED, PASSABLE_VOTED = 0.9, 0.99
-"""Share of the vote that a kind needs; one that may be driven over needs more."""
+"""Share of the vote that a kind needs; a kind that may be driven over needs more."""
 LOOK_WEIGHT = 0.5
-"""Looks at the same object resemble each other: each counts as half a look that is independent."""
+"""Looks at the same object are correlated: each counts as half an independent look."""
 LOOK_CAP, VOTE_CAP = 4.0, 9.0
-"""How far one look, and all looks together, can put a kind behind the likeliest (nats): a vote can be overturned."""
+"""How far one look, and all looks together, can put a kind behind the likeliest (nats), so that a vote can be
+overturned.
+"""
 BLINK_S = 1.5
-"""Two periods of the slowest usual blinkers, less the part that they are lit."""
+"""Two periods of the slowest usual blinkers, less the time that they are lit."""
 BLINK_LOOKS, BLINK_LEAST_S = 3, 0.9
-"""A blinker is off where so many looks over at least this long all saw it dark."""
+"""A blinker is off if this many looks over at least this long all saw it dark."""
 BRAKE_S = 0.6
-"""How long a look at the brake lamps holds."""
+"""How long a look at the brake lamps is valid."""
 AGREE = 2
-"""Emergency lights and doors are said when this many of the last three looks that could tell agree."""
+"""Emergency lights and doors are reported if this many of the last three usable looks agree."""
 _NOTHING = KINDS.index(NOTHING)
 
 
@@ -37,18 +39,18 @@ class _Known:
     votes: Floats = field(default_factory=lambda: np.zeros(_NOTHING))
     said: Counter[ObjectKind] = field(default_factory=Counter)
     looks: deque[tuple[float, Attributes]] = field(default_factory=deque)
-    """Of the last `BLINK_S`, oldest first."""
+    """The looks of the last `BLINK_S`, oldest first."""
     slow: dict[str, deque[bool]] = field(default_factory=dict)
 
 
 class AttributeMemory:
-    """Looks at each track over time."""
+    """Combines the looks at each track over time."""
 
     def __init__(self) -> None:
         self._known: dict[int, _Known] = {}
 
     def add(self, track_id: int, look: Attributes, time_s: float) -> None:
-        """Take in a look at a track. Looks come in the order of time."""
+        """Add a look at a track. Looks must come in order of time."""
         if look.kind_shares is None:
             return
         known = self._known.setdefault(track_id, _Known())
@@ -62,7 +64,7 @@ class AttributeMemory:
                 known.slow.setdefault(name, deque(maxlen=3)).append(answer)
 
     def of(self, track_id: int, time_s: float) -> Attributes | None:
-        """What is known of a track at a time; None of one that the camera never saw."""
+        """Return what is known of a track at a time; None if the camera never saw it."""
         known = self._known.get(track_id)
         if known is None:
             return None

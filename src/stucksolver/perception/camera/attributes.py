@@ -1,4 +1,4 @@
-"""What the camera tells of objects that were found: their kind, their lamps, their doors. One picture at a time."""
+"""Reads kind, lamps and doors of detected objects in one image."""
 
 from __future__ import annotations
 
@@ -22,17 +22,21 @@ OFF, ON = LAMP_ANSWERS.index("off"), LAMP_ANSWERS.index("on")
 
 
 class AttributeReader:
-    """Reads objects in a picture, one look at a time; see `AttributeMemory` for what holds over time."""
+    """Reads objects in an image, one look at a time; see `AttributeMemory` for the combination over time."""
 
     def __init__(self, folder: Path = DATA, threads: int = 1, network: CropNetwork | None = None) -> None:
-        """Loads the weights, or takes a network that is loaded already. Raises `WeightsError`."""
+        """Load the weights, or use a network that is already loaded.
+
+        Raises:
+            WeightsError: The weights cannot be used.
+        """
         self.network = CropNetwork(folder, threads) if network is None else network
 
     def read(self, frame: CameraFrame, rig: CameraRig, boxes: Floats) -> tuple[Attributes, ...]:
-        """What the picture shows of each box.
+        """Read the attributes of each box.
 
         Args:
-            frame: The picture.
+            frame: The image.
             rig: The camera that took it.
             boxes: (n, 7) centre x, y, z, length, width, height (m), yaw (rad) in the vehicle frame of that moment.
 
@@ -51,7 +55,7 @@ class AttributeReader:
 
 
 def attributes_of(answers: CropAnswers, network: CropNetwork) -> list[Attributes]:
-    """The answers for crops of objects, where they reach the network's thresholds; a hidden object has no lamps."""
+    """Return the answers for crops of objects that reach the network's thresholds; a hidden object has no lamps."""
     best = answers.kind.argmax(axis=1)
     sure = answers.kind.max(axis=1)
     says = sure >= network.least_kind[best]
@@ -67,7 +71,7 @@ def attributes_of(answers: CropAnswers, network: CropNetwork) -> list[Attributes
 
 
 def _lamps(shares: Floats, least: Floats) -> NDArray[np.float64]:
-    """(n, lamps): 1 on, 0 off, NaN where neither is sure enough."""
+    """(n, lamps): 1 on, 0 off, NaN if neither is sure enough."""
     on = shares[..., ON] >= least[:, ON]
     off = shares[..., OFF] >= least[:, OFF]
     return np.asarray(np.where(on, 1.0, np.where(off, 0.0, np.nan)))

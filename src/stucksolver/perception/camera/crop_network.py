@@ -1,4 +1,4 @@
-"""The crop network: what it is asked, its weights and card, and its answers as probabilities."""
+"""The crop network: its questions, its weights and card, and its answers as probabilities."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from stucksolver.perception.measurements import Floats, Pixels, Singles
 from stucksolver.scene import ObjectKind
 
 VERSION = 1
-"""Of the network's inputs and outputs, the names below included."""
+"""Version of the network's inputs and outputs, the names below included."""
 NOTHING = "nothing"
-"""The answer for a box whose object is hidden, or that holds none."""
+"""The answer for a box whose object is hidden, or that is empty."""
 KINDS = (*(kind.value for kind in ObjectKind if kind is not ObjectKind.UNKNOWN), NOTHING)
 LAMPS = ("brake_lights", "left_blinker", "right_blinker", "emergency_lights", "door_open")
 LAMP_ANSWERS = ("off", "on", "unseen")
 LIGHTS = ("red", "yellow", "green", "off", "unseen")
 HEADS = {"kind": len(KINDS), "lamps": len(LAMPS) * len(LAMP_ANSWERS), "light": len(LIGHTS)}
-"""The network's outputs, in this order, and how many logits each has."""
+"""The network's outputs in this order, and the number of logits of each."""
 NEVER = 2.0
 """A threshold that no confidence reaches: the answer was never good enough on held-out data."""
 
@@ -39,7 +39,11 @@ class CropAnswers:
 
 
 class CropNetwork:
-    """Runs the network. Raises `WeightsError` where its files cannot be used."""
+    """Runs the network.
+
+    Raises:
+        WeightsError: Its files cannot be used.
+    """
 
     def __init__(self, folder: Path = DATA, threads: int = 1) -> None:
         card_file = folder / "crops.json"
@@ -60,7 +64,7 @@ class CropNetwork:
             ) from error
 
     def run(self, crops: Pixels, features: Singles) -> CropAnswers:
-        """Answers for crops (n, 64, 64, 3) and features (n, 10) of `crops.py`."""
+        """Return the answers for crops (n, 64, 64, 3) and features (n, 10) of `crops.py`."""
         if not len(crops):
             return CropAnswers(*self._probabilities([np.zeros((0, size), np.float32) for size in HEADS.values()]))
         return CropAnswers(*self._probabilities(self._session.run(None, {"crops": crops, "features": features})))

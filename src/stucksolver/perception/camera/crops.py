@@ -1,4 +1,4 @@
-"""Crops of the picture: one small square for each box, and what geometry says about it."""
+"""Crops of the image: one small square for each box, and its geometric features."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from stucksolver.perception.rig import CameraRig
 CROP_PX = 64
 """Side of a crop."""
 MARGIN = 1.25
-"""A crop is this much wider than the box in the picture: trackers err, lamps' halos and shadows help."""
+"""A crop is this much wider than the box in the image: trackers err, and halos of lamps and shadows help."""
 LEAST_PX = 8.0
-"""The longer side of a box in the picture; nothing is read from smaller ones."""
+"""Smallest size of the longer side of a box in the image; smaller ones are not read."""
 LEAST_IN_VIEW = 0.35
-"""Share of a box's rectangle that must lie in the picture."""
+"""Share of a box's rectangle that must lie in the image."""
 NEAREST_M = 0.5
 """All corners of a box must be this far ahead of the lens."""
 SAMPLES = 2
-"""Large crops are first thinned out to about this many samples a pixel of the crop, for speed."""
+"""Large crops are first thinned to about this many samples per pixel of the crop, for speed."""
 FILL = 114
-"""Grey outside the picture."""
+"""Grey outside the image."""
 FEATURES = 10
-"""Columns of `features_of`."""
+"""Number of columns of `features_of`."""
 _SIGNS = np.array([[x, y, z] for x in (0.5, -0.5) for y in (0.5, -0.5) for z in (0.5, -0.5)])
 
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Where boxes are in the picture; equal lengths n."""
+    """Where boxes are in the image; equal lengths n."""
 
     rectangle: Floats
-    """(n, 4): left, top, right, bottom (px), cut at the picture's edges."""
+    """(n, 4): left, top, right, bottom (px), cut at the image's edges."""
     in_view: Floats
     """(n,): the share of the whole rectangle that this is."""
     usable: NDArray[np.bool_]
-    """(n,): large enough, enough of it in view, all of it ahead."""
+    """(n,): True if large enough, enough of it in view, and all of it ahead."""
 
     @property
     def center(self) -> Floats:
@@ -47,7 +47,7 @@ class Windows:
 
     @property
     def side(self) -> Floats:
-        """(n,): of the square crops, margin included (px)."""
+        """(n,): side of the square crops, margin included (px)."""
         longer = np.max(self.rectangle[:, 2:] - self.rectangle[:, :2], axis=1)
         return np.asarray(np.maximum(MARGIN * longer, 1.0))
 
@@ -63,7 +63,7 @@ def corners_of(boxes: Floats) -> Floats:
 
 
 def windows_of(rig: CameraRig, boxes: Floats) -> Windows:
-    """Where boxes (n, 7; see `corners_of`), given in the vehicle frame, are in the camera's picture."""
+    """Return where boxes (n, 7; see `corners_of`, vehicle frame) are in the camera's image."""
     if not len(boxes):
         return Windows(np.zeros((0, 4)), np.zeros(0), np.zeros(0, bool))
     column, row, ahead = (one.reshape(-1, 8) for one in rig.project(corners_of(boxes).reshape(-1, 3)))
@@ -78,16 +78,16 @@ def windows_of(rig: CameraRig, boxes: Floats) -> Windows:
 
 
 def cut_crops(rgb: Pixels, center: Floats, side: Floats, pixels: int = CROP_PX) -> Pixels:
-    """Squares of a picture, brought to one size.
+    """Cut squares out of an image and scale them to one size.
 
     Args:
         rgb: (height, width, 3).
-        center: (n, 2) column and row of the squares' middles (px).
-        side: (n,) of the squares (px).
-        pixels: Side of the crops that are returned.
+        center: (n, 2) column and row of the squares' centres (px).
+        side: (n,) sides of the squares (px).
+        pixels: Side of the returned crops.
 
     Returns:
-        (n, pixels, pixels, 3); what lies outside the picture is grey.
+        (n, pixels, pixels, 3); the area outside the image is grey.
     """
     from PIL import Image
 
@@ -96,7 +96,7 @@ def cut_crops(rgb: Pixels, center: Floats, side: Floats, pixels: int = CROP_PX) 
     for crop, (column, row), size in zip(crops, center.tolist(), side.tolist(), strict=True):
         scale = pixels / size
         left, top = column - size / 2.0, row - size / 2.0
-        # The target's pixels whose middles lie in the picture.
+        # The target's pixels whose centres lie in the image.
         first_x, last_x = _inside(left, size, width, pixels)
         first_y, last_y = _inside(top, size, height, pixels)
         if first_x >= last_x or first_y >= last_y:
@@ -115,10 +115,10 @@ def cut_crops(rgb: Pixels, center: Floats, side: Floats, pixels: int = CROP_PX) 
 
 
 def features_of(rig: CameraRig, boxes: Floats, windows: Windows) -> Singles:
-    """What geometry says about each box: (n, 10), about -1 to 1.
+    """Return the geometric features of each box: (n, 10), about -1 to 1.
 
-    The logarithms of length, width, height, distance and of the crop's side in pixels; the share in view; the direction
-    in which the lens lies as seen from the object (cosine, sine: 1, 0 = it is seen from ahead); height of its foot over
+    They are the logarithms of length, width, height, distance and of the crop's side in pixels; the share in view; the
+    direction to the lens as seen from the object (cosine, sine: 1, 0 = seen from ahead); the height of its foot above
     the road; and 1 for "this is an object" (crops of traffic lights have zeros throughout).
     """
     lens = rig.mount.to_vehicle()[:3, 3]

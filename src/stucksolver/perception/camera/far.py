@@ -1,4 +1,4 @@
-"""Vehicles far ahead, found in the picture: beyond the LiDAR's reach, a car is some ten pixels wide."""
+"""Detects vehicles far ahead in the image: beyond the LiDAR's reach a car is some ten pixels wide."""
 
 from __future__ import annotations
 
@@ -15,52 +15,52 @@ from stucksolver.perception.measurements import CameraFrame, Floats
 from stucksolver.perception.rig import CameraRig
 
 VERSION = 1
-"""Of the network's inputs and outputs, and of what its card holds."""
+"""Version of the network's inputs and outputs, and of its card."""
 MOST = 60
-"""Detections kept of a picture."""
+"""Number of detections kept per image."""
 SAME_IOU = 0.5
-"""Of two boxes that share so much (intersection over union) the less sure one is a second peak of the same thing."""
+"""Of two boxes with this overlap (intersection over union) the less sure one is a second peak of the same object."""
 LOG_LIMIT = 5.0
-"""Of a size's logarithm in cells: a wild output must not overflow."""
+"""Limit of a size's logarithm in cells, so that a wild output does not overflow."""
 
 _COLUMNS = ("column", "row", "width", "height", "score", "label", "towards")
 
 
 @dataclass(frozen=True, eq=False)
 class FarDetections:
-    """What was found in one picture; equal lengths n, the surest first."""
+    """The detections of one image; equal lengths n, the surest first."""
 
     time_s: float
     column: Floats
-    """(n,): of the middle of the box's lower edge (px of the picture)."""
+    """(n,): column of the middle of the box's lower edge (px of the image)."""
     row: Floats
-    """(n,): of the lower edge, where the wheels or feet touch the road (px)."""
+    """(n,): row of the lower edge, where the wheels or feet touch the road (px)."""
     width: Floats
-    """(n,): of the box (px), also of its hidden part."""
+    """(n,): width of the box, its hidden part included (px)."""
     height: Floats
     score: Floats
     """(n,): 0 to 1."""
     label: NDArray[np.int64]
     """(n,): index into `far_strip.LABELS`."""
     towards: Floats
-    """(n,): how likely the front is what is seen, so that it comes towards us; means little for people."""
+    """(n,): probability that its front is visible, so that it comes towards us; means little for people."""
     look: Floats
-    """(2,): brightness and contrast of the picture at the horizon, see `far_strip.look_of`."""
+    """(2,): brightness and contrast of the image at the horizon, see `far_strip.look_of`."""
 
     def __len__(self) -> int:
         return len(self.label)
 
     def part(self, which: NDArray[Any]) -> FarDetections:
-        """Some of them, by a mask or by indices."""
+        """Return some of them, by a mask or by indices."""
         return replace(self, **{name: getattr(self, name)[which] for name in _COLUMNS})
 
 
 class FarDetector:
-    """The network behind it, loaded once.
+    """The network and its decoder, loaded once.
 
     Args:
-        folder: Where `far.onnx` and its card `far.json` lie.
-        threads: For one picture.
+        folder: Folder of `far.onnx` and its card `far.json`.
+        threads: Threads per image.
 
     Raises:
         WeightsError: They are missing, damaged or of another version, or onnxruntime is not installed.
@@ -71,14 +71,14 @@ class FarDetector:
         self._threshold = float(self.card["threshold"])
 
     def detect(self, frame: CameraFrame, rig: CameraRig, pitch_rad: float = 0.0) -> FarDetections:
-        """What is in a picture.
+        """Detect far vehicles in an image.
 
         Args:
-            frame: The picture, of the camera that the rig describes.
-            rig: The camera; pictures of another width or angle of view than in training are found fault with by nobody,
-                but cars are then larger or smaller than those that the network knows.
-            pitch_rad: How far the nose is down with respect to the road ahead; small angles may be left out, since the
-                strip has a margin.
+            frame: The image, taken by the camera that the rig describes.
+            rig: The camera. Images of another width or angle of view than in training are not detected as such, but
+                cars then have another size than those that the network knows.
+            pitch_rad: How far the nose is down relative to the road ahead (rad); small angles may be left out, since
+                the strip has a margin.
         """
         top = strip_top(rig, pitch_rad)
         strip = cut_rows(frame.rgb, top, STRIP_ROWS)
@@ -94,15 +94,15 @@ def decode(
     threshold: float,
     look: Floats,
 ) -> FarDetections:
-    """Detections from the network's outputs.
+    """Decode detections from the network's outputs.
 
     Args:
         peaks: (labels, h, w): the heat at its local peaks, 0 elsewhere.
-        rest: (6, h, w): log of width and height, shift of the middle across and down, of the lower edge (cells), and
+        rest: (6, h, w): log of width and height, shift of the centre across and down, of the lower edge (cells), and
             the logit of coming towards us.
-        time_s: Of the picture.
-        top: The strip's first row in the picture.
-        threshold: Peaks below are left out.
+        time_s: Time of the image (s).
+        top: The strip's first row in the image.
+        threshold: Lower peaks are left out.
         look: See `FarDetections`.
     """
     label, y, x = np.nonzero(peaks >= threshold)
@@ -126,7 +126,7 @@ def decode(
 
 
 def _single(found: FarDetections) -> NDArray[np.bool_]:
-    """(n,): which detections are no second ones of what a surer one shows, whatever their labels."""
+    """(n,): True for detections that are not duplicates of a surer one, whatever their labels."""
     left, right = found.column - found.width / 2.0, found.column + found.width / 2.0
     top, bottom = found.row - found.height, found.row
     wide = np.minimum(right[:, None], right) - np.maximum(left[:, None], left)

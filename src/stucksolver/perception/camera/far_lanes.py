@@ -1,4 +1,4 @@
-"""Far detections placed on lanes of the map: a lane's course and heights say more about the range than a flat road."""
+"""Places far detections on lanes of the map: a lane's course and heights give a better range than a flat road."""
 
 from __future__ import annotations
 
@@ -12,35 +12,36 @@ from stucksolver.perception.measurements import Floats
 from stucksolver.perception.rig import CameraRig
 
 STEP_M = 1.0
-"""Between places on the lane that are weighed against each other."""
+"""Distance between the places on the lane that are compared."""
 LANE_SIGMA_M = 0.8
-"""How far beside the lane's middle vehicles are."""
+"""Distance of vehicles from the lane's centre."""
 NEAREST_M = 5.0
 
 
 @dataclass(frozen=True, eq=False)
 class LanePlaces:
-    """Each of n detections if it is on the lane; `misfit` says whether it can be."""
+    """The position of each of n detections if it is on the lane; `misfit` says whether it can be."""
 
     along_m: Floats
-    """(n,): along the lane's line from its start."""
+    """(n,): distance along the lane's line from its start."""
     sigma_m: Floats
     xy: Floats
-    """(n, 2): on the lane's middle, in the vehicle frame."""
+    """(n, 2): position on the lane's centre, in the vehicle frame."""
     misfit: Floats
-    """(n,): the least sum of squared errors of column, row and size, each in standard deviations; above 9 the lane is
-    hardly the right one. Infinite where no part of the lane is in front."""
+    """(n,): the smallest sum of squared errors of column, row and size, each in standard deviations. Above 9 the
+    lane is hardly the right one. Infinite if no part of the lane is ahead.
+    """
 
 
 def on_lane(found: FarDetections, rig: CameraRig, model: RangeModel, line: Floats) -> LanePlaces:
-    """Where detections are along a lane.
+    """Return where detections are along a lane.
 
     Args:
-        found: Of `FarDetector.detect`.
+        found: From `FarDetector.detect`.
         rig: The same camera.
         model: See `RangeModel.from_card`.
-        line: The lane's middle (k, 2) or (k, 3), in the vehicle frame. With heights the row in which a vehicle touches
-            the road is known but for the detector's own error; without, the error is that of a flat road.
+        line: The lane's centre (k, 2) or (k, 3) in the vehicle frame. With heights, the row in which a vehicle touches
+            the road has only the detector's own error; without, the error is that of a flat road.
     """
     course, along = resampled(line, STEP_M)
     column, row, ahead = rig.project(course)
@@ -50,7 +51,7 @@ def on_lane(found: FarDetections, rig: CameraRig, model: RangeModel, line: Float
         return LanePlaces(nothing, nothing, np.stack([nothing, nothing], 1), np.full(len(found), np.inf))
     course, along, column, row, ahead = (one[front] for one in (course, along, column, row, ahead))
     near_m = np.array(model.half_length_m)[found.label]
-    # A vehicle's lower edge is its near end's, half a length before its middle.
+    # A vehicle's lower edge is that of its near end, half a length before its centre.
     edge = np.interp(along[None] - near_m[:, None], along, row)
     row_sigma = model.row_noise_px if line.shape[1] > 2 else model.row_sigma_px
     bias = 0.0 if line.shape[1] > 2 else model.row_bias_px
@@ -70,7 +71,9 @@ def on_lane(found: FarDetections, rig: CameraRig, model: RangeModel, line: Float
 
 
 def resampled(line: Floats, step_m: float) -> tuple[Floats, Floats]:
-    """(m, 3) points of a line (k, 2) or (k, 3) every `step_m`, and how far along each is; heights not given are 0."""
+    """Return (m, 3) points of a line (k, 2) or (k, 3) every `step_m`, and the distance along it of each; heights
+    default to 0.
+    """
     points = line if line.shape[1] == 3 else np.column_stack([line, np.zeros(len(line))])
     lengths = np.hypot(np.diff(points[:, 0]), np.diff(points[:, 1]))
     at = np.concatenate([[0.0], np.cumsum(lengths)])

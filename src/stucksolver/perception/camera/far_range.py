@@ -1,4 +1,4 @@
-"""How far away a vehicle in the picture is: by where it touches the road, and by its size."""
+"""The range of a vehicle in the image, from where it touches the road and from its size."""
 
 from __future__ import annotations
 
@@ -17,34 +17,34 @@ NEAREST_M, FARTHEST_M = 5.0, 400.0
 """Ranges outside are not believed."""
 LEAST_SIDE_PX = 1.0
 COLUMN_SIGMA_PX = 1.5
-"""Of a box's middle: a larger error would be a miss in the check that the card comes from."""
+"""Error of a box's middle column: a larger one would count as a miss in the evaluation of the card."""
 
 
 @dataclass(frozen=True)
 class RangeModel:
-    """How ranges follow from boxes; fitted to detections in held-out pictures, and kept in the network's card.
+    """How ranges follow from boxes; fitted to detections in held-out images, and stored in the network's card.
 
-    The row in which a box ends is `row_bias_px` lower than a flat road would have it, give or take `row_sigma_px`: the
-    network's error and the road's slope in one. The logarithm of the range is linear in those of width and height; that
-    the sizes of vehicles differ is in `size_sigma`.
+    The row in which a box ends is `row_bias_px` lower than on a flat road, with standard deviation `row_sigma_px`: the
+    network's error and the road's slope together. The logarithm of the range is linear in those of width and height;
+    the spread of vehicle sizes is in `size_sigma`.
     """
 
     row_bias_px: float
     row_sigma_px: float
     row_noise_px: float
-    """Of the detector alone: how far its lower edges are from the true ones."""
+    """Error of the detector alone: the distance of its lower edges from the true ones (px)."""
     size: tuple[tuple[float, float, float], ...]
     """For each label: constant, factors of log width and of log height."""
     size_sigma: tuple[float, ...]
     """For each label, of the range's logarithm."""
     half_length_m: tuple[float, ...]
-    """For each label: from the nearest edge on the road to the middle."""
+    """For each label: distance from the nearest edge on the road to the centre (m)."""
     inflation: float
     """Factor on the fused standard deviation: the two sources are not quite independent."""
 
     @staticmethod
     def from_card(card: Mapping[str, Any]) -> RangeModel:
-        """Of a network's card."""
+        """Read the model from a network's card."""
         told = card["range"]
         return RangeModel(
             float(told["row_bias_px"]),
@@ -59,10 +59,10 @@ class RangeModel:
 
 @dataclass(frozen=True, eq=False)
 class FarPlaces:
-    """Where detections are, in the vehicle frame; equal lengths n."""
+    """Positions of detections in the vehicle frame; equal lengths n."""
 
     range_m: Floats
-    """(n,): from the lens, along the ground, to the object's middle."""
+    """(n,): distance from the lens along the ground to the object's centre (m)."""
     range_sigma_m: Floats
     xy: Floats
     """(n, 2)."""
@@ -71,20 +71,20 @@ class FarPlaces:
 
 
 def far_places(found: FarDetections, rig: CameraRig, model: RangeModel, pitch_rad: float = 0.0) -> FarPlaces:
-    """Where detections are on a flat road.
+    """Return where detections are on a flat road.
 
     Args:
-        found: Of `FarDetector.detect`.
+        found: From `FarDetector.detect`.
         rig: The same camera.
         model: See `RangeModel.from_card`.
-        pitch_rad: As given to `detect`.
+        pitch_rad: As given to `detect` (rad).
     """
     range_m, sigma_m = ranges_of(found, rig, model, pitch_rad)
     return places_at(found, rig, range_m, sigma_m)
 
 
 def places_at(found: FarDetections, rig: CameraRig, range_m: Floats, sigma_m: Floats) -> FarPlaces:
-    """Detections at ranges that are known: along the line of sight by these, across it by the column."""
+    """Return the positions of detections at known ranges: along the line of sight by these, across it by the column."""
     bearing = np.arctan2(rig.width_px / 2.0 - found.column, rig.focal_px) + np.radians(rig.mount.yaw_deg)
     along = np.stack([np.cos(bearing), np.sin(bearing)], 1)
     across = np.stack([-np.sin(bearing), np.cos(bearing)], 1)
@@ -96,23 +96,23 @@ def places_at(found: FarDetections, rig: CameraRig, range_m: Floats, sigma_m: Fl
 
 
 def ranges_of(found: FarDetections, rig: CameraRig, model: RangeModel, pitch_rad: float = 0.0) -> tuple[Floats, Floats]:
-    """Range and its standard deviation (m), by row and size together.
+    """Return the range and its standard deviation (m), from row and size together.
 
-    Both are joined as Gaussians of the inverse range, in which a pixel's error of the row is the same everywhere.
+    Both are fused as Gaussians of the inverse range, in which a pixel's error of the row is constant.
     """
     by_row, row_sigma = by_row_of(found, rig, model, pitch_rad)
     by_size, size_sigma = by_size_of(found, model)
     weight_row, weight_size = row_sigma**-2.0, size_sigma**-2.0
     inverse = (by_row * weight_row + by_size * weight_size) / (weight_row + weight_size)
     inverse = np.clip(inverse, 1.0 / FARTHEST_M, 1.0 / NEAREST_M)
-    # Where row and size contradict each other more than their errors allow, neither is believed more than that.
+    # If row and size contradict each other more than their errors allow, the result is no surer than that difference.
     apart = np.abs(by_row - by_size) / np.sqrt(row_sigma**2 + size_sigma**2)
     sigma = model.inflation * np.maximum(apart / 2.0, 1.0) / np.sqrt(weight_row + weight_size)
     return 1.0 / inverse, sigma / inverse**2
 
 
 def by_row_of(found: FarDetections, rig: CameraRig, model: RangeModel, pitch_rad: float = 0.0) -> tuple[Floats, Floats]:
-    """Inverse of the range to the middle (1/m) by the lower edge on a flat road, and its standard deviation."""
+    """Return the inverse range to the centre (1/m) from the lower edge on a flat road, and its standard deviation."""
     scale = rig.focal_px * rig.mount.z_m
     below = np.maximum(found.row - model.row_bias_px - horizon_row(rig, pitch_rad), scale / FARTHEST_M)
     range_m = scale / below + np.array(model.half_length_m)[found.label]
@@ -120,7 +120,7 @@ def by_row_of(found: FarDetections, rig: CameraRig, model: RangeModel, pitch_rad
 
 
 def by_size_of(found: FarDetections, model: RangeModel) -> tuple[Floats, Floats]:
-    """Inverse of the range (1/m) by width and height, and its standard deviation."""
+    """Return the inverse range (1/m) from width and height, and its standard deviation."""
     size = np.array(model.size)[found.label]
     logs = logs_of(found)
     inverse = np.exp(-np.sum(size * logs, axis=1))

@@ -1,11 +1,11 @@
-"""How far along a lane the camera would have found a vehicle, had there been one: what lets a lane count as free.
+"""How far along a lane the camera would have detected a vehicle: the part of the lane that may count as free.
 
 Three things end the sight, whichever comes first:
 
-* the detector's recall, measured on held-out pictures that look as bright and as contrasty as this one;
-* the picture: its edges, and vehicles in front that cover the lane;
-* the road: beyond a bend or a crest houses and hills may stand in between, of which the camera tells nothing. A line of
-  sight therefore counts only while it stays above the road's own surface, where nothing is built.
+* the detector's recall, measured on held-out images of the same brightness and contrast;
+* the image: its edges, and vehicles in front that cover the lane;
+* the road: beyond a bend or a crest, houses and hills may stand in between, which the camera does not report. So a line
+  of sight counts only while it stays above the road's own surface, where nothing is built.
 """
 
 from __future__ import annotations
@@ -23,44 +23,44 @@ from stucksolver.perception.measurements import Floats
 from stucksolver.perception.rig import CameraRig
 
 REQUIRED = 0.95
-"""A vehicle must have been found with this probability."""
+"""A vehicle must have been detected with this probability."""
 BOUND_Z = 1.0
-"""Recall is taken at the lower end of Wilson's interval of so many standard deviations (84 % one-sided)."""
+"""Recall is the lower end of Wilson's interval with this many standard deviations (84 % one-sided)."""
 LOOK_APART_S = 0.5
-"""Looks nearer in time are one look; the share of repeated misses was measured at this distance."""
+"""Looks closer in time count as one; the share of repeated misses was measured at this distance."""
 MOST_LOOKS = 3
-"""More looks add nothing: what was missed three times (an unlit car at night) will be missed again."""
+"""More looks add nothing: a vehicle missed three times (an unlit car at night) will be missed again."""
 STEP_M = 2.5
-"""Between places of a lane that are looked at."""
+"""Distance between the examined places of a lane."""
 NEAR_M = 25.0
-"""Up to here sight is the LiDAR's business; the detector's recall counts from here on."""
+"""Up to here sight is the LiDAR's task; the detector's recall counts from here on."""
 BODY_OFFSETS = tuple((side, up) for side in (-0.7, 0.0, 0.7) for up in (0.4, 1.2))
-"""Points of a car (m beside the lane's middle, m above the road) all of which must be uncovered."""
+"""Points of a car (m beside the lane's centre, m above the road) that must all be uncovered."""
 CORRIDOR_M = 7.0
-"""A line of sight stays over a two-lane road while it is within this of the lane's middle."""
+"""A line of sight stays over a two-lane road within this distance of the lane's centre."""
 EYE_CLEARANCE_M = 0.2
-"""A line of sight passes so far above the road's crests at least."""
+"""A line of sight passes at least this far above the road's crests."""
 MARGIN_PX = 6.0
-"""At the picture's edges."""
+"""Margin at the image's edges."""
 BEHIND_M = 0.5
 
 
 @dataclass(frozen=True)
 class SightModel:
-    """How surely the detector finds what is there; measured in training, kept in the network's card."""
+    """How reliably the detector finds vehicles; measured in training, stored in the network's card."""
 
     bins_m: tuple[float, ...]
     brightness: tuple[float, ...]
     contrast: tuple[float, ...]
-    """Edges between sorts of look (see `far_strip.look_of`)."""
+    """Edges between classes of look (see `far_strip.look_of`)."""
     miss: Floats
-    """(sorts of look, bins): upper bound of the share missed in one look."""
+    """(classes of look, bins): upper bound of the share missed in one look."""
     again: float
-    """Upper bound of the share of missed vehicles that a second look misses too."""
+    """Upper bound of the share of missed vehicles that a second look also misses."""
 
     @staticmethod
     def from_card(card: Mapping[str, Any], label: str = "vehicle") -> SightModel:
-        """Of a network's card, for one label of `far_strip.LABELS`."""
+        """Read the model from a network's card, for one label of `far_strip.LABELS`."""
         counts = np.array(card["recall"][label], np.float64)
         missed, total = card["repeated_miss"]
         edges = card["look_edges"]
@@ -73,7 +73,7 @@ class SightModel:
         )
 
     def miss_at(self, range_m: Floats, look: Floats) -> Floats:
-        """Upper bound of the share missed in one look at these ranges; 1 beyond the ranges that were measured."""
+        """Return the upper bound of the share missed in one look at these ranges; 1 beyond the measured ranges."""
         sort = int(np.searchsorted(self.brightness, look[0])) * (len(self.contrast) + 1)
         sort += int(np.searchsorted(self.contrast, look[1]))
         place = np.digitize(range_m, self.bins_m) - 1
@@ -82,7 +82,7 @@ class SightModel:
         return np.where(range_m < NEAR_M, 0.0, np.where(known, told, 1.0))
 
     def reach_m(self, look: Floats, looks: int = 1) -> float:
-        """How far the detector can be relied on, on an open straight road."""
+        """Return how far the detector is reliable on an open straight road (m)."""
         away = np.arange(0.0, self.bins_m[-1], 1.0)
         fails = self.miss_at(away, look) * self.again ** (min(looks, MOST_LOOKS) - 1) > 1.0 - REQUIRED
         return float(away[fails][0]) if fails.any() else self.bins_m[-1]
@@ -90,13 +90,13 @@ class SightModel:
 
 @dataclass(frozen=True, eq=False)
 class LaneLook:
-    """How much of a lane one picture shows; kept by the caller to be joined with later ones."""
+    """How much of a lane one image shows; the caller keeps it to combine it with later ones."""
 
     time_s: float
     visible_m: float
-    """Along the lane's line: from its start to where it is first covered, bends away or leaves the picture."""
+    """Distance along the lane's line from its start to where it is first covered, bends away or leaves the image."""
     look: Floats
-    """The picture's, see `far_strip.look_of`."""
+    """The image's look, see `far_strip.look_of`."""
 
     def moved(self, metres: float) -> LaneLook:
         """The same after the line's start has moved on by some metres."""
@@ -104,47 +104,47 @@ class LaneLook:
 
 
 class CameraSight:
-    """Sight along lanes by a camera whose pictures a `FarDetector` looks at."""
+    """Sight along lanes with a camera whose images a `FarDetector` examines."""
 
     def __init__(self, rig: CameraRig, model: SightModel) -> None:
         self._rig, self._model = rig, model
 
     def look(self, time_s: float, look: Floats, line: Floats, blockers: Floats) -> LaneLook:
-        """How much of a lane a picture shows.
+        """Return how much of a lane an image shows.
 
         Args:
-            time_s: Of the picture.
+            time_s: Time of the image (s).
             look: `FarDetections.look`.
-            line: The lane's middle (k, 2) or (k, 3) in the vehicle frame, from where sight is asked for.
+            line: The lane's centre (k, 2) or (k, 3) in the vehicle frame, from where sight is needed.
             blockers: (n, 7) boxes of everything known to be around, in the vehicle frame: centre, size, yaw.
         """
         points, along = resampled(line, STEP_M)
         if not len(along):
             return LaneLook(time_s, 0.0, look)
         fine = self._in_picture(points) & ~self._covered(points, blockers) & self._over_road(points)
-        # What lies beside or behind the lens is not the camera's; sight begins with the first place in front.
+        # The camera does not see beside or behind the lens; sight begins at the first place ahead.
         ahead = self._rig.project(points)[2] > NEAR_M
         ends = np.flatnonzero(~fine & ahead)
         visible = along[ends[0]] if len(ends) else along[-1]
         return LaneLook(time_s, float(visible) if ahead.any() else 0.0, look)
 
     def seen_m(self, line: Floats, now: LaneLook, earlier: Sequence[LaneLook] = ()) -> float:
-        """Metres of the lane, from its start, in which a vehicle would have been found by now.
+        """Return the metres of the lane, from its start, in which a vehicle would have been detected by now.
 
-        Misses of two looks have a common cause more often than not. A further look is therefore counted with the
-        share of misses that was measured to repeat, never as independent, and only up to `MOST_LOOKS`.
+        Misses of two looks often have a common cause. So a further look counts with the measured share of repeated
+        misses, never as independent, and only up to `MOST_LOOKS`.
 
         Args:
             line: As given to `look`.
             now: The latest look.
-            earlier: Looks at the same lane before, each `moved` to the present start of the line.
+            earlier: Earlier looks at the same lane, each `moved` to the present start of the line.
         """
         points, along = resampled(line, STEP_M)
         away = np.hypot(points[:, 0] - self._rig.mount.x_m, points[:, 1] - self._rig.mount.y_m)
         looks = np.ones(len(along))
         last_s = now.time_s
         for one in sorted(earlier, key=lambda look: -look.time_s):
-            # That it saw worse than the present look is allowed for by not counting it.
+            # A worse view than in the present look is handled by not counting it.
             if last_s - one.time_s >= LOOK_APART_S and self._as_sharp(one, now):
                 looks += one.visible_m >= along
                 last_s = one.time_s
@@ -163,17 +163,17 @@ class CameraSight:
         return np.asarray((ahead > 0.0) & across & (row > MARGIN_PX) & (row < high - MARGIN_PX))
 
     def _covered(self, points: Floats, blockers: Floats) -> NDArray[np.bool_]:
-        """(m,): would a part of a car at each point be hidden by something nearer?"""
+        """(m,): True if something nearer hides a part of a car at the point."""
         covered = np.zeros(len(points), bool)
         if not len(blockers):
             return covered
         column, row, ahead = (one.reshape(-1, 8) for one in self._rig.project(corners_of(blockers).reshape(-1, 3)))
         before = ahead.max(axis=1) > BEHIND_M
-        # Corners beside the lens are taken to the picture's edge on their side.
+        # Corners beside the lens are moved to the image's edge on their side.
         edge = np.where(np.sign(corners_of(blockers)[..., 1]) > 0, -1e6, 1e6)
         column = np.where(ahead > BEHIND_M, column, edge)
         row = np.where(ahead > BEHIND_M, row, 1e6)
-        # A box that begins beside the lens hides whatever is behind it up to the picture's upper edge.
+        # A box that begins beside the lens hides everything behind it up to the image's upper edge.
         top = np.where((ahead > BEHIND_M).all(axis=1), row.min(axis=1), -1e6)
         course = np.gradient(points[:, :2], axis=0) if len(points) > 1 else np.array([[1.0, 0.0]])
         course /= np.maximum(np.hypot(course[:, 0], course[:, 1]), 1e-9)[:, None]
@@ -186,12 +186,12 @@ class CameraSight:
         return covered
 
     def _over_road(self, points: Floats) -> NDArray[np.bool_]:
-        """(m,): does the line of sight to each point stay above the road, whose course the points are?"""
+        """(m,): True if the line of sight to the point stays above the road, whose course the points are."""
         mount = self._rig.mount
         eye = np.array([mount.x_m, mount.y_m, mount.z_m])
         to = points + np.array([0.0, 0.0, BODY_OFFSETS[-1][1]]) - eye
         square = np.maximum(np.sum(to[:, :2] ** 2, axis=1), 1e-9)
-        # (seen point, point of the road before it): how far along the line of sight the second lies.
+        # (seen point, road point before it): distance of the second along the line of sight.
         share = np.clip(to[:, :2] @ (points[:, :2] - eye[:2]).T / square[:, None], 0.0, 1.0)
         on_ray = eye + share[..., None] * to[:, None]
         beside = np.hypot(*np.moveaxis(points[None, :, :2] - on_ray[..., :2], 2, 0)) > CORRIDOR_M

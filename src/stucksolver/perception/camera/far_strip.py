@@ -1,4 +1,4 @@
-"""The strip of the picture around the horizon in which far vehicles are: which rows it has, and how it is cut out."""
+"""The strip of the image around the horizon with far vehicles: its rows, and how it is cut out."""
 
 from __future__ import annotations
 
@@ -12,35 +12,35 @@ from stucksolver.perception.rig import CameraRig
 STRIP_ROWS = 192
 """Half of them above the horizon: on roads whose slope changes by up to 8 % the far end stays inside."""
 STRIDE = 4
-"""Pixels for one cell of the network's output, both ways."""
+"""Pixels per cell of the network's output, in both directions."""
 LABELS = ("vehicle", "two_wheeler", "person")
-"""What the detector tells apart; these are its own labels, coarser than those of the LiDAR."""
+"""The detector's own labels, coarser than those of the LiDAR."""
 FILL = 114
-"""Grey beyond the picture's edges."""
+"""Grey beyond the image's edges."""
 BAND_ROWS = 12
-"""Rows on either side of the horizon in which contrast is measured: a car 150 m away takes about as many."""
+"""Rows on either side of the horizon in which contrast is measured: about the height of a car 150 m away."""
 RED_GREEN_BLUE = (0.299, 0.587, 0.114)
-"""Shares of luminance (ITU-R BT.601)."""
+"""Weights of luminance (ITU-R BT.601)."""
 
 
 def horizon_row(rig: CameraRig, pitch_rad: float = 0.0) -> float:
-    """The row at which a flat road ends.
+    """Return the row in which a flat road ends.
 
     Args:
         rig: The camera.
-        pitch_rad: How far the vehicle's nose is down with respect to the road ahead.
+        pitch_rad: How far the vehicle's nose is down relative to the road ahead (rad).
     """
     down_rad = math.radians(rig.mount.pitch_deg) + pitch_rad
     return rig.height_px / 2.0 - rig.focal_px * math.tan(down_rad)
 
 
 def strip_top(rig: CameraRig, pitch_rad: float = 0.0) -> int:
-    """The picture's row with which the strip begins; it may lie outside the picture."""
+    """Return the image's row with which the strip begins; it may lie outside the image."""
     return round(horizon_row(rig, pitch_rad)) - STRIP_ROWS // 2
 
 
 def cut_rows(rgb: Pixels, top: int, rows: int) -> Pixels:
-    """(rows, width, 3): rows of a picture from `top` on; grey where there are none."""
+    """(rows, width, 3): rows of an image from `top` on; grey outside."""
     height = len(rgb)
     if top >= 0 and top + rows <= height:
         return rgb[top : top + rows]
@@ -52,10 +52,10 @@ def cut_rows(rgb: Pixels, top: int, rows: int) -> Pixels:
 
 
 def look_of(strip: Pixels) -> Floats:
-    """(2,): how bright the band at the horizon is (mean, 0 to 255), and its contrast.
+    """(2,): brightness of the band at the horizon (mean, 0 to 255), and its contrast.
 
-    The contrast is the 90th percentile of the luminance's steps between neighbouring pixels, 0 to 255. It falls in fog
-    and at night, when far cars are missed; recall is therefore kept by both (see `far_sight`).
+    The contrast is the 90th percentile of the luminance steps between neighbouring pixels, 0 to 255. It falls in fog
+    and at night, when far cars are missed, so recall is stored by both (see `far_sight`).
 
     Args:
         strip: (`STRIP_ROWS`, width, 3), the horizon in its middle.

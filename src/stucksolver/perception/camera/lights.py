@@ -1,4 +1,4 @@
-"""The state of traffic lights, from crops of their heads. The map says where the heads are."""
+"""The state of traffic lights from crops of their heads. The map gives the positions of the heads."""
 
 from __future__ import annotations
 
@@ -17,38 +17,42 @@ from stucksolver.perception.rig import CameraRig
 from stucksolver.scene.surroundings import LightState
 
 LEAST_FACING = 0.35
-"""Cosine between the way a head shows and the way to the lens (70 degrees); heads seen flatter are not read."""
+"""Cosine between the direction of a head and the direction to the lens (70 degrees); flatter ones are not read."""
 LOOKS = 2
-"""A state counts after this many looks in a row that agree."""
+"""A state counts after this many consecutive looks that agree."""
 FORGET_S = 1.0
-"""A light that was not read for so long is unknown."""
+"""A light that was not read for this long is unknown."""
 SLACK_S = 0.05
-"""One tick: pictures that come once a second still confirm each other."""
+"""One tick: images that come once a second still confirm each other."""
 STATES = (LightState.RED, LightState.YELLOW, LightState.GREEN, LightState.OFF, LightState.UNKNOWN)
-"""In the order of `LIGHTS`; a head that cannot be seen says nothing."""
+"""In the order of `LIGHTS`; a hidden head gives no state."""
 
 LightLook = tuple[LightState, float]
-"""What one picture shows of a light, and how sure that is (0 to 1; 0 where unknown)."""
+"""What one image shows of a light, and its confidence (0 to 1; 0 if unknown)."""
 
 
 class LightReader:
-    """Reads the lights in a picture, one look at a time; see `LightFilter`."""
+    """Reads the lights in an image, one look at a time; see `LightFilter`."""
 
     def __init__(self, folder: Path = DATA, threads: int = 1, network: CropNetwork | None = None) -> None:
-        """Loads the weights, or takes a network that is loaded already. Raises `WeightsError`."""
+        """Load the weights, or use a network that is already loaded.
+
+        Raises:
+            WeightsError: The weights cannot be used.
+        """
         self._network = CropNetwork(folder, threads) if network is None else network
 
     def read(self, frame: CameraFrame, rig: CameraRig, heads: Sequence[Floats]) -> tuple[LightLook, ...]:
-        """What each light shows.
+        """Return what each light shows.
 
         Args:
-            frame: The picture.
+            frame: The image.
             rig: The camera that took it.
-            heads: For each light (k, 7): middle x, y, z, half sizes x, y, z (m) and yaw (rad) of each of its heads in
+            heads: For each light (k, 7): centre x, y, z, half sizes x, y, z (m) and yaw (rad) of each of its heads in
                 the vehicle frame. A head shows its lamps towards its negative y axis, as in CARLA.
 
         Returns:
-            One answer for each light, in order; unknown where none of its heads can be read for certain.
+            One answer for each light, in order; unknown if none of its heads can be read with certainty.
         """
         counts = [len(one) for one in heads]
         joined = np.concatenate([np.zeros((0, 7)), *(one.reshape(-1, 7) for one in heads)])
@@ -65,13 +69,13 @@ class LightReader:
 
 @dataclass
 class LightFilter:
-    """What lights show, over time: nothing counts after a single look, and nothing is kept for long."""
+    """The states of lights over time: nothing counts after a single look, and nothing is kept for long."""
 
     _looks: dict[int, list[tuple[float, LightLook]]] = field(default_factory=dict)
-    """For each light its last looks that said something, oldest first."""
+    """For each light its last usable looks, oldest first."""
 
     def add(self, light_id: int, state: LightState, confidence: float, time_s: float) -> None:
-        """Take in a look at a light. Looks come in the order of time; one that saw nothing says nothing."""
+        """Add a look at a light. Looks must come in order of time; a look without a state is ignored."""
         if state is not LightState.UNKNOWN:
             kept = self._looks.setdefault(light_id, [])
             if kept and time_s - kept[-1][0] > FORGET_S + SLACK_S:
@@ -80,30 +84,30 @@ class LightFilter:
             del kept[:-LOOKS]
 
     def state(self, light_id: int, time_s: float) -> LightState:
-        """What a light shows at a time, by the looks so far; unknown is never to be taken for green."""
+        """Return what a light shows at a time by the looks so far; unknown must never be taken for green."""
         return self.look(light_id, time_s)[0]
 
     def look(self, light_id: int, time_s: float) -> LightLook:
-        """The same, with the confidence of the less certain look."""
+        """Return the same with the confidence of the less certain look."""
         kept = self._looks.get(light_id, [])
         if len(kept) < LOOKS or len({one[0] for _, one in kept}) != 1 or time_s - kept[-1][0] > FORGET_S:
             return LightState.UNKNOWN, 0.0
         return kept[-1][1][0], min(sure for _, (_, sure) in kept)
 
     def forget(self, before_s: float) -> None:
-        """Drop lights without a look since then."""
+        """Drop lights without a look since that time (s)."""
         self._looks = {name: looks for name, looks in self._looks.items() if looks and looks[-1][0] >= before_s}
 
 
 def combined(shares: Floats, least: Floats) -> LightLook:
-    """One answer for the heads of a light.
+    """Combine the heads of a light to one answer.
 
     Args:
         shares: (k, 5) probabilities by head, see `LIGHTS`.
         least: (5,) the confidence from which each answer counts.
 
     Returns:
-        The state of the head that is read most surely; unknown if none is sure enough or two of them disagree.
+        The state of the most certain head; unknown if none is sure enough or two of them disagree.
     """
     shown = shares.argmax(axis=1)
     sure = shares.max(axis=1)
@@ -114,14 +118,16 @@ def combined(shares: Floats, least: Floats) -> LightLook:
 
 
 def boxes_of_heads(heads: Floats) -> Floats:
-    """Heads (k, 7: middle, half sizes, yaw) as boxes (k, 7: middle, length, width, height, yaw)."""
+    """Convert heads (k, 7: centre, half sizes, yaw) to boxes (k, 7: centre, length, width, height, yaw)."""
     boxes = np.array(heads, dtype=np.float64).reshape(-1, 7)
     boxes[:, 3:6] *= 2.0
     return boxes
 
 
 def facing(rig: CameraRig, heads: Floats) -> Floats:
-    """Cosine between the way each head (k, 7; vehicle frame) shows its lamps and the way from it to the lens."""
+    """Return the cosine between the direction of each head (k, 7; vehicle frame) and the direction from it to the
+    lens.
+    """
     lens = rig.mount.to_vehicle()[:3, 3]
     way = lens[:2] - heads[:, :2]
     shows = np.stack([np.sin(heads[:, 6]), -np.cos(heads[:, 6])], axis=1)

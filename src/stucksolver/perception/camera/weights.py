@@ -1,4 +1,4 @@
-"""Trained networks from disk: a file of weights beside a card that says what it is. Checked once, at start."""
+"""Trained networks from disk: a file of weights beside a card that describes it. Checked once, at start."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from pathlib import Path
 from typing import Any
 
 DATA = Path(__file__).with_name("data")
-"""Where the shipped weights and cards lie."""
+"""Folder of the weights and cards that ship with the package."""
 REMEDY = "reinstall stucksolver, or train the network again and copy both files"
 
 
 class WeightsError(RuntimeError):
-    """A network cannot be used; the message names the file, what is wrong with it, and the remedy."""
+    """A network cannot be used. The message names the file, what is wrong with it, and the remedy."""
 
 
 def load_card(card: Path, version: int) -> dict[str, Any]:
-    """The card of a network.
+    """Read the card of a network.
 
     Args:
         card: A JSON file that holds at least `version` and `sha256` (of the weights).
-        version: Of the network's inputs and outputs that the code can use.
+        version: Version of the network's inputs and outputs that the code can use.
 
     Raises:
         WeightsError: The file is missing, is not a card, or is one of another version.
@@ -40,19 +40,19 @@ def load_card(card: Path, version: int) -> dict[str, Any]:
 
 
 def load_session(file: Path, card: Path, version: int, threads: int = 1) -> tuple[Any, dict[str, Any]]:
-    """A network that is ready to run on the processor, and its card.
+    """Load a network for the processor, with its card.
 
     Args:
         file: The weights, ONNX.
         card: See `load_card`.
         version: See `load_card`.
-        threads: How many threads a run may use.
+        threads: Number of threads per run.
 
     Returns:
-        The `onnxruntime.InferenceSession` and what the card holds.
+        The `onnxruntime.InferenceSession` and the content of the card.
 
     Raises:
-        WeightsError: A file is missing, damaged or of another version, or onnxruntime is not installed.
+        WeightsError: A file is missing, damaged or of another version.
     """
     told = load_card(card, version)
     try:
@@ -70,5 +70,5 @@ def load_session(file: Path, card: Path, version: int, threads: int = 1) -> tupl
     options.log_severity_level = 3
     try:
         return onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"]), told
-    except Exception as error:  # onnxruntime raises its own types, which are not public
+    except Exception as error:  # onnxruntime raises its own private types
         raise WeightsError(f"{file}: onnxruntime cannot load the weights ({error}); {REMEDY}") from error

@@ -1,1 +1,1 @@
-"""Finds objects in LiDAR sweeps: sweeps are gathered, cut into pillars, and read by a CenterPoint network."""
+"""Detects objects in LiDAR sweeps: sweeps are gathered, divided into pillars, and read by a CenterPoint network."""

@@ -1,4 +1,4 @@
-"""The network's strongest cells to boxes, and one box for each object."""
+"""Converts the network's strongest cells to boxes, one box per object."""
 
 from __future__ import annotations
 
@@ -11,22 +11,23 @@ from stucksolver.perception.lidar.grid import GRID, Grid
 from stucksolver.perception.measurements import Detections, Floats, Singles
 
 REGRESSED = 10
-"""Of a cell: x and y of the middle from the cell's (in cells), z (m), log of length, width and height, sine and cosine
-of the yaw, velocity (in `VELOCITY_MPS`)."""
+"""Per cell: x and y of the centre relative to the cell (in cells), z (m), log of length, width and height, sine
+and cosine of the yaw, velocity (in `VELOCITY_MPS`).
+"""
 VELOCITY_MPS = 5.0
 SIZE_LIMIT = 3.5
-"""Of the logarithm, so that a wild answer stays finite: 33 m."""
+"""Limit of the logarithm, so that a wild answer stays finite: 33 m."""
 GROUPS = (0, 0, 1, 1, 1, 2, 2, 2)
-"""Labels of one group cannot be at one place: vehicles, those who walk or ride, things on the road."""
+"""Labels of one group cannot be at one place: vehicles, people who walk or ride, things on the road."""
 NEAR_M = (1.2, 0.45, 0.35)
-"""Of each group: centres closer than this are one object (circle suppression; Yin et al. 2021)."""
+"""For each group: closer centres are one object (circle suppression; Yin et al. 2021)."""
 INSIDE = 0.9
 """Nor can there be a centre within this share of a better box of the same group."""
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """For each label: score = sigmoid(slope * logit + shift) (Platt 1999), and what is too weak to be told."""
+    """For each label: score = sigmoid(slope * logit + shift) (Platt 1999), and the lowest score that is reported."""
 
     slope: tuple[float, ...]
     shift: tuple[float, ...]
@@ -39,11 +40,11 @@ class Calibration:
 
 
 def boxes_of(cell: NDArray[np.int64], regressed: Singles, grid: Grid = GRID) -> Floats:
-    """Boxes (n, 9): middle x, y, z, length, width, height, yaw, velocity x and y (m, rad, m/s), vehicle frame.
+    """Return boxes (n, 9): centre x, y, z, length, width, height, yaw, velocity x and y (m, rad, m/s), vehicle frame.
 
     Args:
         cell: (n,) coarse cells.
-        regressed: (n, 10), what the network says there, see `REGRESSED`.
+        regressed: (n, 10), the network's output there, see `REGRESSED`.
     """
     told = regressed.astype(np.float64)
     boxes = np.empty((len(cell), 9))
@@ -57,7 +58,7 @@ def boxes_of(cell: NDArray[np.int64], regressed: Singles, grid: Grid = GRID) -> 
 
 
 def suppressed(label: NDArray[np.int64], score: Floats, boxes: Floats) -> NDArray[np.int64]:
-    """Which boxes remain, the best first, when there is one for each object.
+    """Return the boxes that remain with one box per object, the best first.
 
     Args:
         label: (n,).
@@ -91,16 +92,16 @@ def decode(
     calibration: Calibration,
     grid: Grid = GRID,
 ) -> Detections:
-    """Detections of one run of the network, the best first.
+    """Return the detections of one run of the network, the best first.
 
     Args:
         logit: (k,) of the strongest cells.
         label: (k,) their labels.
-        cell: (k,) where they are.
-        regressed: (k, 10) what the network says of the box there.
-        time_s: Of the detections.
-        calibration: Of this network.
-        grid: Of this network.
+        cell: (k,) their places.
+        regressed: (k, 10) the network's output for the box there.
+        time_s: Time of the detections (s).
+        calibration: Calibration of this network.
+        grid: Grid of this network.
     """
     slope, shift, least = (
         np.array(one)[label] for one in (calibration.slope, calibration.shift, calibration.least_score)

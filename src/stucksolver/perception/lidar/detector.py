@@ -14,11 +14,11 @@ from stucksolver.perception.lidar.pillars import occupied, pillars
 from stucksolver.perception.measurements import Detections, Singles
 
 DATA = Path(__file__).with_name("data")
-"""Where the shipped network lies."""
+"""Folder of the network that ships with the package."""
 WEIGHTS = "lidar.onnx"
 CARD = "card.json"
 VERSION = 1
-"""Of the network's inputs and outputs."""
+"""Version of the network's inputs and outputs."""
 
 
 class LidarDetector:
@@ -47,11 +47,11 @@ class LidarDetector:
             raise WeightsError(f"{card_file}: trained for {', '.join(labels)}; train again for {', '.join(LABELS)}")
 
     def detect(self, points: Singles, time_s: float) -> Detections:
-        """What there is.
+        """Detect objects.
 
         Args:
             points: (n, 5) float32 as from `SweepBuffer.gather`: x, y, z (m), intensity (0 to 1), age (s).
-            time_s: Of the vehicle frame that the points are in.
+            time_s: Time of the points' vehicle frame (s).
 
         Returns:
             Detections in the same frame, the best first.

@@ -1,4 +1,4 @@
-"""The ground around the vehicle as cells: fine ones for pillars, coarse ones that answer."""
+"""The ground around the vehicle as cells: fine ones for pillars, coarse ones for the answers."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ class Grid:
     z_max_m: float = 5.0
     pillar_m: float = 0.32
     rows: int = 200
-    """Of coarse cells, along x."""
+    """Number of coarse cells along x."""
     columns: int = 140
-    """Of coarse cells, along y."""
+    """Number of coarse cells along y."""
 
     @property
     def cell_m(self) -> float:
@@ -30,27 +30,27 @@ class Grid:
 
     @property
     def cells(self) -> int:
-        """How many coarse cells there are."""
+        """Number of coarse cells."""
         return self.rows * self.columns
 
     @property
     def pillars(self) -> int:
-        """How many pillars there are."""
+        """Number of pillars."""
         return 4 * self.cells
 
     @property
     def x_max_m(self) -> float:
-        """Where the grid ends ahead."""
+        """End of the grid ahead (m)."""
         return self.x_min_m + self.rows * self.cell_m
 
     @property
     def y_max_m(self) -> float:
-        """Where the grid ends on the left."""
+        """End of the grid on the left (m)."""
         return self.y_min_m + self.columns * self.cell_m
 
 
 GRID = Grid()
-"""The one that the shipped network was trained on: 83 m ahead, 45 m behind and to the sides."""
+"""The grid on which the network was trained: 83 m ahead, 45 m behind and to the sides."""
 EGO_HALF_LENGTH_M = 2.2
 EGO_HALF_WIDTH_M = 0.9
 """Returns from within this part of our own body are dropped."""

@@ -1,4 +1,4 @@
-"""Points to pillars (Lang et al. 2019, PointPillars): what the network is told of each point, and where it belongs.
+"""Converts points to pillars (Lang et al. 2019, PointPillars): the network's features of each point, and its pillar.
 
 The network itself holds the learnt part: two small layers for each point, and the maximum over the points of a pillar.
 `stucksolver_train.lidar.pillars` computes the same with torch; a test compares the two.
@@ -13,14 +13,14 @@ from stucksolver.perception.lidar.grid import EGO_HALF_LENGTH_M, EGO_HALF_WIDTH_
 from stucksolver.perception.measurements import Singles
 
 FEATURES = 8
-"""Of a point: x and y from the middle of its pillar, height, intensity, age, x, y, distance; all about -1 to 1."""
+"""Per point: x and y from the centre of its pillar, height, intensity, age, x, y, distance; all about -1 to 1."""
 FAR_M = 64.0
 TALL_M = 2.0
 OLD_S = 0.5
 
 
 def pillars(points: Singles, grid: Grid = GRID) -> tuple[Singles, NDArray[np.int64]]:
-    """What the network takes.
+    """Return the network's input.
 
     Args:
         points: (n, 5) float32: x, y, z (m, vehicle frame), intensity (0 to 1), age (s).
@@ -53,11 +53,11 @@ def pillars(points: Singles, grid: Grid = GRID) -> tuple[Singles, NDArray[np.int
 
 
 def occupied(cell: NDArray[np.int64], grid: Grid = GRID) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Leaves out the coarse cells without points, which are most.
+    """Leave out the coarse cells without points, which are most.
 
     Args:
         cell: (m,) pillars of points.
-        grid: That they are of.
+        grid: Their grid.
 
     Returns:
         For each point its pillar among those of the occupied cells (m,), and these cells (k,) in order.

@@ -1,4 +1,4 @@
-"""The LiDAR sweeps of the last half second, brought into the vehicle frame of now."""
+"""The LiDAR sweeps of the last half second, moved into the present vehicle frame."""
 
 from __future__ import annotations
 
@@ -11,23 +11,25 @@ from numpy.typing import NDArray
 from stucksolver.perception.measurements import LidarSweep, PoseEstimate, Singles
 
 RECENT_S = 0.075
-"""Sweeps up to this age are kept whole: two of CARLA's at 20 Hz, which make one turn."""
+"""Sweeps up to this age are kept completely: two of CARLA's at 20 Hz, which make one turn."""
 LOW_M, FLAT_M = 0.25, 0.045
-"""Of older sweeps points lower than the first are dropped where all points of a cell are within the second: the road
-and pavements tell nothing about motion and are most points. A bag or a rock among them makes its cell uneven."""
+"""In older sweeps, points lower than the first value are dropped if all points of a cell are within the second:
+the road and pavements say nothing about motion and are most points. A bag or a rock among them makes its cell
+uneven.
+"""
 CELL_M = 0.64
 CELLS = 160
-"""In each direction; what lies beyond counts to the outermost."""
+"""In each direction; anything beyond counts to the outermost cell."""
 MOST_POINTS = 60_000
-"""Older points are thinned out evenly beyond this many."""
+"""Older points are thinned evenly beyond this number."""
 
 
 class SweepBuffer:
-    """Keeps sweeps with the poses they were taken at. Heights are left alone: on a slope the road tilts with us.
+    """Keeps sweeps with their poses. Heights are not changed: on a slope the road tilts with us.
 
     Args:
-        horizon_s: Sweeps older than this are forgotten.
-        most_points: How many points `gather` returns at most; those of the last turn are never thinned out.
+        horizon_s: Older sweeps are forgotten (s).
+        most_points: Largest number of points from `gather`; those of the last turn are never thinned.
     """
 
     def __init__(self, horizon_s: float = 0.5, most_points: int = MOST_POINTS) -> None:
@@ -36,11 +38,11 @@ class SweepBuffer:
         self._kept: deque[tuple[PoseEstimate, Singles, Singles]] = deque()
 
     def add(self, sweep: LidarSweep, pose: PoseEstimate) -> None:
-        """The next sweep.
+        """Add the next sweep.
 
         Args:
             sweep: In the vehicle frame at its time.
-            pose: The vehicle's, at the sweep's time.
+            pose: The vehicle's pose at the sweep's time.
 
         Raises:
             ValueError: The sweep is older than the last one.
@@ -52,10 +54,10 @@ class SweepBuffer:
             self._kept.popleft()
 
     def gather(self, pose: PoseEstimate) -> Singles:
-        """All that is kept, as seen from the vehicle at `pose`.
+        """Return everything kept, as seen from the vehicle at `pose`.
 
         Args:
-            pose: Of the moment for which the points are wanted.
+            pose: Pose at the moment for which the points are wanted.
 
         Returns:
             (n, 5) float32: x, y, z (m), intensity (0 to 1), age (s); the newest sweep first.
@@ -80,7 +82,7 @@ class SweepBuffer:
 
 
 def uneven(points: Singles) -> NDArray[np.bool_]:
-    """Which points (n, 4) of a sweep are worth keeping for longer: those that are not on flat ground (see `LOW_M`)."""
+    """Return which points (n, 4) of a sweep are kept longer: those that are not on flat ground (see `LOW_M`)."""
     row, column = (np.clip(np.floor(points[:, i] / np.float32(CELL_M)) + CELLS // 2, 0, CELLS - 1) for i in (0, 1))
     cell, z = (row * CELLS + column).astype(np.int64), points[:, 2]
     lowest, highest = np.full(CELLS * CELLS, np.inf, np.float32), np.full(CELLS * CELLS, -np.inf, np.float32)
@@ -90,7 +92,7 @@ def uneven(points: Singles) -> NDArray[np.bool_]:
 
 
 def _move(points: Singles, past: PoseEstimate, now: PoseEstimate, into: Singles) -> None:
-    """Writes `points`, seen from `past`, as seen from `now` into the first four columns of `into`."""
+    """Write `points`, seen from `past`, as seen from `now` into the first four columns of `into`."""
     turn, cos_now, sin_now = past.yaw_rad - now.yaw_rad, math.cos(now.yaw_rad), math.sin(now.yaw_rad)
     dx, dy = past.x_m - now.x_m, past.y_m - now.y_m
     cos, sin = np.float32(math.cos(turn)), np.float32(math.sin(turn))

@@ -1,4 +1,4 @@
-"""In which lane the vehicle is, given where it is thought to be."""
+"""The lane of the vehicle, given its estimated pose."""
 
 from __future__ import annotations
 
@@ -11,36 +11,37 @@ import numpy as np
 from stucksolver.perception.measurements import Floats, PoseEstimate
 
 KEPT_TO_LANE = 0.5
-"""Standard deviation of where vehicles drive beside the centre of their lane, as a share of its half width."""
+"""Standard deviation of vehicles' offset from the centre of their lane, as a share of its half width."""
 HEADING_RAD = 0.25
-"""Standard deviation of their heading against the lane's: curves, evasions, crooked stops."""
+"""Standard deviation of their heading relative to the lane: curves, evasions, crooked stops."""
 BEYOND_END_M = 3.0
 """A lane still counts this far beyond its ends."""
 ELSEWHERE_SIGMAS = 3.0
-"""Being in none of the lanes is as likely as being this many standard deviations off the centre of one."""
+"""Being in no lane is as likely as being this many standard deviations off the centre of one."""
 
 
 class LaneMatch(NamedTuple):
-    """One lane that the vehicle may be in."""
+    """One lane in which the vehicle may be."""
 
     line: int
-    """Index of the line that was given."""
+    """Index of the given line."""
     probability: float
     lateral_m: float
-    """Offset of the vehicle from the line, positive to its left."""
+    """Offset of the vehicle from the line (m), positive to its left."""
 
 
 def match(pose: PoseEstimate, lines: Sequence[Floats], half_width_m: float) -> list[LaneMatch]:
-    """How probable each lane is: Gaussian over the lateral offset and the heading, the pose's covariance added.
+    """Return the probability of each lane: Gaussian over the lateral offset and the heading, with the pose's
+    covariance.
 
     Args:
         pose: Local frame.
         lines: Centre lines (k, 3): x, y (m), and the heading of the lane's traffic (rad).
-        half_width_m: Half of a lane's width.
+        half_width_m: Half of a lane's width (m).
 
     Returns:
-        Most probable first; lanes whose ends do not reach the vehicle are left out. The probabilities add up to less
-        than 1: the rest is that of being in none of them.
+        Most probable first; lanes that end before the vehicle are left out. The probabilities add up to less than 1:
+        the rest is the probability of being in none of them.
     """
     found = []
     for index, line in enumerate(lines):
@@ -59,7 +60,7 @@ def match(pose: PoseEstimate, lines: Sequence[Floats], half_width_m: float) -> l
 
 
 def _nearest(line: Floats, x: float, y: float) -> tuple[float, float] | None:
-    """Lateral offset from a line and its heading at the nearest point; None where the line ends before."""
+    """Return the lateral offset from a line and its heading at the nearest point; None if the line ends before."""
     if len(line) < 2:
         return None
     start, step = line[:-1, :2], np.diff(line[:, :2], axis=0)
@@ -74,8 +75,8 @@ def _nearest(line: Floats, x: float, y: float) -> tuple[float, float] | None:
         return None
     change = math.remainder(float(line[best + 1, 2] - line[best, 2]), math.tau)
     heading = float(line[best, 2]) + float(share[best]) * change
-    # Across the piece itself, not to its end: the offset is the same a metre beyond the lane's end.
-    # The sign is that of the traffic's direction, which need not be the order of the points.
+    # Measured across the piece itself, not to its end: the offset is the same a metre beyond the lane's end. The sign
+    # is that of the traffic's direction, which need not be the order of the points.
     across = float(step[best, 0] * off[best, 1] - step[best, 1] * off[best, 0]) / float(length[best])
     forth = math.cos(heading) * step[best, 0] + math.sin(heading) * step[best, 1] >= 0.0
     return (across if forth else -across), heading

@@ -22,7 +22,7 @@ from stucksolver.perception.measurements import Floats, GnssFix, ImuSample, Pose
 from stucksolver.perception.rig import Rig
 
 REAR_AXLE_M = 1.45
-"""How far the rear axle lies behind the reference point: half of a usual wheelbase of 2.9 m."""
+"""Distance of the rear axle behind the reference point: half of a usual wheelbase of 2.9 m."""
 COMPASS_RAD = 0.05
 """Standard deviation of the compass; its errors last, so that it is read only"""
 COMPASS_EVERY_S = 1.0
@@ -35,31 +35,31 @@ GATE_2 = 18.42
 GATE_1 = 15.14
 """The same with 1 degree of freedom."""
 REFUSED_IN_A_ROW = 20
-"""So many fixes refused one after the other mean that the filter is wrong, not the fixes: it opens up."""
+"""After this many consecutive refused fixes the filter is wrong, not the fixes: it widens its covariance."""
 STANDING_LOOKS = 10
-"""Wheel speeds over which it is decided that the vehicle stands,"""
+"""Number of wheel speeds that decide that the vehicle stands,"""
 STANDING_SIGMAS = 3.0
-"""if their mean is within this many standard deviations of nothing."""
+"""if their mean is within this many standard deviations of zero."""
 STEADY_MPS2 = 0.1
-"""A vehicle that pulls away is felt before its wheels tell: no more than this may the acceleration change."""
+"""A vehicle that pulls away is felt before its wheels show it: the acceleration may change by no more than this."""
 STANDSTILL_MPS = 0.005
-"""Standard deviation of the speed of a vehicle that stands."""
+"""Standard deviation of the speed of a standing vehicle."""
 HEIGHT_GAIN_S = 5.0
-"""Time over which heights are averaged."""
+"""Averaging time of heights."""
 STALE_S = 0.1
-"""What is older than the state by more than this is not used."""
+"""Data older than the state by more than this are not used."""
 
 
 class NotLocalisedError(RuntimeError):
-    """There is no pose yet; the message says which sensor is waited for."""
+    """There is no pose yet. The message says which sensor is missing."""
 
 
 class Localiser:
-    """Give it every sample in the order of time; ask `estimate` at any time.
+    """Takes every sample in order of time; call `estimate` at any time.
 
-    The state is predicted by the inertial sensors, with an offset of the gyro and one of the accelerometer (on slopes
-    that holds gravity's share), and corrected by wheels, fixes and, once a second, the compass. While the wheels stand
-    the speed is held at zero and the gyro's offset is measured (zero-velocity update).
+    The inertial sensors predict the state, with one offset of the gyro and one of the accelerometer (on slopes it holds
+    gravity's share). Wheels, fixes and, once a second, the compass correct it. While the wheels stand, the speed is
+    held at zero and the gyro's offset is measured (zero-velocity update).
     """
 
     def __init__(self, rig: Rig, start: PoseEstimate | None = None, rear_axle_m: float = REAR_AXLE_M) -> None:
@@ -71,9 +71,9 @@ class Localiser:
         self._z_m = 0.0
         self._height_s = 0.0
         self._inertial = (0.0, 0.0)
-        """Acceleration along the heading and yaw rate, as measured last."""
+        """The last measured acceleration along the heading and yaw rate."""
         self._doubt = (0.0, 0.0)
-        """How much they may differ from their mean over the last step."""
+        """Their largest difference from the mean over the last step."""
         self._yaw_rad: float | None = None
         self._fix: GnssFix | None = None
         self._compass_s = -math.inf
@@ -81,18 +81,18 @@ class Localiser:
         self._felt: deque[float] = deque(maxlen=STANDING_LOOKS)
         self._refused_in_a_row = 0
         self.refused_fixes = 0
-        """How many fixes lay too far from where the vehicle could be."""
+        """Number of fixes too far from the vehicle's possible positions."""
         if start is not None:
             self._begin(start)
 
     @property
     def ready(self) -> bool:
-        """Is there a pose?"""
+        """True if there is a pose."""
         return self._filter is not None
 
     @property
     def stands(self) -> bool:
-        """Do the wheels say that the vehicle stands, and is no change of its acceleration felt?"""
+        """True if the wheels say that the vehicle stands and no change of its acceleration is felt."""
         if len(self._wheels) < STANDING_LOOKS or not self._felt:
             return False
         limit = STANDING_SIGMAS * self._rig.wheel_speed_noise_mps / math.sqrt(STANDING_LOOKS)
@@ -101,7 +101,7 @@ class Localiser:
         return not rolls and max(self._felt) - min(self._felt) < steady
 
     def imu(self, sample: ImuSample) -> None:
-        """Go on to the sample's time with its acceleration and yaw rate."""
+        """Predict to the sample's time with its acceleration and yaw rate."""
         before = self._inertial
         self._inertial = (sample.acceleration_mps2[0], sample.rotation_rps[2])
         self._felt.append(sample.acceleration_mps2[0])
@@ -110,7 +110,7 @@ class Localiser:
         if not self.ready:
             self._begin_by_sensors()
             return
-        # Samples tell of their own moment: over the step one takes their mean, and half their difference may be wrong.
+        # Samples describe their own moment: a step uses their mean, and half their difference may be wrong.
         self._doubt = (abs(self._inertial[0] - before[0]) / 2.0, abs(self._inertial[1] - before[1]) / 2.0)
         self._advance(sample.time_s, tuple((a + b) / 2.0 for a, b in zip(before, self._inertial, strict=True)))
         if self.stands:
@@ -120,13 +120,13 @@ class Localiser:
             self._correct(YAW, sample.compass_rad, COMPASS_RAD, angle=True)
 
     def wheel(self, speed: WheelSpeed) -> None:
-        """Take in the speed by the wheels."""
+        """Correct the speed by the wheels."""
         self._wheels.append(speed.speed_mps)
         if self.ready and self._current(speed.time_s):
             self._correct(SPEED, speed.speed_mps, self._rig.wheel_speed_noise_mps)
 
     def gnss(self, fix: GnssFix) -> None:
-        """Take in a fix, unless it lies where the vehicle cannot be."""
+        """Correct the position by a fix, unless the vehicle cannot be there."""
         if not self.ready:
             self._fix = fix
             self._begin_by_sensors()
@@ -146,9 +146,10 @@ class Localiser:
         self._height_s = fix.time_s
 
     def estimate(self, time_s: float) -> PoseEstimate:
-        """The pose at a time, by going on from the last sample; the filter stays as it is.
+        """Return the pose at a time (s), predicted from the last sample; the filter does not change.
 
-        Raises `NotLocalisedError` before the first fix and compass reading.
+        Raises:
+            NotLocalisedError: There was no fix or no compass reading yet.
         """
         if not self.ready:
             missing = "a fix" if self._fix is None else "a compass reading"
@@ -167,7 +168,7 @@ class Localiser:
             return
         fix, noise = self._fix, self._rig.gnss_noise_m**2
         speed = self._wheels[-1] if self._wheels else 0.0
-        # Without a word from the wheels the speed is anybody's guess.
+        # Without wheel data the speed is unknown.
         spread = self._rig.wheel_speed_noise_mps**2 if self._wheels else 10.0**2
         covariance = np.diag([noise, noise, COMPASS_RAD**2, spread])
         self._begin(PoseEstimate(fix.time_s, fix.x_m, fix.y_m, fix.z_m, self._yaw_rad, speed, 0.0, covariance))
@@ -191,7 +192,7 @@ class Localiser:
         after, ekf.F = onward(ekf.x, inertial[0], inertial[1], self._rear_axle_m, dt)
         ekf.Q = self._noise(dt)
         ekf.predict()
-        # filterpy's step is linear; the covariance is right, the state is the model's.
+        # filterpy's step is linear; the covariance is right, and the state is the model's.
         ekf.x = after
         self._time_s = time_s
 
@@ -201,18 +202,18 @@ class Localiser:
         return disturbance(self._filter.x, acceleration, rotation, dt)
 
     def _standstill(self, sample: ImuSample) -> None:
-        """A vehicle that stands has no speed, and its gyro and accelerometer read their offsets."""
+        """A standing vehicle has no speed, and its gyro and accelerometer read their offsets."""
         self._correct(SPEED, 0.0, STANDSTILL_MPS)
         self._correct(GYRO, sample.rotation_rps[2], self._rig.imu_rotation_noise_rps)
         self._correct(ACCELERATION, sample.acceleration_mps2[0], 0.05)
 
     def _current(self, time_s: float) -> bool:
-        """Bring the state to a measurement's time; False if the measurement is too old to be used."""
+        """Predict the state to a measurement's time; False if the measurement is too old."""
         self._advance(time_s, self._inertial)
         return time_s >= self._time_s - STALE_S
 
     def _correct(self, what: int, value: float, sigma: float, angle: bool = False) -> None:
-        """Take in a measurement of one state by itself, unless it is absurd."""
+        """Correct one state by a measurement of it, unless the measurement is absurd."""
         ekf, h = self._filter, np.eye(STATE)[what : what + 1]
         off = value - float(ekf.x[what])
         off = math.remainder(off, math.tau) if angle else off

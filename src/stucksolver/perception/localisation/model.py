@@ -1,4 +1,4 @@
-"""How the vehicle's state goes on from one moment to the next, and what each sensor should read."""
+"""The motion model of the vehicle's state, and the expected reading of each sensor."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ ACCELERATION_WALK = 0.2
 SLIP = 0.03
 """Standard deviation of the lateral velocity that the model misses, as a share of the speed: the body slides."""
 SLIP_S = 0.5
-"""It keeps its sign for about this time."""
+"""Time for which it keeps its sign."""
 WHEEL_SHARE = 0.003
-"""The same along the heading: tyres wear and slip, so that wheels tell a distance that is this share wrong,"""
+"""The same along the heading: tyres wear and slip, so the wheels' distance is wrong by this share,"""
 WHEEL_S = 5.0
-"""and stay wrong for about this time."""
+"""for about this time."""
 FIXED_MPS = 0.005
-"""What a standing vehicle's position is allowed (m per root of a second), so that the filter stays open to news."""
+"""Position noise of a standing vehicle (m per root of a second), so that the filter stays open to new data."""
 
 
 def onward(
     state: Floats, acceleration_mps2: float, rotation_rps: float, rear_axle_m: float, dt: float
 ) -> tuple[Floats, Floats]:
-    """The state `dt` seconds later, and its derivative by the state (6, 6).
+    """Return the state `dt` seconds later, and its derivative by the state (6, 6).
 
     A bicycle model: the rear axle, `rear_axle_m` behind the reference point, moves along the heading only, so that the
     reference point moves sideways with the yaw rate (Rajamani, "Vehicle Dynamics and Control", chapter 2).
