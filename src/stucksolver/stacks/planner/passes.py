@@ -44,7 +44,7 @@ ONCOMING_M = 6.0
 ONCOMING_S = 0.8
 """The same in seconds of their drive."""
 FOLLOWING_M = 2.0
-"""Kept to whoever drives our way, besides `FOLLOWING_S`."""
+"""Kept to traffic of our direction, besides `FOLLOWING_S`."""
 FOLLOWING_S = 0.5
 """The same in seconds of their drive."""
 TIGHTER = (1.0, 0.8, 0.65)
@@ -52,7 +52,7 @@ _COMES_MPS = -1.0
 _STANDS_MPS = 0.3
 _BEFORE_WHAT_STANDS_M = 0.5
 TWO_WHEELER_M = 0.55
-"""Half as wide as this, at most, is a bicycle or a motorcycle."""
+"""A narrower body than twice this is a bicycle or a motorcycle."""
 _ONCOMING_COST_S = 4.0
 _PER_METRE_COST_S = 0.3
 _DOORS_COST_S = 1.0
@@ -60,7 +60,7 @@ _DOORS_COST_S = 1.0
 
 @dataclass(frozen=True)
 class Pass:
-    """A way beside the route's line and back: offset (right positive) and arc lengths of the ego's centre, metres."""
+    """A way beside the route's line and back: offset (right positive) and arc lengths of the ego's centre (m)."""
 
     offset_m: float
     begins_m: float
@@ -71,25 +71,25 @@ class Pass:
     back_m: float
     """Where it is on the line again."""
     speed_mps: float
-    """No quicker than this beside it."""
+    """Speed cap beside it (m/s)."""
     oncoming: bool
-    """Does it use a lane of the other direction?"""
+    """True if it uses a lane of the other direction."""
     around: frozenset[int]
     """Ids of what is passed."""
     ends_m: float
     """Where that ends."""
     by_doors: bool = False
-    """Would a door that opens reach into its way?"""
+    """True if an opening door would reach into its way."""
 
     def offset_at(self, s: Array, start_offset_m: float) -> Array:
-        """Offsets at arc lengths `s`, from `start_offset_m` where it begins."""
+        """Return the offsets at arc lengths `s`, from `start_offset_m` at its beginning."""
         out = smooth_step((s - self.begins_m) / max(self.beside_m - self.begins_m, 1e-6))
         home = smooth_step((s - self.returns_m) / max(self.back_m - self.returns_m, 1e-6))
         return np.asarray((start_offset_m + (self.offset_m - start_offset_m) * out) * (1.0 - home))
 
 
 class Situation(NamedTuple):
-    """The ego in the route's frame, and all that a pass depends on."""
+    """The ego in the route's frame, and everything that a pass depends on."""
 
     s_m: float
     d_m: float
@@ -101,7 +101,7 @@ class Situation(NamedTuple):
 
 
 class Rollout(NamedTuple):
-    """A pass driven: times (s), arc lengths and offsets of the ego's centre (m)."""
+    """A simulated pass: times (s), arc lengths and offsets of the ego's centre (m)."""
 
     t: Array
     s: Array
@@ -109,7 +109,7 @@ class Rollout(NamedTuple):
 
 
 def group_of(here: Situation, first: int, lane_m: float) -> Flags:
-    """What is passed together with body number `first`: whatever in the lane follows too closely to return between."""
+    """Return what is passed together with body number `first`: followers in the lane too close to return between."""
     bodies = here.bodies
     inside = np.abs(bodies.d) - bodies.aside < lane_m
     members = np.zeros(len(bodies), np.bool_)
@@ -125,7 +125,7 @@ def group_of(here: Situation, first: int, lane_m: float) -> Flags:
 
 
 def proposals(here: Situation, group: Flags) -> Iterator[Pass]:
-    """Ways past a group, on either side, from gentle to tight; those for which the lanes are too narrow left out."""
+    """Yield ways past a group, on either side, from gentle to tight, if the lanes are wide enough."""
     bodies, model = here.bodies.part(group), here.model
     start = float((bodies.s - bodies.along).min())
     vulnerable = bodies.is_walker | (bodies.aside < TWO_WHEELER_M)
@@ -143,7 +143,7 @@ def proposals(here: Situation, group: Flags) -> Iterator[Pass]:
 
 
 def _lane_middles(here: Situation, s_m: float, side: int, least_m: float) -> Iterator[float]:
-    """The middle of a lane of our direction on that side, if it is far enough away."""
+    """Yield the centre of a lane of our direction on that side, if it is far enough away."""
     room = here.sides.room(s_m - 1.0, s_m + 1.0)
     width = room.left_same if side < 0 else room.right_same
     if width > 0.0 and room.half + width / 2.0 > least_m:
@@ -171,7 +171,7 @@ def _pass(here: Situation, bodies: RouteBodies, offset: float, share: float, spe
 
 
 def _lanes(room: Room, offset: float, half_width: float) -> tuple[bool, bool]:
-    """Whether the lanes are wide enough for the body at that offset, and whether it uses an oncoming one."""
+    """Return whether the lanes are wide enough for the body at that offset, and whether it uses an oncoming one."""
     edge = abs(offset) + half_width + EDGE_M
     if offset >= 0.0:
         return edge <= room.half + room.right_same, False
@@ -186,21 +186,21 @@ def _driven(here: Situation, speed: float) -> tuple[Array, Array]:
 
 
 def rollout(here: Situation, way: Pass) -> Rollout:
-    """The pass from where the ego is until it is back on its line."""
+    """Return the pass from the ego's position until it is back on its line."""
     t, s = _driven(here, way.speed_mps)
     count = int(np.searchsorted(s, way.back_m)) + 1
     return Rollout(t[:count], s[:count], way.offset_at(s[:count], here.d_m))
 
 
 def is_clear(here: Situation, way: Pass, share: float = 1.0) -> bool:
-    """Whether nobody would come too near, if everybody goes on along the route's frame as now.
+    """True if nobody would come too near, if everybody continues along the route's frame as now.
 
-    `share`: of the distances kept; less for one that has set off, so that it does not hesitate.
+    `share` scales the distances kept: smaller for an ego that has set off, so that it does not hesitate.
     """
     drive, bodies, model = rollout(here, way), here.bodies, here.model
     ours = bodies.among(way.around)
     behind_us = (bodies.s + bodies.along < here.s_m) & (np.abs(bodies.d - here.d_m) < 1.0)
-    # Behind whoever is in the lane beyond the group one stops or follows, as behind anybody.
+    # Behind a body in the lane beyond the group the ego stops or follows, as usual.
     leads = (np.abs(bodies.d) - bodies.aside < model.half_width) & (bodies.s - bodies.along > way.ends_m)
     leads &= bodies.vs > _COMES_MPS
     others = bodies.part(~ours & ~behind_us & ~leads)
@@ -217,14 +217,16 @@ def is_clear(here: Situation, way: Pass, share: float = 1.0) -> bool:
 
 
 def cost_s(here: Situation, way: Pass) -> float:
-    """What a pass costs, in seconds: its time, exposure to oncoming traffic and doors, and how far it swings out."""
+    """Return the cost of a pass in seconds: its time, exposure to oncoming traffic and doors, and how far it
+    swings out.
+    """
     drive = rollout(here, way)
     exposed_s = _ONCOMING_COST_S * way.oncoming + _DOORS_COST_S * way.by_doors
     return float(drive.t[-1]) + exposed_s + _PER_METRE_COST_S * abs(way.offset_m)
 
 
 def pass_path(line: Path, here: Situation, way: Pass, lateral_accel: float, deceleration: float) -> Path:
-    """The rest of the route's `line` with the pass in it."""
+    """Return the rest of the route's `line` with the pass in it."""
     rest = line.s >= min(here.s_m, line.length - 1.0)
     s, bounds = line.s[rest], line.speed[rest]
     out = (s > way.begins_m) & (s < way.back_m)

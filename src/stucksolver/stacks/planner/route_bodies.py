@@ -1,4 +1,4 @@
-"""Bodies around the ego in the route's frame: along it, beside it, and how fast either way.
+"""Bodies around the ego in the route's frame: position and speed along it and across it.
 
 Arc lengths in metres along the route's line, offsets in metres from it, right positive.
 """
@@ -31,9 +31,9 @@ class RouteBodies:
     s: Array
     d: Array
     along: Array
-    """Half the length that each takes up along the route."""
+    """Half of the length that each occupies along the route."""
     aside: Array
-    """Half the width that each takes up across it."""
+    """Half of the width that each occupies across it."""
     vs: Array
     vd: Array
 
@@ -46,16 +46,16 @@ class RouteBodies:
         return np.asarray(np.hypot(self.vs, self.vd))
 
     def among(self, ids: frozenset[int]) -> Flags:
-        """Which of them have one of these ids."""
+        """True for those with one of these ids."""
         return np.isin(self.actor_id, list(ids))
 
     def part(self, which: Flags) -> RouteBodies:
-        """Some of them."""
+        """Return some of them."""
         return RouteBodies(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
 
 
 def on_route(line: Path, s_m: float, around: NearbyBodies) -> RouteBodies:
-    """Those of the bodies `around` that are not above or below a route's `line`, seen from its arc length `s_m`."""
+    """Return the bodies `around` that are not above or below a route's `line`, seen from its arc length `s_m`."""
     low = int(np.searchsorted(line.s, s_m - BEHIND_M))
     high = max(int(np.searchsorted(line.s, s_m + AHEAD_M)), low + 2)
     pick = slice(low, high, _STRIDE)

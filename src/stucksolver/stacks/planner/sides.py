@@ -1,4 +1,4 @@
-"""What lies beside the route's lane: lanes of its direction and of the other, measured once for a route."""
+"""The lanes beside the route's lane, in its direction and in the other, measured once per route."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ CLOSED = Room(0.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, eq=False)
 class Sides:
-    """Widths at each point of the route; nothing lies beside it in a junction and while it changes lanes."""
+    """Widths at each point of the route; zero beside it in a junction and during lane changes."""
 
     s: Array
     widths: Array
@@ -48,13 +48,13 @@ class Sides:
         return Room(*(float(one) for one in self.widths[low : high + 1].min(axis=0)))
 
     def junction_after(self, s_m: float) -> float:
-        """Where the next stretch begins beside which nothing is known (m); infinite if none comes."""
+        """Return the start of the next stretch beside which nothing is known (m); infinite if there is none."""
         closed = np.flatnonzero((self.s > s_m) & (self.widths[:, 1:].max(axis=1) <= 0.0))
         return float(self.s[closed[0]]) if len(closed) else np.inf
 
 
 def sides_of(route: Sequence[RoutePoint], line: Path) -> Sides:
-    """The lanes beside each point of a route."""
+    """Return the lanes beside each point of a route."""
     places = [point.waypoint.transform.location for point in route]
     xy = np.array([(one.x, one.y) for one in places])
     arc = arc_lengths(xy)

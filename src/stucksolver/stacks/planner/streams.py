@@ -1,7 +1,7 @@
-"""Into a stream at its own pace: who joins one that is faster than the limit known drives as fast as it does.
+"""Joins a stream at its own pace: a stream that is faster than the known limit is joined at its speed.
 
-CARLA tells the limit of the last sign that was passed. Where a whole stream drives faster, a car that keeps to the old
-limit is run into from behind by whoever does not brake.
+CARLA reports the limit of the last sign passed. If a whole stream drives faster, a car that keeps to the old limit is
+hit from behind by traffic that does not brake.
 """
 
 from __future__ import annotations
@@ -34,17 +34,17 @@ from stucksolver.stacks.driver.vehicle_model import VehicleModel
 from stucksolver.stacks.planner.passes import Situation
 
 HURRIED = Pace(2.0, 1.4)
-"""How one drives into a gap of a stream: up to 4 m/s² onwards, and some 4 m/s² sideways."""
+"""How to drive into a gap of a stream: up to 4 m/s² ahead, and some 4 m/s² sideways."""
 LEAST_GAP_M = 2.5
-"""Bumper gap to who is ahead in a stream, while whoever is behind comes up."""
+"""Bumper gap to the leader in a stream, while traffic comes up from behind."""
 SLOWER_MPS = 0.4
-"""So much slower than its leader the ego lets the gap grow."""
+"""The ego lets the gap grow by driving this much slower than its leader."""
 BEHIND_M = 2.0
-"""A leader whose rear is farther behind our front than our length and this is no leader."""
+"""A vehicle whose rear is farther behind our front than our length and this is no leader."""
 FOLLOWS_S = 2.0
-"""Who is nearer behind than this follows the ego, besides `FOLLOWS_M`."""
+"""A vehicle nearer behind than this follows the ego, besides `FOLLOWS_M`."""
 COMES_S = 4.0
-"""Who will be there within this time is about to, besides `FOLLOWS_M`."""
+"""A vehicle that will be there within this time counts as well, besides `FOLLOWS_M`."""
 FOLLOWS_M = 4.0
 _IN_LANE_M = 1.3
 _CREEPS_MPS = 1.0
@@ -54,34 +54,34 @@ _HALTS_MPS2 = 2.0
 _STANDS_MPS = 0.05
 _SAME_PACE_MPS = 1.5
 FASTEST_MPS = 22.0
-"""No stream is joined at more than this."""
+"""Highest speed at which a stream is joined."""
 
 
 class StreamGiveWay(GiveWay):
-    """Looks for a gap as one who takes up the stream's pace; see `GiveWay`."""
+    """Looks for a gap at the stream's pace; see `GiveWay`."""
 
     shown_m: ClassVar[float] = 4.0
     flow_mps = 0.0
     """Pace of the stream that the ego joins at the junction ahead (m/s); 0 without one."""
     judged: frozenset[int] = frozenset()
-    """Ids of those on other ways against whom the drive through the junction was proven, at the last look."""
+    """Ids of those on other ways against whom the drive through the junction was proven at the last look."""
 
     def look(self, line: Path, s: float, motion: Moving, around: NearbyBodies, dt_s: float) -> GiveWayDecision:
         """See `GiveWay`."""
         self.flow_mps, self.judged = 0.0, frozenset()
         found = super().look(line, s, motion, around, dt_s)
         if found.leader is not None and found.leader.gap_m < -2.0 * self._model.half_length - BEHIND_M:
-            # It has come to the junction first, but the ego has joined ahead of it.
+            # It came to the junction first, but the ego has joined ahead of it.
             return found._replace(leader=None)
         return found
 
     def _must_go(self, speed: float, room: float) -> bool:
-        """One that has crept up to the others' way, and hardly into it, still waits."""
+        """An ego that has crept up to the others' way, and hardly into it, still waits."""
         creeps = speed < _CREEPS_MPS and room > -_NOSE_M
         return not creeps and super()._must_go(speed, room)
 
     def _gone(self, meeting: Meeting, found: Met, front: float, speed: float) -> GiveWayDecision:
-        """See `GiveWay`; one that would meet somebody stops before the next way that it has not entered yet."""
+        """See `GiveWay`; an ego that would meet someone stops before the next way that it has not entered yet."""
         usual = super()._gone(meeting, found, front, speed)
         if usual.wait_m is not None or not found.met:
             return usual
@@ -92,12 +92,12 @@ class StreamGiveWay(GiveWay):
         return usual if room is None else GiveWayDecision(room, frozenset())
 
     def _enters_nothing(self, meeting: Meeting, front: float, place: float) -> bool:
-        """Would it stop before `place` without standing in a way of those who go first that it is not in already?"""
+        """True if it would stop before `place` without standing in a priority way that it is not in already."""
         new = [way for way in meeting.ways if way.goes_first and way.route_meets_s > front]
         return not any(way.route_meets_s < place - _SAME_PLACE_M for way in new)
 
     def _lag_s(self) -> float:
-        """None for one that has set off: else it would seem too late with every look, and stop again."""
+        """None for an ego that has set off: otherwise it would seem too late at every look, and stop again."""
         return 0.0 if self.going else super()._lag_s()
 
     def _top_mps(self, motion: Moving, coming: Sequence[tuple[MeetingWay, OtherOnWay]]) -> float:
@@ -108,32 +108,32 @@ class StreamGiveWay(GiveWay):
 
 
 class StreamConcerns(Concerns):
-    """The driver's concerns, with a stream's pace in place of a lower limit."""
+    """The driver's concerns, with a stream's pace instead of a lower limit."""
 
     def __init__(self, profile: Profile, options: DriverOptions, model: VehicleModel, planner: LocalPlanner) -> None:
         super().__init__(profile, options, model, planner)
         self.flow_mps = 0.0
         """Pace of the stream that the ego joins or has just joined (m/s); 0 without one."""
         self._joins = False
-        """Is that faster than the limit, as of the last look at the cruising speed?"""
+        """True if that is faster than the limit, as of the last look at the cruising speed."""
 
     def cruise(self, path: Path, speed: float, limit_kmh: float, command: str, pace: Pace) -> float:
-        """Keep to the path's bounds and to the limit, or to the pace of the stream where that is faster."""
+        """Keep to the path's bounds and to the limit, or to the stream's pace if that is faster."""
         self._joins = self.flow_mps > super().top_speed(limit_kmh)
         command, pace = ("", HURRIED) if self._joins else (command, pace)
         return super().cruise(path, speed, limit_kmh, command, pace)
 
     def top_speed(self, limit_kmh: float) -> float:
-        """See `Concerns`; the stream's pace where that is faster."""
+        """See `Concerns`; the stream's pace if that is faster."""
         return max(super().top_speed(limit_kmh), self.flow_mps)
 
     def wait(self, distance: float, speed: float) -> float:
-        """See `Concerns`; with less room than wished for, no creeping on."""
+        """See `Concerns`; with less room than wanted, no creeping."""
         usual = super().wait(distance, speed)
         return min(usual, -_HALTS_MPS2) if distance < self._options.stop_line_gap_m and speed > _STANDS_MPS else usual
 
     def hazard(self, hazard: Hazard, speed: float) -> float:
-        """See `Concerns`; in a stream the gap to a leader that drives away is not opened by falling behind it."""
+        """See `Concerns`; in a stream the gap to a leader that drives away is not opened by falling back."""
         usual = super().hazard(hazard, speed)
         return max(usual, self._close_behind(hazard.gap, hazard.speed, speed))
 
@@ -150,9 +150,9 @@ class StreamConcerns(Concerns):
 
 
 def pace_behind_mps(here: Situation) -> float:
-    """How fast whoever follows in the ego's lane, or soon will, drives (m/s); 0 where nobody does.
+    """Return the speed of traffic behind in the ego's lane, now or soon (m/s); 0 without any.
 
-    One that kept to its own pace until it is closed up on, and fell back to it as soon as it is not, would be hit.
+    An ego that kept to its own pace until the traffic is close, and fell back to it afterwards, would be hit.
     """
     bodies = here.bodies
     gap = here.s_m - here.model.half_length - bodies.s - bodies.along

@@ -1,4 +1,4 @@
-"""Whom the ego lets past: an emergency vehicle with its lights on that comes up from behind."""
+"""Gives way to an emergency vehicle with its lights on that comes up from behind."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ EMERGENCY_LAMPS = 512 | 1024
 BEHIND_M = 100.0
 LANE_M = 2.0
 SLOWER = 0.6
-"""While it is let past, the ego drives at this share of its speed."""
+"""The ego drives at this share of its speed meanwhile."""
 LEAST_MPS = 3.0
 STRETCH_M = 40.0
-"""The way aside is planned so far ahead, and on while it is needed."""
+"""The way aside is planned this far ahead, and extended while it is needed."""
 PAST_M = 8.0
-"""Its rear is so far ahead of our bumper when the ego goes back."""
+"""The ego returns when the vehicle's rear is this far ahead of its bumper."""
 ROOM_BEHIND_M = 4.0
 ROOM_BEHIND_S = 1.5
-"""Seconds of who comes up in the lane to go back to, beside `ROOM_BEHIND_M`."""
+"""Time gap to traffic in the lane to return to, besides `ROOM_BEHIND_M`."""
 
 
 def comes_behind(here: Situation) -> list[int]:
-    """Ids of vehicles behind the ego in its lane that drive its way and are no slower."""
+    """Return the ids of vehicles behind the ego in its lane, in its direction, that are no slower."""
     bodies = here.bodies
     behind = (bodies.s < here.s_m) & (bodies.s > here.s_m - BEHIND_M) & ~bodies.is_walker
     same = (np.abs(bodies.d - here.d_m) < LANE_M) & (bodies.vs > 1.0) & (bodies.vs > here.speed_mps - 1.0)
@@ -35,7 +35,7 @@ def comes_behind(here: Situation) -> list[int]:
 
 
 def aside(here: Situation, whom: frozenset[int]) -> Iterator[Pass]:
-    """Ways into a lane beside of our direction, the right one first."""
+    """Yield ways into a lane beside of our direction, the right one first."""
     room = here.sides.room(here.s_m, here.s_m + STRETCH_M)
     speed = max(SLOWER * here.speed_mps, LEAST_MPS)
     for width, sign in ((room.right_same, 1.0), (room.left_same, -1.0)):
@@ -48,7 +48,7 @@ def aside(here: Situation, whom: frozenset[int]) -> Iterator[Pass]:
 
 
 def is_past(here: Situation, whom: frozenset[int]) -> bool:
-    """Are those out of sight, or ahead of the ego by enough?"""
+    """True if they are out of sight, or far enough ahead of the ego."""
     bodies = here.bodies
     theirs = bodies.among(whom)
     rear = here.s_m + here.model.half_length + PAST_M
@@ -57,7 +57,7 @@ def is_past(here: Situation, whom: frozenset[int]) -> bool:
 
 
 def may_return(here: Situation) -> bool:
-    """Is the route's lane free abreast of the ego, and does nobody come up in it?"""
+    """True if the route's lane is free beside the ego and nobody comes up in it."""
     bodies, half = here.bodies, here.model.half_length
     inside = np.abs(bodies.d) - bodies.aside < here.model.half_width + 0.3
     closing = np.maximum(bodies.vs - here.speed_mps, 0.0)

@@ -1,4 +1,4 @@
-"""A vehicle in CARLA that sees by its own sensors: perception runs beside the loop, and the world is as sensed."""
+"""A vehicle in CARLA with its own sensors: perception runs beside the loop, and the world is as perceived."""
 
 from stucksolver.stacks.sensed.eyes import Eyes
 from stucksolver.stacks.sensed.faults import FAULTS, SensorFault

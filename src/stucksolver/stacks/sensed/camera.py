@@ -1,4 +1,4 @@
-"""The rig's front camera as reasoners are shown it: its latest picture, in the size that all reasoners get."""
+"""The rig's front camera for reasoners: its latest image, in the size that all reasoners get."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 
 
 class SensedCamera:
-    """See `GivesPicture`. The sensor is the eyes' own."""
+    """See `GivesPicture`. The sensor belongs to the eyes."""
 
     def __init__(self, eyes: Eyes) -> None:
         self._eyes = eyes
         self._made: tuple[CameraFrame, CameraImage] | None = None
 
     def image(self) -> CameraImage | None:
-        """The latest picture; None before the first."""
+        """Return the latest image; None before the first."""
         from PIL import Image
 
         frame = self._eyes.picture

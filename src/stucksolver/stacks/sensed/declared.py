@@ -1,4 +1,4 @@
-"""The sensors that a leaderboard agent declares, held to the rig: what does not fit is named before anybody drives."""
+"""Compares the sensors that a leaderboard agent declares with the rig: mismatches are reported before the drive."""
 
 from __future__ import annotations
 
@@ -18,14 +18,17 @@ NEEDED = {
 }
 """By the leaderboard's names for their types; one of each."""
 SAME_DEG = 0.01
-"""Fields of view are told in whole degrees."""
+"""Fields of view are given in whole degrees."""
 
 
 def rig_of(declared: Sequence[Mapping[str, Any]], rig: Rig) -> Rig:
-    """The rig with camera and LiDAR where the agent has them. Raises `SensorError`.
+    """Return the rig with camera and LiDAR mounted as the agent declares.
 
-    Their mounts may differ from the rig file's, since they are known exactly; what networks were trained for, the
-    picture's size and its field of view, may not.
+    Mounts may differ from the rig file's, since they are known exactly. What the networks were trained for, the image's
+    size and field of view, may not.
+
+    Raises:
+        SensorError: A sensor is missing or does not fit.
     """
     for type_id, name in NEEDED.items():
         count = sum(one.get("type") == type_id for one in declared)

@@ -1,8 +1,8 @@
-"""The eyes of one ego: sensors read on every tick, perception beside the loop, its newest result with its age.
+"""The eyes of one ego: sensors read on every tick, perception beside the loop, and its newest result with its age.
 
-In a world that waits for us (`paced`) a result is taken up exactly `DELAY_S` after its data, however long it took, so
-that a drive can be repeated. In one that does not, it is taken up when it is there; where perception falls behind,
-its results are older, `lagging` says so, and the guard sees the age.
+In a world that waits for us (`paced`) a result is used exactly `DELAY_S` after its data, however long it took, so that
+a drive can be repeated. Otherwise it is used when it is ready. If perception falls behind, its results are older,
+`lagging` says so, and the guard sees the age.
 """
 
 from __future__ import annotations
@@ -36,32 +36,37 @@ from stucksolver.stacks.sensed.world import SensedWorld
 if TYPE_CHECKING:
     from stucksolver.scene.frenet import RoadFrame
 PERIOD_S = 0.1
-"""Ten results a second: one for each turn of the LiDAR."""
+"""Ten results a second: one per turn of the LiDAR."""
 DELAY_S = 0.1
-"""From data to result in a world that waits: what perception takes on two cores, and a tick."""
+"""From data to result in a world that waits: the time of perception on two cores, and a tick."""
 LAGS_S = 0.3
-"""Results older than this mean that perception has fallen behind."""
+"""Older results mean that perception has fallen behind."""
 SEARCH_ABOVE_M = 0.5
-"""The road's height is looked for from a little above the last one, so that a bridge is not taken for the road."""
+"""The road's height is searched from a little above the last one, so that a bridge is not taken for the road."""
 MOVES_MPS = 0.5
-"""Slower, a camera without noise may well show the same picture twice."""
+"""Below this speed a camera without noise may show the same image twice."""
 BLIND_S = 0.6
-"""Whoever has seen nothing for so long brakes: a little more than the age that the guard accepts."""
+"""A vehicle that has seen nothing for this long brakes: a little more than the age that the guard accepts."""
 DARK_AGE_S = 60.0
-"""The age of what was never seen."""
+"""The age of data that never came."""
 TICK_S = 1e-6
 
 
 class Eyes:
-    """Call `tick` once after each tick of the world. `vehicle` is what drivers and `CarlaStack` are given.
+    """Perceives the world for one ego. Call `tick` once after each tick of the world; give `vehicle` to drivers and
+    stacks.
 
-    Raises `SensorError` and `WeightsError` when it is made, and `SensorError` from `tick`. There is a pose after the
-    first tick; let some more go by before anybody drives, so that it is a good one. `source`: where measurements come
-    from, if not from sensors that are put on the vehicle here; it is closed with the eyes.
+    There is a pose after the first tick; wait some more ticks before anybody drives, so that it is good. `tick` raises
+    `SensorError` as well. `source` provides the measurements instead of sensors attached here; it is closed with the
+    eyes.
+
+    Raises:
+        SensorError: A sensor is missing or gives no data.
+        WeightsError: A network cannot be used.
     """
 
     pose: PoseEstimate
-    """Where the ego is thought to be on this tick."""
+    """The ego's estimated pose on this tick."""
 
     perception = "sensors"
 
@@ -84,7 +89,7 @@ class Eyes:
         self._paced = paced
         self._map = carla_map
         self._height_m = float(vehicle.get_location().z)
-        """Of the road, known from the start as the route is."""
+        """Height of the road (m), known from the start like the route."""
         self._hero = vehicle
         self._heads = _heads(vehicle.get_world())
         self._worker = ThreadPoolExecutor(1, "perception")
@@ -94,7 +99,7 @@ class Eyes:
         self._begun_s = -np.inf
         self._lags = False
         self.picture: CameraFrame | None = None
-        """The camera's latest; None before the first."""
+        """The camera's latest image; None before the first."""
         self.percept: Percept | None = None
         """The newest result; None before the first."""
         self.now_s = 0.0
@@ -106,7 +111,11 @@ class Eyes:
     # ---- each tick
 
     def tick(self) -> None:
-        """Take in this tick's measurements; begin a cycle of perception where one is due; take up a finished one."""
+        """Read this tick's measurements, start a cycle of perception if one is due, and take a finished one.
+
+        Raises:
+            SensorError: A sensor gives no data.
+        """
         measured = self._suite.read()
         self.now_s = float(self._hero.get_world().get_snapshot().timestamp.elapsed_seconds)
         if self._fault is not None:
@@ -119,7 +128,7 @@ class Eyes:
         self._say_lag()
 
     def close(self) -> None:
-        """The drive is over."""
+        """End the drive."""
         self._suite.close()
         self._worker.shutdown(wait=True, cancel_futures=True)
 
@@ -136,7 +145,7 @@ class Eyes:
         self.pose = replace(pose, z_m=self._height_m)
 
     def _road_height_m(self, x_m: float, y_m: float) -> float:
-        """By the map: satellites tell heights worse than anything else, and a vehicle stands on its road."""
+        """From the map: satellites measure heights worst of all, and a vehicle stands on its road."""
         waypoint = self._map.get_waypoint(carla.Location(x_m, -y_m, self._height_m + SEARCH_ABOVE_M))
         return self._height_m if waypoint is None else float(waypoint.transform.location.z)
 
@@ -185,73 +194,73 @@ class Eyes:
         self._lags = lags
 
     def _near_heads(self) -> dict[int, Floats]:
-        """Lights within reach of the camera."""
+        """Return the lights within reach of the camera."""
         x, y = self.pose.x_m, self.pose.y_m
         away = {light: np.hypot(boxes[:, 0] - x, boxes[:, 1] - y).min() for light, boxes in self._heads.items()}
         return {light: self._heads[light] for light, gap_m in away.items() if gap_m < LIGHT_REACH_M}
 
-    # ---- asked by the stack
+    # ---- called by the stack
 
     def age_s(self, now_s: float) -> float:
-        """Of the newest result's data."""
+        """Age of the newest result's data (s)."""
         return DARK_AGE_S if self.percept is None else now_s - self.percept.pose.time_s
 
     @property
     def blind(self) -> bool:
-        """Is the newest result too old to drive by?"""
+        """True if the newest result is too old to drive by."""
         return self.age_s(self.now_s) > BLIND_S
 
     def checked(self, control: carla.VehicleControl) -> carla.VehicleControl:
-        """What may be applied of a control: full braking, with the wheels as they are, for whoever is blind."""
+        """Return the control to apply: full braking with the wheels unchanged if the ego is blind."""
         if not self.blind:
             return control
         return carla.VehicleControl(steer=control.steer, brake=1.0, reverse=control.reverse)
 
     @property
     def position_sd_m(self) -> float:
-        """Standard deviation of the ego's place, in whichever direction it is largest."""
+        """Standard deviation of the ego's position in the worst direction (m)."""
         return float(np.sqrt(np.linalg.eigvalsh(self.pose.covariance[:2, :2])[-1]))
 
     @property
     def lagging(self) -> bool:
-        """Has perception fallen behind?"""
+        """True if perception has fallen behind."""
         return self._lags
 
     def light(self, light_id: int) -> LightState:
-        """What a light on the map was last seen to show; unknown where nothing certain was seen."""
+        """Return what a light on the map last showed; unknown if nothing certain was seen."""
         if self.percept is None:
             return LightState.UNKNOWN
         return self.percept.lights.get(light_id, LightState.UNKNOWN)
 
     def within(self, range_m: float) -> SensedBodies:
-        """Bodies for a driver; its range is what the sensors have."""
+        """Return the bodies for a driver; their range is that of the sensors."""
         return SensedBodies(self, range_m)
 
     def tracker(self) -> SensedTracker:
-        """Objects for the solver."""
+        """Return the objects for the solver."""
         return SensedTracker(self)
 
     def camera(self) -> SensedCamera:
-        """The front camera's picture for scenes."""
+        """Return the front camera's image for scenes."""
         return SensedCamera(self)
 
     def sight_lines(self, frame: RoadFrame) -> SensedSight:
-        """How far lanes are seen, on one road geometry."""
+        """Return how far lanes are seen on one road geometry."""
         return SensedSight(self, frame)
 
     def actors(self, ids: Sequence[int]) -> list[Any]:
-        """Stand-ins for `carla.Actor`s: what kind of thing the tracks with these ids are."""
+        """Return stand-ins for `carla.Actor`s: the kinds of the tracks with these ids."""
         return [] if self.percept is None else stand_ins(self.percept, ids)
 
     def lamps(self) -> dict[int, int]:
-        """Lamps of tracked vehicles, as bits of `carla.VehicleLightState`."""
+        """Return the lamps of tracked vehicles, as bits of `carla.VehicleLightState`."""
         return {} if self.percept is None else lamps_of(self.percept)
 
 
 def _heads(world: carla.World) -> Mapping[int, Floats]:
-    """Boxes of the heads of all lights, by the light's id: (k, 7) middle, half sizes and yaw in the local frame.
+    """Boxes of the heads of all lights, by the light's id: (k, 7) centre, half sizes and yaw in the local frame.
 
-    They stand still and are known beforehand, as a high-definition map has them.
+    They do not move and are known in advance, as in a high-definition map.
     """
     found: dict[int, Floats] = {}
     for light in world.get_actors().filter("*traffic_light*"):

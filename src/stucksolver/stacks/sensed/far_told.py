@@ -1,15 +1,16 @@
-"""Vehicles that only the camera follows, as drivers and the solver are told of them: on lanes of the map.
+"""Vehicles that only the camera tracks, as reported to drivers and the solver: on lanes of the map.
 
-A range by the camera is off by a tenth, and the rate is measured only after a second or two. What is told is therefore
-not the likeliest, but what is worse for whoever wants to use a lane:
+A camera range is off by a tenth, and its rate is measured only after a second or two. So the report is not the
+likeliest one but the one that is worse for a user of the lane:
 
-* Its place is on the middle of its lane, two standard deviations of the range nearer than measured.
-* Who is in a lane that leads towards us comes, as quickly as measured and two standard deviations more; before a rate
-  is measured this is the speed of the quickest traffic. It is told otherwise only when it surely goes away from us.
-* Who is in a lane that leads away from us is told of once its rate is known well enough, with that rate; before,
-  nothing is claimed of it, but sight ends there. It comes towards us only if the rate leaves no doubt.
-* In a junction lanes overlap: there the camera's word on whether it sees a front decides between the two.
-* Who is on no lane that runs along the line of sight is not told of: its way cannot be measured. Sight ends there, too.
+* The position is on the centre of its lane, two standard deviations of the range nearer than measured.
+* In a lane that leads towards us it comes, with the measured speed and two standard deviations more. Before a rate is
+  measured, this is the speed of the fastest traffic. It is reported otherwise only if it surely drives away from us.
+* In a lane that leads away from us it is reported once its rate is known well enough. Before that nothing is claimed,
+  but
+  sight ends there. It comes towards us only if the rate leaves no doubt.
+* In a junction lanes overlap: there the visible side, front or rear, decides.
+* On no lane along the line of sight it is not reported, because its way cannot be measured. Sight ends there, too.
 """
 
 from __future__ import annotations
@@ -27,37 +28,37 @@ from stucksolver.stacks.carla_stack.frames import to_local, to_world, yaw_to_loc
 
 SURE_SDS = 2.0
 SURELY_MPS = 1.0
-"""Who surely goes one way does so with at least this rate, two standard deviations taken off."""
+"""A vehicle surely drives one way if it has at least this rate, less two standard deviations."""
 KNOWN_SD_MPS = 3.0
 """Standard deviation of a rate that is known well enough."""
 MEASURED_HITS = 8
-"""Detections, a second and a half of them, before who is in a lane that leads towards us is believed to go away."""
+"""Detections, about a second and a half, before a vehicle in a lane towards us is believed to drive away."""
 FASTEST_MPS = 36.0
-"""130 km/h: nobody is told to be quicker than traffic on motorways."""
+"""130 km/h: no vehicle is reported as faster than motorway traffic."""
 ALONG_COS = math.cos(math.radians(30.0))
 """A lane at a larger angle to the line of sight crosses it."""
 BESIDE_M = 1.0
-"""Who is so far beyond a lane's border may still be in it."""
+"""A vehicle this far beyond a lane's border may still be in it."""
 NEAREST_M = 20.0
-"""Nobody is told to be nearer than this: there the LiDAR sees everything."""
+"""No vehicle is reported as nearer: there the LiDAR sees everything."""
 LATERAL_SD_M = 0.4
-"""Twice this on either side, and a car takes all of a usual lane."""
+"""With twice this on either side, a car fills a usual lane."""
 YAW_SD_RAD = 0.1
 SIZES_M = ((4.6, 1.9, 1.6), (2.0, 0.8, 1.6))
-"""Length, width and height of a usual one of each label of `far_strip.LABELS`."""
+"""Length, width and height of a usual vehicle of each label of `far_strip.LABELS`."""
 TRACK_LABELS = (0, 2)
 """The same in `stucksolver.perception.labels.LABELS`: a car, a two-wheeler."""
 
 
 class FarOnLanes:
-    """Of one map. `told` keeps its last answer, since it is asked several times for each percept."""
+    """The far vehicles of one map. `told` caches its last answer, since it is called several times per percept."""
 
     def __init__(self, carla_map: carla.Map) -> None:
         self._map = carla_map
         self._last: tuple[Percept | None, tuple[Track, ...]] = (None, ())
 
     def told(self, percept: Percept | None) -> tuple[Track, ...]:
-        """As tracks like those of the LiDAR, at the time of the percept."""
+        """Return them as tracks like those of the LiDAR, at the time of the percept."""
         if percept is not self._last[0]:
             found = () if percept is None else percept.far_tracks
             tracks = (as_told(one, self._map, percept.pose.z_m if percept else 0.0) for one in found)
@@ -66,7 +67,9 @@ class FarOnLanes:
 
 
 def as_told(far: FarTrack, carla_map: Any, height_m: float) -> Track | None:
-    """One of them on its lane; None where nothing is claimed. `height_m`: of the ego's place, local frame."""
+    """Return one of them on its lane; None if nothing is claimed. `height_m` is that of the ego's position, local
+    frame.
+    """
     waypoint = carla_map.get_waypoint(carla.Location(*to_world(far.x_m, far.y_m), height_m))
     if waypoint is None:
         return None
@@ -80,13 +83,13 @@ def as_told(far: FarTrack, carla_map: Any, height_m: float) -> Track | None:
         return None
     nearer_m = min(SURE_SDS * far.range_sd_m, max(far.range_m - NEAREST_M, 0.0))
     x, y, yaw = _place(_shifted(waypoint, nearer_m, along < 0.0))
-    # The lane's direction as seen from the ego: away from it, whichever way its traffic goes.
+    # The lane's direction away from the ego, whichever way its traffic goes.
     away = yaw if along > 0.0 else yaw + math.pi
     return _track(far, x, y, height_m, away, rate)
 
 
 def _rate_told(far: FarTrack, comes: bool) -> float | None:
-    """Velocity over ground away from the ego, to be told of; None where nothing is claimed."""
+    """Return the reported velocity over ground away from the ego; None if nothing is claimed."""
     least, most = far.rate_mps - SURE_SDS * far.rate_sd_mps, far.rate_mps + SURE_SDS * far.rate_sd_mps
     goes_away = least > SURELY_MPS and far.hits >= MEASURED_HITS
     if (comes and not goes_away) or most < -SURELY_MPS:
@@ -95,7 +98,7 @@ def _rate_told(far: FarTrack, comes: bool) -> float | None:
 
 
 def _shifted(waypoint: Any, metres: float, with_lane: bool) -> Any:
-    """The place on a lane so much further along it, or back; the same where the lane does not go on."""
+    """Return the place this much further along a lane, or back; the same place if the lane ends."""
     if metres < 1.0:
         return waypoint
     found = waypoint.next(metres) if with_lane else waypoint.previous(metres)
@@ -103,7 +106,7 @@ def _shifted(waypoint: Any, metres: float, with_lane: bool) -> Any:
 
 
 def _place(waypoint: Any) -> tuple[float, float, float]:
-    """x, y (m) and direction (rad) in the local frame."""
+    """Return x, y (m) and direction (rad) in the local frame."""
     transform = waypoint.transform
     return *to_local(transform.location), yaw_to_local(transform.rotation.yaw)
 

@@ -1,4 +1,4 @@
-"""Sensors that fail on purpose, to see that a drive with them ends in waiting and asking, never in a collision."""
+"""Sensors that fail on purpose, to check that such a drive ends in waiting and asking, never in a collision."""
 
 from __future__ import annotations
 
@@ -15,16 +15,20 @@ TURNED_RAD = math.radians(2.0)
 SALTED = 0.05
 """Share of the lens that is covered."""
 GRAIN_PX = 24
-"""Size of a grain of salt on the picture: it lies on the lens, far out of focus."""
+"""Size of a grain on the image: it is on the lens, far out of focus."""
 STRAY_POINTS = 400
-"""Points of a sweep that come from nothing, such as spray."""
+"""Points of a sweep without an object, such as spray."""
 STRAY_REACH_M = 30.0
 JUMP_M = 8.0
-"""How far fixes are off after reflections between houses."""
+"""Error of fixes after reflections between houses."""
 
 
 class SensorFault:
-    """Changes the measurements of each tick from `since_s` on. Raises `ValueError` for an unknown name."""
+    """Changes the measurements of each tick from `since_s` on.
+
+    Raises:
+        ValueError: The name of the fault is unknown.
+    """
 
     def __init__(self, name: str, since_s: float = 0.0, seed: int = 0) -> None:
         if name not in FAULTS:
@@ -36,7 +40,7 @@ class SensorFault:
         """The last measurements before the fault began."""
 
     def after(self, measured: Measured, time_s: float) -> Measured:
-        """What arrives of a tick's measurements; `time_s` since the drive began."""
+        """Return a tick's measurements with the fault; `time_s` counts from the beginning of the drive."""
         if time_s < self._since_s:
             kept = self.kept
             picture = measured.picture or (None if kept is None else kept.picture)
@@ -50,14 +54,14 @@ def _lidar_missing(fault: SensorFault, now: Measured) -> Measured:
 
 
 def _lidar_frozen(fault: SensorFault, now: Measured) -> Measured:
-    """The same sweep over and over, each time as if it were new."""
+    """The same sweep repeatedly, each time as if it were new."""
     if now.sweep is None or fault.kept is None or fault.kept.sweep is None:
         return now
     return replace(now, sweep=LidarSweep(now.sweep.time_s, fault.kept.sweep.points))
 
 
 def _lidar_turned(fault: SensorFault, now: Measured) -> Measured:
-    """Its mount has given way by two degrees."""
+    """Its mount has turned by two degrees."""
     if now.sweep is None:
         return now
     points = now.sweep.points.copy()
@@ -102,7 +106,7 @@ def _camera_frozen(fault: SensorFault, now: Measured) -> Measured:
 
 
 def _camera_salted(fault: SensorFault, now: Measured) -> Measured:
-    """Grey grains, always in the same places."""
+    """Grey grains, always at the same places."""
     if now.picture is None:
         return now
     rows, columns = now.picture.rgb.shape[:2]

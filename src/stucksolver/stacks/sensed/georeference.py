@@ -1,7 +1,7 @@
-"""From a receiver's latitude and longitude to a place on the map.
+"""Converts a receiver's latitude and longitude to a place on the map.
 
 `carla.Map.transform_to_geolocation` is not used: client 0.9.16 gives latitudes of the other sign than the server's
-receiver (CARLA issue 9389). This is the server's own projection (`GeoReference` in CARLA 0.9.15, MIT), turned round:
+receiver (CARLA issue 9389). This is the inverse of the server's own projection (`GeoReference` in CARLA 0.9.15, MIT):
 spherical Mercator, scaled at the origin's latitude.
 """
 
@@ -16,7 +16,7 @@ _ORIGIN = re.compile(r"\+(lat|lon)_0=([-+0-9.eE]+)")
 
 
 class GeoReference:
-    """Of one map, by its OpenDRIVE text; a map that names no origin has it at 0, 0, as in CARLA."""
+    """The projection of one map, from its OpenDRIVE text; a map without an origin has it at 0, 0, as in CARLA."""
 
     def __init__(self, opendrive: str) -> None:
         header = _HEADER.search(opendrive)
@@ -27,7 +27,7 @@ class GeoReference:
         self._north_m = self._mercator(latitude_deg)
 
     def local(self, latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
-        """(x, y) in the local frame, whose y points north."""
+        """Return (x, y) in the local frame, whose y points north (m)."""
         x = math.radians(longitude_deg - self._longitude_deg) * self._scale_m
         return x, self._mercator(latitude_deg) - self._north_m
 

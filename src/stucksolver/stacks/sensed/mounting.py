@@ -1,4 +1,4 @@
-"""The rig's sensors as CARLA's blueprints describe them, and how they are put on a vehicle."""
+"""The rig's sensors as CARLA's blueprints, and how they are attached to a vehicle."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from stucksolver.perception.rig import Mount, Rig
 from stucksolver.stacks.sensed.georeference import EARTH_RADIUS_M
 
 REFERENCE_POINT = Mount(x_m=0.0, y_m=0.0, z_m=0.0)
-"""Of the vehicle: GNSS and IMU sit there."""
+"""The vehicle's reference point, with GNSS and IMU."""
 SEEDS = 2**31
-"""A blueprint's `noise_seed` is a signed whole number of 32 bits; larger seeds are folded into it."""
+"""A blueprint's `noise_seed` is a signed 32-bit integer; larger seeds are folded into it."""
 
 
 class SensorError(RuntimeError):
-    """A sensor of the rig cannot be put up, or says nothing; the message names it and the remedy."""
+    """A sensor of the rig cannot be attached or gives no data. The message names it and the remedy."""
 
 
 @dataclass(frozen=True)
 class SensorSetup:
-    """One sensor to be put up."""
+    """One sensor to attach."""
 
     type_id: str
-    """The blueprint's."""
+    """Id of the blueprint."""
     mount: Mount
     attributes: Mapping[str, float]
     """Values for the blueprint's attributes, in CARLA's units."""
@@ -54,7 +54,7 @@ def lidar_setup(rig: Rig, seed: int) -> SensorSetup:
 
 
 def camera_setup(rig: Rig, every_s: float, type_id: str = "sensor.camera.rgb") -> SensorSetup:
-    """The front camera, with a picture every so many seconds; or a camera of another type in the same place."""
+    """The front camera with one image per period, or a camera of another type at the same place."""
     camera = rig.camera
     attributes = {
         "image_size_x": camera.width_px,
@@ -80,7 +80,11 @@ def gnss_setup(rig: Rig, seed: int) -> SensorSetup:
 
 
 def mount_sensor(vehicle: carla.Vehicle, setup: SensorSetup) -> carla.Sensor:
-    """Put a sensor on a vehicle; it does not listen yet. Raises `SensorError` where this simulator has none like it."""
+    """Attach a sensor to a vehicle; it does not listen yet.
+
+    Raises:
+        SensorError: This simulator has no such sensor.
+    """
     world = vehicle.get_world()
     found = list(world.get_blueprint_library().filter(setup.type_id))
     if not found:
@@ -96,7 +100,7 @@ def mount_sensor(vehicle: carla.Vehicle, setup: SensorSetup) -> carla.Sensor:
 
 
 def placed(mount: Mount) -> carla.Transform:
-    """A mount as a `carla.Transform`, whose yaw is positive to the right, and whose pitch is positive up.
+    """Return a mount as a `carla.Transform`, whose yaw is positive to the right and whose pitch is positive up.
 
     A roll has the same sign in both: the right side goes down.
     """

@@ -1,7 +1,7 @@
-"""What CARLA's sensors measure, in the frames of our perception.
+"""Converts the measurements of CARLA's sensors to the frames of our perception.
 
-CARLA measures in a left-handed frame (x ahead, y right, z up). A vector is turned over by its y. A turn rate is a
-pseudovector of that frame (v = w x r), so that its x and z change their signs instead.
+CARLA measures in a left-handed frame (x ahead, y right, z up). A vector changes the sign of its y. A turn rate is a
+pseudovector (v = w x r), so its x and z change their signs instead.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import carla
 
 STANDS_MPS = 0.02
-"""Slower, no tooth of a wheel's counter passes between two ticks."""
+"""Below this speed no tooth of a wheel's counter passes between two ticks."""
 
 
 def lidar_points(measured: carla.LidarMeasurement, to_vehicle: Floats) -> Singles:
@@ -39,28 +39,28 @@ def camera_pixels(measured: carla.Image) -> Pixels:
 
 
 def camera_rgb(measured: carla.Image) -> Pixels:
-    """(height, width, 3): a picture."""
+    """(height, width, 3): an image."""
     return np.ascontiguousarray(camera_pixels(measured)[:, :, 2::-1])
 
 
 def imu_sample(measured: carla.IMUMeasurement, time_s: float) -> ImuSample:
-    """CARLA's compass is 0 to the north, which is the local frame's y, and grows to the east (rad)."""
+    """Return an IMU sample. CARLA's compass is 0 to the north, the local frame's y, and grows to the east (rad)."""
     a, w = measured.accelerometer, measured.gyroscope
     compass_rad = math.remainder(math.pi / 2.0 - measured.compass, math.tau)
     return ImuSample(time_s, (a.x, -a.y, a.z), (-w.x, w.y, -w.z), compass_rad)
 
 
 def gnss_fix(measured: carla.GnssMeasurement, geo: GeoReference, time_s: float) -> GnssFix:
-    """A fix on the map that `geo` belongs to."""
+    """Return a fix on the map of `geo`."""
     x_m, y_m = geo.local(measured.latitude, measured.longitude)
     return GnssFix(time_s, x_m, y_m, measured.altitude)
 
 
 def wheel_speed_mps(speed_mps: float, noise_mps: float, random: np.random.Generator) -> float:
-    """What the wheels tell of a true speed, with Gaussian noise. CARLA has no such sensor.
+    """Return the wheels' reading of a true speed, with Gaussian noise. CARLA has no such sensor.
 
-    A number is drawn in any case, so that what follows does not hang on who stood when.
+    A random number is drawn in any case, so that later ones do not depend on who stood when.
     """
     noise = float(random.normal(0.0, noise_mps))
-    # A counter of teeth that stand still counts nothing, and so errs in nothing.
+    # A standing counter of teeth counts nothing and so has no error.
     return speed_mps + noise if abs(speed_mps) > STANDS_MPS else 0.0

@@ -1,13 +1,13 @@
-"""How far lanes are seen by the sensors: the LiDAR's free space, and ahead of it the camera's.
+"""How far the sensors see lanes: the LiDAR's free space, and beyond it ahead the camera's.
 
-The LiDAR is asked first. Where its sight along a lane ends because no ray came back from the ground, the camera goes
-on: as far as its detector would have found a vehicle (`perception/far_view.py`). Where it ends at something tall that
-stands in the way, or anything tall stands nearer in the direction of a place, the camera is not asked: the two would
-have to see past the same thing. Behind there is no camera.
+The LiDAR comes first. If its sight along a lane ends because no ray came back from the ground, the camera continues, as
+far as its detector would have found a vehicle (`perception/far_view.py`). If it ends at something tall, or something
+tall is nearer in the direction of a place, the camera is not used: both would have to see past the same thing. There is
+no camera behind.
 
-A stretch that was seen a moment ago is still known to be free but for who may have come in since: from beyond its end,
-no quicker than the lane's vehicles. (Who comes in from the side is a tracked object.) So a car that passes by, or lost
-points of one turn, do not end a plan.
+A stretch seen a moment ago is still free, except for traffic that may have entered from beyond its end at the speed of
+the lane's vehicles. (Traffic from the side is a tracked object.) So a passing car, or lost points of one turn, do not
+end a plan.
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ if TYPE_CHECKING:
 STEP_M = 1.0
 RANGE_M = 200.0
 FASTEST_SHARE = 1.2
-"""Others drive so much of the lane's limit: the guard's margins are for those who keep it, sight is for all."""
+"""Others drive up to this share of the lane's limit: the guard's margins assume the limit, sight covers everybody."""
 UNKNOWN_LIMIT_MPS = 100.0 / 3.6
-"""Where the map has no limit: that of country roads."""
+"""Used if the map has no limit: that of country roads."""
 REMEMBERED_S = 1.0
-"""A lane that nobody has seen for longer is not known."""
+"""A lane that was not seen for longer is unknown."""
 
 
 class _Seen(NamedTuple):
-    """One lane as seen at one moment: the arc lengths between which it was free."""
+    """One lane as seen at one moment: the arc lengths between which it was free (m)."""
 
     time_s: float
     end_s: float
@@ -49,15 +49,15 @@ class _Seen(NamedTuple):
 
 
 class SensedSight:
-    """See `carla_stack.sight.SightLines`: the same question, answered by what the sensors saw."""
+    """See `carla_stack.sight.SightLines`: the same question, answered from the sensors."""
 
     def __init__(self, eyes: Eyes, frame: RoadFrame) -> None:
         self._eyes, self._frame = eyes, frame
         self._known: dict[str, deque[_Seen]] = {}
-        """What was seen of each lane lately, oldest first."""
+        """What was seen of each lane recently, oldest first."""
 
     def of_lanes(self, ego: EgoState, ego_s: float, objects: tuple[TrackedObject, ...]) -> tuple[LaneSight, ...]:
-        """For each driving lane beside the ego: the length seen without a break, ahead and behind."""
+        """Return, for each driving lane beside the ego, the length seen without a break, ahead and behind."""
         percept = self._eyes.percept
         if percept is None:
             return ()
@@ -77,7 +77,7 @@ class SensedSight:
         return tuple(found)
 
     def _remembered(self, lane_id: str, now: _Seen, fastest_mps: float) -> tuple[float, float]:
-        """Arc lengths up to which the lane is known to be free, ahead and behind."""
+        """Return the arc lengths up to which the lane is known to be free, ahead and behind."""
         known = self._known.setdefault(lane_id, deque())
         known.append(now)
         while known[0].time_s < now.time_s - REMEMBERED_S:
@@ -88,15 +88,16 @@ class SensedSight:
         return ahead, behind
 
     def _line(self, lane: Lane, stations: Floats) -> Floats:
-        """(k, 2) places of the lane's centre in the local frame."""
+        """(k, 2): positions of the lane's centre in the local frame."""
         x, y, _ = self._frame.to_local(stations, np.interp(stations, lane.s, lane.centre))
         return np.stack([x, y], axis=1)
 
 
 def seen_ahead_m(percept: Percept, line: Floats, fastest_mps: float) -> float:
-    """Metres of a lane (its middle (k, 2) in the local frame, from beside the ego on) in which nobody is, as seen now.
+    """Return the metres of a lane in which nobody is, as seen now.
 
-    `fastest_mps`: of vehicles in the lane.
+    The line is the lane's centre (k, 2) in the local frame, from beside the ego on. `fastest_mps` is the highest speed
+    in it.
     """
     if len(line) < 2:
         return 0.0
@@ -109,9 +110,9 @@ def seen_ahead_m(percept: Percept, line: Floats, fastest_mps: float) -> float:
 
 
 def unblocked_m(seen: SeenSpace, course: Floats, from_m: float) -> float:
-    """Metres of a line (k, 2; vehicle frame) up to where the LiDAR found something tall that stands nearer.
+    """Return the metres of a line (k, 2; vehicle frame) up to where the LiDAR found something tall that is nearer.
 
-    Looked for only beyond `from_m`. What lies in one bin of directions with something tall counts as behind it.
+    Only beyond `from_m`. What lies in one bin of directions with something tall counts as behind it.
     """
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(course, axis=0).T))])
     dx, dy = course[:, 0] - seen.origin[0], course[:, 1] - seen.origin[1]

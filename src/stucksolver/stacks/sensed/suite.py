@@ -1,4 +1,4 @@
-"""The rig's sensors on a vehicle in CARLA: put up through the client, read tick by tick, in our own frames."""
+"""The rig's sensors on a vehicle in CARLA: attached by the client, read tick by tick, in our own frames."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ if TYPE_CHECKING:
     import carla
 
 PICTURE_EVERY_S = 0.2
-"""Lamps and lights change no quicker than a few times a second."""
+"""Lamps and lights change no faster than a few times a second."""
 WAIT_S = 30.0
-"""For a tick's data; the first pictures of a town take longest."""
+"""For a tick's data; the first images of a town take longest."""
 MOST_BEHIND = 2
-"""In a world that does not wait a measurement so many ticks old is still taken, where newer ones have come, too."""
+"""In a world that does not wait, a measurement this many ticks old is still used if there are newer ones, too."""
 EARLY_S = 1e-6
 """Sums of ticks miss a multiple of a period by less than this."""
 
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """What the sensors said in one tick; None where a sensor was not due, or is silent."""
+    """The sensors' data of one tick; None if a sensor was not due, or gave none."""
 
     sweep: LidarSweep | None
     picture: CameraFrame | None
@@ -47,24 +47,31 @@ class Measured:
     fix: GnssFix | None
     wheels: WheelSpeed
     silent: tuple[str, ...] = ()
-    """Sensors that were due and said nothing."""
+    """Sensors that were due and gave no data."""
 
 
 class GivesMeasurements(Protocol):
     """The sensors of a vehicle, wherever they are: `SensorSuite` on a client's vehicle, or another process's."""
 
     def read(self) -> Measured:
-        """Of the world's present tick. Raises `SensorError` where picture or sweep are not of this rig."""
+        """Return the measurements of the world's present tick.
+
+        Raises:
+            SensorError: The image or the sweep does not belong to this rig.
+        """
 
     def close(self) -> None:
-        """End the sensors."""
+        """Destroy the sensors."""
 
 
 class SensorSuite:
-    """Call `read` once after each tick of the world, `close` in the end. Raises `SensorError`.
+    """Call `read` once after each tick of the world, and `close` at the end.
 
-    `seed` is of the noise of all of them. With `waits` each tick's data are
-    waited for, as in a world that waits for us; without, what has come is taken.
+    `seed` is that of the noise of all sensors. With `waits`, `read` waits for each tick's data, in a world that waits
+    for us. Otherwise it returns what has arrived.
+
+    Raises:
+        SensorError: A sensor cannot be attached.
     """
 
     def __init__(
@@ -95,7 +102,11 @@ class SensorSuite:
             raise
 
     def read(self) -> Measured:
-        """Of the world's present tick. Raises `SensorError` where picture or sweep are not of this rig."""
+        """Return the measurements of the world's present tick.
+
+        Raises:
+            SensorError: The image or the sweep does not belong to this rig.
+        """
         snapshot = self._world.get_snapshot()
         frame = int(snapshot.frame)
         time_s = float(snapshot.timestamp.elapsed_seconds)
@@ -112,7 +123,7 @@ class SensorSuite:
         )
 
     def close(self) -> None:
-        """End the sensors."""
+        """Destroy the sensors."""
         for sensor in self._sensors.values():
             sensor.close()
         self._sensors.clear()
@@ -140,7 +151,7 @@ class SensorSuite:
         return CameraFrame(time_s, camera_rgb(raw))
 
     def _wheels(self, time_s: float) -> WheelSpeed:
-        """As the leaderboard's speedometer this is the client's velocity, with our noise."""
+        """Like the leaderboard's speedometer this is the client's velocity, with our noise."""
         velocity, ahead = self._vehicle.get_velocity(), self._vehicle.get_transform().get_forward_vector()
         speed_mps = velocity.x * ahead.x + velocity.y * ahead.y + velocity.z * ahead.z
         return WheelSpeed(time_s, wheel_speed_mps(speed_mps, self._rig.wheel_speed_noise_mps, self._random))
@@ -158,11 +169,11 @@ class _Sensor:
         actor.listen(self._came.put)
 
     def is_due(self, time_s: float) -> bool:
-        """Should it have measured by now? From its first measurement on it does so once in each period."""
+        """True if it should have measured by now: once per period from its first measurement on."""
         return self._due_s is None or time_s >= self._due_s - EARLY_S
 
     def take(self, frame: int, time_s: float, until: float) -> Any | None:
-        """The measurement of a frame, waited for until then where it is due; None where there is none."""
+        """Return the measurement of a frame, waiting until then if it is due; None if there is none."""
         while True:
             if self._held is None:
                 left = until - time.monotonic()
@@ -177,7 +188,7 @@ class _Sensor:
                 return None
             found, self._held = self._held, None
             behind = frame - int(found.frame)
-            # Whoever reads more slowly than the world ticks leaves some out, else he would fall behind more and more.
+            # A reader slower than the world's ticks skips some, otherwise it would fall further and further behind.
             is_fresh = behind <= MOST_BEHIND or self._came.empty()
             if behind == 0 or (is_fresh and time.monotonic() >= until):
                 self._note(float(found.timestamp))
@@ -186,11 +197,11 @@ class _Sensor:
     def _note(self, time_s: float) -> None:
         if self._due_s is None:
             self._due_s = time_s
-        # Where ticks do not divide the period it comes late, but is no later the next time for that.
+        # If ticks do not divide the period it comes late, but the next one is not later for that.
         self._due_s = max(self._due_s + self._period_s, time_s)
 
     def close(self) -> None:
-        """End it; the simulator may be gone already."""
+        """Destroy it; the simulator may be gone already."""
         with contextlib.suppress(RuntimeError):
             self._actor.stop()
             self._actor.destroy()

@@ -1,4 +1,4 @@
-"""Tracks as the stack is told of them: bodies for a driver in CARLA's world, objects for the solver, kinds, lamps."""
+"""Tracks for the stack: bodies for a driver in CARLA's world, objects for the solver, kinds, lamps."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ BRAKE = 8
 SPECIAL = 512
 """Bits of `carla.VehicleLightState`."""
 SURE_KIND = 0.6
-"""A kind that is less sure than this is unknown."""
+"""A less certain kind is reported as unknown."""
 _TYPE_IDS = {
     ObjectKind.SCHOOL_BUS: "vehicle.sensed.school_bus",
     ObjectKind.PEDESTRIAN: "walker.sensed",
