@@ -120,7 +120,7 @@ class Perceiver:
         return {light: self._shown.state(light, look.pose.time_s) for light in look.heads}
 
     def _follow(self, found: FarDetections, pose: PoseEstimate, tracks: tuple[Track, ...]) -> None:
-        """Take in what was found far ahead."""
+        """Add what was detected far ahead."""
         self._far_tracker.update(found, pose, tracks)
         places = far_places(found, self._rig.camera, self._ranges)
         blockers = blockers_of(tracks, found, places, self._rig.camera, pose)

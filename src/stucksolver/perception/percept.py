@@ -1,4 +1,4 @@
-"""What perception makes of the sensors' data of one moment, and what it is given."""
+"""The input of perception, and its output for one moment."""
 
 from __future__ import annotations
 
@@ -20,34 +20,34 @@ class Look:
     """The data of one cycle."""
 
     pose: PoseEstimate
-    """Of the moment for which the answer is wanted; its time is the percept's."""
+    """Pose at the moment for which the answer is wanted; its time is the percept's."""
     sweeps: tuple[tuple[LidarSweep, PoseEstimate], ...]
-    """Those since the last cycle, each with the pose at its time."""
+    """The sweeps since the last cycle, each with the pose at its time."""
     picture: CameraFrame | None
-    """A new one, if there is one."""
+    """A new image, if there is one."""
     picture_pose: PoseEstimate | None
     heads: Mapping[int, Floats]
-    """Of lights on the map that may be in view: boxes of their heads (k, 7), local frame."""
+    """Lights on the map that may be in view: boxes of their heads (k, 7), local frame."""
 
 
 @dataclass(frozen=True, eq=False)
 class Percept:
-    """What is around, as of `pose.time_s`; tracks are in the local frame."""
+    """What is around at `pose.time_s`; tracks are in the local frame."""
 
     pose: PoseEstimate
     tracks: tuple[Track, ...]
     attributes: Mapping[int, Attributes]
-    """What the camera tells of a track, by its id; what it never saw is missing."""
+    """The camera's attributes of a track, by its id; tracks that it never saw are missing."""
     lights: Mapping[int, LightState]
-    """Lights that were looked for; `UNKNOWN` where nothing certain is seen."""
+    """The lights that were looked for; `UNKNOWN` if nothing certain is seen."""
     seen: SeenSpace
     """In the vehicle frame at `pose`."""
     far: FarDetections | None
-    """Of the last picture."""
+    """Detections of the last image."""
     picture_time_s: float | None
     far_tracks: tuple[FarTrack, ...] = ()
-    """Vehicles that only the camera follows, as of `pose.time_s`; those that the LiDAR follows too are in `tracks`."""
+    """Vehicles that only the camera tracks, at `pose.time_s`; those that the LiDAR tracks too are in `tracks`."""
     far_view: FarView | None = None
-    """What the last pictures showed; None before the first."""
+    """What the last images showed; None before the first."""
     stages_ms: Mapping[str, float] = field(default_factory=dict)
-    """How long each step took."""
+    """Duration of each step (ms)."""

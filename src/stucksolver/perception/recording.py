@@ -1,7 +1,7 @@
-"""Recordings of drives: sensors' data with the truth beside them, to train on, to score with, to look at.
+"""Recordings of drives: sensor data with ground truth, for training, scoring and inspection.
 
 A recording is a folder: `drive.json` (version, town, weather, rig, what was driven) and one `NNNNN.npz` for each
-stretch of some seconds. Nothing in it names a role or a scenario to whoever perceives.
+stretch of some seconds. It tells perception no role and no scenario.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ VERSION = 1
 CENTIMETRE = 100.0
 KINDS = tuple(ObjectKind)
 BOX_COLUMNS = ("x", "y", "z", "yaw", "length", "width", "height", "vx", "vy")
-"""Of a box: its middle in the local frame, its yaw, its size, its velocity (m, rad, m/s)."""
+"""Columns of a box: its centre in the local frame, its yaw, its size, its velocity (m, rad, m/s)."""
 
 
 class RecordingError(ValueError):
-    """A folder is no recording, or one of another version; the message names it and the remedy."""
+    """A folder is not a recording, or one of another version. The message names it and the remedy."""
 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """Everything with a body around the ego at one moment; equal lengths n, local frame."""
+    """All bodies around the ego at one moment; equal lengths n, local frame."""
 
     actor_id: NDArray[np.int64]
     kind: NDArray[np.int64]
@@ -42,11 +42,11 @@ class Truth:
     boxes: Floats
     """(n, 9), see `BOX_COLUMNS`."""
     lamps: NDArray[np.int64]
-    """Bits of `carla.VehicleLightState`; -1 for what has none."""
+    """Bits of `carla.VehicleLightState`; -1 if it has none."""
     doors: NDArray[np.int64]
-    """1 where a door stands open, 0 where none does, -1 where it is not known."""
+    """1 if a door is open, 0 if none is, -1 if unknown."""
     type_id: tuple[str, ...]
-    """Blueprints, for looking at mistakes; nobody is taught with them."""
+    """Blueprints, for the analysis of errors; not used in training."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class LightTruth:
     state: NDArray[np.int64]
     """0 red, 1 yellow, 2 green, 3 off, 4 unknown."""
     heads: tuple[Floats, ...]
-    """For each light (k, 7): middle x, y, z of each of its heads, half sizes x, y, z, and yaw; local frame."""
+    """For each light (k, 7): centre x, y, z of each of its heads, half sizes x, y, z, and yaw; local frame."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ class Recorded:
 
     time_s: float
     pose: Floats
-    """(9,): x, y, z, yaw, pitch, roll of the ego's reference point, speed, yaw rate, lateral speed; the truth."""
+    """(9,): ground truth x, y, z, yaw, pitch, roll of the ego's reference point, speed, yaw rate, lateral speed."""
     sweep: LidarSweep
     """In the vehicle frame."""
     imu: Floats
@@ -76,11 +76,11 @@ class Recorded:
     wheel_mps: float
     truth: Truth
     lights: LightTruth | None
-    """Noted only on ticks with a picture."""
+    """Recorded only on ticks with an image."""
     jpeg: bytes | None
-    """The front camera's picture, on some ticks."""
+    """The front camera's image, on some ticks."""
     instances: NDArray[np.uint16] | None
-    """(height, width): actor id of what each pixel shows, 0 for none (`carla` instance camera, modulo 65536)."""
+    """(height, width): actor id of each pixel, 0 for none (`carla` instance camera, modulo 65536)."""
 
     def picture(self) -> Pixels | None:
         """(height, width, 3) RGB."""
@@ -93,12 +93,12 @@ class Recorded:
 
 @dataclass
 class RecordingWriter:
-    """Writes one drive. Call `add` on every tick, `close` in the end."""
+    """Writes one drive. Call `add` on every tick, and `close` at the end."""
 
     folder: Path
     rig: Rig
     about: dict[str, Any]
-    """Town, weather and the like, for whoever sorts recordings."""
+    """Town, weather and the like, for sorting recordings."""
     ticks_in_file: int = 100
     _ticks: list[Recorded] = field(default_factory=list)
     _files: int = 0
@@ -109,7 +109,7 @@ class RecordingWriter:
         (self.folder / "drive.json").write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8")
 
     def add(self, tick: Recorded) -> None:
-        """The next tick, in the order of time."""
+        """Add the next tick, in order of time."""
         self._ticks.append(tick)
         if len(self._ticks) >= self.ticks_in_file:
             self._flush()
@@ -129,7 +129,11 @@ class RecordingWriter:
 
 
 class Recording:
-    """Reads one drive. Raises `RecordingError` where the folder is none."""
+    """Reads one drive.
+
+    Raises:
+        RecordingError: The folder is not a recording.
+    """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -153,23 +157,27 @@ class Recording:
         self._files = sorted(folder.glob("[0-9]*.npz"))
 
     def __iter__(self) -> Iterator[Recorded]:
-        """All ticks in the order of time."""
+        """Yield all ticks in order of time."""
         for file in self._files:
             yield from self.stretch(file)
 
     @property
     def files(self) -> Sequence[Path]:
-        """The stretches, in the order of time."""
+        """The stretches in order of time."""
         return self._files
 
     def stretch(self, file: Path) -> Iterator[Recorded]:
-        """The ticks of one stretch."""
+        """Yield the ticks of one stretch."""
         with np.load(file, allow_pickle=False) as arrays:
             yield from _unpacked({name: arrays[name] for name in arrays.files})
 
 
 def recordings(folder: Path) -> list[Recording]:
-    """Every recording in a folder, or the one that it is. Raises `RecordingError` where there is none."""
+    """Return every recording in a folder, or the folder itself if it is one.
+
+    Raises:
+        RecordingError: There is none.
+    """
     if (folder / "drive.json").is_file():
         return [Recording(folder)]
     found = [Recording(file.parent) for file in sorted(folder.glob("**/drive.json"))]

@@ -1,4 +1,4 @@
-"""Where the sensors sit and how they measure: one small file, `rig.toml`, read once at start."""
+"""Positions and properties of the sensors: one small file, `rig.toml`, read once at start."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ else:
 
 SHIPPED = Path(__file__).with_name("rig.toml")
 VERSION = 1
-"""Of rig files; raised with every change of what their fields mean."""
+"""Version of rig files; increased with every change of the meaning of their fields."""
 
 
 class RigError(ValueError):
-    """The calibration cannot be used; the message names the file, the field and the remedy."""
+    """The calibration cannot be used. The message names the file, the field and the remedy."""
 
 
 class Mount(Model):
-    """Where a sensor sits: metres and degrees in the vehicle frame; yaw and pitch to the left and down are positive."""
+    """Position of a sensor: metres and degrees in the vehicle frame; yaw to the left and pitch down are positive."""
 
     x_m: float
     y_m: float
@@ -52,7 +52,7 @@ class Mount(Model):
 
 
 class CameraRig(Model):
-    """The front camera: a pinhole without distortion, its principal point in the middle."""
+    """The front camera: a pinhole without distortion, its principal point in the centre."""
 
     mount: Mount
     width_px: int = Field(gt=0)
@@ -61,11 +61,11 @@ class CameraRig(Model):
 
     @property
     def focal_px(self) -> float:
-        """Of both axes."""
+        """Focal length of both axes (px)."""
         return self.width_px / (2.0 * math.tan(math.radians(self.fov_deg) / 2.0))
 
     def project(self, points: Floats) -> tuple[Floats, Floats, Floats]:
-        """Vehicle-frame points (n, 3) as (column, row, distance ahead of the lens, not above 0 behind it)."""
+        """Project vehicle-frame points (n, 3) to (column, row, distance ahead of the lens, not above 0 behind it)."""
         inverse = np.linalg.inv(self.mount.to_vehicle())
         seen = points @ inverse[:3, :3].T + inverse[:3, 3]
         ahead = seen[:, 0]
@@ -99,18 +99,22 @@ class Rig(Model):
     camera: CameraRig
     lidar: LidarRig
     gnss_noise_m: float
-    """Standard deviation of each coordinate of a fix."""
+    """Standard deviation of each coordinate of a fix (m)."""
     imu_acceleration_noise_mps2: float
     imu_rotation_noise_rps: float
     wheel_speed_noise_mps: float
 
 
 def load_rig(file: Path = SHIPPED) -> Rig:
-    """The rig described by a TOML file. Raises `RigError`."""
+    """Read a rig from a TOML file.
+
+    Raises:
+        RigError: The file cannot be read or has an error.
+    """
     try:
         with file.open("rb") as stream:
             told = tomllib.load(stream)
-        # Before anything else: fields of another version may well be unknown ones.
+        # Checked first: fields of another version may be unknown.
         if told.get("version") != VERSION:
             raise RigError(
                 f"{file}: version {told.get('version', 'unnamed')} of rig files, this release reads {VERSION}: "

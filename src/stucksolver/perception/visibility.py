@@ -32,47 +32,47 @@ AZIMUTHS = 360
 """Bins of 1 degree: 2.6 columns of the LiDAR each, so that drop-off seldom takes a whole ring out of one."""
 CELL_M = 0.5
 HEIGHT_M = 1.0
-"""What a claim of free space is about: people, two-wheelers and vehicles; not cones, animals or debris."""
+"""A claim of free space is about people, two-wheelers and vehicles; not cones, animals or debris."""
 GROUND_M = 0.3
-"""A return lower than this over the ground is the ground, with noise and kerbs."""
+"""A lower return above the ground is the ground, with noise and kerbs."""
 OVERHEAD_M = 2.2
-"""What begins higher lets vehicles pass below: signs, branches, bridges."""
+"""Anything that begins higher lets vehicles pass below: signs, branches, bridges."""
 OWN_M = 3.0
-"""Around the LiDAR's foot: the vehicle itself, and what its lowest beams pass over. Never claimed to be seen."""
+"""Around the LiDAR's foot: the vehicle itself, and what its lowest beams miss. Never claimed to be seen."""
 OWN_LENGTH_M = 2.6
 OWN_WIDTH_M = 1.2
-"""Half sizes around the reference point: returns from within are from the vehicle itself."""
+"""Half sizes around the reference point: returns from within come from the vehicle itself."""
 BODY_M = 2.0
-"""What is hit is at least this deep as far as one knows: a bicycle lets rays through, and is there nevertheless."""
+"""An object that was hit is assumed at least this deep: a bicycle lets rays through, but is there."""
 FACE_M = 0.5
-"""The cell before a return is left out: the thing may lean, and its nearest part need not have sent a ray back."""
+"""The cell before a return is left out: the object may lean, and its nearest part need not have returned a ray."""
 BRIDGE_M = 1.0
-"""Hidden stretches of a line up to this length are passed over: the shadow of a post hides no vehicle."""
+"""Hidden stretches of a line up to this length are skipped: the shadow of a post hides no vehicle."""
 GAP_BINS = 1
-"""So many bins without any return between two that saw something count as seen, where nothing stands nearer."""
+"""This many bins without a return between two seen ones count as seen, if nothing is nearer."""
 
 
 @dataclass(frozen=True, eq=False)
 class SeenSpace:
-    """A polar map around the LiDAR. Made by `from_points`; positions are asked for in the vehicle frame."""
+    """A polar map around the LiDAR, made by `from_points`; queried in the vehicle frame."""
 
     cells: NDArray[np.bool_]
     """(AZIMUTHS, cells of CELL_M): a thing of the given height would have been seen there. Bin 0 begins at -pi."""
     blocked_m: Floats
-    """(AZIMUTHS,): distance of the nearest return between the height and `OVERHEAD_M` over ground; inf where none."""
+    """(AZIMUTHS,): distance of the nearest return between the height and `OVERHEAD_M` above ground; inf without one."""
     far_m: Floats
-    """(AZIMUTHS,): how far another sensor saw; 0 where it says nothing."""
+    """(AZIMUTHS,): how far another sensor saw; 0 without one."""
     origin: tuple[float, float]
     """The LiDAR's x, y in the vehicle frame (m)."""
 
     @staticmethod
     def from_points(points: NDArray[np.floating], lidar: LidarRig, height_m: float = HEIGHT_M) -> SeenSpace:
-        """What one full turn saw.
+        """Return what one full turn saw.
 
         Args:
             points: (n, 3 or more): x, y, z (m) in the vehicle frame, of the last full turn.
-            lidar: Where the LiDAR sits and how far it reaches.
-            height_m: How tall the things are that are claimed to be absent.
+            lidar: Position and range of the LiDAR.
+            height_m: Height of the objects that are claimed to be absent (m).
         """
         mount = lidar.mount
         x, y, z = (np.asarray(points[:, axis], np.float64) for axis in range(3))
@@ -94,7 +94,7 @@ class SeenSpace:
         return SeenSpace(cells, blocked, np.zeros(AZIMUTHS), (mount.x_m, mount.y_m))
 
     def seen(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
-        """(n,): was it seen that nothing stands at these places of the vehicle frame (m)?"""
+        """(n,): True if it was seen that nothing stands at these places of the vehicle frame (m)."""
         dx, dy = np.asarray(x) - self.origin[0], np.asarray(y) - self.origin[1]
         distance, bins = np.hypot(dx, dy), _bins(np.arctan2(dy, dx))
         cell = (distance / CELL_M).astype(np.int64)
@@ -103,10 +103,10 @@ class SeenSpace:
         return np.asarray(by_lidar | ((distance >= OWN_M) & (distance <= self.far_m[bins])))
 
     def seen_along(self, polyline: Floats, bridge_m: float = BRIDGE_M) -> float:
-        """Metres of a line (k, 2; vehicle frame) that were seen from its beginning without a break.
+        """Return the metres of a line (k, 2; vehicle frame) that were seen from its beginning without a break.
 
-        The part within `OWN_M` of the LiDAR is passed over, for there the vehicle itself stands; so are breaks up to
-        `bridge_m`. The end is the last place that was seen, so that the answer is never longer than the line.
+        The part within `OWN_M` of the LiDAR is skipped, since the vehicle itself stands there, and so are breaks up to
+        `bridge_m`. The end is the last place seen, so the result is never longer than the line.
         """
         line = np.asarray(polyline, np.float64)[:, :2]
         if len(line) < 2:
@@ -122,14 +122,14 @@ class SeenSpace:
         return float(seen[breaks[0]] if len(breaks) else seen[-1])
 
     def extended(self, azimuth_rad: Floats, ahead_m: Floats) -> SeenSpace:
-        """Joined with what another sensor saw: in the camera's cone, how far a vehicle would have been detected.
+        """Join with another sensor: in the camera's cone, how far a vehicle would have been detected.
 
-        Where the LiDAR found a tall thing nearer than that, the other's claim ends at the thing.
+        If the LiDAR found a tall object nearer than that, the other's claim ends there.
 
         Args:
             azimuth_rad: (k,): directions from the LiDAR's foot, vehicle frame; ascending, at least two. Bins whose
-                middle lies outside of them are left as they are.
-            ahead_m: (k,): how far was seen in each (m); between two directions, the lesser counts.
+                centre lies outside of them are not changed.
+            ahead_m: (k,): how far was seen in each (m); between two directions, the smaller one counts.
         """
         azimuth, ahead = np.asarray(azimuth_rad, np.float64), np.asarray(ahead_m, np.float64)
         if len(azimuth) < 2 or len(azimuth) != len(ahead) or bool((np.diff(azimuth) <= 0.0).any()):
@@ -158,7 +158,7 @@ def _swept(
     end = distance[useful]
     start = end * (up - height_m) / (up - np.where(above[useful] < GROUND_M, 0.0, above[useful]))
     first = np.ceil(start / CELL_M).astype(np.int64)
-    # A ray that hit the ground saw the cell that it hit; one that hit a thing, only the cells before.
+    # A ray that hit the ground saw the cell that it hit; one that hit an object, only the cells before.
     last = np.floor(end / CELL_M).astype(np.int64) + np.where(above[useful] < GROUND_M, 1, 0)
     last = np.minimum(last, count)
     whole = first < last
@@ -168,7 +168,7 @@ def _swept(
 def _shadows(
     bins: NDArray[np.int64], distance: Floats, above: Floats, up: float, height_m: float, count: int
 ) -> NDArray[np.bool_]:
-    """(AZIMUTHS, count): cells taken by what stands, and those behind it where the line over its top is too high."""
+    """(AZIMUTHS, count): cells occupied by objects, and those behind where the line over the top is too high."""
     over = (up - height_m) / np.maximum(0.01, up - above)
     last = np.minimum(count, np.ceil(np.maximum(distance + BODY_M, distance * over) / CELL_M))
     first = np.clip(np.floor((distance - FACE_M) / CELL_M), 0, count)

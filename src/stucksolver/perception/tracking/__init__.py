@@ -1,4 +1,4 @@
-"""From detections of single moments to things that stay the same: who is where, how fast, and since when it stands."""
+"""From single detections to persistent tracks: where, how fast, and since when they stand."""
 
 from stucksolver.perception.tracking.track import Track
 from stucksolver.perception.tracking.tracker import ObjectTracker

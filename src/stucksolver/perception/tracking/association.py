@@ -1,4 +1,4 @@
-"""Which detection belongs to which track."""
+"""The assignment of detections to tracks."""
 
 from __future__ import annotations
 
@@ -12,28 +12,29 @@ from stucksolver.perception.tracking.groups import GROUP_OF_LABEL
 from stucksolver.perception.tracking.noise import Measured
 
 GATE = 49.0
-"""Squared Mahalanobis distance in x, y. Wide (7 standard deviations), for detectors are at times twice as wrong as
-assumed; what keeps two bodies apart is the whole assignment, and that bodies cannot overlap: `reach_m`."""
+"""Squared Mahalanobis distance in x, y. Wide (7 standard deviations), since detectors are at times twice as wrong
+as assumed. Two bodies are kept apart by the joint assignment, and because bodies cannot overlap: `reach_m`.
+"""
 OTHER_GROUP = 36.0
-"""What it costs to take a detection of another group: a cyclist called a car for one look stays one object."""
+"""Cost of a detection of another group: a cyclist detected once as a car stays one object."""
 NEVER = 1e6
 INSIDE = 0.9
-"""Share of a box within which there can be no second middle."""
+"""Share of a box within which there can be no second centre."""
 WALKER_SHARE = 0.5
-"""A person yields to something else only where its score is below this share of the other's: people stand close to
-bicycles and barriers, and are the worst to lose."""
+"""A person yields to another object only if its score is below this share of the other's: people stand close to
+bicycles and barriers, and losing one is worst.
+"""
 SAME_PLACE_M = 0.35
 """Nor can there be one this near."""
 
 
 def assign(bodies: list[Body], seen: Measured) -> list[tuple[int, int]]:
-    """Pairs (body, detection) of least total distance, each used once.
+    """Return pairs (body, detection) of least total distance, each used once.
 
-    Centres are compared after the tracks were brought forward with their velocity (Yin, Zhou, Krähenbühl,
-    "Center-based 3D Object Detection and Tracking", 2021), by Mahalanobis distance (Chiu et al., "Probabilistic 3D
-    Multi-Object Tracking", 2020), and the whole assignment is solved at once (Weng et al., "AB3DMOT", 2020). The cost
-    is the negative log-likelihood: without the determinant, a hidden track that may be anywhere would take what
-    belongs to others.
+    Centres are compared after the tracks were predicted with their velocity (Yin, Zhou, Krähenbühl, "Center-based 3D
+    Object Detection and Tracking", 2021), by Mahalanobis distance (Chiu et al., "Probabilistic 3D Multi-Object
+    Tracking", 2020). The assignment is solved jointly (Weng et al., "AB3DMOT", 2020). The cost is the negative
+    log-likelihood: without the determinant, a hidden track of unknown position would take the detections of others.
     """
     from scipy.optimize import linear_sum_assignment  # type: ignore[import-untyped]
 
@@ -46,7 +47,7 @@ def assign(bodies: list[Body], seen: Measured) -> list[tuple[int, int]]:
 
 
 def inside_another(bodies: list[Body], x: float, y: float) -> bool:
-    """Does a place lie in the box of one of these bodies? Then there is no second object, of whatever kind."""
+    """True if a place lies in the box of one of these bodies. Then there is no second object of any kind."""
     for body in bodies:
         cos, sin = np.cos(body.x[3]), np.sin(body.x[3])
         dx, dy = x - body.x[0], y - body.x[1]
@@ -56,10 +57,10 @@ def inside_another(bodies: list[Body], x: float, y: float) -> bool:
 
 
 def one_for_each_place(detections: Detections) -> NDArray[np.int64]:
-    """Indices of the detections that remain when no middle lies in the box of a better one, of whatever label.
+    """Return the indices of the detections whose centre does not lie in the box of a better one of any label.
 
-    The detector compares what it finds within one group of labels only: a parked bicycle is a `two_wheeler` and a
-    weaker `barrier` at once. Nobody walks within a car, and no cone stands in one.
+    The detector compares detections only within one group of labels: a parked bicycle is a `two_wheeler` and a weaker
+    `barrier` at once. Nobody walks inside a car, and no cone stands in one.
     """
     order = np.argsort(-detections.score, kind="stable")
     center, size, yaw = detections.center[order], detections.size[order], detections.yaw[order]

@@ -16,30 +16,30 @@ from stucksolver.perception.tracking.prediction import STATE, transition
 from stucksolver.perception.tracking.track import KEPT, Track
 
 STANDING_VELOCITY_MPS = 0.03
-"""Standard deviation of the velocity of what is held to stand: a zero-velocity update in place of what is measured."""
+"""Standard deviation of the velocity of a standing object: a zero-velocity update instead of the measurement."""
 NEW_VELOCITY_MPS = 0.5
-"""A newly found velocity may be this much wrong, for it is changing."""
+"""A newly measured velocity may be wrong by this much, since it is changing."""
 VOTES_PRIOR = 0.5
 VOTES_FORGET = 0.98
-"""What a vote still counts one look later; at 10 Hz it halves in 3.4 s."""
+"""Weight of a vote one look later; at 10 Hz it halves in 3.4 s."""
 SIZE_GAIN = 0.05
 """The size is the mean of the first 20 looks, then a running mean with this gain."""
 COURSE_MPS = 1.5
 """Above this speed the course tells front from back."""
 COURSE_VOTE = 3.0
 HEADING_VOTES = 10.0
-"""No more votes than this are kept for a heading, so that a mistake can be mended."""
+"""At most this many votes are kept for a heading, so that an error can be corrected."""
 CERTAIN = 5.0
 """Largest log-odds of existence: 99.3 %."""
 REGAINED_S = 0.5
-"""After a gap of this length a standing object is compared with the place where it stood."""
+"""After a gap of this length a standing object is compared with its earlier position."""
 REGAINED_M = 0.3
-"""Another side of it is seen then: its middle may be found this much elsewhere."""
+"""Another side of it is visible then: its centre may be measured this much elsewhere."""
 
 
 @dataclass(eq=False)
 class Body:
-    """Changed by the tracker only; `track` hands out what is known."""
+    """Changed only by the tracker; `track` returns its present values."""
 
     id: int
     x: Floats
@@ -82,7 +82,7 @@ class Body:
         return 1.0 / (1.0 + math.exp(-self.odds))
 
     def track(self) -> Track:
-        """What is known, as a value."""
+        """Return the present values."""
         stands = self.motion is Motion.STANDING
         label = self.label
         return Track(
@@ -120,7 +120,7 @@ def born(number: int, seen: Measured, i: int) -> Body:
 
 
 def predict(body: Body, time_s: float) -> None:
-    """Bring a body forward to a time."""
+    """Predict a body to a time."""
     from filterpy.kalman import predict as kalman_predict  # type: ignore[import-untyped]
 
     stands = body.motion is Motion.STANDING
@@ -134,7 +134,7 @@ def predict(body: Body, time_s: float) -> None:
 
 
 def update(body: Body, seen: Measured, i: int) -> None:
-    """Take in the detection that was assigned to a body."""
+    """Update a body with its assigned detection."""
     from filterpy.kalman import update as kalman_update
 
     z, noise = seen.z[i].copy(), seen.noise[i].copy()
@@ -167,7 +167,9 @@ def _remember(body: Body, seen: Measured, i: int) -> None:
 
 
 def _same_heading(body: Body, yaw: float, score: float) -> float:
-    """What to turn the track's yaw by: the measured yaw or its opposite, whichever is nearer; and vote on which."""
+    """Return the turn of the track's yaw to the measured yaw or its opposite, whichever is nearer, and vote on
+    which.
+    """
     off = wrapped(yaw - float(body.x[3]))
     opposite = abs(off) > math.pi / 2.0
     vote = -score if opposite else score
@@ -179,7 +181,7 @@ def _same_heading(body: Body, yaw: float, score: float) -> float:
 
 
 def _regain(body: Body, seen: Measured, i: int) -> None:
-    """A standing object that is seen again elsewhere has moved while nobody looked."""
+    """A standing object that is seen again elsewhere has moved unseen."""
     if body.motion is not Motion.STANDING or seen.time_s - body.last_seen_s < REGAINED_S:
         return
     off = seen.z[i, :2] - body.x[:2]

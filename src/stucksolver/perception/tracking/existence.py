@@ -1,4 +1,4 @@
-"""Who is kept: those who were detected, and those who could not have been."""
+"""Which tracks are kept: those detected, and those that could not have been detected."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ called them nothing. Walls and hedges that were once taken for something end by 
 GONE = -1.5
 """Log-odds of existence below which a track ends (18 %)."""
 UNCONFIRMED_S = 0.35
-"""Who was seen only once is given up after this time."""
+"""An object seen only once is dropped after this time."""
 SURE_HIT = 0.95
-"""No single detection says more than this."""
+"""No single detection counts for more than this."""
 STRENGTH_GAIN = 0.2
 """Of the running mean of scores: about the last five looks."""
 HEADROOM = 2.0

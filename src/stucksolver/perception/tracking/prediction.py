@@ -1,6 +1,6 @@
-"""How objects move between two looks: constant velocity, disturbed by white noise of acceleration and turn rate.
+"""How objects move between two looks: constant velocity with white noise of acceleration and turn rate.
 
-The filter's prediction and what others are told at a later moment (`Track.at`) are the same formulas.
+The filter's prediction and the one for later moments (`Track.at`) use the same formulas.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from stucksolver.perception.tracking.groups import Group
 STATE = 6
 """x, y, z, yaw, vx, vy."""
 STANDING_ACCELERATION_MPS2 = 0.02
-"""What the velocity of a standing object is allowed: its covariance grows while it is hidden, to 2 m in 30 s."""
+"""Velocity noise of a standing object: its covariance grows while it is hidden, to 2 m in 30 s."""
 STANDING_TURN_RPS = 0.02
 STANDING_DRIFT_MPS = 0.05
-"""How fast the ego's own pose, and with it all that stands, may drift (m per root of a second)."""
+"""Drift of the ego's own pose, and with it of everything that stands (m per root of a second)."""
 
 
 def transition(group: Group, stands: bool, dt: float) -> tuple[Floats, Floats]:

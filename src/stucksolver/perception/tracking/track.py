@@ -1,4 +1,4 @@
-"""What is known about one object at one moment."""
+"""One object at one moment."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ KEPT = np.array([0, 1, 3, 4, 5])
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """One object at `time_s`, in the local frame; `x_m, y_m, z_m` is the middle of its box."""
+    """One object at `time_s`, in the local frame; `x_m, y_m, z_m` is the centre of its box."""
 
     id: int
-    """Stays the same as long as the object is followed; never given twice by one tracker."""
+    """Constant while the object is tracked, and never used twice by one tracker."""
     time_s: float
     label: int
     """Index into `stucksolver.perception.labels.LABELS`: the label with the most votes."""
     label_confidence: float
-    """Share of the votes that this label has, 0 to 1; a few votes never give certainty."""
+    """Share of the votes for this label, 0 to 1; a few votes never give certainty."""
     confidence: float
-    """Probability that there is such an object at all, by hits, misses and their scores."""
+    """Probability that the object exists, from hits, misses and their scores."""
     x_m: float
     y_m: float
     z_m: float
     yaw_rad: float
     vx_mps: float
     vy_mps: float
-    """Velocity over ground along the axes of the local frame; exactly 0 while the object is held to stand."""
+    """Velocity over ground along the axes of the local frame; exactly 0 while the object counts as standing."""
     length_m: float
     width_m: float
     height_m: float
@@ -45,14 +45,14 @@ class Track:
     hits: int
     """Number of detections assigned to it."""
     hidden: bool
-    """It was not detected at the last look, and could not have been: it is remembered."""
+    """True if it was not detected at the last look and could not have been: it is remembered."""
     standing_since_s: float | None
-    """None while it moves, and as long as that is not decided."""
+    """None while it moves, or while this is undecided."""
     moved_at_s: float | None
     """When it was last seen moving; None if it never was."""
 
     def at(self, time_s: float) -> Track:
-        """The same object a moment later, as the filter would predict it; itself for a time that is not later."""
+        """Return the same object predicted to a later time; itself for a time that is not later."""
         passed_s = time_s - self.time_s
         if passed_s <= 0.0:
             return self
@@ -68,15 +68,15 @@ class Track:
 
     @property
     def stationary_s(self) -> float:
-        """For how long it has stood; 0 while it moves or is undecided. Standing objects that are hidden count on."""
+        """How long it has stood (s); 0 while it moves or is undecided. Hidden standing objects keep counting."""
         return 0.0 if self.standing_since_s is None else max(0.0, self.time_s - self.standing_since_s)
 
     @property
     def moved_s_ago(self) -> float | None:
-        """Since when it has not been seen moving; None if it never was."""
+        """Time since it was last seen moving (s); None if it never was."""
         return None if self.moved_at_s is None else max(0.0, self.time_s - self.moved_at_s)
 
     @property
     def seen_for_s(self) -> float:
-        """For how long it has been followed."""
+        """How long it has been tracked (s)."""
         return max(0.0, self.time_s - self.first_seen_s)

@@ -1,4 +1,4 @@
-"""Follows objects through time: association, Kalman filters, births and deaths, and since when things stand.
+"""Tracks objects through time: association, Kalman filters, births and deaths, and since when objects stand.
 
 After Weng et al., "AB3DMOT: A Baseline for 3D Multi-Object Tracking and New Evaluation Metrics" (2020), with the
 velocity-based association of Yin, Zhou and Krähenbühl, "Center-based 3D Object Detection and Tracking" (2021).
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from stucksolver.perception.visibility import SeenSpace
 
 CONFIRMING_HITS = 2
-"""A track is told of after this many detections"""
+"""A track is reported after this many detections"""
 CONFIRMING_SCORE = 0.99
 """whose scores sum up to this,"""
 SURE_SCORE = 0.7
 """or after one with at least this score,"""
 SURE_RANGE_M = 20.0
-"""if it is this near: what is near must not be told of late."""
+"""if it is this near: near objects must not be reported late."""
 BIRTH_SCORE = 0.2
 """Weaker detections keep tracks alive, and start none."""
 
@@ -39,8 +39,8 @@ class ObjectTracker:
     """Call `update` with each look's detections, and `predict` whenever the objects are wanted."""
 
     def __init__(self, rig: Rig | None = None) -> None:
-        """`rig` says what the LiDAR can see; without it the shipped one is taken."""
-        # Their first import takes seconds: not in the first look.
+        """Make a tracker. `rig` says what the LiDAR can see; the one that ships with the package if None."""
+        # The first import takes seconds: not in the first look.
         import filterpy.kalman  # type: ignore[import-untyped]  # noqa: F401
         import scipy.optimize  # type: ignore[import-untyped]  # noqa: F401
 
@@ -50,15 +50,15 @@ class ObjectTracker:
         self._next = 1
 
     def update(self, detections: Detections, pose: PoseEstimate, space: SeenSpace | None = None) -> tuple[Track, ...]:
-        """Take in the detections of one look.
+        """Update the tracks with the detections of one look.
 
         Args:
-            detections: Of later looks than before, in the vehicle frame.
-            pose: Where the vehicle was at `detections.time_s`.
-            space: What the LiDAR saw to be free at that look. Without it, nearer tracks tell who is hidden.
+            detections: Of a later look than before, in the vehicle frame.
+            pose: The vehicle's pose at `detections.time_s`.
+            space: What the LiDAR saw to be free at that look. Without it, nearer tracks decide who is hidden.
 
         Returns:
-            All confirmed tracks at `detections.time_s`, in the local frame, also those who are hidden at the moment.
+            All confirmed tracks at `detections.time_s`, in the local frame, hidden ones included.
         """
         seen = measured(detections.part(association.one_for_each_place(detections)), pose)
         for body in self._bodies:
@@ -79,7 +79,7 @@ class ObjectTracker:
         return tuple(body.track() for body in self._bodies if body.id in self._confirmed)
 
     def predict(self, time_s: float) -> tuple[Track, ...]:
-        """The confirmed tracks brought forward to another time (seconds); the tracker stays as it is."""
+        """Return the confirmed tracks predicted to another time (s); the tracker does not change."""
         told = []
         for body in self._bodies:
             if body.id in self._confirmed:
@@ -118,7 +118,7 @@ class ObjectTracker:
             self._hit(body, seen, j)
 
     def _judge(self, now_s: float) -> None:
-        """Decide for all who were detected just now whether they stand."""
+        """Decide for each object detected now whether it stands."""
         looked = [body for body in self._bodies if body.last_seen_s == now_s]
         if not looked:
             return
@@ -128,7 +128,7 @@ class ObjectTracker:
 
 
 def _decide(body: Body, evidence: Evidence, i: int, now_s: float) -> None:
-    """Move one body's state of motion on: moving until it rests, standing or undecided until it moves."""
+    """Advance one body's state of motion: moving until it rests, standing or undecided until it moves."""
     if body.motion is not Motion.MOVING and evidence.moves[i]:
         if body.motion is Motion.STANDING:
             body.x[4:] = evidence.velocity[i]
