@@ -1,1 +1,3 @@
-"""Drives routes and judges them: suites, scenarios, criteria, scores and reports. It needs the product's faces only."""
+"""Drives routes and judges them: suites, scenarios, criteria, scores and reports. Uses only the product's public
+API.
+"""

@@ -1,4 +1,4 @@
-"""The demonstration: a parked car and two slow cyclists, on any map, each without and with what helps."""
+"""The demonstration: a parked car and two slow cyclists, on any map, each without help and with it."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     import carla
 
 SAY_S = 8.0
-"""When the passenger speaks, since the start."""
+"""When the passenger speaks (s since the start)."""
 WORDS = "please overtake them"
 VEHICLE = "car-1"
-"""What the car is called where a passenger talks to it."""
+"""The car's name for a passenger."""
 ALONE, HELPED, GUIDED = "driver alone", "StuckSolver", "StuckSolver + passenger"
 FRAME_EVERY_S = 0.1
 KINDS = {"one_lane": "one lane each way", "multi_lane": "several lanes"}
@@ -37,7 +37,7 @@ KINDS = {"one_lane": "one lane each way", "multi_lane": "several lanes"}
 
 @dataclass(frozen=True)
 class Situation:
-    """One of the two: the scenario type, what happens in a few words, and how long a street it needs."""
+    """One of the two situations: the scenario type, a short description, and the length of street that it needs (m)."""
 
     type: str
     name: str
@@ -58,7 +58,7 @@ SEEN_BY = {
 
 @dataclass(frozen=True)
 class DemoSpec:
-    """What to show. `host` and `port`: a running CARLA server instead of a carlette of our own."""
+    """Options of the demonstration. `host` and `port` name a running CARLA server instead of our own carlette."""
 
     map_name: str = "demo_town"
     maps: str | None = None
@@ -71,28 +71,35 @@ class DemoSpec:
     host: str | None = None
     port: int = 2000
     say: str | None = None
-    """What a passenger says in place of the demonstration's own words; then both streets are driven with it alone."""
+    """Words of the passenger instead of the demonstration's own; both streets are then driven only with these."""
     pictures: bool = True
-    """A picture of the front camera beside each decision."""
+    """Store an image of the front camera with each decision."""
     memory: Path | None = None
-    """File of the memory of what helped; None: nothing is remembered."""
+    """File of the memory of what helped; None: no memory."""
     perception: str = PRIVILEGED
-    """Where driver and solver know the world from, one of `arms.spec.PERCEPTIONS`."""
+    """Where driver and solver get their perception: one of `arms.spec.PERCEPTIONS`."""
 
     passenger: Path | None = None
-    """Where a passenger server is found by desks: people talk to the car where StuckSolver helps, in their own time."""
+    """Address of a passenger server for desks: people can talk to the car that StuckSolver helps."""
 
     @property
     def arms(self) -> tuple[tuple[Situation, str], ...]:
-        """What is driven, in this order."""
+        """Return the drives in order."""
         return ARMS if self.say is None else SPOKEN
 
 
 def demo(spec: DemoSpec, say: Callable[[str], None]) -> tuple[list[RunLog], Path]:
-    """Drive everything, keep each drive's files as soon as they are there, and write the report last.
+    """Run all drives, store each drive's files at once, and write the report at the end.
 
-    Raises `ArmError`, `StreetError`, `ServerError`, `RunError`, `OutputError` and `ReportError`; drives already made
-    stay in `out/runs`.
+    Drives that are finished stay in `out/runs` after an error.
+
+    Raises:
+        ArmError: The driver, the recovery or the reasoner does not exist or cannot be asked.
+        StreetError: The map has no suitable street.
+        ServerError: The simulator did not start or ended.
+        RunError: A drive failed.
+        OutputError: A file cannot be written.
+        ReportError: The report cannot be made.
     """
     check_arm(_arm(spec, HELPED))
     require_writable(spec.out / "runs")
@@ -111,7 +118,7 @@ def demo(spec: DemoSpec, say: Callable[[str], None]) -> tuple[list[RunLog], Path
 
 
 def _found(spec: DemoSpec, situation: Situation, carla_map: carla.Map) -> tuple[Route, str]:
-    """The best street on the map for a situation, and the title that it is shown under."""
+    """Return the best street on the map for a situation, and its title."""
     street = choose_street(carla_map, spec.road, spec.seed, situation.length_m)
     oncoming = spec.oncoming if street.kind == "one_lane" else 0
     title = f"{situation.name}, {KINDS[street.kind]}" + (f", {oncoming} oncoming" if oncoming else "")
@@ -123,7 +130,11 @@ def _found(spec: DemoSpec, situation: Situation, carla_map: carla.Map) -> tuple[
 
 
 def _driven(task: Task, progress: Callable[[float], None]) -> RunLog:
-    """One drive's replay. Raises `RunError` where there is none."""
+    """Return one drive's replay.
+
+    Raises:
+        RunError: There is none.
+    """
     drive_task(task, progress)
     return Store(task.folder).run_log(task.job.route, task.job.seed)
 

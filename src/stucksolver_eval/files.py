@@ -1,4 +1,4 @@
-"""Writing results: whole or not at all."""
+"""Writes result files, completely or not at all."""
 
 from __future__ import annotations
 
@@ -9,16 +9,24 @@ from pathlib import Path
 
 
 class OutputError(RuntimeError):
-    """A result could not be written; the message names the file and the remedy."""
+    """A result could not be written. The message names the file and the remedy."""
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file in one go: a crash or a full disk leaves the old one, or none. Raises `OutputError`."""
+    """Write a file atomically: a crash or a full disk leaves the old file, or none.
+
+    Raises:
+        OutputError: It cannot be written.
+    """
     write_bytes(path, text.encode("utf-8"))
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """The same with bytes."""
+    """Write bytes atomically.
+
+    Raises:
+        OutputError: They cannot be written.
+    """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -31,7 +39,11 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 
 def require_writable(folder: Path) -> None:
-    """Make a folder and see that files can be written there, before hours are spent. Raises `OutputError`."""
+    """Make a folder and check that files can be written there, before hours are spent.
+
+    Raises:
+        OutputError: It is not writable.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -41,5 +53,5 @@ def require_writable(folder: Path) -> None:
 
 
 def cannot_write(path: Path, error: OSError) -> OutputError:
-    """What to raise where the disk refuses."""
+    """Return the error for a failed write."""
     return OutputError(f"cannot write {path}: {error.strerror}; choose another --out or make room")

@@ -1,7 +1,7 @@
-"""Near misses, by the one definition that every figure here goes by: TTC below 1 s, or a gap below 0.3 m.
+"""Near misses, with the one definition for every number here: TTC below 1 s, or a gap below 0.3 m.
 
-Both are to an actor that moves. TTC (time to collision) is the time to contact of the two boxes if both go on as they
-do now, each with its velocity and heading.
+Both are to a moving actor. TTC (time to collision) is the time to contact of the two boxes if both keep their velocity
+and heading.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ NEAR_TTC_S = 1.0
 LOOK_EVERY_S = 0.2
 LOOK_RANGE_M = 40.0
 BELOW_M, ABOVE_M = 1.0, 2.5
-"""Who is lower or higher than this, seen from the ego's place, is on another level of the road."""
+"""An actor lower or higher than this, relative to the ego, is on another level of the road."""
 
 Velocity = tuple[Any, Any]
 """(vx, vy), m/s: arrays or numbers that broadcast together."""
 
 
 def is_near(ego: Pose, ego_mps: Velocity, ego_half: HalfSize, others: Pose, mps: Velocity, half: HalfSize) -> Any:
-    """For each of the others: is this a near miss? Arrays, in any one frame that stands still."""
+    """Return for each of the others whether it is a near miss. Arrays, in any one fixed frame."""
     moving = np.hypot(*mps) > MOVING_MPS
     gap = separation(ego, ego_half, others, half)
     relative = (mps[0] - ego_mps[0], mps[1] - ego_mps[1])
@@ -39,7 +39,7 @@ def is_near(ego: Pose, ego_mps: Velocity, ego_half: HalfSize, others: Pose, mps:
 
 
 class NearMissWatch:
-    """Notes each near miss once for as long as it lasts, and again after a parting."""
+    """Counts each near miss once while it lasts, and again after a separation."""
 
     def __init__(self, world: carla.World, ego: carla.Vehicle) -> None:
         self._perception = Perception(world, ego.id, LOOK_RANGE_M)
@@ -50,7 +50,7 @@ class NearMissWatch:
         self.found: list[Noted] = []
 
     def update(self, time_s: float, transform: carla.Transform, velocity: carla.Vector3D) -> None:
-        """Look around, five times a second; `transform` and `velocity` are the ego's, of the `carla` client."""
+        """Look around, five times a second. `transform` and `velocity` are the ego's, from the `carla` client."""
         if time_s < self._next_s - 1e-6:
             return
         self._next_s = time_s + LOOK_EVERY_S

@@ -1,4 +1,4 @@
-"""Starts carlette as a process of its own and waits until it listens. The only place that does."""
+"""Starts carlette in its own process and waits until it listens. The only place that does."""
 
 from __future__ import annotations
 
@@ -17,34 +17,42 @@ if TYPE_CHECKING:
 
 START_LIMIT_S = 60.0
 SCENERY_LIMIT_S = 180.0
-"""To start with the scenery built; where nothing is compiled yet, on a busy machine, that takes long."""
+"""Time to start with the scenery built; long if nothing is compiled yet, on a busy machine."""
 REACH_S = 5.0
 CLIENT_TIMEOUT_S = 15.0
-"""How long a call of the client may take."""
+"""Time limit of a client's call."""
 SERVED = ("0.9.15", "0.9.16")
 
 
 class ServerError(RuntimeError):
-    """The simulator did not start, or died; the message is its own."""
+    """The simulator did not start, or ended. The message is its own."""
 
 
 @dataclass(frozen=True)
 class Server:
-    """Where a simulator listens."""
+    """The address of a simulator."""
 
     host: str
     port: int
     process: subprocess.Popen[str] | None = None
 
     def check(self) -> None:
-        """Raises `ServerError` when the process is gone."""
+        """Check the process.
+
+        Raises:
+            ServerError: It has ended.
+        """
         if self.process is not None and self.process.poll() is not None:
             raise ServerError(f"the simulator ended with exit code {self.process.returncode}; run again")
 
 
 def remote_server(host: str, port: int) -> Server:
-    """A server that runs already. Raises `ServerError` where nobody listens, which the client finds out late."""
-    if not 1 <= port <= 65535:  # the C library takes port 99999 for 34463, where somebody else may listen
+    """Return a server that is already running.
+
+    Raises:
+        ServerError: Nobody listens there, which the client would find out late.
+    """
+    if not 1 <= port <= 65535:  # the C library takes port 99999 for 34463, where another server may listen
         raise ServerError(f"no CARLA server at {host}:{port}: a port is a number from 1 to 65535; see --port")
     try:
         socket.create_connection((host, port), timeout=REACH_S).close()
@@ -58,11 +66,14 @@ def remote_server(host: str, port: int) -> Server:
 def carlette_server(
     map_name: str, maps: str | None = None, seed: int = 0, *, scenery: bool = False, stands: bool = False
 ) -> Iterator[Server]:
-    """A carlette on a free port, ended on exit, and by itself should we die. Raises `ServerError`.
+    """Start a carlette on a free port. It ends on exit, and by itself if this process ends.
 
-    With `scenery` cameras and rays measure from their first tick on; without, a route may be half driven before the
-    first picture comes, as the scenery is built beside the ticks. With `stands` the world waits for the first tick that
-    a client asks for: else as many ticks pass before as the machine has time for, and lights are in another phase.
+    With `scenery` cameras and LiDARs measure from their first tick on. Without it a route may be half driven before the
+    first image, because the scenery is built beside the ticks. With `stands` the world waits for a client's first tick.
+    Otherwise the number of ticks before depends on the machine, and lights are in another phase.
+
+    Raises:
+        ServerError: It did not start.
     """
     version = _client_version()
     command = [sys.executable, "-m", "carlette", "--port", "0", "--map", map_name, "--seed", str(seed)]
@@ -97,14 +108,18 @@ def open_server(
     scenery: bool = False,
     stands: bool = False,
 ) -> contextlib.AbstractContextManager[Server]:
-    """A carlette of our own (see `carlette_server`), or with a `host` the server there. Raises `ServerError`."""
+    """Start our own carlette (see `carlette_server`), or use the server at `host`.
+
+    Raises:
+        ServerError: It did not start, or nobody listens.
+    """
     if host is not None:
         return contextlib.nullcontext(remote_server(host, port))
     return carlette_server(map_name, maps, seed, scenery=scenery, stands=stands)
 
 
 def _client_version() -> str:
-    """The installed client's version, which carlette must be told."""
+    """Return the installed client's version, which carlette needs."""
     version = importlib.metadata.version("carla")
     served = next((known for known in SERVED if version.startswith(known)), None)
     if served is None:
@@ -116,7 +131,11 @@ def _client_version() -> str:
 
 
 def connect(server: Server, timeout_s: float) -> Any:
-    """A client of it. Raises `ServerError` where versions differ, or where whoever listens does not answer."""
+    """Return a connected client.
+
+    Raises:
+        ServerError: The versions differ, or the server does not answer.
+    """
     import carla
 
     client = carla.Client(server.host, server.port)
@@ -126,7 +145,11 @@ def connect(server: Server, timeout_s: float) -> Any:
 
 
 def check_remote(host: str, port: int) -> None:
-    """Ask a server that runs already for its version. Raises `ServerError` where it cannot be driven on."""
+    """Ask a running server for its version.
+
+    Raises:
+        ServerError: It cannot be used.
+    """
     try:
         connect(remote_server(host, port), REACH_S)
     except ServerError as error:
@@ -135,25 +158,29 @@ def check_remote(host: str, port: int) -> None:
 
 
 def set_synchronous(world: carla.World, dt_s: float | None) -> None:
-    """From now on a tick is `dt_s` long and comes when we ask; with None the server goes by its own clock again."""
+    """Set ticks of `dt_s` on demand; with None the server uses its own clock again."""
     settings = world.get_settings()
     settings.synchronous_mode, settings.fixed_delta_seconds = dt_s is not None, dt_s
     world.apply_settings(settings)
 
 
 def _check_versions(client: carla.Client) -> None:
-    """Raises `ServerError` where a client and the server it is connected to are of different versions."""
+    """Check that a client and its server have the same version.
+
+    Raises:
+        ServerError: They differ, or it is not a CARLA server.
+    """
     try:
         ours, theirs = str(client.get_client_version()), str(client.get_server_version())
     except RuntimeError as error:
-        # The client library tells of a server that is none, or is gone, by a bare `RuntimeError`.
+        # The client library reports a missing or foreign server with a bare `RuntimeError`.
         raise ServerError(f"what listens there does not answer as a CARLA server does: {error}") from error
     if ours != theirs:
         raise ServerError(f"the carla client is {ours} but the server is {theirs}: pip install carla=={theirs}")
 
 
 def _listening(process: subprocess.Popen[str], limit_s: float) -> Server:
-    """Wait for the line that says where it listens."""
+    """Wait for the line with the address."""
     assert process.stdout is not None and process.stderr is not None
     watchdog = threading.Timer(limit_s, process.kill)
     watchdog.start()
@@ -164,7 +191,7 @@ def _listening(process: subprocess.Popen[str], limit_s: float) -> Server:
     if "listening on " not in line:
         process.wait()
         said = process.stderr.read().strip() or f"no answer within {limit_s:.0f} s"
-        # The last line is the message; what stands above it would be the trace of a defect.
+        # The last line is the message; above it would be the traceback of a defect.
         raise ServerError(said.splitlines()[-1].removeprefix("carlette: ").removeprefix("error: "))
     host, _, port = line.split("listening on ", 1)[1].split()[0].rpartition(":")
     threading.Thread(target=_drain, args=(process.stdout,), daemon=True).start()
@@ -173,7 +200,7 @@ def _listening(process: subprocess.Popen[str], limit_s: float) -> Server:
 
 
 def _drain(stream: object) -> None:
-    """Read and forget, so that the server never blocks on a full pipe."""
+    """Read and discard, so that the server never blocks on a full pipe."""
     with contextlib.suppress(ValueError, OSError):
         for _ in stream:  # type: ignore[attr-defined]
             pass

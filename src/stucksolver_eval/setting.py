@@ -1,4 +1,4 @@
-"""What scenarios and background traffic may touch: the world, the route, and the cast."""
+"""What scenarios and background traffic may use: the world, the route, and the cast."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ class Setting:
     random: random.Random
     dt_s: float = 0.05
     hero_s_m: float = 0.0
-    """Where the hero is along the route; `Play` keeps it."""
+    """Position of the ego along the route (m); updated by `Play`."""
 
     @cached_property
     def cast(self) -> ActorPool:
-        """Everyone that scenarios and background put into the world."""
+        """All actors that scenarios and background traffic create."""
         return ActorPool(self.client, self.world, self.hero)
 
     @cached_property
     def cars(self) -> Cars:
-        """Those of the cast that drive."""
+        """The actors that drive."""
         return Cars(self.cast, self.dt_s)

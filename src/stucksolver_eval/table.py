@@ -24,12 +24,12 @@ _TOLD = ("guidance", "outcome", "abort", "directive", "infraction")
 
 
 def runs_table(runs: Sequence[RunLog]) -> str:
-    """A row for each run, or a column where rows would be too wide."""
+    """Return a row for each run, or a column if rows would be too wide."""
     return table(HEAD, [_row(run) for run in runs])
 
 
 def conversation(run: RunLog) -> str:
-    """What was said, what it was understood as, why the vehicle waited, and what came of it, a line each."""
+    """Return what was said, how it was understood, why the vehicle waited, and the result, a line each."""
     said = next((event.time_s for event in run.events if event.kind == "guidance"), None)
     if said is None:
         return ""
@@ -51,7 +51,7 @@ def _decided(moment: DecisionMoment) -> str:
 
 
 def recovered_text(result: RunResult) -> str:
-    """Seconds from the onset of the first immobilization to the recovery, `never`, or a dash where there was none."""
+    """Return the seconds from the onset of the first immobilization to the recovery, `never`, or a dash without one."""
     if result.time_to_recover_s is not None:
         return f"{result.time_to_recover_s:.1f}"
     return "never" if result.immobilizations else "–"

@@ -1,4 +1,4 @@
-"""Tables for a terminal: a row for each run where that fits its width, else a column for each run."""
+"""Tables for a terminal: a row per run if that fits its width, otherwise a column per run."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from string import ascii_uppercase
 Row = tuple[str, ...]
 
 WIDTH = 80
-"""Columns, where nobody tells: of a pipe, or a file."""
+"""Default width in columns, for a pipe or a file."""
 BETWEEN = "  "
 PART = "  "
-"""A row whose name begins so belongs to the run before it."""
+"""A row whose name begins with this belongs to the run before it."""
 NOTHING = ("", "–")
 
 
 def filled(text: str, width: int | None = None) -> str:
-    """A paragraph in lines of at most `width` columns; addresses and paths stay whole."""
+    """Return a paragraph in lines of at most `width` columns; addresses and paths are not broken."""
     limit = shutil.get_terminal_size((WIDTH, 24)).columns if width is None else width
     return textwrap.fill(text, max(limit, 20), subsequent_indent=PART, break_long_words=False, break_on_hyphens=False)
 
 
 def table(head: Row, rows: Sequence[Row], width: int | None = None) -> str:
-    """`rows` below `head`, or turned on their side where that would be wider than `width` columns.
+    """Return `rows` below `head`, or transposed if that would be wider than `width` columns.
 
-    The first cell of a row is the name of its run. Turned, figures that no run has are left out, and runs with long
-    names become letters. Empty where no run has any figure.
+    The first cell of a row is the name of its run. In a transposed table, figures that no run has are left out, and
+    runs with long names become letters. Empty if no run has any figure.
     """
     limit = shutil.get_terminal_size((WIDTH, 24)).columns if width is None else width
     upright = _aligned([head, *rows])
@@ -56,14 +56,14 @@ def table(head: Row, rows: Sequence[Row], width: int | None = None) -> str:
 
 
 def _aligned(rows: Sequence[Row]) -> list[str]:
-    """Lines of equal columns, with a rule below the first."""
+    """Return lines of equal columns, with a rule below the first."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = [BETWEEN.join(cell.ljust(size) for cell, size in zip(row, widths, strict=True)).rstrip() for row in rows]
     return [lines[0], "-" * len(lines[0]), *lines[1:]]
 
 
 def _with_parts(rows: Sequence[Row]) -> list[Row]:
-    """Rows that belong to the one before stand in its cells, in brackets."""
+    """Put rows that belong to the previous one into its cells, in brackets."""
     runs: list[Row] = []
     for row in rows:
         if not row[0].startswith(PART) or not runs:
@@ -76,7 +76,7 @@ def _with_parts(rows: Sequence[Row]) -> list[Row]:
 
 
 def _groups(sizes: Sequence[int], room: int) -> list[list[int]]:
-    """Numbers of the runs that stand side by side, at least one a group."""
+    """Return the numbers of the runs side by side, at least one per group."""
     groups: list[list[int]] = []
     left = 0
     for k, size in enumerate(sizes):

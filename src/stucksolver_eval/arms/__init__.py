@@ -1,4 +1,4 @@
-"""Who helps the driver: nobody, timers, or StuckSolver."""
+"""The arms: the driver alone, timers, or StuckSolver."""
 
 from stucksolver_eval.arms.arm import Arm, ArmLog
 from stucksolver_eval.arms.make import ArmError, carries_camera, make_arm

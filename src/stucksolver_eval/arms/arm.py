@@ -1,4 +1,4 @@
-"""What every arm is: asked for a control once a tick, and what it did is written down."""
+"""The interface of every arm: it gives one control per tick, and its actions are logged."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class ArmLog:
-    """What an arm did; times since the start of the route."""
+    """The log of an arm; times since the start of the route (s)."""
 
     interventions: list[InterventionRecord] = field(default_factory=list)
     queries: list[QueryRecord] = field(default_factory=list)
@@ -26,7 +26,7 @@ class ArmLog:
 
 @dataclass(frozen=True)
 class Now:
-    """The ego at this tick: time since the start, speed, and place along the route."""
+    """The ego at this tick: time since the start, speed, and position along the route."""
 
     time_s: float
     speed_mps: float
@@ -34,23 +34,23 @@ class Now:
 
 
 class Arm(Protocol):
-    """Wraps a driver. `directive` is what the driver was told last, for the replay."""
+    """Wraps a driver. `directive` is the driver's last order, for the replay."""
 
     log: ArmLog
     directive: Directive | None
 
     def step(self, now: Now) -> carla.VehicleControl:
-        """This tick's `carla.VehicleControl`."""
+        """Return this tick's `carla.VehicleControl`."""
 
     def say(self, text: str) -> None:
-        """A passenger's words."""
+        """Take a passenger's words."""
 
     def close(self, time_s: float) -> None:
-        """The route is over."""
+        """End the route."""
 
 
 class DriverAlone:
-    """Nobody helps."""
+    """The driver without help."""
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
@@ -58,12 +58,12 @@ class DriverAlone:
         self.directive: Directive | None = None
 
     def step(self, now: Now) -> carla.VehicleControl:
-        """Lets the driver drive; there is nothing to tell."""
+        """Let the driver drive."""
         control: carla.VehicleControl = self._driver.run_step()
         return control
 
     def say(self, text: str) -> None:
-        """Nobody listens."""
+        """Ignore the words."""
 
     def close(self, time_s: float) -> None:
-        """Nothing is left to do."""
+        """Do nothing."""

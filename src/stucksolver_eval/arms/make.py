@@ -1,4 +1,4 @@
-"""Arms by name."""
+"""Makes arms from their names."""
 
 from __future__ import annotations
 
@@ -31,17 +31,21 @@ if TYPE_CHECKING:
 
 NONE, TIMERS, FAULTY_PREFIX = "none", "timers", "faulty:"
 VEHICLE = "car-1"
-"""What a memory calls the vehicle."""
+"""The vehicle's name in a memory."""
 EXCHANGES = "exchanges"
-"""Beside the records: every request to a model, and its answer."""
+"""Folder beside the records: every request to a model, and its answer."""
 
 
 class ArmError(ValueError):
-    """No such arm; the message lists what there is."""
+    """There is no such arm. The message lists those that exist."""
 
 
 def check_arm(spec: ArmSpec) -> None:
-    """Raises `ArmError` for a driver, a recovery or a reasoner that does not exist."""
+    """Check an arm.
+
+    Raises:
+        ArmError: The driver, the recovery or the reasoner does not exist, or they do not fit together.
+    """
     try:
         check_driver(spec.driver)
     except DriverNameError as error:
@@ -62,7 +66,7 @@ def _check_perception(spec: ArmSpec) -> None:
     if spec.perception == SENSORS:
         from stucksolver.perception.perceiver import why_not_here
 
-        # All weights are loaded once before anything is driven.
+        # All weights are loaded once before the drive.
         why = why_not_here()
         if why:
             raise ArmError(f"--perception sensors: {why}")
@@ -87,9 +91,10 @@ def _check_memory(spec: ArmSpec) -> None:
 
 
 def preflight_arm(spec: ArmSpec) -> tuple[str, ...]:
-    """Asks each reasoner once whether it can be asked, and gives what a person should know, a line each.
+    """Check once that each reasoner can be asked, and return what a person should know, a line each.
 
-    Raises `ArmError` where one cannot.
+    Raises:
+        ArmError: One cannot be asked.
     """
     words = [one for one in (spec.recovery, spec.reasoner) if one not in ("", NONE, TIMERS)]
     try:
@@ -99,7 +104,7 @@ def preflight_arm(spec: ArmSpec) -> tuple[str, ...]:
 
 
 def carries_camera(spec: ArmSpec) -> bool:
-    """Only a model looks at pictures, and they cost more than everything else in a tick."""
+    """True if a reasoner looks at images; the camera costs more than everything else in a tick."""
     return spec.camera or sees(spec.recovery) or sees(spec.reasoner)
 
 
@@ -112,9 +117,20 @@ def make_arm(
     seed: int,
     records: Path | None,
 ) -> Arm:
-    """An arm for a driver that has its route; `records`: where a record of each intervention goes.
+    """Make an arm for a driver that has its route.
 
-    Raises `ArmError` and `LadderError`.
+    Args:
+        spec: The arm.
+        ego: The vehicle.
+        driver: Its driver.
+        carla_map: The map.
+        line: The route's line.
+        seed: Seed of random choices.
+        records: Folder for a record of each intervention, if any.
+
+    Raises:
+        ArmError: The arm cannot be made.
+        LadderError: The ladder cannot be used.
     """
     if spec.recovery == NONE:
         return DriverAlone(driver)
@@ -147,7 +163,7 @@ def make_arm(
 
 
 def _camera(ego: Any) -> GivesPicture:
-    """The vehicle's own, where it sees by its own sensors."""
+    """The vehicle's own camera, if it perceives by its sensors."""
     eyes = getattr(ego, "perceiver", None)
     found: GivesPicture = FrontCamera(ego) if eyes is None else eyes.camera()
     return found

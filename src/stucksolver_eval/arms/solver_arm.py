@@ -1,4 +1,4 @@
-"""StuckSolver beside a driver, by its public face only."""
+"""StuckSolver beside a driver, through its public API only."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ASKING = "request_assistance"
 
 
 class SolverArm:
-    """`make_solver` is given the listener for the solver's events; `reasoners` are those it may ask."""
+    """`make_solver` gets the listener for the solver's events; `reasoners` are those that it may ask."""
 
     def __init__(
         self,
@@ -50,25 +50,25 @@ class SolverArm:
 
     @property
     def solver(self) -> StuckSolver:
-        """Who helps the driver."""
+        """The solver."""
         return self._solver
 
     @property
     def stack(self) -> CarlaStack:
-        """The vehicle as the solver meets it."""
+        """The vehicle in the solver's form."""
         return self._stack
 
     @property
     def camera(self) -> GivesPicture | None:
-        """The front camera, where it is carried."""
+        """The front camera, if there is one."""
         return self._camera
 
     def listen(self, listener: Listener) -> None:
-        """Someone else who wants to hear the solver's events."""
+        """Add another listener for the solver's events."""
         self._heard.append(listener)
 
     def step(self, now: Now) -> Any:
-        """One tick of the solver, and its directive carried out."""
+        """Run one tick of the solver and perform its directive."""
         self._now = now
         self.directive = self._solver.step(self._stack.status(), self._stack.surroundings)
         if isinstance(self.directive, SafeStop) and self.log.asked_s is None:
@@ -76,11 +76,11 @@ class SolverArm:
         return self._stack.perform(self.directive)
 
     def say(self, text: str) -> None:
-        """Hands a person's words to the solver."""
+        """Pass a person's words to the solver."""
         self._solver.guide(text)
 
     def answer(self, yes: bool, by: Person) -> Question | None:
-        """A person's yes or no to the open question: the question, or None where it was not theirs to answer."""
+        """Answer the open question. Returns the question, or None if this person may not answer it."""
         question = self._solver.pending_question
         try:
             (self._solver.approve if yes else self._solver.deny)(None, by)
@@ -89,7 +89,11 @@ class SolverArm:
         return question
 
     def close(self, time_s: float) -> None:
-        """Raises `RecordError` where a record was asked for and could not be written."""
+        """End the route.
+
+        Raises:
+            RecordError: A record could not be written.
+        """
         self._solver.close()
         if self._memory is not None:
             self._memory.close()
@@ -162,5 +166,5 @@ class SolverArm:
 
 
 def _calls_operator(event: Event) -> bool:
-    """Is an operator asked something?"""
+    """True if an operator is asked something."""
     return event.kind is EventKind.ASKED and event.question is not None and event.question.to == "operator"

@@ -1,4 +1,4 @@
-"""Who drives, who helps, and how time is counted: what an arm is made from."""
+"""The specification of an arm: the driver, the recovery, and the clock."""
 
 from __future__ import annotations
 
@@ -6,19 +6,22 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 PRIVILEGED = "privileged"
-"""Driver and helper know the world from the simulator's ground truth."""
+"""Driver and recovery use the simulator's ground truth."""
 SENSORS = "sensors"
-"""They know it from the rig's sensors."""
+"""They use the rig's sensors."""
 
 
 @dataclass(frozen=True)
 class ArmSpec:
-    """Who drives, who helps, and how time is counted.
+    """The driver, the recovery, and the clock.
 
-    `recovery`: `none`, `timers`, or the reasoner of the ladder's rung `rules`, such as `rules` or `faulty:random`.
-    `reasoner`: the one of its rung `model`, if any. `detector`: fields of `DetectorSettings` that differ from
-    its defaults. `guarded`: False drives what is proposed without a proof, to see what the guard is worth.
-    `heedless`: while it drives a plan the driver brakes for nobody by itself, to see what the guard alone is worth.
+    Attributes:
+        driver: Name of the driver.
+        recovery: `none`, `timers`, or the reasoner of the ladder's rung `rules`, such as `rules` or `faulty:random`.
+        reasoner: The reasoner of its rung `model`, if any.
+        detector: Fields of `DetectorSettings` that differ from its defaults.
+        guarded: False drives proposals without a proof, to measure the value of the guard.
+        heedless: While it drives a plan the driver does not brake for anybody, to measure the guard alone.
     """
 
     driver: str = "behavior:normal"
@@ -27,19 +30,19 @@ class ArmSpec:
     clock: str = "lockstep"
     perception: str = PRIVILEGED
     sensor_fault: str = ""
-    """Experiment: a sensor that fails on the way, one of `stucksolver.stacks.sensed.FAULTS`."""
+    """Experiment: a sensor that fails during the drive, one of `stucksolver.stacks.sensed.FAULTS`."""
     ladder: Path | None = None
     memory: Path | None = None
-    """File of the memory of what helped, which stands before the recovery; None: nothing is remembered."""
+    """File of the memory that wraps the recovery; None: no memory."""
     detector: dict[str, float] = field(default_factory=dict)
     guarded: bool = True
     heedless: bool = False
     camera: bool = False
-    """The front camera is carried even where no reasoner looks at it, to show what was seen."""
+    """Carry the front camera even if no reasoner looks at it, to show what was seen."""
 
     @property
     def name(self) -> str:
-        """What tables call it."""
+        """The name in tables."""
         if self.sensor_fault:
             return f"{replace(self, sensor_fault='').name}, {self.sensor_fault}"
         if self.recovery == "none":

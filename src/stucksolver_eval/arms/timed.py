@@ -1,4 +1,4 @@
-"""Notes what an arm's reasoners cost, and how often they had an answer."""
+"""Measures the cost of an arm's reasoners, and how often they answered."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stucksolver_eval.results.outcome import Reliability
 
 
 class TimedReasoner:
-    """Notes how long each answer took, and how many tokens it cost where the reasoner tells."""
+    """Measures the duration of each answer, and its tokens if the reasoner reports them."""
 
     def __init__(self, inner: Reasoner) -> None:
         self._inner = inner
@@ -20,15 +20,15 @@ class TimedReasoner:
         self._withdrawn = False
         self._trace: Trace | None = None
         self.took_s = 0.0
-        """Wall time of the last answer."""
+        """Wall time of the last answer (s)."""
 
     @property
     def name(self) -> str:
-        """That of the reasoner inside."""
+        """Name of the wrapped reasoner."""
         return self._inner.name
 
     def decide(self, request: Request) -> Answer:
-        """Asks the reasoner inside and notes how long it took."""
+        """Ask the wrapped reasoner and measure the time."""
         began = time.perf_counter()
         self._withdrawn = False
         self._trace = None
@@ -40,7 +40,7 @@ class TimedReasoner:
             raise
         except ReasonerError as error:
             self._trace = error.trace
-            # One that was withdrawn because the situation cleared says nothing of the reasoner.
+            # A question withdrawn because the situation cleared says nothing about the reasoner.
             if not self._withdrawn:
                 self._asked, self._unanswered, self._why = self._asked + 1, self._unanswered + 1, str(error)
             raise
@@ -49,24 +49,24 @@ class TimedReasoner:
 
     @property
     def tokens(self) -> int:
-        """Of the last answer, read and written."""
+        """Tokens of the last answer, read and written."""
         trace = self._trace
         return 0 if trace is None else (trace.input_tokens or 0) + (trace.output_tokens or 0)
 
     @property
     def usd(self) -> float | None:
-        """What the last answer cost; None where that is not known, or nothing was paid for."""
+        """Cost of the last answer (US dollars); None if it is unknown or free."""
         return None if self._trace is None else self._trace.usd
 
     @property
     def reliability(self) -> Reliability | None:
-        """How often it answered; None for one that rests on nothing outside."""
+        """How often it answered; None for a reasoner that depends on nothing outside."""
         if not self._asked or not isinstance(self._inner, Preflighted):
             return None
         return Reliability(reasoner=self.name, asked=self._asked, unanswered=self._unanswered, why=self._why)
 
     def cancel(self) -> None:
-        """Cancels the reasoner inside, where it can be."""
+        """Cancel the wrapped reasoner, if it supports that."""
         self._withdrawn = True
         if isinstance(self._inner, Cancellable):
             self._inner.cancel()

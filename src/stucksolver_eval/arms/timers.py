@@ -1,7 +1,7 @@
-"""The baseline that the field has: a car that stands for too long tries one thing after the other, looking at nothing.
+"""The usual baseline: a car that stands for too long tries one thing after the other, looking at nothing.
 
-After 8 s at a standstill it waits on, after 15 s it reverses, after 30 s it overtakes on the left, after 60 s on the
-right; then it begins again. It knows of no cause; only its driver's own brakes keep it from driving into things.
+After 8 s at a standstill it waits, after 15 s it reverses, after 30 s it overtakes on the left, after 60 s on the
+right; then it begins again. It knows no cause; only its driver's own brakes prevent collisions.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ BESIDE_M = 25.0
 OVERTAKE_MPS = 5.0
 ACTION_LIMIT_S = 15.0
 GOING_M = 15.0
-"""So much new progress ends the standstill: all timers begin anew."""
+"""This much new progress ends the standstill: all timers restart."""
 
 Path = list[DrivePoint]
 
@@ -48,7 +48,7 @@ class _Action:
 
 
 class TimersArm:
-    """Timers count the time in which less than `GOING_M` of new progress was made since the car came to a stand."""
+    """The timers count the time with less than `GOING_M` of new progress since the car stopped."""
 
     def __init__(self, ego: EgoVehicle, driver: RouteDriver, line: RouteLine) -> None:
         self._ego, self._driver, self._line = ego, driver, line
@@ -66,10 +66,10 @@ class TimersArm:
         self.directive: Directive | None = None
 
     def say(self, text: str) -> None:
-        """Timers do not listen."""
+        """Timers ignore words."""
 
     def step(self, now: Now) -> Any:
-        """One tick of the timers, and what they order carried out."""
+        """Run one tick of the timers and perform their order."""
         self._watch(now)
         if self._running is not None:
             self._go_on(self._running, now)
@@ -78,7 +78,7 @@ class TimersArm:
         return self._driver.run_step()
 
     def close(self, time_s: float) -> None:
-        """Nothing is held."""
+        """Do nothing."""
         if self._running is not None:
             self._end(self._running, time_s, False, "the route ended")
 
@@ -121,7 +121,7 @@ class TimersArm:
             self._stuck_s, self._next = None, 0
 
     def _back(self) -> Path:
-        """Straight back from where the ego is."""
+        """Return a path straight back from the ego."""
         place = self._ego.get_transform()
         yaw = math.radians(place.rotation.yaw)
         x, y = place.location.x, place.location.y
@@ -129,7 +129,7 @@ class TimersArm:
         return [DrivePoint(x - k * math.cos(yaw), y - k * math.sin(yaw), REVERSE_MPS) for k in steps]
 
     def _beside(self, side: float) -> Path:
-        """Over by one lane along the route and back again; `side` is 1 for the right, whatever is there."""
+        """Return a path over by one lane along the route and back; `side` is 1 for the right. It looks at nothing."""
         here = self._line.project(self._ego.get_location())
         start_m = float(self._line.s_m[here])
         path = []

@@ -1,4 +1,4 @@
-"""What a reasoner would do if nobody checked it: the other half of an experiment with the guard."""
+"""An experiment without the guard: what a reasoner would do if nobody checked its plans."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stucksolver.scene.view import FrenetScene
 
 
 class Unguarded(Guard):
-    """Drives every plan that can be laid out as a path, and never aborts one. For simulators only."""
+    """Drives every plan that has a path and never aborts one. For simulators only."""
 
     def __init__(self) -> None:
         super().__init__(GuardPolicy(releases=dict.fromkeys(REGISTRY, Release.AUTONOMOUS)))
@@ -24,24 +24,24 @@ class Unguarded(Guard):
         approvals: Approvals = NOBODY,
         stops: bool = False,
     ) -> tuple[Verdict, Proven | None]:
-        """Refuses only what has no path."""
+        """Refuse only plans without a path."""
         try:
             return OK, self.lay_out(behaviors, view, guided, approvals, stops)
         except CannotPlan as error:
             return no_path(error), None
 
     def allows_standing(self, behavior: Behavior, view: FrenetScene, approvals: Approvals = NOBODY) -> Verdict:
-        """Always: that is what this arm is for."""
+        """Always accept: that is the purpose of this arm."""
         return OK
 
     def clear_to_hand_back(self, view: FrenetScene) -> bool:
-        """Always."""
+        """Always True."""
         return True
 
     def recheck(self, proven: Proven, view: FrenetScene, giving_way: bool = False) -> Verdict:
-        """Accepts."""
+        """Always accept."""
         return OK
 
     def recheck_way_back(self, path: Manoeuvre, view: FrenetScene, giving_way: bool = False) -> Verdict:
-        """Accepts."""
+        """Always accept."""
         return OK

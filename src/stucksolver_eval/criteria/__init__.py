@@ -1,6 +1,6 @@
-"""What the benchmark judges a drive by, tick by tick, over the `carla` client API; see `criteria.monitor.Jury`.
+"""The benchmark's criteria for a drive, tick by tick, over the `carla` client API; see `criteria.monitor.Jury`.
 
-`criteria.base` needs no client, so that scores can be computed where there is none.
+`criteria.base` needs no client, so that scores can be computed without one.
 """
 
 from stucksolver_eval.criteria.base import Criterion, Infraction, Moment

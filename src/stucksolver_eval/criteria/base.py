@@ -1,4 +1,4 @@
-"""What a criterion is, and what it sees at a tick."""
+"""The interface of a criterion, and its input at a tick."""
 
 from __future__ import annotations
 
@@ -14,16 +14,18 @@ STANDING_MPS = 0.1
 
 @dataclass(frozen=True)
 class Moment:
-    """The ego at one tick; `transform` and `velocity` are of the `carla` client, times count from the route's start."""
+    """The ego at one tick. `transform` and `velocity` are of the `carla` client; times count from the route's
+    start (s).
+    """
 
     frame: int
     time_s: float
     transform: carla.Transform
     velocity: carla.Vector3D
     suspended: frozenset[str] = frozenset()
-    """Criteria that are switched off now, by their short names (`blocked`, `wrong_lane`, `route_deviation`)."""
+    """Criteria that are suspended now, by their short names (`blocked`, `wrong_lane`, `route_deviation`)."""
     background_mps: tuple[float, ...] = ()
-    """Speeds of the background traffic's cars."""
+    """Speeds of the background traffic's cars (m/s)."""
 
     @property
     def location(self) -> carla.Location:
@@ -32,7 +34,7 @@ class Moment:
 
     @property
     def speed_mps(self) -> float:
-        """As scenario_runner has it: in the plane."""
+        """Speed in the plane, as in scenario_runner (m/s)."""
         return float((self.velocity.x**2 + self.velocity.y**2) ** 0.5)
 
 
@@ -47,7 +49,7 @@ class Infraction:
 
 
 class Criterion(ABC):
-    """Judges one thing from tick to tick. `ends_route` names the failure that ends the route, once there is one."""
+    """Judges one aspect from tick to tick. `ends_route` names the failure that ends the route, once there is one."""
 
     kind: ClassVar[str]
 
@@ -57,19 +59,19 @@ class Criterion(ABC):
 
     @abstractmethod
     def update(self, moment: Moment) -> None:
-        """Look at one tick."""
+        """Judge one tick."""
 
     def finish(self) -> None:  # noqa: B027 (few have anything to add)
-        """The route is over: what is only known at the end."""
+        """Judge what is known only at the end of the route."""
 
     def close(self) -> None:  # noqa: B027
-        """Give back what was taken from the world."""
+        """Release what was taken from the world."""
 
     def note(self, time_s: float, text: str, percentage: float | None = None) -> None:
-        """Adds an infraction; `percentage` is how much of the way it concerns, where its penalty depends on that."""
+        """Add an infraction. `percentage` is the part of the route that it covers, if its penalty depends on that."""
         self.infractions.append(Infraction(self.kind, time_s, text, percentage))
 
 
 def place_text(location: carla.Location) -> str:
-    """Where something was, as the texts of infractions say it."""
+    """Return a location in the form of the texts of infractions."""
     return f"(x={location.x:.3f}, y={location.y:.3f}, z={location.z:.3f})"

@@ -9,7 +9,7 @@ FAILURE = "Agent got blocked"
 
 
 class Blocked(Criterion):
-    """Fails after 60 s below 0.1 m/s; while it is suspended the time does not run, and starts anew after that."""
+    """Fails after 60 s below 0.1 m/s. While it is suspended the time stops, and it restarts after that."""
 
     kind = "vehicle_blocked"
 

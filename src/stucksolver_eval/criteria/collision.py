@@ -13,7 +13,7 @@ from stucksolver_eval.criteria.base import STANDING_MPS, Criterion, Infraction, 
 SAME_PLACE_M = 5.0
 SAME_OTHER_S = 5.0
 _LATE_EVENTS_S = 0.2
-"""Wall time given to events that are still on their way when the route ends."""
+"""Wall time for events that are still on their way when the route ends."""
 _REMEMBERED = 8
 
 
@@ -26,7 +26,7 @@ class ContactEpisode(NamedTuple):
 
 
 class CollisionRule:
-    """Which contacts count: not the same other again within 5 s, not within 5 m of the last, not while standing."""
+    """Which contacts count: not the same actor again within 5 s, not within 5 m of the last, not while standing."""
 
     def __init__(self) -> None:
         self._last_id: int | None = None
@@ -34,14 +34,14 @@ class CollisionRule:
         self._last_place: Any | None = None
 
     def pass_time(self, time_s: float, place: Any) -> None:
-        """Forget the last collision where the ego has left its place, and its other after 5 s."""
+        """Forget the last collision once the ego has left its place, and its actor after 5 s."""
         if self._last_place is not None and place.distance(self._last_place) > SAME_PLACE_M:
             self._last_place = None
         if self._last_id is not None and time_s - self._last_s > SAME_OTHER_S:
             self._last_id = None
 
     def counts(self, contact: ContactEpisode, time_s: float, place: Any, speed_mps: float) -> bool:
-        """Does this contact count? Remembers it, if so."""
+        """True if this contact counts; it is then remembered."""
         if self._last_id is not None and contact.other_id == self._last_id:
             return False
         if self._last_place is not None and place.distance(self._last_place) <= SAME_PLACE_M:
@@ -50,13 +50,13 @@ class CollisionRule:
             return False
         self._last_s, self._last_place = time_s, place
         if contact.other_id != 0:
-            # 0 is the level's geometry: all of it has one id.
+            # 0 is the level's geometry, which has a single id.
             self._last_id = contact.other_id
         return True
 
 
 def kind_of(other_type: str) -> str | None:
-    """The record's key for a collision with an actor type; None for what the benchmark does not count."""
+    """Return the record's key for a collision with an actor type; None if the benchmark does not count it."""
     if ("static" in other_type or "traffic" in other_type) and "sidewalk" not in other_type:
         return "collisions_layout"
     if "vehicle" in other_type:
@@ -104,7 +104,7 @@ class Collisions(Criterion):
             self.infractions.append(Infraction(kind, then.time_s, text))
 
     def rest(self) -> None:
-        """What was counted stays; nothing is counted any more."""
+        """Stop counting; what was counted stays."""
         self._contacts.clear()
         self._moments.clear()
 

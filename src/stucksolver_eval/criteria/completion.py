@@ -1,4 +1,4 @@
-"""How much of the route is driven (RouteCompletionTest)."""
+"""The completed part of the route (RouteCompletionTest)."""
 
 from __future__ import annotations
 
@@ -11,9 +11,12 @@ NEAR_END_M = 10.0
 
 
 class RouteCompletion(Criterion):
-    """`percentage`: by the last point passed, looking three points ahead at most; 100 near the end.
+    """The completed part of the route.
 
-    `index`: that point. `complete`: the destination is reached, and the route over.
+    Attributes:
+        percentage: By the last point passed, looking at most three points ahead; 100 near the end.
+        index: That point.
+        complete: The destination is reached, and the route is over.
     """
 
     kind = "route_completion"

@@ -13,7 +13,7 @@ FAILURE = "Agent deviated from the route"
 
 
 class InRoute(Criterion):
-    """Fails 30 m beside the route, or once 30 % of its length were driven 15 m beside it."""
+    """Fails 30 m beside the route, or after 30 % of its length was driven 15 m beside it."""
 
     kind = "route_dev"
 

@@ -1,4 +1,4 @@
-"""Driving outside of the lanes, or in a wrong one (OutsideRouteLanesTest)."""
+"""Driving outside the lanes, or in a wrong one (OutsideRouteLanesTest)."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ LEAVING_DEG = 120.0
 JUMP_DEG = 150.0
 WINDOW = 3
 WELL_INSIDE_M = 1.0
-"""No lane is so narrow that this near its centre is outside: the usual case needs no second look at the map."""
+"""This near to its centre is inside any lane: the usual case needs no second query of the map."""
 
 
 class OutsideLanes(Criterion):
-    """The share of the driven route on which the ego was outside every lane or heading the wrong way; one entry."""
+    """The share of the driven route on which the ego was outside every lane or in the wrong direction; one entry."""
 
     kind = "outside_route_lanes"
 
@@ -52,7 +52,9 @@ class OutsideLanes(Criterion):
             self.infractions = [Infraction(self.kind, time_s, text, percentage)]
 
     def _is_outside(self, place: Any, driving: Any) -> bool:
-        """Farther from the centre of the nearest driving or parking lane than half its width and half a metre?"""
+        """True if it is farther from the centre of the nearest driving or parking lane than half its width plus
+        0.5 m.
+        """
         distance, width = place.distance(driving.transform.location), float(driving.lane_width)
         if distance < WELL_INSIDE_M:
             return False
@@ -64,7 +66,7 @@ class OutsideLanes(Criterion):
         return bool(distance > width / 2.0 + ALLOWED_OUT_M)
 
     def _follow_lane(self, here: Any, ego_yaw_deg: float) -> None:
-        """Keep track of whether the ego's heading is against its lane."""
+        """Track whether the ego drives against its lane."""
         if here.is_junction:
             # Lanes cross each other there.
             self._wrong_lane = False
@@ -79,6 +81,6 @@ class OutsideLanes(Criterion):
 
 
 def between(angle_deg: float, limit_deg: float) -> bool:
-    """Is an angle smaller than a limit, to either side?"""
+    """True if an angle is smaller than a limit on either side."""
     wrapped = angle_deg % 360.0
     return wrapped < limit_deg or wrapped > 360.0 - limit_deg

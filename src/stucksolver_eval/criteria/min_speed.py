@@ -1,4 +1,4 @@
-"""How fast the ego is beside the traffic around it (MinimumSpeedRouteTest). Only the efficiency figure uses it."""
+"""The ego's speed compared with the traffic around it (MinimumSpeedRouteTest). Used only for efficiency."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ LAST_SHARE = 0.95
 
 
 class MinSpeed(Criterion):
-    """One entry for each twentieth of the route, and two equal ones for the last where the route's end is reached.
+    """One entry per twentieth of the route, and two equal ones for the last if the route's end is reached.
 
-    The benchmark's rule is quiet about a stuck end: a checkpoint that is not reached has no entry. `stuck_end` is the
-    percentage of that unfinished stretch, None where the route's end was reached.
+    The benchmark's rule ignores a stuck end: a checkpoint that is not reached has no entry. `stuck_end` is the
+    percentage of that unfinished stretch, None if the route's end was reached.
     """
 
     kind = "min_speed_infractions"

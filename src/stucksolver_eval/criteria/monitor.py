@@ -28,19 +28,19 @@ class Stage(Protocol):
 
     @property
     def events(self) -> Sequence[Any]:
-        """What scenarios ended with, so far."""
+        """The scenarios' results so far."""
 
     @property
     def suspended(self) -> frozenset[str]:
-        """Criteria that a scenario forgives now, by their kind."""
+        """Criteria that a scenario suspends now, by their kind."""
 
     @property
     def extra_criteria(self) -> frozenset[str]:
-        """Criteria that a scenario asks for now, by their kind."""
+        """Criteria that a scenario adds now, by their kind."""
 
 
 class CriteriaMonitor:
-    """Watches one ego on one route. Call `update` once a tick, `finish` once at the end, then `close`."""
+    """Judges one ego on one route. Call `update` once per tick, `finish` once at the end, then `close`."""
 
     def __init__(
         self, world: carla.World, carla_map: carla.Map, ego: carla.Vehicle, line: RouteLine, stage: Stage
@@ -66,7 +66,11 @@ class CriteriaMonitor:
         ]
 
     def update(self, moment: Moment) -> str | None:
-        """Judge one tick; the failure that ends the route, `""` when its end is reached, else None."""
+        """Judge one tick.
+
+        Returns:
+            The failure that ends the route, `""` if its end is reached, else None.
+        """
         self._second_collision_test()
         if self.completion.complete:
             # The benchmark ends a route on the tick after the one that completes it.
@@ -77,27 +81,27 @@ class CriteriaMonitor:
 
     @property
     def line(self) -> RouteLine:
-        """The route that is judged by."""
+        """The route by which the drive is judged."""
         return self._line
 
     def reroute(self, line: RouteLine) -> None:
-        """The rest of the route is another one: where a scenario permits it, a route planned anew replaces its own."""
+        """Replace the rest of the route: a scenario may permit a new route in place of the original one."""
         self._line = self._line.joined(self.completion.index, line)
         self._walk.change(self._line)
 
     def finish(self) -> None:
-        """Lets every criterion judge the whole route; once, at its end."""
+        """Let every criterion judge the whole route; once, at its end."""
         for criterion in self._criteria:
             criterion.finish()
 
     def close(self) -> None:
-        """Lets go of sensors."""
+        """Destroy the sensors."""
         for criterion in self._criteria:
             criterion.close()
 
     @property
     def infractions(self) -> list[Infraction]:
-        """Everything noted so far, in the order of time."""
+        """Return everything noted so far, in order of time."""
         return sorted((i for c in self._criteria for i in c.infractions), key=lambda i: i.time_s)
 
     def _second_collision_test(self) -> None:

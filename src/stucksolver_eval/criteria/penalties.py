@@ -1,4 +1,4 @@
-"""What each kind of infraction costs in Bench2Drive (0.0.4), and the driving score of one route."""
+"""The penalty of each kind of infraction in Bench2Drive (0.0.4), and the driving score of one route."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FACTORS = {
     "scenario_timeouts": 0.7,
     "yield_emergency_vehicle_infractions": 0.7,
 }
-"""Multiplied once for each event."""
+"""Multiplied once per event."""
 OUTSIDE, MIN_SPEED = "outside_route_lanes", "min_speed_infractions"
 KINDS = (
     "collisions_layout",
@@ -46,7 +46,9 @@ class RouteScores:
 
 
 def score_route(completion_pct: float, infractions: Iterable[Infraction]) -> RouteScores:
-    """The driving score of one route. Min speed entries cost nothing; lanes cost the share driven outside."""
+    """Return the driving score of one route. Minimum speed entries cost nothing; lanes cost the share driven
+    outside.
+    """
     penalty = 1.0
     for infraction in infractions:
         if infraction.kind == OUTSIDE:

@@ -18,7 +18,7 @@ Point = tuple[float, float]
 
 
 class LightStopLine(NamedTuple):
-    """Where one lane of a light ends: its lane, heading (unit vector) and the line across it."""
+    """The end of one lane at a light: its lane, heading (unit vector) and the line across it."""
 
     road_id: int
     lane_id: int
@@ -34,7 +34,7 @@ class WatchedLight(NamedTuple):
 
 
 class RedLights(Criterion):
-    """Flags a light whose stop line the rear of the ego crosses while it is red."""
+    """Reports a light whose stop line the rear of the ego crosses while it is red."""
 
     kind = "red_light"
 
@@ -70,19 +70,19 @@ class RedLights(Criterion):
 
 
 def crosses(a: tuple[Point, Point], b: tuple[Point, Point]) -> bool:
-    """Do two segments meet?"""
+    """True if two segments meet."""
     return _sides(a, b) and _sides(b, a)
 
 
 def _sides(a: tuple[Point, Point], b: tuple[Point, Point]) -> bool:
-    """Do the ends of `b` lie on different sides of `a`'s line, or on it?"""
+    """True if the ends of `b` lie on different sides of `a`'s line, or on it."""
     (x, y), (u, v) = a
     first, second = ((u - x) * (q - y) - (v - y) * (p - x) for p, q in b)
     return first * second <= 0.0
 
 
 def _behind(moment: Moment, distance_m: float) -> Point:
-    """A point behind the ego's centre."""
+    """Return a point behind the ego's centre."""
     yaw = math.radians(moment.transform.rotation.yaw)
     place = moment.location
     return place.x - distance_m * math.cos(yaw), place.y - distance_m * math.sin(yaw)
@@ -108,7 +108,7 @@ def _key(waypoint: carla.Waypoint) -> tuple[int, int]:
 
 
 def _before_junction(waypoint: carla.Waypoint) -> carla.Waypoint:
-    """The last waypoint before the junction ahead, in steps of half a metre."""
+    """Return the last waypoint before the junction ahead, in steps of half a metre."""
     while not waypoint.is_junction:
         following = waypoint.next(STEP_M)
         if not following or following[0].is_junction:

@@ -1,4 +1,4 @@
-"""The time that a route may take (RouteTimeoutBehavior) and the limit on ticks (Bench2Drive's TickRuntime)."""
+"""The time limit of a route (RouteTimeoutBehavior) and the limit on ticks (Bench2Drive's TickRuntime)."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ TIMED_OUT, TICK_RUNTIME = "Agent timed out", "TickRuntime"
 
 
 class RouteTimeout(Criterion):
-    """300 s, and for each stretch driven the time it takes at a tenth of the speed limit.
+    """300 s, plus for each driven stretch its time at a tenth of the speed limit.
 
-    A speed limit of 0 adds nothing (the benchmark's own code divides by it and gives the route up).
+    A speed limit of 0 adds nothing (the benchmark's own code divides by it and abandons the route).
     """
 
     kind = "route_timeout"
@@ -44,7 +44,7 @@ class RouteTimeout(Criterion):
 
 
 class TickRuntime(Criterion):
-    """Ends the route after 4000 ticks; no entry of its own. Ticks in which it is suspended do not count."""
+    """Ends the route after 4000 ticks; no entry of its own. Suspended ticks do not count."""
 
     kind = "tick_runtime"
 

@@ -1,4 +1,4 @@
-"""What scenarios themselves report: too slow (ScenarioTimeoutTest), an emergency vehicle not let by (YieldTo...)."""
+"""What scenarios report themselves: too slow (ScenarioTimeoutTest), an emergency vehicle not let pass (YieldTo...)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class _Event(Protocol):
 
 
 class ScenarioEvents(Criterion):
-    """Reads a play's list of events as it grows."""
+    """Reads a play's growing list of events."""
 
     kind = "scenario_events"
 

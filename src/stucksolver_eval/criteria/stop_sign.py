@@ -27,7 +27,7 @@ class StopSign(NamedTuple):
 
 
 class StopSigns(Criterion):
-    """Flags a sign whose box the ego leaves without having stood still."""
+    """Reports a sign whose box the ego leaves without having stood still."""
 
     kind = "stop_infraction"
 
