@@ -1,16 +1,16 @@
-"""What a memory is worth: held-out places before lessons, after them, and after one bad advice, as a table.
+"""What a memory is worth: held-out places before lessons, after each of them, and after one bad advice, as a table.
 
-    python -m stucksolver_eval.pages.memory OUT
+    python -m stucksolver_eval.pages.memory OUT          # writes results/memory.md
 
-A passenger helps at three places where rocks lie from kerb to kerb ("please take another street"); then the car
-drives at two other places, with other seeds, and nobody says a word. The ladder is our default: who is asked and does
-not answer is not there. Each of the three columns drives the same held-out routes; what was driven stays in OUT.
+A passenger helps at three places where rocks lie from kerb to kerb ("please take another street"). After each of these
+lessons the car drives at two other places, with other seeds, and nobody says a word. What was driven stays in OUT.
 """
 
 from __future__ import annotations
 
 import sqlite3
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,24 +19,51 @@ from stucksolver.solver import Event, EventKind, QuestionKind
 from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.files import write_text
 from stucksolver_eval.guidance import Line, When
+from stucksolver_eval.pages import RESULTS
 from stucksolver_eval.results.store import Store
 from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.runner.work import Task, drive_task
 from stucksolver_eval.suites import suite
 
-SUITE, PLACES, TYPE = "immobilized", "ClosedRoad", "RocksAcrossRoad"
-"""Places of one type, with what stands there replaced by the other's."""
+SUITE, TYPE = "immobilized", "RocksAcrossRoad"
+DESTINATIONS = {
+    "3010": (1114.75, -180.0),
+    "3011": (760.83, -785.25),
+    "3012": (359.17, 5.25),
+    "3013": (565.25, -340.0),
+    "3014": (-5.25, -180.0),
+}
+"""Routes of the suite along streets with four lanes, and destinations (m, CARLA's frame) 60 m beyond the next junction.
+
+The suite's own destinations lie in the street itself, to which no other way leads.
+"""
 LESSONS = 3
 """Places at which the passenger helps; the others are held out."""
 LESSON_SEED, BAD_SEED, HELD_OUT_SEEDS = 1, 2, (11, 12)
 HELPS, HARMS = "Please take another street.", "Back up a bit."
+ARRIVED_PCT = 100.0
 HEAD = "| held-out drives, nobody speaks | arrived | questions to the passenger | calls for help | driving score |"
+ABOUT = """# What a memory is worth
+
+Rocks lie from kerb to kerb across a street with two lanes in each direction. By themselves the rules turn round only
+after a minute, and by then the car has called for help. A passenger who says "Please take another street." has it turn
+round at once. That is taught at three places, where the car asks and the passenger answers. The drives in the table
+are at two other places, with two other seeds, and nobody speaks. Before the last row, the passenger gave one piece of
+bad advice at the first place ("Back up a bit.").
+
+Arrived means that the destination was reached within 200 s. The ladder is the default one, except that the solid line
+between the directions may be crossed without a yes: a passenger who never answers cannot give one. Each row begins
+with a copy of the memory, so what is learned in its drives does not reach the next row. There is no other traffic, so
+the seeds change little: read four drives as two places. A memory proposes nothing after one success, and begins to
+propose after two ([docs/privacy.md](../docs/privacy.md)).
+
+    python -m stucksolver_eval.pages.memory OUT"""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Of one drive: did it arrive, how many questions were put to the passenger and to the operator, its score."""
+    """Of one drive: did it arrive, how many questions were put to the passenger, calls for help, its score (0-100)."""
 
     arrived: bool
     questions: int
@@ -45,22 +72,40 @@ class Outcome:
 
 
 def main(out: Path) -> None:
-    """Drive it all and print the table. Raises `RunError` and `OutputError`; what was driven before stays."""
-    routes = [_with_rocks(route) for route in suite(SUITE).routes if route.scenarios[0].type == PLACES]
+    """Drive it all and write the page. Raises `RunError` and `OutputError`; what was driven before stays."""
+    places = {route.id: route for route in suite(SUITE).routes}
+    routes = [_with_rocks(places[name], *end) for name, end in DESTINATIONS.items()]
     lessons, held_out = routes[:LESSONS], routes[LESSONS:]
-    write_text(out / "ladder.toml", profile_text("default"))
+    write_text(out / "ladder.toml", _ladder())
     taught = out / "memory.db"
-    print(HEAD, "|" + "---|" * HEAD.count(" | ") + "---|", sep="\n", flush=True)
-    _row("without a memory", _drives(out / "before", held_out, None))
-    for route in lessons:
+    rows = [_row("without a memory", _drives(out / "before", held_out, None))]
+    for count, route in enumerate(lessons, 1):
         _drive(out / "lessons", route, LESSON_SEED, taught, HELPS)
-    _row(f"after {len(lessons)} lessons", _drives(out / "after", held_out, _copy(taught, out / "after.db")))
+        memory = _copy(taught, out / f"after-{count}.db")
+        rows.append(_row(f"lessons: {count}", _drives(out / f"after-{count}", held_out, memory)))
     _drive(out / "bad", lessons[0], BAD_SEED, taught, HARMS)
-    _row("after one bad advice more", _drives(out / "after-bad", held_out, _copy(taught, out / "after-bad.db")))
+    memory = _copy(taught, out / "after-bad.db")
+    rows.append(_row(f"lessons: {LESSONS}, and one bad advice", _drives(out / "after-bad", held_out, memory)))
+    write_text(RESULTS / "memory.md", page(rows))
 
 
-def _with_rocks(route: Route) -> Route:
-    return replace(route, scenarios=(replace(route.scenarios[0], type=TYPE),))
+def page(rows: Sequence[str]) -> str:
+    """The page with the rows of its table."""
+    line = "|" + "---|" * HEAD.count(" | ") + "---|"
+    return "\n".join([ABOUT, "", HEAD, line, *rows, ""])
+
+
+def _ladder() -> str:
+    asked, unasked = 'solid_line = "passenger"', 'solid_line = "autonomous"'
+    text = profile_text("default")
+    if asked not in text:
+        raise ValueError(f"the default ladder has no line {asked!r}; adapt this page to it")
+    return text.replace(asked, unasked)
+
+
+def _with_rocks(route: Route, x_m: float, y_m: float) -> Route:
+    end = replace(route.waypoints[-1], x_m=x_m, y_m=y_m)
+    return replace(route, waypoints=(route.waypoints[0], end), scenarios=(replace(route.scenarios[0], type=TYPE),))
 
 
 def _copy(memory: Path, to: Path) -> Path:
@@ -77,12 +122,13 @@ def _drives(folder: Path, routes: list[Route], memory: Path | None) -> list[Outc
 def _drive(folder: Path, route: Route, seed: int, memory: Path | None, words: str | None) -> Outcome:
     arm = ArmSpec(recovery="rules", ladder=folder.parent / "ladder.toml", memory=memory)
     lines = () if words is None else (Line(when=When(asked="passenger"), say=(words,)),)
-    store, job = Store(folder), RouteJob(route=route, seed=seed, arm=arm, lines=lines, events=True)
+    store, job = Store(folder), RouteJob(route=route, seed=seed, arm=arm, lines=lines, background=False, events=True)
     if not store.is_done(route, seed):
         drive_task(Task(job, folder))
     record, events = store.record(route, seed), store.events(route, seed)
     assert record is not None
-    return Outcome(record.success, _asked(events, False), _asked(events, True), record.scores.score_composed)
+    arrived = record.scores.score_route >= ARRIVED_PCT
+    return Outcome(arrived, _asked(events, False), _asked(events, True), record.scores.score_composed)
 
 
 def _asked(events: tuple[Event, ...], for_help: bool) -> int:
@@ -90,11 +136,11 @@ def _asked(events: tuple[Event, ...], for_help: bool) -> int:
     return sum((one.kind is QuestionKind.ASSISTANCE) == for_help for one in questions)
 
 
-def _row(name: str, drives: list[Outcome]) -> None:
+def _row(name: str, drives: Sequence[Outcome]) -> str:
     score = sum(one.score for one in drives) / len(drives)
     arrived, asked = sum(one.arrived for one in drives), sum(one.questions for one in drives)
     calls = sum(one.calls for one in drives)
-    print(f"| {name} | {arrived} of {len(drives)} | {asked} | {calls} | {score:.1f} |", flush=True)
+    return f"| {name} | {arrived} of {len(drives)} | {asked} | {calls} | {score:.1f} |"
 
 
 if __name__ == "__main__":
