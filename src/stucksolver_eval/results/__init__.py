@@ -1,1 +1,1 @@
-"""What a run leaves: manifest, outcome and record of each route, and where they lie."""
+"""The files of a run: manifest, and outcome and record of each route."""

@@ -1,4 +1,4 @@
-"""What is left of a route that was driven."""
+"""The results of a driven route."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from stucksolver_eval.results.runlog import RunLog
 
 @dataclass(frozen=True)
 class Driven:
-    """What is left of a route."""
+    """The results of a route."""
 
     record: RouteRecord
     outcome: RouteOutcome
     metric_info: MetricInfo
     replay: RunLog | None
     events: tuple[Event, ...] = ()
-    """Of the solver, where they are asked for; times since the start of the route."""
+    """Events of the solver, if requested; times since the start of the route (s)."""

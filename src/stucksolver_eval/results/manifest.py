@@ -1,4 +1,4 @@
-"""What an evaluation was asked to do: kept in its folder, so that nothing else is mixed with it."""
+"""The settings of an evaluation, stored in its folder so that nothing else is mixed with it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Manifest(Model):
     recovery: str
     reasoner: str = ""
     prompt: str = ""
-    """Version and digest of the prompt, where a model is asked."""
+    """Version and digest of the prompt, if a model is asked."""
     clock: str
     perception: str
     detector: dict[str, float] = Field(default_factory=dict)
@@ -36,7 +36,7 @@ class Manifest(Model):
     ladder: str = ""
     ladder_digest: str = ""
     memory: str = ""
-    """Name of the file of what was remembered, where there was one: it changes with every drive."""
+    """Name of the memory file, if there was one: it changes with every drive."""
     simulator: str = "carlette"
     command: str = ""
 
@@ -46,7 +46,7 @@ class Manifest(Model):
         return f"{self.suite} ({self.suite_digest[:8]}), {self.driver}, recovery {self.recovery}"
 
     def differs_from(self, other: Manifest) -> str:
-        """The first field in which they differ, in words; empty where they agree."""
+        """Return the first field in which they differ, in words; empty if they agree."""
         if routes := self.routes_differ(other):
             return routes
         if self.guidance_digest != other.guidance_digest:
@@ -60,7 +60,7 @@ class Manifest(Model):
         return ""
 
     def routes_differ(self, other: Manifest) -> str:
-        """How the routes differ, in words; empty where they are the same."""
+        """Return how the routes differ, in words; empty if they are the same."""
         if self.suite_digest == other.suite_digest:
             return ""
         if (self.routes, self.suite) == (other.routes, other.suite):
@@ -69,7 +69,7 @@ class Manifest(Model):
 
 
 def suite_digest(routes: tuple[Route, ...]) -> str:
-    """SHA-256 of the routes in our own XML form, so that white space and comments do not matter."""
+    """Return the SHA-256 of the routes in our own XML form, so that white space and comments do not matter."""
     return hashlib.sha256(routes_text(routes).encode()).hexdigest()
 
 

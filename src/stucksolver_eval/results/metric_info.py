@@ -19,13 +19,13 @@ Array = NDArray[np.float64]
 
 
 class MetricInfo:
-    """Collects one entry a tick from a `carla.Vehicle`; world frame, angular velocity in degrees per second."""
+    """Collects one entry per tick from a `carla.Vehicle`; world frame, angular velocity in degrees per second."""
 
     def __init__(self) -> None:
         self._rows: list[tuple[float, ...]] = []
 
     def add(self, ego: carla.Vehicle, transform: carla.Transform) -> None:
-        """Adds one tick of the vehicle."""
+        """Add one tick of the vehicle."""
         a, w = ego.get_acceleration(), ego.get_angular_velocity()
         f, r = transform.get_forward_vector(), transform.get_right_vector()
         p, o = transform.location, transform.rotation
@@ -34,12 +34,16 @@ class MetricInfo:
         )
 
     def text(self) -> str:
-        """The file's text, in Bench2Drive's format."""
+        """Return the file's text in Bench2Drive's format."""
         rows = np.array(self._rows, dtype=np.float64).reshape(-1, 18).round(DIGITS).tolist()
         return json.dumps({str(k): _entry(row) for k, row in enumerate(rows)}, separators=(",", ":"))
 
     def write(self, folder: Path) -> None:
-        """Raises `OutputError`."""
+        """Write the file.
+
+        Raises:
+            OutputError: It cannot be written.
+        """
         write_text(folder / "metric_info.json", self.text())
 
 
@@ -51,6 +55,12 @@ def _entry(row: list[float]) -> dict[str, list[float]]:
 
 
 def read_metric_info(path: Path) -> dict[str, Array]:
-    """Each of `NAMES` as an array of shape (ticks, 3). Raises `OSError`, `ValueError` or `KeyError`."""
+    """Return each of `NAMES` as an array of shape (ticks, 3).
+
+    Raises:
+        OSError: The file cannot be read.
+        ValueError: It is not JSON.
+        KeyError: A value is missing.
+    """
     entries = list(json.loads(path.read_text(encoding="utf-8")).values())
     return {name: np.array([entry[name] for entry in entries], dtype=np.float64).reshape(-1, 3) for name in NAMES}

@@ -1,4 +1,4 @@
-"""What is kept of one route beside the leaderboard's record: everything recovery's own figures are computed from.
+"""The outcome of one route beside the leaderboard's record: the input of the recovery figures.
 
 Times are seconds since the start of the route, places metres along it.
 """

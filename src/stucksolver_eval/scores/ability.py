@@ -81,24 +81,24 @@ JUNCTION_POINTS = 8
 
 @dataclass(frozen=True)
 class AbilityCase:
-    """What the abilities need to know of one route that has a record.
+    """A route with a record, as the abilities need it.
 
-    `first_junction`: 1-based index of the first junction point among the route's `points`; None where there is none.
+    `first_junction` is the 1-based index of the first junction point among the route's `points`; None without one.
     """
 
     scenario: str
     success: bool
     completion_pct: float
     obeyed: bool
-    """Neither a stop sign nor a red light was run."""
+    """True if neither a stop sign nor a red light was run."""
     first_junction: int | None
     points: int
 
 
 def ability_scores(cases: Iterable[AbilityCase]) -> dict[str, float | None]:
-    """Success rate (%) of each group, and `mean` of the five; None for a group without routes.
+    """Return the success rate (%) of each group, and `mean` of the five; None for a group without routes.
 
-    The public tool divides by zero where a group is empty; here the mean is then None.
+    The public tool divides by zero if a group is empty; here the mean is then None.
     """
     noted = list(cases)
     scores = {name: _rate([c for c in noted if c.scenario in types], name) for name, types in ABILITIES.items()}
@@ -113,7 +113,7 @@ def _rate(cases: list[AbilityCase], group: str) -> float | None:
 
 
 def passed_junction(case: AbilityCase) -> bool:
-    """The extra credit of Traffic_Signs: well into the first junction, no sign and no light run."""
+    """True for the extra credit of Traffic_Signs: well into the first junction without running a sign or a light."""
     if case.first_junction is None:
         return False
     return case.obeyed and case.completion_pct / 100.0 > (case.first_junction + JUNCTION_POINTS) / case.points

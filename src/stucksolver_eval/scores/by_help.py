@@ -1,4 +1,4 @@
-"""What a person's words gained and what they cost, by the sort of help: guided less unguided, route by route."""
+"""The benefit and the cost of a person's words, by the kind of help: guided minus unguided, route by route."""
 
 from __future__ import annotations
 
@@ -14,10 +14,14 @@ KINDS = ("helpful", "late", "unhelpful", "wrong", "dangerous")
 
 @dataclass(frozen=True)
 class HelpFigures:
-    """One sort of help. Differences are guided less unguided, of the routes on which it was given.
+    """One kind of help. Differences are guided minus unguided, for the routes on which it was given.
 
-    `score` in points of driving score, `success` in percentage points. `harm`: infractions and near misses more, of all
-    its drives together; `won`, `lost`: drives that are a success in one arm only.
+    Attributes:
+        score: Points of driving score.
+        success: Percentage points.
+        harm: Additional infractions and near misses in all its drives.
+        won: Drives that succeed only with guidance.
+        lost: Drives that succeed only without it.
     """
 
     help: str
@@ -34,9 +38,10 @@ Pair = tuple[RouteRow, RouteRow]
 
 
 def help_figures(unguided: Summary, guided: Summary) -> list[HelpFigures]:
-    """A row for each sort of help, and one for each kind over all its sorts (`help` is empty then), in `KINDS`' order.
+    """Return a row for each kind of help, and one for each group of kinds (with an empty `help`), in the order of
+    `KINDS`.
 
-    A drive counts for the sort of the first line that was said on it; where nothing came to be said it counts for none.
+    A drive counts for the kind of the first line said in it; a drive without one counts for none.
     """
     before = {(row.route.id, row.seed): row for row in unguided.rows}
     groups: dict[tuple[str, str], list[Pair]] = {}

@@ -1,4 +1,4 @@
-"""The columns in which runs are compared, and rows published elsewhere that may stand beside them, greyed."""
+"""The columns in which runs are compared, and published rows that may stand beside them, in grey."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SOURCE = "the StuckSolver paper; README of Bench2Drive 0.0.4, github.com/Thinkla
 
 
 class Published(NamedTuple):
-    """Figures of `SOURCE`: driving score, success rate, efficiency, comfort; and the abilities with their mean."""
+    """Numbers of `SOURCE`: driving score, success rate, efficiency, comfort; and the abilities with their mean."""
 
     name: str
     scores: tuple[float, float, float | None, float | None]
@@ -39,12 +39,12 @@ PUBLISHED = (
 
 
 def number(value: float | None, digits: int = 2) -> str:
-    """A figure in a table; a dash for none."""
+    """Format a number for a table; a dash for None."""
     return "–" if value is None else f"{value:.{digits}f}"
 
 
 def run_name(summary: Summary) -> str:
-    """What tables call a run: driver, help, guidance and what is special about it."""
+    """Return a run's name in tables: driver, recovery, guidance and anything special."""
     m = summary.manifest
     helped = {"none": "driver alone", "timers": "driver + timers"}.get(m.recovery, f"driver + {m.recovery}")
     helped += f" + {m.reasoner}" if m.reasoner else ""
@@ -53,7 +53,7 @@ def run_name(summary: Summary) -> str:
 
 
 def main_row(summary: Summary) -> Row:
-    """A run's scores, in the order of `HEAD`."""
+    """Return a run's scores in the order of `HEAD`."""
     m = summary.manifest
     return (
         run_name(summary),
@@ -70,7 +70,7 @@ def main_row(summary: Summary) -> Row:
 
 
 def corrected_row(summary: Summary) -> Row:
-    """Efficiency and comfort without the benchmark's known mistakes."""
+    """Return efficiency and comfort without the benchmark's known errors."""
     blanks = ("",) * (len(HEAD) - 3)
     return ("  corrected", *blanks, number(summary.efficiency_corrected), number(summary.comfort_corrected))
 
@@ -91,7 +91,7 @@ def ability_row(summary: Summary) -> Row:
 
 
 def published_ability_rows() -> list[Row]:
-    """Of those that published them."""
+    """Return the rows of those that published their abilities."""
     return [(row.name, *(number(value, 1) for value in row.abilities)) for row in PUBLISHED if row.abilities]
 
 
@@ -123,7 +123,7 @@ RECOVERY_HEAD = (
 
 
 def recovery_row(summary: Summary) -> Row:
-    """What a run's recovery did and cost, in the order of `RECOVERY_HEAD`."""
+    """Return what a run's recovery did and cost, in the order of `RECOVERY_HEAD`."""
     f = summary.recovery
     latency = sum(f.latencies_s) / len(f.latencies_s) if f.latencies_s else None
     rungs = ", ".join(f"{name} {count}" for name, count in f.by_rung.most_common()) or "–"

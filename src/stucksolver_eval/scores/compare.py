@@ -1,4 +1,4 @@
-"""Two evaluations of the same routes beside each other, with what is known of the difference."""
+"""Compares two evaluations of the same routes, with the uncertainty of the difference."""
 
 from __future__ import annotations
 
@@ -18,14 +18,18 @@ FIGURES: dict[str, Callable[[RouteRow], float]] = {
 
 
 class ComparisonError(ValueError):
-    """Two evaluations cannot be compared; the message says why."""
+    """Two evaluations cannot be compared. The message says why."""
 
 
 Compared = dict[str, tuple[Interval, Interval, Difference]]
 
 
 def comparison(first: Summary, second: Summary) -> Compared:
-    """Each figure of both, and of the pairs' difference. Raises `ComparisonError`."""
+    """Return each figure of both, and of the paired difference.
+
+    Raises:
+        ComparisonError: They have no routes or seeds in common.
+    """
     ours, theirs = first.manifest, second.manifest
     if ours.suite_digest != theirs.suite_digest:
         raise ComparisonError(
@@ -57,7 +61,7 @@ def _by_route(summary: Summary, figure: Callable[[RouteRow], float]) -> dict[str
 
 
 def comparison_text(first: Summary, second: Summary, compared: Compared) -> str:
-    """Tables for a terminal, and the routes on which the two differ in success."""
+    """Return tables for a terminal, and the routes on which the two differ in success."""
     head = ("", f"A: {run_name(first)}", f"B: {run_name(second)}", "B - A [95 %]", "p", "routes")
     rows = [
         (name, _interval(a), _interval(b), _interval(d.difference), f"{d.p:.4f}", str(d.pairs))

@@ -1,4 +1,4 @@
-"""Bench2Drive's driving efficiency: the ego's speed beside the traffic around it."""
+"""Bench2Drive's driving efficiency: the ego's speed relative to the traffic around it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,11 @@ _PERCENTAGE = re.compile(r"\b(\d+\.?\d*)%")
 
 
 def percentages(texts: Iterable[str]) -> list[float]:
-    """The figures in a record's minimum speed entries. Raises `ValueError` for a text without one."""
+    """Return the percentages in a record's minimum speed entries.
+
+    Raises:
+        ValueError: An entry has none.
+    """
     found = []
     for text in texts:
         match = _PERCENTAGE.search(text)
@@ -21,23 +25,23 @@ def percentages(texts: Iterable[str]) -> list[float]:
 
 
 def route_efficiency(texts: Iterable[str]) -> float | None:
-    """Mean of the entries up to 1000 %; None without any (where the public tool divides by zero)."""
+    """Return the mean of the entries up to 1000 %; None without any (the public tool divides by zero)."""
     kept = [value for value in percentages(texts) if value <= MOST_PCT]
     return sum(kept) / len(kept) if kept else None
 
 
 def efficiency(routes: Iterable[Sequence[str]]) -> float | None:
-    """Mean over the routes that have entries; None without any."""
+    """Return the mean over the routes that have entries; None without any."""
     values = [value for texts in routes if (value := route_efficiency(texts)) is not None]
     return sum(values) / len(values) if values else None
 
 
 def corrected_efficiency(routes: Iterable[tuple[Sequence[str], float | None]]) -> float | None:
-    """The same without the benchmark's two mistakes.
+    """Return the same without the benchmark's two errors.
 
-    The stretch on which a route got stuck counts as well (the benchmark is silent about it: it notes a stretch only
-    when its end is reached), and the last stretch counts once, not twice. Each route comes with the percentage on its
-    unfinished stretch, None where it reached its end.
+    The stretch on which a route got stuck counts as well (the benchmark notes a stretch only when its end is reached),
+    and the last stretch counts once, not twice. Each route comes with the percentage on its unfinished stretch, None if
+    it reached its end.
     """
     values = []
     for texts, stuck_end in routes:

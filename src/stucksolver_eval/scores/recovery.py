@@ -1,11 +1,12 @@
-"""What a recovery module is for, in figures. The words are those of the design.
+"""The figures of a recovery module. The terms are those of the design.
 
-* **immobilization met**: the ego stood or crept (below 5 km/h) for 10 s or more, or a plan was begun, before 15 m of
-  new progress were made.
+* **immobilization met**: the ego stood or crept (below 5 km/h) for 10 s or more, or a plan was begun, before it made 15
+  m
+  of new progress.
 * **recovered**: 15 m of new progress within 60 s of a plan's start, without an infraction from then on.
-* **false intervention**: a plan that moves, where waiting was right: the scenario says so, or the paired run of the
-  driver alone got going again by itself from that place within 60 s.
-* **missed**: an immobilization that was never left, in which no plan that moves was begun, though recovering is right.
+* **false intervention**: a moving plan where waiting was right: the scenario says so, or the paired run of the driver
+  alone continued by itself from that place within 60 s.
+* **missed**: an immobilization that was never left, without a moving plan, although recovering is right.
 * **harm**: infractions and near misses from a plan's start to 10 s after its end, whoever hits whom.
 """
 
@@ -25,7 +26,7 @@ AFTER_S = 10.0
 SAME_PLACE_M = 10.0
 PROGRESS_M = 15.0
 END_M = 25.0
-"""A route is over 10 m before its end, and its track has a place a second: at 50 km/h there are 14 m between them."""
+"""A route is over 10 m before its end. Its track has one place per second: at 50 km/h there are 14 m between them."""
 PASSENGER = "passenger"
 WORDS_S = 30.0
 NOT_HARM = frozenset({"min_speed_infractions", "vehicle_blocked", "route_timeout", "scenario_timeouts"})
@@ -38,9 +39,9 @@ class RecoveryFigures:
     routes: int = 0
     met: int = 0
     left: int = 0
-    """Immobilizations met after which 15 m of progress were made, however."""
+    """Immobilizations after which 15 m of progress were made in any way."""
     times_s: list[float] = field(default_factory=list)
-    """From onset to 15 m of progress, of those."""
+    """For these, the time from onset to 15 m of progress (s)."""
     by_rung: Counter[str] = field(default_factory=Counter)
     interventions: int = 0
     recovered: int = 0
@@ -48,39 +49,39 @@ class RecoveryFigures:
     missed: int = 0
     harm: int = 0
     harm_alone: int | None = None
-    """In the same stretches of time of the paired runs of the driver alone; None where there are none."""
+    """Harm in the same time spans of the paired runs of the driver alone; None without such runs."""
     infractions: int = 0
     infractions_alone: int | None = None
     queries: int = 0
     dropped: int = 0
-    """Questions whose answer was not waited for any more: the situation cleared."""
+    """Questions whose answer was no longer needed, because the situation cleared."""
     failed: int = 0
-    """Questions without an answer: too late, budget spent, or whatever else went wrong."""
+    """Questions without an answer: too late, budget spent, or any other failure."""
     asked: Counter[str] = field(default_factory=Counter)
-    """Questions that were put to each model, and those of them that it had no usable answer to."""
+    """Questions asked of each model, and how many of them had no usable answer."""
     unanswered: Counter[str] = field(default_factory=Counter)
     whys: Counter[str] = field(default_factory=Counter)
-    """Why not, for the last one of each route."""
+    """The reason for the last one of each route."""
     refused: int = 0
-    """Answers with a plan against which the guard, or a rule of the ladder, decided."""
+    """Answers with a plan that the guard, or a rule of the ladder, refused."""
     tokens: int = 0
     usd: float = 0.0
-    """Of the answers whose model's price is known."""
+    """For answers whose model's price is known (US dollars)."""
     latencies_s: list[float] = field(default_factory=list)
-    """Wall time of answers."""
+    """Wall time of the answers (s)."""
     lost_s: float = 0.0
-    """Simulated time between questions and answers."""
+    """Simulated time between questions and answers (s)."""
     driven_km: float = 0.0
     said: Counter[str] = field(default_factory=Counter)
-    """A passenger's lines by kind, and those after which a plan that moves was begun within 30 s on their account."""
+    """A passenger's lines by kind, and those after which a moving plan was begun because of them within 30 s."""
     followed: Counter[str] = field(default_factory=Counter)
     right: int = 0
     judged: int = 0
-    """Routes whose scenario states the right thing to do, and those on which it was done."""
+    """Routes whose scenario states the right action, and those on which it was taken."""
 
     @property
     def median_s(self) -> float | None:
-        """Median time to recover (s); None if nothing was recovered from."""
+        """Median time to recover (s); None without a recovery."""
         return float(np.median(self.times_s)) if self.times_s else None
 
     @property
@@ -90,7 +91,7 @@ class RecoveryFigures:
 
     @property
     def queries_per_km(self) -> float | None:
-        """Queries for each kilometre driven."""
+        """Queries per kilometre driven."""
         return self.queries / self.driven_km if self.driven_km > 0 else None
 
 
@@ -98,14 +99,14 @@ Key = tuple[str, int]
 
 
 def key_of(outcome: RouteOutcome) -> Key:
-    """What pairs runs: route and seed."""
+    """Return the key that pairs runs: route and seed."""
     return outcome.route_id, outcome.seed
 
 
 def recovery_figures(
     outcomes: Iterable[RouteOutcome], alone: Mapping[Key, RouteOutcome] | None = None
 ) -> RecoveryFigures:
-    """Figures over the routes that were driven; `alone`: outcomes of the driver alone, by `key_of`."""
+    """Return the figures of the driven routes. `alone` has outcomes of the driver alone, by `key_of`."""
     figures = RecoveryFigures()
     if alone is not None:
         figures.harm_alone = figures.infractions_alone = 0
@@ -172,12 +173,12 @@ def _during(spell: ImmobilizationEpisode, o: RouteOutcome) -> list[InterventionR
 
 
 def is_met(spell: ImmobilizationEpisode, o: RouteOutcome) -> bool:
-    """Is a slow spell an immobilization?"""
+    """True if a slow spell is an immobilization."""
     return spell.ended_s - spell.onset_s >= MET_S or any(i.moves for i in _during(spell, o))
 
 
 def recovers(intervention: InterventionRecord, o: RouteOutcome) -> bool:
-    """15 m of new progress within 60 s of the start, and no infraction between?"""
+    """True for 15 m of new progress within 60 s of the start without an infraction in between."""
     start_s = intervention.start_s
     reached = [t for t, place in o.track if t >= start_s and place >= intervention.place_m + PROGRESS_M]
     if not reached or reached[0] > start_s + WITHIN_S:
@@ -186,7 +187,7 @@ def recovers(intervention: InterventionRecord, o: RouteOutcome) -> bool:
 
 
 def is_false(intervention: InterventionRecord, o: RouteOutcome, pair: RouteOutcome | None) -> bool:
-    """Was waiting right when this plan was begun?"""
+    """True if waiting was right when this plan was begun."""
     if o.expected == "wait":
         return True
     if o.expected is not None or pair is None:
@@ -198,7 +199,7 @@ def is_false(intervention: InterventionRecord, o: RouteOutcome, pair: RouteOutco
 
 
 def did_right(o: RouteOutcome) -> bool:
-    """Was the stated thing done? To wait: no plan that moves; to ask: help was asked for; else: the way was made."""
+    """True if the stated action was taken: to wait, no moving plan; to ask, a call for help; otherwise progress."""
     moved = any(i.moves for i in o.interventions)
     if o.expected == "wait":
         return not moved
@@ -208,13 +209,13 @@ def did_right(o: RouteOutcome) -> bool:
 
 
 def harm_within(o: RouteOutcome, spans: Iterable[tuple[float, float]]) -> int:
-    """Infractions and near misses in spans of time."""
+    """Count infractions and near misses in time spans."""
     times = [i.time_s for i in (*o.infractions, *o.near_misses) if i.kind not in NOT_HARM]
     return sum(any(a <= t <= b for a, b in spans) for t in times) if (spans := list(spans)) else 0
 
 
 def _merged(spans: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Overlapping spans as one, so that nothing counts twice."""
+    """Merge overlapping spans, so that nothing counts twice."""
     found: list[tuple[float, float]] = []
     for start, end in sorted(spans):
         if found and start <= found[-1][1]:

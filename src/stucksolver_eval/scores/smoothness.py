@@ -1,9 +1,9 @@
 """Bench2Drive's driving smoothness (comfort): the share of one-second blocks within nuPlan's bounds of comfort.
 
-The rule has known mistakes: samples come at 20 Hz but are taken as 10 Hz, so that jerks come out halved; the yaw rate
-is in degrees per second and held against bounds in radians; the yaw acceleration is the yaw rate again. `AS_RATED`
-has them, `CORRECTED` has not. Bounds: Karnchanachari et al., "Towards learning-based planning: the nuPlan benchmark
-for real-world autonomous driving" (2024).
+The rule has known errors: samples come at 20 Hz but are taken as 10 Hz, which halves jerks; the yaw rate is in degrees
+per second but compared with bounds in radians; the yaw acceleration is the yaw rate again. `AS_RATED` has these errors,
+`CORRECTED` does not. Bounds: Karnchanachari et al., "Towards learning-based planning: the nuPlan benchmark for
+real-world autonomous driving" (2024).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Rule:
-    """`step_s` is what samples are taken to be apart; `yaw_unit` what one degree per second is multiplied by."""
+    """`step_s` is the assumed time between samples (s); `yaw_unit` is the factor on degrees per second."""
 
     step_s: float
     yaw_unit: float
@@ -40,10 +40,14 @@ CORRECTED = Rule(step_s=0.05, yaw_unit=math.pi / 180.0, derives_yaw=True)
 
 
 def smoothness(info: Mapping[str, Array], rule: Rule = AS_RATED) -> float:
-    """Share of good blocks of one route; 1 or 0 for one of 20 samples or fewer.
+    """Return the share of good blocks of one route; 1 or 0 for one of 20 samples or fewer.
 
-    `info`: `acceleration`, `angular_velocity` (deg/s), `forward_vector` and `right_vector`, each of shape (ticks, 3).
-    Raises `ValueError` for fewer than 3 samples.
+    Args:
+        info: `acceleration`, `angular_velocity` (deg/s), `forward_vector` and `right_vector`, each (ticks, 3).
+        rule: With or without the benchmark's errors.
+
+    Raises:
+        ValueError: There are fewer than 3 samples.
     """
     count = len(info["acceleration"])
     if count < ORDER + 1:
@@ -55,7 +59,7 @@ def smoothness(info: Mapping[str, Array], rule: Rule = AS_RATED) -> float:
 
 
 def _good(info: Mapping[str, Array], rule: Rule) -> NDArray[np.bool_]:
-    """For each block, shape (blocks, samples, 3): is it within all bounds?"""
+    """True for each block, of shape (blocks, samples, 3), within all bounds."""
     smooth, slope = filters(info["acceleration"].shape[1])
     accelerations = info["acceleration"][..., :2]
     lon = (accelerations * info["forward_vector"][..., :2]).sum(axis=-1) @ smooth.T
@@ -79,7 +83,7 @@ def _within(values: Array, low: float, high: float) -> NDArray[np.bool_]:
 
 
 def _unwrapped(rates: Array) -> Array:
-    """The benchmark treats the rate as if it were an angle: jumps beyond pi lose multiples of 2 pi."""
+    """The benchmark treats the rate like an angle: jumps beyond pi lose multiples of 2 pi."""
     turns = np.zeros_like(rates)
     turns[..., 1:] = np.cumsum(np.round(np.diff(rates, axis=-1) / math.tau), axis=-1)
     return np.asarray(rates - math.tau * turns)
@@ -87,10 +91,10 @@ def _unwrapped(rates: Array) -> Array:
 
 @lru_cache(maxsize=32)
 def filters(count: int) -> tuple[Array, Array]:
-    """Savitzky and Golay's filters (1964) as matrices on `count` samples: smoothing, and the slope per sample.
+    """Return Savitzky and Golay's filters (1964) as matrices on `count` samples: smoothing, and the slope per sample.
 
-    Parabolas are fitted to windows of 7 samples (all, where there are fewer); the ends are read off the parabolas of
-    the first and the last window.
+    Parabolas are fitted to windows of 7 samples (all, if there are fewer); the ends use the parabolas of the first and
+    the last window.
     """
     window = min(WINDOW, count)
     smooth, slope = np.zeros((count, count)), np.zeros((count, count))

@@ -1,4 +1,4 @@
-"""How sure a difference between two runs of the same routes is: paired bootstrap and a paired permutation test."""
+"""The uncertainty of a difference between two runs of the same routes: paired bootstrap and permutation test."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ COVERED = 0.95
 
 @dataclass(frozen=True)
 class Interval:
-    """A mean with the bounds that cover 95 % of the bootstrap's."""
+    """A mean with the bounds that cover 95 % of the bootstrap means."""
 
     mean: float
     low: float
@@ -23,7 +23,7 @@ class Interval:
 
 @dataclass(frozen=True)
 class Difference:
-    """Of paired values, second less first; `p` of the permutation test, two-sided."""
+    """Difference of paired values, second minus first; `p` of the two-sided permutation test."""
 
     difference: Interval
     p: float
@@ -31,10 +31,13 @@ class Difference:
 
 
 def bootstrap(groups: Sequence[Sequence[float]], seed: int = 0, resamples: int = RESAMPLES) -> Interval:
-    """The mean over routes, each with its values for several seeds. Raises `ValueError` without any.
+    """Return the mean over routes, each with its values for several seeds.
 
-    Routes are drawn with replacement, and stay together with their seeds: seeds of one route are not independent
+    Routes are drawn with replacement together with their seeds, because seeds of one route are not independent
     (percentile bootstrap; Efron and Tibshirani, "An Introduction to the Bootstrap", 1993).
+
+    Raises:
+        ValueError: There are no values.
     """
     means = _means(groups)
     draws = np.random.default_rng(seed).integers(0, len(means), size=(resamples, len(means)))
@@ -44,7 +47,7 @@ def bootstrap(groups: Sequence[Sequence[float]], seed: int = 0, resamples: int =
 
 
 def compare_pairs(differences: Sequence[Sequence[float]], seed: int = 0, resamples: int = RESAMPLES) -> Difference:
-    """Differences by route and seed: is their mean 0? The test flips the signs of whole routes."""
+    """Test whether the mean of differences by route and seed is 0, by flipping the signs of whole routes."""
     means = _means(differences)
     interval = bootstrap(differences, seed, resamples)
     signs = np.random.default_rng(seed + 1).choice([-1.0, 1.0], size=(resamples, len(means)))

@@ -1,4 +1,4 @@
-"""All figures of one evaluation, from its files alone."""
+"""All figures of one evaluation, computed from its files only."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MIN_SPEED = "min_speed_infractions"
 
 @dataclass(frozen=True)
 class RouteRow:
-    """One route of one seed; `record` is None where it has none (and counts as 0, as in the benchmark)."""
+    """One route with one seed. `record` is None if it has none (and counts as 0, as in the benchmark)."""
 
     route: Route
     seed: int
@@ -33,7 +33,7 @@ class RouteRow:
 
     @property
     def scenario(self) -> str:
-        """The type of its scenario."""
+        """Type of its scenario."""
         return self.route.scenarios[0].type if self.route.scenarios else "None"
 
     @property
@@ -43,15 +43,15 @@ class RouteRow:
 
     @property
     def success(self) -> bool:
-        """Whether the route counts as a success, by Bench2Drive's rule."""
+        """True if the route is a success by Bench2Drive's rule."""
         return self.record is not None and self.record.success
 
 
 @dataclass(frozen=True)
 class Summary:
-    """Percentages but where units say otherwise; None where there is nothing to compute from.
+    """The figures of an evaluation: percentages unless units say otherwise; None if there is nothing to compute from.
 
-    `comfort` and `efficiency` are Bench2Drive's, with its mistakes; the corrected ones stand beside them.
+    `comfort` and `efficiency` are Bench2Drive's, with its errors; the corrected values are separate.
     """
 
     manifest: Manifest
@@ -70,17 +70,21 @@ class Summary:
 
     @property
     def crashed(self) -> int:
-        """Routes on which the driver or the simulator crashed."""
+        """Number of routes on which the driver or the simulator crashed."""
         return self.statuses["crashed"]
 
     @property
     def invalid(self) -> int:
-        """Routes that could not be driven as asked."""
+        """Number of routes that could not be driven as requested."""
         return self.statuses["invalid"]
 
 
 def summarize(store: Store, alone: Store | None = None) -> Summary:
-    """`alone`: the paired evaluation of the driver alone, if there is one. Raises `StoreError`."""
+    """Compute the figures of an evaluation. `alone` is the paired evaluation of the driver alone, if there is one.
+
+    Raises:
+        StoreError: The files cannot be read.
+    """
     rows = _rows(store)
     outcomes = [row.outcome for row in rows if row.outcome is not None]
     pairs = None
@@ -90,7 +94,7 @@ def summarize(store: Store, alone: Store | None = None) -> Summary:
 
 
 def summary_of(manifest: Manifest, rows: Sequence[RouteRow], recovery: RecoveryFigures) -> Summary:
-    """The figures of these rows; routes without a record count as 0, as in the benchmark."""
+    """Return the figures of these rows; routes without a record count as 0, as in the benchmark."""
     records = [row.record for row in rows if row.record is not None]
     count = max(len(rows), 1)
     speeds = [(r.record.infractions.get(MIN_SPEED, []), _stuck_end(r)) for r in rows if r.record is not None]
@@ -114,7 +118,7 @@ def summary_of(manifest: Manifest, rows: Sequence[RouteRow], recovery: RecoveryF
 
 
 def ability_case(row: RouteRow) -> AbilityCase:
-    """Of a row that has a record."""
+    """Return the ability case of a row that has a record."""
     assert row.record is not None
     infractions = row.record.infractions
     return AbilityCase(
