@@ -1,4 +1,4 @@
-"""A folder that stands in for a CARLA installation, for tools that start the server by themselves.
+"""A folder that replaces a CARLA installation, for tools that start the server by themselves.
 
 CARLA's leaderboard and Bench2Drive run `$CARLA_ROOT/CarlaUE4.sh -carla-rpc-port=N ...` and read the OpenDRIVE files
 under `CarlaUE4/Content/Carla/Maps/OpenDrive`.
@@ -32,7 +32,11 @@ exec {python} -m carlette --port "$port" --map {town} --maps {maps} --client-ver
 
 
 def write_carla_root(folder: Path, map_folders: Sequence[Path], version: str) -> list[str]:
-    """Writes the folder and returns the names of its towns. Raises `UsageError`."""
+    """Write the folder and return the names of its towns.
+
+    Raises:
+        UsageError: There is no town, or the folder cannot be written.
+    """
     towns = {name: path for name, path in available_towns(map_folders).items() if _is_map(path)}
     if not towns:
         raise UsageError("no town was found for it; name folders with .xodr files in --maps or STUCKSOLVER_MAPS")

@@ -26,11 +26,11 @@ LOOPBACK = ("127.0.0.1", "localhost", "::1")
 EXIT_USAGE = 2
 LAST_PORT = 65534
 NEEDED = ("carla", "msgpack", "numba", "shapely")
-"""Modules that no map can be served without. Cameras need the extra `camera`, and say so."""
+"""Modules that every map needs. Cameras need the extra `camera`, and report it if it is missing."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs the command; returns the exit code."""
+    """Run the command and return the exit code."""
     options = _parser().parse_args(arguments)
     logging.basicConfig(level=logging.WARNING, format="carlette: %(message)s", stream=sys.stderr)
     try:
@@ -107,7 +107,7 @@ def _port(text: str) -> int:
 
 
 def _version() -> str:
-    """Of the distribution."""
+    """Version of the distribution."""
     try:
         return importlib.metadata.version("carlette")
     except importlib.metadata.PackageNotFoundError:
@@ -144,7 +144,7 @@ def _write_root(options: argparse.Namespace) -> int:
 
 
 def _serve(options: argparse.Namespace) -> int:
-    # Imported here, so that a missing package is told in one line and `--help` is quick.
+    # Imported here, so that a missing package is reported in one line and `--help` is fast.
     from carlette.memory import share_one_store
     from carlette.server import Server
 
@@ -170,7 +170,7 @@ def _simulator(options: argparse.Namespace) -> Simulator:
     from carlette.world.settings import EpisodeSettings
 
     folders = map_folders([one for many in options.maps for one in many.split(os.pathsep)])
-    # Nobody else holds the first map: it goes with its episode.
+    # Nobody else holds the first map: it is freed with its episode.
     roads = RoadNetwork(find_map(options.map, folders))
     simulator = Simulator(roads, VERSIONS[options.client_version], folders, options.seed, options.recordings)
     simulator.world.settings = EpisodeSettings(synchronous=options.synchronous)
@@ -178,7 +178,7 @@ def _simulator(options: argparse.Namespace) -> Simulator:
 
 
 def _watchdog(options: argparse.Namespace) -> Callable[[], bool]:
-    """Tells whether those for whom the server runs are still there."""
+    """Return a function that says whether those for whom the server runs are still there."""
 
     def alive() -> bool:
         if options.parent_pid is not None and not _exists(options.parent_pid):
@@ -189,7 +189,7 @@ def _watchdog(options: argparse.Namespace) -> Callable[[], bool]:
 
 
 def _exists(pid: int) -> bool:
-    # A parent that died may stay as a zombie or hand its number on, but a child of it is adopted by another.
+    # A dead parent may stay as a zombie or its number may be reused, but its child is adopted by another process.
     if os.getppid() == pid:
         return True
     try:

@@ -1,4 +1,4 @@
-"""Inner loops, compiled by numba on first use; the machine code is kept for later runs."""
+"""Inner loops, compiled by numba on first use; the machine code is cached for later runs."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any, TypeVar
 import numba
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-# Products must not be fused with sums: an edge has to bound both faces that share it by the same number.
+# Products must not be fused with sums: an edge must bound both of its faces by the same number.
 _OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"nnan", "ninf", "nsz"}}
 
 
 def compiled(function: Function) -> Function:
-    """Compiles a function; where the file system takes no cache, anew in every process."""
+    """Compile a function; without a cache in the file system, again in every process."""
     njit: Any = numba.njit
     try:
         built: Function = njit(function, cache=True, **_OPTIONS)

@@ -6,26 +6,26 @@ class CarletteError(Exception):
 
 
 class UsageError(CarletteError):
-    """The command cannot start: the message is one line that names the thing and the remedy."""
+    """The command cannot start. The message is one line that names the cause and the remedy."""
 
 
 class MapError(UsageError):
-    """An OpenDRIVE map that is missing, unreadable or has nowhere to drive."""
+    """An OpenDRIVE map is missing, unreadable or has no driving lane."""
 
 
 class RequestError(CarletteError):
-    """A request of a client that cannot be carried out; the client raises it as `RuntimeError`."""
+    """A client's request cannot be carried out; the client raises it as `RuntimeError`."""
 
 
 class SpawnCollision(RequestError):
-    """The spawn place is taken. CARLA's client code matches this very text."""
+    """The spawn point is occupied. CARLA's client code matches this exact text."""
 
     def __init__(self) -> None:
         super().__init__("Spawn failed because of collision at spawn position")
 
 
 class UnknownActor(RequestError):
-    """A request names an actor that does not exist (any more)."""
+    """A request names an actor that does not exist."""
 
     def __init__(self, actor_id: int, method: str) -> None:
         super().__init__(f"{method}: unable to find actor {actor_id}; it was destroyed or never spawned")

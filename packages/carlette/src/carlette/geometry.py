@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 
 FARTHEST = 1e7
-"""No map, speed or force is larger; far beyond it float32 and the carla library lose their footing."""
+"""No map, speed or force is larger; far beyond it float32 and the carla library fail."""
 
 
 class Vector(NamedTuple):
@@ -44,7 +44,7 @@ class Rotation(NamedTuple):
 
 
 class Pose(NamedTuple):
-    """Where a thing is and how it is turned."""
+    """Location and rotation of an object."""
 
     location: Vector = Vector()
     rotation: Rotation = Rotation()
@@ -54,11 +54,11 @@ class Pose(NamedTuple):
         return self.location.is_finite() and Vector(*self.rotation).is_finite()
 
     def apply(self, point: Vector) -> Vector:
-        """`point` of this pose's frame, in the frame the pose is given in."""
+        """Return `point` of this pose's frame in the outer frame."""
         return self.location.plus(rotate(point, self.rotation))
 
     def compose(self, child: Pose) -> Pose:
-        """The pose of `child`, given in this frame, in the outer frame."""
+        """Return the pose of `child`, given in this frame, in the outer frame."""
         return Pose(self.apply(child.location), self._turn(child.rotation))
 
     def _turn(self, child: Rotation) -> Rotation:
@@ -84,7 +84,7 @@ class Box(NamedTuple):
 
 
 def rotate(point: Vector, rotation: Rotation) -> Vector:
-    """`point` turned by CARLA's rotation convention."""
+    """Return `point` rotated by CARLA's convention."""
     (cp, sp), (cy, sy), (cr, sr) = ((math.cos(math.radians(a)), math.sin(math.radians(a))) for a in rotation)
     x, y, z = point
     return Vector(
@@ -95,7 +95,7 @@ def rotate(point: Vector, rotation: Rotation) -> Vector:
 
 
 def turned(box: Box, rotation: Rotation) -> Box:
-    """The upright box, in the frame turned by the yaw alone, around a box that is pitched and rolled."""
+    """Return the upright box, in the frame rotated by the yaw only, around a box with pitch and roll."""
     tilt = Rotation(rotation.pitch, 0.0, rotation.roll)
     if tilt == Rotation():
         return box
@@ -105,7 +105,7 @@ def turned(box: Box, rotation: Rotation) -> Box:
 
 
 def columns(first: Floats, second: Floats) -> Floats:
-    """Two columns side by side: `np.stack(..., axis=1)` in a third of its time, which counts in every tick."""
+    """Return two columns side by side: `np.stack(..., axis=1)` in a third of its time, which matters in every tick."""
     both = np.empty((len(first), 2))
     both[:, 0], both[:, 1] = first, second
     return both

@@ -1,9 +1,8 @@
-"""Keeps the C library from holding on to memory that nobody uses.
+"""Keeps the C library from holding unused memory.
 
-A town's scenery is built by one thread, drawn by another and scanned by a third, and goes when the next town is
-loaded. By default glibc lets each thread free into a store of its own and hands back only what lies at a store's end,
-so that a server which loads town after town grew by 5 MB a turn while it used no more than before. Where the C library
-is another one, nothing is done.
+One thread builds a town's scenery, another draws it, a third scans it, and it is freed when the next town is loaded. By
+default glibc lets each thread free into its own arena and returns only the end of an arena, so a server that loads town
+after town grew by 5 MB each time without using more. With another C library nothing is done.
 """
 
 from __future__ import annotations
@@ -17,14 +16,14 @@ _ARENA_MAX = -8
 
 
 def share_one_store() -> None:
-    """What one thread frees any other may use; called before there are threads."""
+    """Let all threads reuse the memory that any of them frees; called before there are threads."""
     mallopt = getattr(_libc(), "mallopt", None)
     if mallopt is not None:
         mallopt(_ARENA_MAX, 1)
 
 
 def hand_back() -> None:
-    """Gives free pages back to the system; takes milliseconds, so call it after work that takes longer."""
+    """Return free pages to the system; takes milliseconds, so call it after work that takes longer."""
     trim = getattr(_libc(), "malloc_trim", None)
     if trim is not None:
         trim(0)

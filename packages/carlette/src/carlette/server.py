@@ -25,19 +25,23 @@ from carlette.watchdog.traffic_manager import TrafficManagerWatchdog
 from carlette.wire.token import WORLD_STREAM
 
 IDLE_S = 0.5
-"""Longest sleep of the loop; bounds how late it notices that it shall stop."""
+"""Longest sleep of the loop; bounds how late it notices a stop."""
 SHORTEST_PERIOD_S = 0.001
-"""Between two ticks in asynchronous mode, however short the step is: others want to be served, too."""
+"""Between two ticks in asynchronous mode, however short the step is, so that requests are served, too."""
 SWITCHING_POLL_S = 0.001
 
 log = logging.getLogger(__name__)
 
 
 class Server:
-    """Serves one simulator until `stop` is called or `alive` says no."""
+    """Serves one simulator until `stop` is called or `alive` returns False."""
 
     def __init__(self, simulator: Simulator, host: str, port: int) -> None:
-        """Listens on `port` and `port + 1` (0 = any free pair); raises `UsageError` where it cannot."""
+        """Listen on `port` and `port + 1` (0: any free pair).
+
+        Raises:
+            UsageError: The ports cannot be used.
+        """
         self.simulator = simulator
         self.host = host
         self._rpc_socket, self._stream_socket = listen_pair(host, port)
@@ -51,11 +55,11 @@ class Server:
         self._rescue = TrafficManagerWatchdog()
         self._cued_by: RpcConnection | None = None
         self._owed: int | None = None
-        """The request of `_cued_by` that is not answered yet."""
+        """The unanswered request of `_cued_by`."""
         self._is_cued = False
-        """A client asked for a frame that is not computed yet."""
+        """True if a client asked for a frame that is not computed yet."""
         self._is_pending = False
-        """A tick is done whose snapshot is still held back."""
+        """True if a tick is done whose snapshot is still held back."""
         self._next_tick = time.monotonic()
         self._held = HeldAnswers()
         self._selector.register(self._held.woken, selectors.EVENT_READ, self._on_woken)
@@ -63,11 +67,11 @@ class Server:
         self._running = True
 
     def stop(self) -> None:
-        """Makes `serve` return soon; safe in a signal handler."""
+        """Make `serve` return soon; safe in a signal handler."""
         self._running = False
 
     def serve(self, alive: Callable[[], bool] = lambda: True) -> None:
-        """Runs the loop until `stop`, or until `alive` (asked twice a second) returns False."""
+        """Run the loop until `stop`, or until `alive` (called twice a second) returns False."""
         try:
             checked = time.monotonic()
             while self._running:
@@ -75,7 +79,7 @@ class Server:
                 now = time.monotonic()
                 if now - checked > IDLE_S:
                     checked = now
-                    # Not `running and alive()`: a signal meanwhile would be forgotten.
+                    # Not `running and alive()`: a signal in between would be lost.
                     if not alive():
                         self._running = False
         finally:
@@ -108,7 +112,7 @@ class Server:
 
     def _handle_ready(self, wait_s: float) -> None:
         for key, events in self._selector.select(wait_s):
-            # What one peer asks for may have closed another's connection meanwhile.
+            # One peer's request may have closed another's connection meanwhile.
             if self._selector.get_map().get(key.fd) is key:
                 self._handle(key, events)
 
@@ -116,7 +120,7 @@ class Server:
         try:
             key.data(events)
         except Exception:
-            # One peer must not end the server for all others, whatever it found.
+            # No error of one peer may end the server for the others.
             log.exception("a peer is dropped: this is an error of the server, please report it")
             for connection in [one for one in self._sessions if one.socket is key.fileobj]:
                 self._drop_client(connection)
@@ -134,7 +138,7 @@ class Server:
         return IDLE_S
 
     def _cue(self, now: float) -> None:
-        """Notes that a tick is wanted; the ones before it are finished."""
+        """Note that a tick is wanted; the previous ones are finished."""
         if self._is_cued:
             self._tick()
         if self._is_pending:
@@ -147,11 +151,11 @@ class Server:
         self.simulator.tick()
         self._is_pending = True
         if self.simulator.traffic_managers:
-            # Their workers ask for the settings of this step before its snapshot may go out.
+            # Their workers ask for the settings of this step before its snapshot may be sent.
             self._answer_cue()
 
     def _answer_cue(self) -> None:
-        """Tells the client the frame to wait for, which it does by spinning: so not before it is there, if possible."""
+        """Send the client the frame to wait for. The client spins while it waits, so it is sent late if possible."""
         number, self._owed = self._owed, None
         if number is not None and self._cued_by is not None:
             frame = self.simulator.world.frame + self._is_cued
@@ -165,7 +169,7 @@ class Server:
         return self._pacing.hold_s(now, managers, len(self.simulator.hub.awaited))
 
     def _try_publish(self, now: float) -> None:
-        """Sends the pending snapshot once its readers are ready; waits itself when only the short rest is left."""
+        """Send the pending snapshot once its readers are ready; busy-wait only for a short rest."""
         while self._is_pending:
             hold = self._hold_s(now)
             if hold <= 0.0:
@@ -178,7 +182,7 @@ class Server:
                 return
             # The selector's clock ticks in milliseconds, and spinning would take the worker's core.
             time.sleep(hold)
-            # Whoever asked for the settings meanwhile gets its own rest.
+            # A client that asked for the settings meanwhile gets its own delay.
             self._handle_ready(0.0)
             now = time.monotonic()
 
@@ -193,7 +197,7 @@ class Server:
         self._tend_subscribers()
 
     def _on_woken(self, events: int) -> None:
-        """A map's scenery is built: what waits for it goes out, but not before the snapshot of its tick."""
+        """A map's scenery is built: send what waits for it, but not before the snapshot of its tick."""
         del events
         self._held.drain()
         if not self._is_pending:
@@ -213,12 +217,14 @@ class Server:
         except OSError as error:
             if error.errno in (errno.EMFILE, errno.ENFILE):
                 self._send_away(listener)
-            # Else the peer gave up between its request and now.
+            # Otherwise the peer gave up between its request and now.
             return None
         return prepared(sock)
 
     def _send_away(self, listener: socket.socket) -> None:
-        """No file is left for a peer: takes it with the spare one, as it would wait, and be seen, for ever."""
+        """No file descriptor is left for a peer: accept it with the spare one and close it, or it would wait for
+        ever.
+        """
         os.close(self._spare_file)
         with contextlib.suppress(OSError):
             listener.accept()[0].close()
@@ -249,7 +255,7 @@ class Server:
 
     def _dispatch(self, connection: RpcConnection, number: int, method: str, arguments: list[Any]) -> None:
         if connection is self._cued_by:
-            # A worker that ended its step in asynchronous mode would make another: its calls wait until it is back.
+            # A worker that ended its step in asynchronous mode would start another: its calls wait until it is back.
             self._rescue.wait_for_switch()
             # A worker that was late for the snapshot asks for the settings before it waits.
             self._rescue.heard(has_begun=method != "get_episode_settings")
@@ -259,7 +265,7 @@ class Server:
             self._owed = number
             return
         if self._is_cued and method != "get_episode_settings":
-            # What is asked for after a tick belongs to the time after it.
+            # Requests after a tick belong to the time after it.
             self._tick()
         if method == "get_episode_settings":
             time.sleep(self._pacing.answer_after_s(time.monotonic(), len(self.simulator.traffic_managers)))
@@ -286,7 +292,7 @@ class Server:
         elif not sceneries:
             connection.reply(number, result)
         else:
-            # The client's first measurement shall not be late.
+            # The client's first measurement must not be late.
             self._held.hold(connection, number, result, sceneries)
 
     def _drop_client(self, connection: RpcConnection) -> None:
@@ -339,7 +345,7 @@ class Server:
         subscriber.socket.close()
 
     def _watch(self, peer: RpcConnection | Subscriber, handle: Callable[[int], None]) -> None:
-        """Waits for room to write only while there is something left to write."""
+        """Wait for write readiness only while there is something left to write."""
         wanted = 0 if peer.is_paused else selectors.EVENT_READ
         if peer.wants_to_write:
             wanted |= selectors.EVENT_WRITE

@@ -1,4 +1,4 @@
-"""The simulator: the current episode's world, the map it runs on, and what goes on the streams."""
+"""The simulator: the current episode's world, its map, and the data on the streams."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from carlette.world.world import World
 
 MAP_PREFIX = "Carla/Maps/"
 SENT_MAP = "OpenDriveMap"
-"""What a map is called that a client sent as text."""
+"""Name of a map that a client sent as text."""
 STREAMS_OF_AN_EPISODE = 1 << 20
 EPISODES_BEFORE_STREAMS_REPEAT = 1 << 11
 
@@ -58,35 +58,35 @@ class Simulator:
         """Port to address, as registered by clients."""
         self.sensors = Suite(self.hub, self.stream_of, self.actor_wire)
         self.sceneries: list[Future[None]] = []
-        """What the sensors that were just spawned need of the map; until it is built, the spawn may go unanswered."""
+        """What new sensors need of the map; until it is built, the spawn request may stay unanswered."""
         self.parting: Future[None] | None = None
-        """Until those who listened to the sensor that was just destroyed have left, that may go unanswered."""
+        """Until the listeners of a destroyed sensor have left, the request may stay unanswered."""
         self.recordings = recordings or default_folder()
-        """The folder out of which no recording leads."""
+        """The folder that recordings cannot leave."""
         self.recorder: Recorder | None = None
         self.replay: Replay | None = None
         self.replay_options = ReplayOptions()
         self.ticks_wanted = 0
-        """Ticks asked for by a batch."""
+        """Ticks requested by a batch."""
         self.world = World(roads, seed)
         self._flags = 0
         self._sent: MapFile | None = None
         self.start_episode(roads)
 
     def build_scenery(self) -> None:
-        """Builds what cameras and rays need of the present map, and compiles their loops; seconds, if at all."""
+        """Build what cameras and LiDARs need of the present map, and compile their loops; takes seconds, if needed."""
         for scenery in (build_static_scene(self.world.roads), build_faces(self.world.roads)):
             scenery.result()
 
     def start_episode(self, roads: RoadNetwork, settings: EpisodeSettings | None = None) -> None:
-        """Replaces the world by a fresh one under a new episode id; frame numbers go on."""
+        """Replace the world by a new one with a new episode id; frame numbers continue."""
         frame = self.world.frame
         self.replay = None
         if self.recorder is not None:
             self.recorder.stop()
             self.recorder = None
         if self.episode_id:
-            # A client keeps what it knows of an actor under its id through all episodes, so no id may come back.
+            # A client keeps its data of an actor under its id through all episodes, so no id may be reused.
             self.world = World(roads, self.seed, self.world.next_id)
             self.sensors.close()
             self.hub.forget_late()
@@ -97,7 +97,11 @@ class Simulator:
         self._flags = MAP_CHANGE
 
     def load_map(self, name: str, reset_settings: bool) -> None:
-        """Starts an episode on a town (empty name = the current one); raises `MapError`."""
+        """Start an episode on a town (empty name: the current one).
+
+        Raises:
+            MapError: The town does not exist or cannot be used.
+        """
         roads = self.world.roads
         if name and name.rsplit("/", 1)[-1] != roads.file.name:
             is_sent = name.rsplit("/", 1)[-1] == SENT_MAP and self._sent is not None
@@ -105,7 +109,11 @@ class Simulator:
         self.start_episode(roads, None if reset_settings else self.world.settings)
 
     def load_text(self, text: str) -> None:
-        """Starts an episode on an OpenDRIVE text that a client sent; raises `MapError`."""
+        """Start an episode on an OpenDRIVE text from a client.
+
+        Raises:
+            MapError: The text cannot be used.
+        """
         check_bounds(check_opendrive(text, SENT_MAP), SENT_MAP)
         try_out(text)
         sent = MapFile(SENT_MAP, text)
@@ -114,30 +122,31 @@ class Simulator:
 
     @property
     def map_names(self) -> list[str]:
-        """All maps that can be loaded, as clients name them."""
+        """Return all maps that can be loaded, by the clients' names."""
         return [f"/Game/{MAP_PREFIX}{name}" for name in available_towns(self.folders)]
 
     def token(self, stream_id: int) -> bytes:
-        """The token of a stream."""
+        """Return the token of a stream."""
         return stream_token(stream_id, self.stream_port)
 
     def stream_of(self, actor: Actor) -> int:
-        """The number of a sensor's stream: new in each episode.
+        """Return the number of a sensor's stream: new in each episode.
 
-        A client that still listens to a sensor of the last episode would take the data of another for its own.
+        A client that still listens to a sensor of the last episode would otherwise take the data of another for its
+        own.
         """
         episode = self.episode_id % EPISODES_BEFORE_STREAMS_REPEAT
         return episode * STREAMS_OF_AN_EPISODE + actor.stream_id
 
     def actor_wire(self, actor: Actor) -> Any:
-        """An `Actor` as the client reads it."""
+        """Return an `Actor` in the client's form."""
         attributes = [(name, int(kind), text) for name, (kind, text) in actor.attributes.items()]
         described = encode.description(self.uids.get(actor.type_id, 0), actor.type_id, attributes, self.version)
         token = self.token(self.stream_of(actor)) if actor.stream_id else b""
         return [actor.id, actor.parent_id, described, encode.box(actor.box), actor.tags, token]
 
     def tick(self) -> int:
-        """Moves the world on, lets the sensors measure and returns the new frame number."""
+        """Advance the world by one step, let the sensors measure, and return the new frame number."""
         frame = self.world.tick()
         if self.replay is not None:
             self._play(self.replay)
@@ -150,7 +159,7 @@ class Simulator:
         try:
             replay.step(self.world)
         except (RequestError, ValueError) as error:
-            # An actor of a log may find no room in this world. The tick goes on without it.
+            # An actor of a log may find no room in this world. The tick continues without it.
             log.error("the replay ends here: %s", error)
             self.end_replay(keep_actors=False)
         else:
@@ -158,13 +167,13 @@ class Simulator:
                 self.end_replay(keep_actors=True)
 
     def end_replay(self, keep_actors: bool) -> None:
-        """Lets go of a replay's actors, if one is playing."""
+        """Release a replay's actors, if one is playing."""
         if self.replay is not None:
             self.replay.stop(self.world, keep_actors)
             self.replay = None
 
     def publish(self) -> None:
-        """Sends the snapshot of the last tick, then what the sensors saw in it."""
+        """Send the snapshot of the last tick, then the sensors' data of it."""
         world = self.world
         header = sensor_header(self.version.snapshot_sensor_type, world.frame, world.elapsed_s)
         episode = world_header(self.episode_id, world.step_s, self._flags)

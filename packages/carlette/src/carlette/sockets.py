@@ -1,4 +1,4 @@
-"""Listening on two neighbouring ports, and what every accepted socket is set to."""
+"""Listens on two neighbouring ports, and sets the options of accepted sockets."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ FREE_PORT_TRIES = 50
 
 
 def prepared(sock: socket.socket) -> socket.socket | None:
-    """An accepted socket, ready to be served; None where its peer has gone already."""
+    """Return an accepted socket, ready to be served; None if its peer has gone already."""
     sock.setblocking(False)
     try:
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        # A machine that went away without a word is noticed in the end.
+        # A machine that disappeared silently is noticed in the end.
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     except OSError:
         sock.close()
@@ -23,7 +23,11 @@ def prepared(sock: socket.socket) -> socket.socket | None:
 
 
 def listen_pair(host: str, port: int) -> tuple[socket.socket, socket.socket]:
-    """Sockets on `port` and the one after it (0 = any free pair); raises `UsageError` where it cannot."""
+    """Return sockets on `port` and the next one (0: any free pair).
+
+    Raises:
+        UsageError: No such pair is free.
+    """
     if port:
         first = _listen(host, port)
         try:

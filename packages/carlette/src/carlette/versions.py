@@ -1,6 +1,6 @@
-"""What differs between the client versions that carlette serves.
+"""The differences between the client versions that carlette serves.
 
-The protocol has no way to ask a client for its version, so the server is told at start.
+The protocol cannot ask a client for its version, so the server gets it at start.
 """
 
 from __future__ import annotations

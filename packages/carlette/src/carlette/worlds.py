@@ -1,8 +1,8 @@
-"""Worlds that are stepped in this process, without server or client: for search, for training, for tests of one's own.
+"""Worlds that are stepped in this process, without server or client: for search, training and tests.
 
-What stands here is the interface; the modules that it comes from may change. Units and frames are CARLA's: metres,
-seconds, degrees, its left-handed world frame. `World.tick()` is one step, `World.fork()` an independent copy within a
-few milliseconds (the map is shared), `World.traffic` drives some of the cars and is forked along.
+This module is the interface; the modules behind it may change. Units and frames are CARLA's: metres, seconds, degrees,
+its left-handed world frame. `World.tick()` is one step. `World.fork()` is an independent copy within a few milliseconds
+(the map is shared). `World.traffic` drives some of the cars and is forked too.
 """
 
 from __future__ import annotations
@@ -37,10 +37,15 @@ CAR = "vehicle.tesla.model3"
 
 
 def open_world(town: str, folders: Sequence[str | Path] = (), seed: int = 0) -> World:
-    """A town without actors, by its name or its `.xodr` file; further `folders` are searched first.
+    """Open a town without actors.
 
-    `seed` settles what is left to chance, such as the lights' first phases. Raises `MapError` where there is no such
-    town, or its file is none.
+    Args:
+        town: Its name or its `.xodr` file.
+        folders: Further folders, searched first.
+        seed: Seed of everything random, such as the lights' first phases.
+
+    Raises:
+        MapError: There is no such town, or its file cannot be used.
     """
     return World(RoadNetwork(find_map(town, map_folders([str(one) for one in folders]))), seed)
 
