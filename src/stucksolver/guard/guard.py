@@ -57,17 +57,14 @@ SETTLED = frozenset({Check.SPEED, Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITH
 
 @dataclass(frozen=True)
 class Proven:
-    """Behaviours that the guard has accepted as one path.
+    """Behaviours that the guard has accepted as one path. A reverse path is in the frame of `FrenetScene.backwards`.
 
     Attributes:
-        behaviors: The behaviours.
-        path: The path. A reverse one is in the frame of `FrenetScene.backwards`.
         ends_s: Arc length at which each behaviour ends (m).
         no_stop: (stations,) True where the ego is committed: a stop would end where no vehicle should stand, and
             finishing, which was proven, is the safe way out.
         expected_s: Expected duration (s).
         guided: The passenger's words ask for the plan.
-        approvals: What people have approved.
         start_mps: Speed at the start (m/s).
         stopped_at_s: Lines of dark lights and stop signs at which the ego stood at the start (m).
     """
@@ -300,14 +297,7 @@ class Guard:
     def lay_out(
         self, behaviors: Sequence[Behavior], view: FrenetScene, guided: bool, approvals: Approvals, stops: bool = False
     ) -> Proven:
-        """Plan behaviours as one path from here, without judging it.
-
-        Args:
-            behaviors: The behaviours, in order.
-            view: The surroundings in road coordinates.
-            guided: The passenger's words ask for the plan.
-            approvals: What people have approved.
-            stops: The path ends at rest.
+        """Plan behaviours as one path from here, without judging it; arguments as for `accept`.
 
         Raises:
             CannotPlan: The behaviours have no path here.
