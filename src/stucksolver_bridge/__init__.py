@@ -1,4 +1,4 @@
-"""StuckSolver in other people's processes: Python 3.7 and later, standard library only, `carla` handed over."""
+"""StuckSolver for other processes: Python 3.7 and later, standard library only; `carla` is passed in."""
 
 from stucksolver_bridge.agent_driver import AgentDriver
 from stucksolver_bridge.lease import Lease

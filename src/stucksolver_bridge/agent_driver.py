@@ -1,8 +1,8 @@
-"""CARLA's own BehaviorAgent (`agents.navigation`, 0.9.12 and later) as a driver that may be told a path.
+"""CARLA's own BehaviorAgent (`agents.navigation`, 0.9.12 and later) as a driver that can follow a given path.
 
-Not a line of it is changed. It decides by itself as long as nobody tells it a path; then its local planner and its
-controllers drive that path, and its decisions rest until `release`. It cannot reverse: backing up is steered here.
-Python 3.7, standard library only; `carla` is handed over.
+The agent is not changed. It decides by itself unless a path is given. Then its local planner and its controllers drive
+that path, and its decisions are suspended until `release`. It cannot reverse: backing up is steered here. Python 3.7,
+standard library only; `carla` is passed in.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from stucksolver_bridge.line import Line
 from stucksolver_bridge.shown import ShownWorld, props_around
 
 LOOK_AHEAD_M, LOOK_AHEAD_S = 2.8, 0.45
-"""How far ahead of the vehicle's centre the point lies that its controllers steer to."""
+"""Distance ahead of the vehicle's centre of the point to which its controllers steer."""
 BRAKING_MPS2 = 3.0
 KEPT_M = 1.2
-"""Free way that is kept to what lies in the path."""
+"""Free distance kept to what lies in the path."""
 TICK_S = 0.05
 FILL_M = 1.5
-"""Waypoints of a plan farther apart than this get others in between."""
+"""Waypoints of a plan farther apart than this are filled with others in between."""
 REJOIN_M = 5.0
 BACK_REACH_M = 3.0
 WHEEL_BASE_M, WHEEL_LOCK_RAD = 2.9, 1.22
-"""Of most cars in CARLA: 70 degrees of lock. Where the real ones differ, the backing up corrects itself."""
+"""For most cars in CARLA: 70 degrees of lock. If the real ones differ, backing up corrects itself."""
 
 
 class RoutePoint(NamedTuple):
@@ -39,7 +39,7 @@ class RoutePoint(NamedTuple):
 
 
 class Target:
-    """Where the local planner shall steer to; it asks a waypoint for nothing but its transform."""
+    """The point to which the local planner steers; the planner reads only a waypoint's transform."""
 
     is_junction = False
 
@@ -48,15 +48,20 @@ class Target:
 
 
 class AgentDriver:
-    """`obstacles`: True shows the agent the standing things of the client's ground truth, False nothing but what it
-    looks for by itself; or a function that returns what is perceived (see `ShownWorld`). `keeps_going`: at the end of
-    its plan it drives on along the lane until whoever runs it ends the drive, as an evaluator does some metres before
-    or after; otherwise it stands there. Raises `AgentsError`.
+    """A BehaviorAgent that can follow a given path.
+
+    Args:
+        obstacles: True shows the agent the standing objects of the client's ground truth; False only what it looks for
+            by itself. A function returns what is perceived (see `ShownWorld`).
+        keeps_going: At the end of its plan it drives on along the lane until its caller ends the drive, as an evaluator
+            does some metres before or after. Otherwise it stands there.
+
+    Raises:
+        AgentsError: This copy of the `agents` package cannot be driven.
     """
 
     acceleration_mps2 = 3.5
-    """The most with which it speeds up from rest: what its controller's three quarters of the throttle bring about in a
-    sedan, seen on carlette."""
+    """Highest acceleration from rest: that of three quarters of throttle in a sedan, measured on carlette."""
 
     def __init__(self, agent: Any, carla: Any, obstacles: Any = True, keeps_going: bool = False) -> None:
         check_agent(agent)
@@ -92,11 +97,11 @@ class AgentDriver:
 
     @property
     def route(self) -> Sequence[Any]:
-        """The whole route as `RoutePoint`s, one about every metre."""
+        """The whole route as `RoutePoint`s, about one per metre."""
         return self._route
 
     def note_plan(self) -> None:
-        """Read the route from the agent's local planner: it has been given another one."""
+        """Read the route from the agent's local planner, because it has a new one."""
         self._take_route(plan_of(self._planner))
 
     def set_destination(self, destination: Any, start: Any | None = None) -> None:
@@ -105,7 +110,11 @@ class AgentDriver:
         self.set_plan(self.agent.trace_route(begin, self._map.get_waypoint(destination)))
 
     def set_plan(self, plan: Sequence[tuple[Any, Any]]) -> None:
-        """Drive a plan of (waypoint, road option or our word for it), of two points at least (`ValueError`)."""
+        """Drive a plan of (waypoint, road option or our word for it).
+
+        Raises:
+            ValueError: It has fewer than two points.
+        """
         options = type(self._lane_follow)
         plan = [(waypoint, _option(options, option)) for waypoint, option in plan]
         if len(plan) < 2:
@@ -117,10 +126,10 @@ class AgentDriver:
         self._take_route(plan)
 
     def _way_to(self, first: Any) -> list[tuple[Any, Any]]:
-        """The lane from the vehicle to a plan that begins farther ahead in it; nothing where it does not.
+        """Return the lane from the vehicle to a plan that begins farther ahead in it; empty if it does not.
 
-        The agent looks for obstacles in the lane of a waypoint a few places on in its plan: in that of the plan's
-        beginning, which may change lanes at once, while the vehicle is still beside what stands there.
+        The agent looks for obstacles in the lane of a waypoint a few places ahead in its plan: in that of the plan's
+        beginning, which may change lanes at once while the vehicle is still beside an obstacle.
         """
         here = self._map.get_waypoint(self.vehicle.get_location())
         if here is None or here.transform.location.distance(first.transform.location) < REJOIN_M:
@@ -137,18 +146,18 @@ class AgentDriver:
 
     @property
     def path_left_m(self) -> float:
-        """Length of the path that it was told and has not driven yet; 0 where it was told none."""
+        """Length of the rest of the given path (m); 0 without one."""
         return 0.0 if self._line is None else max(self._line.length_m - self._s, 0.0)
 
     def done(self) -> bool:
-        """Whether the agent's route is over; not while it drives a plan."""
+        """True if the agent's route is over; False while it drives a plan."""
         return False if self._told else bool(self.agent.done())
 
     @property
     def _told(self) -> bool:
         return self._line is not None or self._holding is not None
 
-    # ---- told what to do
+    # ---- orders
 
     def follow(self, path: Sequence[Any], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
         """Drive (x, y, speed bound) of CARLA's world from the next step on, braking for what lies in it."""
@@ -160,12 +169,12 @@ class AgentDriver:
         self._holding = None
 
     def hold(self, brake_mps2: float | None = None) -> None:
-        """Brake to a stop, this hard or as usual, along what is driven now, and stay stopped."""
+        """Brake to a stop along the present line and stay stopped, with this deceleration (m/s²) or as usual."""
         self._take_over()
         self._holding = Braking(brake_mps2, _speed(self.vehicle))
 
     def release(self) -> None:
-        """The agent decides again, from the nearest point of its plan that lies ahead."""
+        """Let the agent decide again, from the nearest point of its plan ahead."""
         told = self._told
         self._line, self._holding, self._ignore = None, None, frozenset()
         if told:
@@ -173,7 +182,7 @@ class AgentDriver:
         self._left = []
 
     def run_step(self) -> Any:
-        """This tick's `carla.VehicleControl`, not applied."""
+        """Return this tick's `carla.VehicleControl`, not applied."""
         if self._holding is not None:
             return self._stopping(self._holding)
         if self._line is not None:
@@ -186,12 +195,12 @@ class AgentDriver:
     # ---- parts
 
     def _take_over(self) -> None:
-        """Keep the plan that is left, once."""
+        """Keep the rest of the plan, once."""
         if not self._told:
             self._left = plan_of(self._planner)
 
     def _ahead(self) -> list[tuple[Any, Any]]:
-        """What is left of the plan from a little ahead of the vehicle on."""
+        """Return the rest of the plan from a little ahead of the vehicle on."""
         here = self.vehicle.get_location()
         away = [here.distance(waypoint.transform.location) for waypoint, _ in self._left]
         if not away:
@@ -221,7 +230,7 @@ class AgentDriver:
         return control
 
     def _stopping(self, braking: Braking) -> Any:
-        """Brake; while it rolls it is steered along its path, or its plan: a stop is proven along that."""
+        """Brake. While the vehicle rolls it is steered along its path or its plan, along which the stop is proven."""
         speed, line = _speed(self.vehicle), self._line
         pedal = braking.step(speed, self._world.get_snapshot().timestamp.delta_seconds or TICK_S)
         control = self._carla.VehicleControl()
@@ -235,9 +244,9 @@ class AgentDriver:
         return control
 
     def _steered(self, line: Line, here: Any, speed: float) -> Any:
-        """What the agent's controllers do to get back to the path, which they are shown a point of."""
+        """Return the agent's controls for a return to the path, of which its controllers see one point."""
         x, y, yaw = line.at(self._s + LOOK_AHEAD_M + LOOK_AHEAD_S * speed)
-        # As far to the other side as it is off the path now: its controller alone comes back late.
+        # As far to the other side as it is off the path now: its controller alone returns late.
         off = line.beside(here.x, here.y, self._s)
         x, y = x + off * math.sin(yaw), y - off * math.cos(yaw)
         place = self._carla.Location(x=x, y=y, z=here.z)
@@ -246,7 +255,7 @@ class AgentDriver:
         return self._planner.run_step()
 
     def _allowed(self, line: Line, here: Any, speed: float) -> float:
-        """The speed (m/s) that the path and what lies in it allow."""
+        """Return the speed that the path and what lies in it allow (m/s)."""
         reach = KEPT_M + speed * speed / (2.0 * BRAKING_MPS2) + 4.0
         reach = min(reach, max(line.length_m - self._s, 0.0) + KEPT_M)
         around = self._bodies.near(here.x, here.y, reach + 12.0)
@@ -261,7 +270,7 @@ class AgentDriver:
         wanted = self._allowed(line, here, speed)
         yaw = math.radians(transform.rotation.yaw)
         x, y, _ = line.at(self._s + BACK_REACH_M)
-        # The rear axle runs on the arc through itself and the point behind it.
+        # The rear axle drives on the arc through itself and the point behind it.
         half = WHEEL_BASE_M / 2.0
         dx, dy = x - (here.x - half * math.cos(yaw)), y - (here.y - half * math.sin(yaw))
         along, aside = dx * math.cos(yaw) + dy * math.sin(yaw), dy * math.cos(yaw) - dx * math.sin(yaw)
@@ -278,7 +287,7 @@ class AgentDriver:
 
 
 def filled(plan: Sequence[tuple[Any, Any]]) -> list[RoutePoint]:
-    """A plan with a waypoint about every metre, along the lanes."""
+    """Return a plan with a waypoint about every metre, along the lanes."""
     route: list[RoutePoint] = []
     for waypoint, option in plan:
         command = command_of(option)
@@ -307,7 +316,7 @@ def _between(start: Any, end: Any, command: str) -> list[RoutePoint]:
 
 
 def command_of(option: Any) -> str:
-    """A `RoadOption` of CARLA's agents in words."""
+    """Return a `RoadOption` of CARLA's agents in words."""
     name = str(getattr(option, "name", option)).lower()
     return {"lanefollow": "lane_follow", "changelaneleft": "change_left", "changelaneright": "change_right"}.get(
         name, name
@@ -315,7 +324,7 @@ def command_of(option: Any) -> str:
 
 
 def _option(options: Any, option: Any) -> Any:
-    """A road option of these agents, from one of them or from our word for it."""
+    """Return a road option of these agents, from one of theirs or from our word for it."""
     if not isinstance(option, str):
         return option
     return next((one for one in options if command_of(one) == option), options.LANEFOLLOW)

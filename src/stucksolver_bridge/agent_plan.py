@@ -1,6 +1,6 @@
-"""The plan in the hands of CARLA's BehaviorAgent: made for any copy of the package, and kept from running out.
+"""The plan of CARLA's BehaviorAgent: made for any copy of the package, and kept from running out.
 
-Public copies of `agents` differ in what their constructors take, in whether the local planner shows its plan, and in
+Public copies of `agents` differ in their constructors' arguments, in whether the local planner shows its plan, and in
 how early it drops the last waypoint. All of them fail on the tick after that, so a plan must be longer than the drive.
 Python 3.7, standard library only.
 """
@@ -31,13 +31,14 @@ Plan = Sequence[Any]
 
 
 class AgentsError(TypeError):
-    """This copy of CARLA's `agents` cannot be driven; the message says what it lacks."""
+    """This copy of CARLA's `agents` cannot be driven. The message says what it lacks."""
 
 
 def make_agent(agent_class: Any, vehicle: Any, behavior: str, carla_map: Any) -> Any:
-    """A `BehaviorAgent` of whatever copy; those from 0.9.14 on are handed the map, which spares them a call.
+    """Make a `BehaviorAgent` of any copy; those from 0.9.14 on get the map, which saves a call.
 
-    Raises `AgentsError` for a copy older than 0.9.12.
+    Raises:
+        AgentsError: The copy is older than 0.9.12.
     """
     takes = inspect.signature(agent_class.__init__).parameters
     given = {"map_inst": carla_map} if "map_inst" in takes else {}
@@ -47,7 +48,11 @@ def make_agent(agent_class: Any, vehicle: Any, behavior: str, carla_map: Any) ->
 
 
 def check_agent(agent: Any) -> None:
-    """Raises `AgentsError` where the agent lacks what the bridge uses."""
+    """Check an agent.
+
+    Raises:
+        AgentsError: It lacks what the bridge uses.
+    """
     planner = agent.get_local_planner() if hasattr(agent, "get_local_planner") else None
     missing = [name for name in ("get_local_planner", "set_global_plan", "trace_route") if not hasattr(agent, name)]
     if planner is not None and not (hasattr(planner, "get_plan") or hasattr(planner, "_waypoints_queue")):
@@ -61,7 +66,7 @@ def check_agent(agent: Any) -> None:
 
 
 def plan_of(planner: Any) -> list[Any]:
-    """What is left of a local planner's plan."""
+    """Return the rest of a local planner's plan."""
     # `get_plan` came with 0.9.13.
     left = planner.get_plan() if hasattr(planner, "get_plan") else planner._waypoints_queue
     return list(left)

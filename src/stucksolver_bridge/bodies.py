@@ -1,4 +1,4 @@
-"""What has a body around a vehicle: each actor's box, asked for once, and its place, from the client's snapshots."""
+"""The bodies around a vehicle: each actor's box, requested once, and its pose from the client's snapshots."""
 
 from __future__ import annotations
 

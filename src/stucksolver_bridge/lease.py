@@ -19,23 +19,30 @@ STUCK_TICKS = 200
 
 
 class Lease:
-    """Call `renew` with what the solver says, and `tick` once on every tick of the control loop. Nothing is raised."""
+    """Holds the current order. Call `renew` with the solver's answer, and `tick` once per tick of the control loop.
+
+    It raises nothing.
+    """
 
     def __init__(self) -> None:
         self._order = CONTINUE
         self._ticks = 0
         self._fallen = False
         self._finishes = False
-        """Once it has expired: is its path finished, or does the vehicle stop?"""
+        """After expiry: True if the path is finished, False if the vehicle stops."""
         self._rests = 0
         self.fault: str | None = None
         """What was wrong with the first directive that could not be performed."""
 
     def renew(self, form: Form | None, late_ticks: int = 0) -> None:
-        """The solver has spoken: this directive holds from now on; None: the one that it has said before.
+        """Take the solver's answer: a directive that holds from now on, or None to renew the last one.
 
-        `late_ticks`: it answers a tick so long ago (`SolverProcess.late_ticks`). What cannot be performed is stood
-        still at. One that has expired is not renewed by None: send `again`.
+        A directive that cannot be performed is replaced by standing still. An expired one is not renewed by None: send
+        `again`.
+
+        Args:
+            form: The directive's JSON form, or None.
+            late_ticks: How many ticks ago the answered tick was (`SolverProcess.late_ticks`).
         """
         if form is None:
             self._ticks = self._ticks if self._fallen else min(self._ticks, late_ticks)
@@ -47,30 +54,37 @@ class Lease:
         self._fallen, self._rests = False, 0
 
     def expire(self) -> None:
-        """Nobody will renew it any more: its fallback is due on the next tick."""
+        """Nobody will renew the order any more: its fallback is due on the next tick."""
         self._ticks = max(self._ticks, self._good_for)
 
     @property
     def expired(self) -> bool:
-        """Has the solver been silent for longer than its order was good for? Then ask it to say all of it `again`."""
+        """True if the solver has been silent for longer than its order was valid. Then ask it to send everything
+        `again`.
+        """
         return self._fallen
 
     @property
     def order(self) -> Form:
-        """What was said last, or what has taken its place."""
+        """The last order, or its replacement."""
         return self._order
 
     def no_stop_at(self, x_m: float, y_m: float) -> bool:
-        """Would a stop at a place, in the frame of the order's path, not end where a vehicle may stand?"""
+        """True if a stop at a place, in the frame of the order's path, would end where no vehicle should stand."""
         points = self._order.get("path") or ()
         nearest = min(points, key=lambda p: (p["x_m"] - x_m) ** 2 + (p["y_m"] - y_m) ** 2, default=None)
         return nearest is not None and bool(nearest.get("no_stop"))
 
     def tick(self, x_m: float, y_m: float, *, path_is_done: bool, at_rest: bool) -> Form:
-        """What to perform now: the order; once it has expired, its fallback; once that is done, nothing of ours.
+        """Return what to perform now: the order, after its expiry the fallback, and after that `Continue`.
 
-        `x_m`, `y_m`: the centre of the vehicle in the frame of the path. `path_is_done`: it is at the end of the
-        order's path. `at_rest`: it stands. A safe stop does not expire: the vehicle stands where it may, and stays.
+        A safe stop does not expire: the vehicle stands where it may, and stays.
+
+        Args:
+            x_m: Centre of the vehicle in the frame of the path (m).
+            y_m: The same across (m).
+            path_is_done: The vehicle is at the end of the order's path.
+            at_rest: The vehicle stands.
         """
         self._ticks += 1
         if self._order["kind"] != "execute" or self._ticks <= self._good_for:
@@ -82,7 +96,7 @@ class Lease:
         if over:
             self._order = CONTINUE
             return CONTINUE
-        # One that stands still is its own fallback, and brakes as hard as it was told.
+        # An order that stands still is its own fallback and keeps its braking.
         return self._order if self._finishes or not self._order.get("path") else STAND
 
     @property

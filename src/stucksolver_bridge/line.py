@@ -1,4 +1,4 @@
-"""A path of points with bounds on the speed, in CARLA's left-handed world (metres, x east, y south), without numpy."""
+"""A path of points with speed bounds in CARLA's left-handed world (metres, x east, y south), without numpy."""
 
 from __future__ import annotations
 
@@ -10,7 +10,11 @@ SHORTEST_M = 1e-3
 
 
 class Line:
-    """`points` are (x, y, speed bound in m/s), at least two at different places. Raises `ValueError` otherwise."""
+    """A path of at least two points (x, y, speed bound in m/s) at different places.
+
+    Raises:
+        ValueError: There are fewer.
+    """
 
     def __init__(self, points: Sequence[Sequence[float]]) -> None:
         self.x = [float(points[0][0])] if points else []

@@ -30,12 +30,20 @@ class SolverError(RuntimeError):
 
 
 class SolverProcess:
-    """Starts the solver, asks it each tick, and ends it. `alive` is False from the moment on at which it fails.
+    """Starts the solver, asks it on each tick, and ends it. `alive` is False as soon as it fails.
 
-    `python`: an interpreter 3.10 to 3.12 in which stucksolver is installed. `hello`: what the solver is told first (see
-    `stucksolver.stacks.sidecar`); with the clock `wall` in its settings no step waits longer than half of `tick_s`.
-    `answer_limit_s`: the longest silence. `inherited`: open files that it keeps, by number. Raises `SolverError` and
-    `ValueError`.
+    With the clock `wall` in its settings no step waits longer than half of `tick_s`.
+
+    Args:
+        python: An interpreter 3.10 to 3.12 in which stucksolver is installed.
+        hello: The solver's first message (see `stucksolver.stacks.sidecar`).
+        answer_limit_s: Longest silence of the solver (s).
+        tick_s: Length of a tick (s).
+        inherited: Open files that it keeps, by number.
+
+    Raises:
+        SolverError: The solver does not start.
+        ValueError: An argument is invalid.
     """
 
     def __init__(
@@ -81,18 +89,26 @@ class SolverProcess:
 
     @property
     def alive(self) -> bool:
-        """Whether it still answers."""
+        """True while it answers."""
         return self.fault is None
 
     @property
     def late_ticks(self) -> int:
-        """How many ticks ago that was told which the last answer is to; 0 where the world waits."""
+        """How many ticks ago the tick of the last answer was; 0 if the world waits."""
         return self._conversation.late_ticks
 
     def step(self, tick: dict[str, Any], give: Give) -> dict[str, Any] | None:
-        """One tick: what the solver says, or None where it says nothing: it is dead, or, live, not ready yet.
+        """Run one tick.
 
-        `give` returns what it asks for by name. Raises `SolverError` where a world that waits would wait for ever.
+        Args:
+            tick: What the solver is told.
+            give: Returns what the solver asks for, by name.
+
+        Returns:
+            The solver's answer; None if it has failed, or, live, is not ready yet.
+
+        Raises:
+            SolverError: A waiting world would wait for ever.
         """
         if self.fault is not None:
             return None
@@ -109,7 +125,7 @@ class SolverProcess:
             return None
 
     def close(self) -> None:
-        """End it. It ends by itself too when this end of the socket closes, but then its record breaks off."""
+        """End it. It also ends when this end of the socket closes, but its record is then incomplete."""
         if self.fault is None:
             with contextlib.suppress(WireError):
                 self._wire.send({"bye": True}, END_LIMIT_S)

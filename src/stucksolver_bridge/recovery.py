@@ -1,4 +1,4 @@
-"""A driver in this process with the solver in another: facts go out each tick, orders come back."""
+"""A driver in this process with the solver in another: facts go out on each tick, orders come back."""
 
 from __future__ import annotations
 
@@ -21,11 +21,19 @@ DONE_M, DONE_S = 2.0, 0.5
 
 
 class Recovery:
-    """Call `run_step` each tick. Every order is good for half a second of ticks: when the solver falls silent or dies,
-    what was proven to be safe without it is performed, and then the driver decides by itself.
+    """Call `run_step` on each tick. Every order is valid for half a second of ticks.
 
-    `settings`: of the solver (`stucksolver.stacks.sidecar.Settings`). `python`, `answer_limit_s`, `tick_s`: see
-    `SolverProcess`. `carla_map`: that of the driver. Raises `SolverError`.
+    If the solver falls silent or ends, its proven fallback is performed, and then the driver decides by itself.
+
+    Args:
+        settings: Settings of the solver (`stucksolver.stacks.sidecar.Settings`).
+        python: See `SolverProcess`.
+        answer_limit_s: See `SolverProcess`.
+        tick_s: See `SolverProcess`.
+        carla_map: The driver's map.
+
+    Raises:
+        SolverError: The solver does not start.
     """
 
     def __init__(
