@@ -105,5 +105,5 @@ def test_without_the_recognizer_the_page_says_that_the_browser_may_send_the_soun
         Riding(server, "unspoken", parked(), PASSENGER_ASKED),
     ):
         page.goto(server.url(server.tokens.passenger("unspoken")))
-        expect(page.locator("#listen-note")).to_contain_text("some browsers send what you say to their maker")
+        expect(page.locator("#listen-note")).to_contain_text("some browsers send what you say to their vendor")
         assert page.evaluate("fetch('/voice').then((answer) => answer.json())") == {"version": None}

@@ -5,7 +5,7 @@ import { BrowsersListener, OwnListener } from "/files/listener.js";
 const $ = (id) => document.getElementById(id);
 const OWN = "Off until you switch it on. What you say is turned into text in this browser, by files that came from this "
   + "car: the sound stays on this device, only the text goes to the car.";
-const BROWSERS = "Off until you switch it on: some browsers send what you say to their maker to have it recognized. What "
+const BROWSERS = "Off until you switch it on: some browsers send what you say to their vendor for recognition. What "
   + "you type goes to this car only.";
 
 function toggle(button) {

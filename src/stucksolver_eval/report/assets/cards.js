@@ -99,13 +99,13 @@ function analysed(analysis) {
 }
 
 function planned({ plan, analysis }) {
-  if (!plan && recordOf(analysis).wait) return h("p", null, "No plan yet: the vehicle waits, and is asked about again.");
+  if (!plan && recordOf(analysis).wait) return h("p", null, "No plan yet: the vehicle waits and will be checked again.");
   if (!plan) return h("p", null, "No plan: the vehicle's own stack drives on.");
   return [
     h("ol", { class: "behaviors" }, listOf(plan.behaviors).map((one) => h("li", null,
       h("b", null, words(one.name)), otherFacts(one, ["name"])))),
     h("p", null, plan.replan_route
-      ? `Plan the route anew${plan.route_start ? ` from ${plan.route_start}` : ""}.`
+      ? `Replan the route${plan.route_start ? ` from ${plan.route_start}` : ""}.`
       : "Keep the route."),
     otherFacts(plan, ["behaviors", "replan_route", "route_start"]),
   ];

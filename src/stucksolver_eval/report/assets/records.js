@@ -7,7 +7,7 @@ class Records {
     const count = run.decisions.length;
     this.list = h("div", { class: "cards" },
       count ? grouped(run.decisions).map((group) => this.entry(group, seek))
-        : h("p", { class: "empty" }, "No decision was asked for."));
+        : h("p", { class: "empty" }, "No decision was needed."));
     this.rows = run.events.map((event) => ({ time: event.time_s, element: eventRow(event, seek) }));
     this.element = h("section", { class: "records" },
       h("h3", null, run.arm),
