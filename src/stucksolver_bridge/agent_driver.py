@@ -51,6 +51,8 @@ class AgentDriver:
     """A BehaviorAgent that can follow a given path.
 
     Args:
+        agent: The BehaviorAgent.
+        carla: The `carla` module.
         obstacles: True shows the agent the standing objects of the client's ground truth; False only what it looks for
             by itself. A function returns what is perceived (see `ShownWorld`).
         keeps_going: At the end of its plan it drives on along the lane until its caller ends the drive, as an evaluator

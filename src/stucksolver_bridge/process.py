@@ -37,6 +37,7 @@ class SolverProcess:
     Args:
         python: An interpreter 3.10 to 3.12 in which stucksolver is installed.
         hello: The solver's first message (see `stucksolver.stacks.sidecar`).
+        path: Folder in which that interpreter finds stucksolver, if it is not installed there.
         answer_limit_s: Longest silence of the solver (s).
         tick_s: Length of a tick (s).
         inherited: Open files that it keeps, by number.

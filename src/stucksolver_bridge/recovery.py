@@ -26,11 +26,15 @@ class Recovery:
     If the solver falls silent or ends, its proven fallback is performed, and then the driver decides by itself.
 
     Args:
+        driver: The driver, with its route.
+        carla_map: The driver's map.
+        carla: The `carla` module.
         settings: Settings of the solver (`stucksolver.stacks.sidecar.Settings`).
         python: See `SolverProcess`.
+        path: See `SolverProcess`.
+        on_event: Called with every event of the solver.
         answer_limit_s: See `SolverProcess`.
         tick_s: See `SolverProcess`.
-        carla_map: The driver's map.
 
     Raises:
         SolverError: The solver does not start.
