@@ -153,8 +153,11 @@ def test_the_scene_names_what_is_ahead_and_where_the_route_may_begin_anew(stage)
     assert told.y_m == pytest.approx(0.0, abs=0.3)
     assert "scenario" not in scene.model_dump_json()
     lanes = {w.lane_id.split("@")[0] for w in scene.waypoints}
-    assert lanes == {"own", "right1-driving"}
+    assert lanes == {"own", "right1-driving", "back-elsewhere0"}
     for waypoint in scene.waypoints:
+        if waypoint.lane_id.startswith("back"):
+            assert waypoint.x_m < 0.0 < waypoint.y_m  # in the other direction's lane, for a vehicle that turned round
+            continue
         assert waypoint.x_m == pytest.approx(waypoint.distance_m, abs=1.0)
         assert waypoint.y_m == pytest.approx(-3.5 if waypoint.lane_id.startswith("right") else 0.0, abs=0.3)
 
