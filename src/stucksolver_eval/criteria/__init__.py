@@ -1,4 +1,4 @@
-"""The benchmark's criteria for a drive, tick by tick, over the `carla` client API; see `criteria.monitor.CriteriaMonitor`.
+"""The benchmark's criteria for a drive, tick by tick, over the `carla` client API; see `criteria.monitor`.
 
 `criteria.base` needs no client, so that scores can be computed without one.
 """
