@@ -49,8 +49,8 @@ ABOUT = """# What a memory is worth
 Rocks lie from kerb to kerb across a street with two lanes in each direction. By themselves the rules turn round only
 after a minute, and by then the car has called for help. A passenger who says "Please take another street." has it turn
 round at once. That is taught at three places, where the car asks and the passenger answers. The drives in the table
-are at two other places, with two other seeds, and nobody speaks. Before the last row, the passenger gave one piece of
-bad advice at the first place ("Back up a bit.").
+are at two other places, with two other seeds, and nobody speaks. For the last row, between two lessons the passenger
+gave one piece of bad advice ("Back up a bit."). At the third place nobody had to be asked any more.
 
 Arrived means that the destination was reached within 200 s. The ladder is the default one, except that the solid line
 between the directions may be crossed without a yes: a passenger who never answers cannot give one. Each row begins
@@ -83,9 +83,14 @@ def main(out: Path) -> None:
         _drive(out / "lessons", route, LESSON_SEED, taught, HELPS)
         memory = _copy(taught, out / f"after-{count}.db")
         rows.append(_row(f"lessons: {count}", _drives(out / f"after-{count}", held_out, memory)))
-    _drive(out / "bad", lessons[0], BAD_SEED, taught, HARMS)
-    memory = _copy(taught, out / "after-bad.db")
-    rows.append(_row(f"lessons: {LESSONS}, and one bad advice", _drives(out / "after-bad", held_out, memory)))
+        if count == 1:
+            # Later the car knows what to do and asks nobody, so that bad advice could not be given.
+            misled = _copy(taught, out / "misled.db")
+            _drive(out / "misled", lessons[1], BAD_SEED, misled, HARMS)
+            _drive(out / "misled", lessons[2], LESSON_SEED, misled, HELPS)
+            drives = _drives(out / "after-misled", held_out, misled)
+            last = _row("lessons: 2, and one bad advice between them", drives)
+    rows.append(last)
     write_text(RESULTS / "memory.md", page(rows))
 
 
