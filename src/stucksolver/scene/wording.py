@@ -16,5 +16,5 @@ def whereabouts(ahead_m: float) -> str:
 
 
 def stood_too_briefly(stood_s: float, needed_s: float) -> str:
-    """`stands for 9 s; 10 s are needed`: the first number is rounded down, so that the two never look alike."""
+    """`has stood for 9 s; 10 s are needed`: the first number is rounded down, so that the two never look alike."""
     return f"has stood for {math.floor(stood_s)} s; {math.ceil(needed_s)} s are needed"
