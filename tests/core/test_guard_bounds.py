@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from worlds import LANE_M, World, red_light, straight_road, thing
 
 from stucksolver.decision.behaviors import BorrowOncomingLane, DriveOver, KeepLane
-from stucksolver.guard import Approvals, Guard, GuardPolicy, RejectCode
+from stucksolver.guard import Approvals, Guard, GuardPolicy, RejectCode, obstacles
+from stucksolver.guard.context import CheckContext
 from stucksolver.guard.policy import QueuePolicy
 from stucksolver.scene import ControlKind, LightState, ObjectKind, TrafficControl, Zone, ZoneKind
 
@@ -26,11 +29,13 @@ def rejects(behavior, world, approvals=None, guided=False, guard=GUARD):
 
 
 def waits(*objects, controls=(), guided=False, guard=GUARD, **lead):
-    """Is it told to wait for the lead, and for nobody else?"""
+    """Must a plan that passes the lead alone wait for it? Whether there is room to return is another question."""
+    alone = World(ROAD, [thing("lead", LEAD_X, stationary_s=30.0)]).view()
+    path = replace(guard.lay_out([BORROW], alone, False, Approvals()).path, passes=("lead",))
     first = thing("lead", LEAD_X, **({"stationary_s": 30.0} | lead))
-    world = World(ROAD, [first, *objects], controls=tuple(controls))
-    found = [r for r in rejects(BORROW, world, guided=guided, guard=guard) if r.code is C.WAIT_FIRST]
-    assert all(r.object_id == "lead" for r in found)
+    view = World(ROAD, [first, *objects], controls=tuple(controls)).view()
+    found = obstacles.patience(CheckContext(view, path, guard.policy, guided))
+    assert all(r.code is C.WAIT_FIRST and r.object_id == "lead" for r in found)
     return bool(found)
 
 

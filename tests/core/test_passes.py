@@ -65,7 +65,7 @@ def test_where_the_known_road_is_too_short_to_come_back_there_is_no_pass():
     assert verdict.failures == (PlanFailure.NO_ROOM_TO_COME_BACK,)
 
 
-@pytest.mark.parametrize(("gap_m", "together"), [(5.0, True), (12.0, True), (14.0, False), (25.0, False)])
+@pytest.mark.parametrize(("gap_m", "together"), [(5.0, True), (12.0, True), (15.0, True), (17.0, False), (25.0, False)])
 def test_a_row_is_cut_at_a_gap_that_one_can_stand_in(gap_m, together):
     objects = [thing("lead", 62.0, hazard=True), thing("next", 62.0 + 4.6 + gap_m, hazard=True)]
     scene = World(ROAD, objects).scene()

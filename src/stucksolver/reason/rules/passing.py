@@ -19,7 +19,7 @@ from stucksolver.scene import (
 )
 from stucksolver.scene.wording import whereabouts
 
-GROUP_GAP_M, WIDE_GROUP_GAP_M = 13.0, 18.0
+GROUP_GAP_M, WIDE_GROUP_GAP_M = 16.0, 18.0
 """Objects nearer to each other than this are passed together: a longer gap has room to return and stand. The
 second value applies if a plan found no room to return.
 """
