@@ -41,7 +41,7 @@ def test_a_missing_file_and_a_log_of_another_make_are_told_in_words(client, worl
 
 def test_no_name_leads_out_of_the_folder_for_logs(client, world, tmp_path: Path) -> None:
     for name in (str(tmp_path / "mine.log"), "../mine.log", "/dev/full", "~/mine.log/../../mine.log"):
-        assert "where this server keeps its logs" in client.start_recorder(name)
-        assert "where this server keeps its logs" in client.show_recorder_file_info(name, True)
-        assert "where this server keeps its logs" in client.replay_file(name, 0.0, 0.0, 0)
+        assert "where the server keeps logs" in client.start_recorder(name)
+        assert "where the server keeps logs" in client.show_recorder_file_info(name, True)
+        assert "where the server keeps logs" in client.replay_file(name, 0.0, 0.0, 0)
     assert not list(tmp_path.iterdir())

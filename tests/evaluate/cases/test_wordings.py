@@ -52,7 +52,7 @@ def test_the_figure_has_a_row_for_each(results, wordings, tmp_path):
 @pytest.mark.parametrize(
     ("content", "told"),
     [
-        ("not json\n", ":1: no JSON"),
+        ("not json\n", ":1: invalid JSON"),
         ('{"words": "go"}\n', ':1: a line is {"text"'),
         ("\n", "no sentence"),
         ("[]", "list"),

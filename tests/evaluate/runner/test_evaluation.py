@@ -155,7 +155,7 @@ def test_what_cannot_be_run_is_refused_before_anything_is_written(
         (("dev", "--routes", "0"), "no route 0"),
         (("dev", "--guidance", str(tmp_path / "none.json")), "none.json"),
         (("dev", "--sweep", "v_min=1"), "no detector to sweep"),
-        (("dev", "--recovery", "openai:m@notaurl"), "no address"),
+        (("dev", "--recovery", "openai:m@notaurl"), "not an address"),
         (("dev", "--recovery", "openai:m@http://127.0.0.1:9/v1"), "cannot be reached"),
         (("dev", "--recovery", "rules", "--reasoner", "openai:m@http://127.0.0.1:9/v1"), "cannot be reached"),
     ]
