@@ -49,8 +49,16 @@ def test_each_row_of_the_comparison_with_carla_stands_in_its_page():
     assert rows and set(rows) <= set(page("real_carla").splitlines())
 
 
-def test_the_last_campaign_of_20_000_plans_found_nothing_that_the_assumptions_do_not_exclude():
-    last = max((RESULTS / "guard_oracle").glob("seed-*.json"), key=lambda file: int(file.name.split("-")[1]))
-    data = json.loads(last.read_text(encoding="utf-8"))
-    assert sum(counts.get("driven", 0) for counts in data["classes"].values()) >= 20_000
-    assert not [one for one in data["found"] if one.get("missed") or not one.get("excluded")]
+def test_no_campaign_since_the_last_of_20_000_plans_found_what_the_assumptions_do_not_exclude():
+    campaigns = [json.loads(file.read_text(encoding="utf-8")) for file in campaigns_by_seed()]
+    long = max(k for k, data in enumerate(campaigns) if driven(data) >= 20_000)
+    for data in campaigns[long:]:
+        assert not [one for one in data["found"] if one.get("missed") or not one.get("excluded")]
+
+
+def campaigns_by_seed():
+    return sorted((RESULTS / "guard_oracle").glob("seed-*.json"), key=lambda file: int(file.name.split("-")[1]))
+
+
+def driven(data):
+    return sum(counts.get("driven", 0) for counts in data["classes"].values())
