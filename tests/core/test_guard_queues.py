@@ -32,7 +32,7 @@ def test_one_that_stood_before_we_came_is_not_passed(stood_s, moved_s_ago, guide
 
 def test_the_next_one_moves_at_this_very_moment():
     parked = last(stationary_s=65.0)
-    assert RejectCode.WAIT_FIRST in why(parked, thing("next", 81.2, 0.6, speed=0.05, moved_s_ago=0.0))
+    assert RejectCode.WAIT_FIRST in why(parked, thing("next", 75.0, 0.6, speed=0.05, moved_s_ago=0.0))
 
 
 @pytest.mark.parametrize(
