@@ -6,7 +6,7 @@ They are written from the parsers, so they know what this version knows, and no 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -78,16 +78,21 @@ def _option(action: argparse.Action) -> Option:
     )
 
 
-def bash(tree: list[Node]) -> str:
-    """A function for bash 4 and later."""
-    cases = [f"    {_quoted(_path(node))}) offered={_quoted(' '.join(_offered(node)))} ;;" for node in tree]
-    values = [
-        f"    {_quoted(f'{_path(node)} {name}')}) {_bash_value(option)}; return ;;"
+def _value_cases(tree: list[Node], write: Callable[[Option], str]) -> list[str]:
+    """The branches of a `case` that complete the value of an option, for each option that takes one."""
+    return [
+        f"    {_quoted(f'{_path(node)} {name}')}) {write(option)}; return ;;"
         for node in tree
         for option in node.options
         if option.takes
         for name in option.names
     ]
+
+
+def bash(tree: list[Node]) -> str:
+    """A function for bash 4 and later."""
+    cases = [f"    {_quoted(_path(node))}) offered={_quoted(' '.join(_offered(node)))} ;;" for node in tree]
+    values = _value_cases(tree, _bash_value)
     parts = "|".join(_quoted(_path(node)) for node in tree if node.words)
     return f"""\
 # Completion of stucksolver for bash, written by `stucksolver completion bash`.
@@ -119,13 +124,7 @@ def zsh(tree: list[Node]) -> str:
             _quoted(f"{name}:{_colons(option.about)}") for option in node.options for name in option.names
         )
         cases.append(f"    {_quoted(_path(node))}) words_=({words}); options_=({options}) ;;")
-    values = [
-        f"    {_quoted(f'{_path(node)} {name}')}) {_zsh_value(option)}; return ;;"
-        for node in tree
-        for option in node.options
-        if option.takes
-        for name in option.names
-    ]
+    values = _value_cases(tree, _zsh_value)
     parts = "|".join(_quoted(_path(node)) for node in tree if node.words)
     return f"""\
 #compdef stucksolver

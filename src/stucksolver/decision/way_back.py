@@ -37,8 +37,10 @@ CLEAR_PEOPLE_M = 1.4
 """The same for people and cyclists."""
 MOVES_MPS = 0.5
 """Faster objects count as moving: the way back begins when the ego is past them."""
-QUICK_MPS, QUICK_DOOR_M = 5.6, 1.15
-"""Above 20 km/h a larger distance is kept from doors."""
+QUICK_MPS = 5.6
+"""Above this speed, 20 km/h, a larger distance is kept from doors."""
+QUICK_DOOR_M = 1.15
+"""That distance: the guard asks for 1.1 m there."""
 DOORS_PART = 0.5
 """Doors are on the middle half of a vehicle."""
 

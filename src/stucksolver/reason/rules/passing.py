@@ -19,10 +19,10 @@ from stucksolver.scene import (
 )
 from stucksolver.scene.wording import whereabouts
 
-GROUP_GAP_M, WIDE_GROUP_GAP_M = 16.0, 18.0
-"""Objects nearer to each other than this are passed together: a longer gap has room to return and stand. The
-second value applies if a plan found no room to return.
-"""
+GROUP_GAP_M = 16.0
+"""Objects nearer to each other than this are passed together: a longer gap has room to return and stand."""
+WIDE_GROUP_GAP_M = 18.0
+"""The same after a plan that found no room to return."""
 MERGE_ROOM_M, TIGHT_MERGE_ROOM_M = 12.0, 4.0
 """Kept before what was passed on the return; less if the return met a queue or the end of the lane."""
 BESIDE_M, EDGE_M = 0.5, 0.1

@@ -19,9 +19,15 @@ from stucksolver.stacks.sensed.readings import camera_rgb, gnss_fix, imu_sample,
 from stucksolver.stacks.sensed.suite import EARLY_S, PICTURE_EVERY_S, Measured
 from stucksolver_bridge.sensed_facts import ALL, CAMERA, GNSS, IMU, LIDAR, NO_PICTURE, SPEED
 
-PIXEL, COORDINATE = "B", "f"
-"""Bytes, and numbers of single precision, as `memoryview` names them."""
-IMU_NUMBERS, GNSS_NUMBERS, SPEED_NUMBERS = 7, 3, 1
+PIXEL = "B"
+"""A byte, as `memoryview` names it."""
+COORDINATE = "f"
+"""A number of single precision, as `memoryview` names it."""
+IMU_NUMBERS = 7
+"""Acceleration (3), angular velocity (3), compass."""
+GNSS_NUMBERS = 3
+"""Latitude, longitude, altitude."""
+SPEED_NUMBERS = 1
 
 
 class Clock(Protocol):
