@@ -73,10 +73,13 @@ def test_a_stopped_solver_holds_no_tick_up_and_is_heard_again_when_it_goes_on(st
     recovery = make("wall")
     assert run(stage, car, recovery, 90.0, lambda: drives_a_path(recovery)), told
     run(stage, car, recovery, seconds)
+    # On a busy machine the solver may have been late by itself before it is stopped.
+    assert run(stage, car, recovery, 30.0, lambda: drives_a_path(recovery) and not recovery._lease.expired), told
+    before = len(told)
     os.kill(recovery.solver.process.pid, signal.SIGSTOP)
     # Each of these ticks would take as long as the solver may be silent if one were waited for.
     assert run(stage, car, recovery, 20.0, lambda: recovery.directive["kind"] == "continue"), told
-    assert [event["kind"] for event in told].count("order_expired") == 1
+    assert [event["kind"] for event in told[before:]].count("order_expired") == 1
     run(stage, car, recovery, 5.0)
     assert recovery.solver.alive and not bumps
     os.kill(recovery.solver.process.pid, signal.SIGCONT)
