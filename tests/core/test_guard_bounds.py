@@ -167,7 +167,7 @@ def told(*others, **lead):
 
 
 def test_why_one_waits_is_told():
-    assert told(kind=K.BICYCLE, speed=2.0) == ["bicycle lead moves: it is followed, not passed"]
+    assert told(kind=K.BICYCLE, speed=2.0) == ["bicycle lead is moving: follow it, do not pass it"]
     assert told(moved_s_ago=5.0) == ["car lead may be in a queue"]
     assert told(stationary_s=2.0) == ["car lead has stood for 2 s; 10 s are needed"]
 
@@ -276,19 +276,19 @@ def test_a_bag_that_is_not_seen_any_more_ends_the_plan_to_drive_over_it():
     _, proven = GUARD.accept([OVER], bag().view(), False)
     assert proven is not None
     found = GUARD.recheck(proven, World(ROAD).view()).rejects
-    assert [(r.code, r.detail) for r in found] == [(C.NOT_PASSABLE, "bag is not seen")]
+    assert [(r.code, r.detail) for r in found] == [(C.NOT_PASSABLE, "bag is no longer seen")]
 
 
 def test_what_may_not_be_driven_over_says_why():
     def why(**more):
         return next(r.detail for r in rejects(OVER, bag(**more)) if r.code is C.NOT_PASSABLE)
 
-    assert why(kind=K.DEBRIS) == "bag is a debris, which is never driven over"
-    assert why(kind_confidence=None) == "bag is a bag with confidence 0.00, 0.80 is asked"
-    assert why(speed=0.5) == "bag moves"
-    assert why(length=1.5) == "bag is 1.5 m long, at most 1.2 m is driven over"
-    assert why(height=0.3) == "bag is 0.30 m high, at most 0.15 m is driven over"
-    assert why(seen_for_s=None) == "bag has been seen for 0.0 s, 1 s is asked"
+    assert why(kind=K.DEBRIS) == "bag is classified as debris, which is never driven over"
+    assert why(kind_confidence=None) == "bag is classified as bag with confidence 0.00; 0.80 is required"
+    assert why(speed=0.5) == "bag is moving"
+    assert why(length=1.5) == "bag is 1.5 m long, at most 1.2 m is allowed"
+    assert why(height=0.3) == "bag is 0.30 m high, at most 0.15 m is allowed"
+    assert why(seen_for_s=None) == "bag has been seen for 0.0 s, 1 s is required"
 
 
 # ---- the oncoming lane

@@ -125,7 +125,7 @@ def test_doors_are_on_the_middle_half_of_a_vehicle(x, reached):
 
 def test_a_door_that_may_open_is_named_with_the_time_at_which_it_would_matter():
     (found,) = (r for r in rejects(ON, at(0.6, K.CAR)) if r.code is C.DOOR)
-    assert found.object_id == "it" and found.detail == "a door of car it may open into the way"
+    assert found.object_id == "it" and found.detail == "a door of car it may open into the path"
     assert found.time_s == pytest.approx(reached_s(75.0 - 1.15 - BUMPER_X), abs=0.3)
 
 

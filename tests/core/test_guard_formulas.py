@@ -323,7 +323,7 @@ def test_help_is_not_called_for_in_a_junction():
     inside = World(zones(ZoneKind.JUNCTION, 45.0, 60.0))
     (found,) = GUARD.allows_standing(call, inside.view()).rejects
     assert found.code is C.STOPPING_PLACE
-    assert "where one may stand" in found.detail
+    assert "only where it may stop" in found.detail
     assert GUARD.allows_standing(call, World(MULTI).view()).accepted
 
 

@@ -124,7 +124,7 @@ def test_who_comes_from_behind_speeds_up_reacts_and_brakes_by_4_5(number, reacti
         assert (found is not None) is refused
         if found is not None:
             assert found.time_s == when and found.gap_m == pytest.approx(needed - 0.05, abs=0.01)
-            assert found.detail == f"car behind does not let us in: {found.gap_m:.1f} m behind"
+            assert found.detail == f"car behind does not yield: {found.gap_m:.1f} m behind"
 
 
 @pytest.mark.parametrize(("beyond_m", "past"), [(0.05, True), (-0.05, False)])

@@ -1,4 +1,4 @@
-"""Finds where a stop is a safe way out of a path, and proves that it is."""
+"""Finds where on a path the ego can stop safely, and proves that the stop is safe."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ MOST_STOPS = 16
 
 
 def committed(case: CheckContext) -> Mask:
-    """(stations,): True where a stop with comfortable braking would end, or pass through, where no vehicle should
-    stand.
+    """(stations,): True where a stop with comfortable braking would end in, or pass through, a place where no vehicle
+    should stop.
 
     Those places are junctions, crosswalks, level crossings, lanes of oncoming traffic, and the border of a lane that
-    the path moves into. There the way out is to finish the path, which has been proven.
+    the path moves into. There the safe option is to finish the path, which has been proven.
     """
     path = case.path
     bad = _no_place(case)
@@ -55,10 +55,14 @@ def _no_place(case: CheckContext) -> Mask:
 
 
 def stops_are_safe(case: CheckContext, no_stop: Array) -> list[Reject]:
-    """Check that a stop from each instant before the commit point meets nobody while the ego still moves.
+    """Check that a stop begun at any instant before the commit point hits nobody while the ego is still moving.
 
-    The path keeps clear of standing objects everywhere. Once the ego stands in its own lane, others must not drive into
-    it.
+    The path keeps clear of stationary objects everywhere. Once the ego has stopped in its own lane, others must not
+    drive into it.
+
+    Args:
+        case: The plan being checked.
+        no_stop: (stations,) True where the ego is committed, as returned by `committed`.
     """
     view, policy = case.view, case.policy
     which = relevant(case)
@@ -90,16 +94,17 @@ def stops_are_safe(case: CheckContext, no_stop: Array) -> list[Reject]:
         if hit.any():
             when, who = (int(k[0]) for k in np.nonzero(hit)[1:])
             thing = view.objects[int(which[who])]
-            detail = f"{thing.kind.value} {thing.id} would be met by stopping after {t[when]:.1f} s"
+            detail = f"an abort would hit {thing.kind.value} {thing.id} after {t[when]:.1f} s"
             return [Reject(code=RejectCode.NO_ABORT, detail=detail, object_id=thing.id, time_s=float(t[when]))]
     return []
 
 
 def lets_by(case: CheckContext, rejects: list[Reject], giving_way: bool) -> bool:
-    """True if braking now in a junction stays clear of everybody, including crossing traffic that going on would hit.
+    """True if braking now in a junction stays clear of everyone, including crossing traffic that the ego would
+    otherwise hit.
 
-    False if the stop would end in an oncoming lane or on a level crossing. `giving_way`: the vehicle is braking
-    already.
+    False if the stop would end in an oncoming lane or on a level crossing. `giving_way`: the vehicle is already
+    braking.
     """
     view, policy, stopping = case.view, case.policy, case.policy.stopping
     braking, speed = view.ego.limits.comfort_braking_mps2, view.ego.speed_mps
@@ -119,10 +124,9 @@ def lets_by(case: CheckContext, rejects: list[Reject], giving_way: bool) -> bool
 
 
 def stops_beside(case: CheckContext, rejects: list[Reject], giving_way: bool) -> bool:
-    """True if braking now, with the nose in a lane, stays clear of the traffic in it that does not let us in.
+    """True if braking now, with the nose in a lane, stays clear of the traffic in that lane that does not yield.
 
-    That traffic is assumed to drive on unchanged. False on a level crossing or if the body reaches into an oncoming
-    lane.
+    That traffic is assumed to keep its speed. False on a level crossing, or if the body reaches into an oncoming lane.
     """
     view, policy = case.view, case.policy
     stations, t = braking_now(case)
@@ -137,8 +141,8 @@ def stops_beside(case: CheckContext, rejects: list[Reject], giving_way: bool) ->
 def _kept(case: CheckContext, giving_way: bool, gap_m: float) -> float:
     """Return the gap that a stop must leave (m).
 
-    A vehicle that already brakes for someone continues to, as long as the stop ends short of them. A vehicle that
-    stands stays, as long as nobody hits it.
+    A vehicle that is already braking for someone keeps braking as long as it stops short of them. A stationary vehicle
+    stays put as long as nobody hits it.
     """
     if not giving_way:
         return gap_m
@@ -148,11 +152,13 @@ def _kept(case: CheckContext, giving_way: bool, gap_m: float) -> float:
 def braking_now(
     case: CheckContext, braking_mps2: float | None = None, lag_s: float | None = None
 ) -> tuple[Array, Array]:
-    """Return the ego's arc lengths, (instants,) twice, when it brakes now until it has stood for a while.
+    """Return the ego's arc lengths (m) and the instants (s from now), both (instants,), if it brakes now.
+
+    They run until the ego has been stationary for `StoppingPolicy.stands_s`.
 
     Args:
-        case: The plan under examination.
-        braking_mps2: Deceleration (m/s²); the comfortable one if None.
+        case: The plan being checked.
+        braking_mps2: Deceleration (m/s²); comfortable braking if None.
         lag_s: Time until the brakes act (s); the policy's if None.
     """
     braking, speed = braking_mps2 or case.view.ego.limits.comfort_braking_mps2, max(case.view.ego.speed_mps, 0.0)
@@ -164,16 +170,14 @@ def braking_now(
 
 
 def _instants(case: CheckContext, end_s: float) -> Array:
-    """Return the instants from now until one after `end_s` (s)."""
+    """(instants,): times from now up to the first one at or after `end_s` (s)."""
     step_s = case.policy.prediction.step_s
     result: Array = np.arange(0.0, end_s + step_s, step_s)
     return result
 
 
 def _may_wait(case: CheckContext, end_s: float) -> bool:
-    """True if the way to the end of the stop is in a junction or on its crosswalk, and in lanes of our own
-    direction.
-    """
+    """True if the stop is in a junction or on a crosswalk, and stays in lanes of the ego's own direction."""
     here = case.view.zone_at(float(case.path.s[0]), ZoneKind.JUNCTION, ZoneKind.CROSSWALK)
     if here is None or case.on_rails(end_s):
         return False

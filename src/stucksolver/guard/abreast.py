@@ -1,4 +1,4 @@
-"""Traffic of our own direction when the path moves sideways: ahead, beside, and coming up beside us."""
+"""Traffic in the ego's direction when the path moves sideways: ahead, alongside, and approaching from behind."""
 
 from __future__ import annotations
 
@@ -13,22 +13,23 @@ from stucksolver.scene.view import MOVING_MPS
 
 
 def will_be_followed(case: CheckContext, station: Array, which: Array, t: Array) -> Mask:
-    """(profiles, 1 or instants, objects): True for traffic of our direction ahead that the stack follows and does not
-    hit.
+    """(profiles, instants, objects): True for traffic ahead in the ego's direction that the stack follows and so does
+    not hit.
 
-    It must be ahead of our front when our body enters its way or is in it. It must be ahead by a braking distance to
-    its speed if the path only moves in behind it, or if the plan only begins. A vehicle that is met abreast is hit, not
-    followed. In an oncoming lane it is always False, because the ego cannot slow down and follow there.
+    Such a vehicle must be ahead of the ego's front bumper when the ego's body enters its path or is already in it. If
+    the ego moves in behind it, or the plan has not begun, the distance must also let the ego brake to its speed. A
+    vehicle reached while alongside is hit, not followed. The result is always False in an oncoming lane, because the
+    ego cannot slow down and follow there. The second axis has length 1 if no object qualifies.
 
     Args:
-        case: The plan under examination.
+        case: The plan being checked.
         station: Arc lengths of the ego at the instants `t` (profiles, instants) (m).
         which: Indices of the objects (objects,).
         t: Instants (s).
     """
     view, policy = case.view, case.policy.prediction
     leads = (view.vs[which] > policy.along_mps) & (np.abs(view.vd[which]) < policy.steady_mps) & ~view.elsewhere[which]
-    # A pedestrian is not traffic: an adaptive cruise control may not see one as a leader.
+    # A pedestrian is not traffic: an adaptive cruise control may not treat one as a lead vehicle.
     leads &= (view.s[which] + view.along[which] > view.ego_s) & ~view.on_foot[which]
     leads &= np.array([view.objects[int(i)].id not in case.path.passes for i in which], dtype=bool)
     result = np.zeros((len(station), 1, len(which)), dtype=bool)
@@ -40,7 +41,7 @@ def will_be_followed(case: CheckContext, station: Array, which: Array, t: Array)
 
 
 def _is_before_us(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
-    """(profiles,): True if the object is ahead when our body enters its way, or if the body never does."""
+    """(profiles,): True if the object is ahead when the ego's body enters its path, or if the body never does."""
     view, path, policy = case.view, case.path, case.policy.entry
     room = np.abs(np.interp(station, path.s, path.d) - view.d[i]) - np.interp(station, path.s, case.reach)
     meets = room < view.across[i] + policy.beside_m
@@ -49,7 +50,7 @@ def _is_before_us(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
     ahead = view.s[i] + view.vs[i] * t[first] - view.along[i] - station[ways, first] - view.ego.length_m / 2
     speed = np.interp(station[ways, first], path.s, case.quick.v)
     slower = np.maximum(speed**2 - view.vs[i] ** 2, 0.0) / (2 * view.ego.limits.comfort_braking_mps2)
-    # A vehicle that begins behind it must be able to fall back; while a plan runs, the stack is already doing so.
+    # If the plan begins behind it, the ego must be able to fall back; once a plan runs, the stack already does so.
     closing = np.maximum(speed - view.vs[i], 0.0)
     from_start = 0.0 if case.running else slower + closing * case.policy.stopping.lag_s
     needed = np.where(first > 0, policy.headway_s * speed + policy.headway_m + slower, from_start)
@@ -58,26 +59,26 @@ def _is_before_us(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
 
 
 def _on_own_side(case: CheckContext, station: Array) -> Mask:
-    """(profiles, instants): True if the ego is outside all oncoming lanes."""
+    """(profiles, instants): True where the ego is outside all oncoming lanes."""
     oncoming = np.zeros(len(case.path.s), dtype=bool)
     for lane in case.path.enters:
         if lane.strip.direction is LaneDirection.OPPOSITE:
             oncoming |= case.inside(lane)
-    result: Mask = np.interp(station, case.path.s, oncoming) < 1 / 2  # the nearer station decides
+    result: Mask = np.interp(station, case.path.s, oncoming) < 1 / 2  # take the nearest station
     return result
 
 
 def from_behind(case: CheckContext) -> list[Reject]:
-    """Check that traffic coming up beside us in our direction can stop behind what comes into its way.
+    """Check that traffic approaching alongside from behind can stop behind the ego's body when it enters their path.
 
-    The gap is that of RSS at the moment when our body reaches its way. Traffic behind our body keeps its own distance.
+    The gap is the RSS distance at that moment. Traffic directly behind the ego keeps its own distance.
     """
     view, path, policy = case.view, case.path, case.policy.entry
     for i in np.flatnonzero((view.vs > MOVING_MPS) & ~view.elsewhere & (view.s - view.along < view.ego_front_s)):
         left_of_us = bool(view.d[i] > path.d[0])
         side = 1.0 if left_of_us else -1.0
         beside = side * (view.d[i] - path.d) - view.across[i] - case.reach
-        # If there is less room from the start, the vehicle beside us still has it; anything nearer still removes it.
+        # If there is less room at the start, the vehicle alongside copes with that; only coming closer takes room away.
         least_m = policy.beside_people_m if view.vulnerable[i] else policy.beside_m
         room_m = min(least_m, float(beside[0]) - case.policy.clearance.nearer_m)
         border = float(view.d[i]) - side * (float(view.across[i]) + room_m)

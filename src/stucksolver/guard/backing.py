@@ -14,10 +14,10 @@ from stucksolver.scene.road import Zone, ZoneKind
 
 
 def backing_place(case: CheckContext) -> list[Reject]:
-    """Check that the end is a place to stand or, from within a junction, no worse a place than the ego's present one.
+    """Check that the ego may stop where the path ends or, if it starts in a junction, that the end is no worse.
 
-    No worse means: not on rails; not in a junction unless the ego is in it already; not on a crosswalk with people
-    near; not in the way of anyone moving whose way the ego does not already block.
+    No worse means: not on rails; not in a junction unless the ego is already in it; not on a crosswalk with people
+    near; not in the path of a moving object that the ego does not already block.
     """
     view, end = case.view, case.path.end_s
     junction = view.zone_at(float(case.path.s[0]), ZoneKind.JUNCTION)
@@ -42,7 +42,7 @@ def _people_near(case: CheckContext, zone: Zone) -> bool:
 
 
 def _comes_into_the_way(case: CheckContext) -> list[Reject]:
-    """Refuse moving objects that would meet the ego at rest at the end, but not where it stands now."""
+    """Refuse to stop in the path of a moving object that would not hit the ego where it is now."""
     view, policy = case.view, case.policy
     arrives_s = 0.0 if case.running else case.slow.duration_s
     t = np.arange(0.0, arrives_s + policy.stopping.goes_on_s, policy.prediction.step_s)
@@ -59,5 +59,5 @@ def _comes_into_the_way(case: CheckContext) -> list[Reject]:
 
 def _in_the_way_of(case: CheckContext, index: int, gap_m: float) -> Reject:
     thing = case.view.objects[index]
-    detail = f"backing up would end in the way of {thing.kind.value} {thing.id}"
+    detail = f"backing up would end in the path of {thing.kind.value} {thing.id}"
     return Reject(code=RejectCode.GAP, detail=detail, object_id=thing.id, gap_m=gap_m)

@@ -1,4 +1,4 @@
-"""Speed caps: slow in a recovery, faster for a pass through the oncoming lane with nobody beside."""
+"""Speed caps: low in a recovery, higher for a pass through the oncoming lane with nobody alongside."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ from stucksolver.scene.road import LaneDirection
 def cap_mps(case: CheckContext) -> float:
     """Return the highest speed that a plan may ask for (m/s).
 
-    A pass through the oncoming lane past standing objects may use the lanes' speed limits, up to `passing_mps`, because
-    a short pass meets less traffic. Not beside people, within reach of a door, or over a solid line (`marking`).
+    A pass through the oncoming lane past stationary objects may use the lanes' speed limits, up to `passing_mps`,
+    because a shorter pass meets less traffic. This does not hold beside people, within reach of a car door, or across
+    a solid line (see `marking`).
     """
     speeds = case.policy.speeds
     if case.guided:
@@ -32,11 +33,11 @@ def cap_mps(case: CheckContext) -> float:
 
 
 def too_quick(case: CheckContext, asked_mps: float) -> Reject:
-    """Return the reason why a plan above its cap is refused."""
+    """Return the reason that refuses a plan above its cap. `asked_mps`: the highest speed of the plan (m/s)."""
     cap = cap_mps(case)
     beside = None if case.guided or cap > case.policy.speeds.recovery_mps else _somebody_beside(case)
     why = "" if beside is None else f" beside {case.view.objects[beside].kind.value} {case.view.objects[beside].id}"
-    detail = f"asks {asked_mps:.1f} m/s, the cap is {cap:.1f} m/s{why}"
+    detail = f"asks for {asked_mps:.1f} m/s; the cap is {cap:.1f} m/s{why}"
     return Reject(code=RejectCode.OVERSPEED, detail=detail)
 
 
@@ -45,7 +46,10 @@ def _passes_who_moves(case: CheckContext) -> bool:
 
 
 def _somebody_beside(case: CheckContext) -> int | None:
-    """Return someone on foot or on two wheels, or a door in reach, where the fast ego is above recovery speed."""
+    """Return the index of a person, two-wheeler or car door within reach where the ego is faster than recovery speed.
+
+    None if there is none.
+    """
     view, speeds = case.view, case.policy.speeds
     quick = case.quick.v > speeds.recovery_mps + EPSILON
     if not quick.any():

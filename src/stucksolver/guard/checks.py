@@ -34,8 +34,9 @@ DOORED = frozenset({ObjectKind.CAR, ObjectKind.VAN, ObjectKind.TRUCK, ObjectKind
 
 
 def collision(case: CheckContext) -> list[Reject]:
-    """Check that there is no predicted overlap and no gap below the object's bound, with doors and steps off the
-    kerb.
+    """Check that no object is predicted to overlap the ego or to come nearer than its minimum gap.
+
+    This includes doors that open and pedestrians who step off the kerb.
     """
     which = relevant(case)
     if not len(which):
@@ -59,14 +60,13 @@ def collision(case: CheckContext) -> list[Reject]:
 
 
 def _margins(case: CheckContext, which: Array, speed: Array) -> Array:
-    """(instants, objects): the gaps to keep (m), at our `speed` (instants,)."""
+    """(instants, objects): the gaps to keep (m) at the ego's `speed` (instants,) (m/s)."""
     view, policy = case.view, case.policy
     gaps, creep_mps = policy.clearance, policy.speeds.creep_mps
     drift = np.abs(view.vd[which])
-    # Faster objects, and those on other roads, are predicted to continue sideways.
+    # Objects that move sideways faster, and those on other roads, are extrapolated sideways, so no margin is needed.
     drift = np.where((drift > policy.prediction.crossing_mps) | view.elsewhere[which], 0.0, drift)
-    # Between two that creep, walking pace is all there is: the gap to standing objects, which we pass faster, is
-    # enough.
+    # If both creep, the gap to stationary objects is enough: the ego passes those faster.
     crawls = np.hypot(view.vs[which], view.vd[which]) <= creep_mps
     creeping = (speed[:, None] <= creep_mps + EPSILON) & crawls
     mu = np.where(creeping, gaps.standing_gap_m, gaps.moving_gap_m)
@@ -82,7 +82,7 @@ def _margins(case: CheckContext, which: Array, speed: Array) -> Array:
 
 
 def _drawn_aside(case: CheckContext, speed: Array) -> Array:
-    """(instants,): how far a fault beside something moves the body sideways before it stands (m)."""
+    """(instants,): how far a tracking fault beside an object moves the body sideways until it has stopped (m)."""
     tracking, ego = case.policy.tracking, case.view.ego
     takes_s = case.policy.stopping.lag_s + speed / ego.limits.comfort_braking_mps2
     result: Array = tracking.beside_m + tracking.drift_mps * takes_s
@@ -90,8 +90,8 @@ def _drawn_aside(case: CheckContext, speed: Array) -> Array:
 
 
 def _too_near(case: CheckContext, which: Array, gap: Array, margin: Array, t: Array) -> list[Reject]:
-    """Return the objects whose gap (instants, objects) falls below their bound."""
-    # An object already nearer than the bound counts only if the plan brings it still nearer.
+    """Return a reason for each of the nearest objects whose gap (instants, objects) falls below its margin (m)."""
+    # An object already nearer than its margin counts only if the plan brings it nearer still.
     gaps = case.policy.clearance
     bad = (gap < margin - (gaps.tracked_gap_m if case.running else 0.0)) & (gap < gap[0] - gaps.nearer_m)
     drifted = drifted_to(case, which)
@@ -107,7 +107,7 @@ def _too_near(case: CheckContext, which: Array, gap: Array, margin: Array, t: Ar
 
 
 def _still_to_drift(case: CheckContext) -> float:
-    """Return how much further sideways the body moves while it stops with its present heading (m)."""
+    """Return how much further sideways the body moves while it stops at its present heading (m)."""
     if case.error_m * case.error_rad <= 0.0:
         return 0.0
     ego = case.view.ego
@@ -116,7 +116,7 @@ def _still_to_drift(case: CheckContext) -> float:
 
 
 def _stops_against(case: CheckContext, which: Array, gap: Array) -> Mask:
-    """(objects,): True if a straight stop with the present heading comes nearer than `gap` (objects,), and too near."""
+    """(objects,): True if a stop straight ahead at the present heading comes too near, and nearer than `gap` (m)."""
     ego = case.view.ego
     way_m = way_to_stop(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
     left = gaps_as_it_points(case, which, way_m).min(axis=0)
@@ -126,7 +126,7 @@ def _stops_against(case: CheckContext, which: Array, gap: Array) -> Mask:
 
 
 def _doors(case: CheckContext, standing: Array, gap: Array) -> list[Reject]:
-    """Check that the ego is above walking pace only out of reach of the doors of parked vehicles."""
+    """Check that the ego drives faster than walking pace only out of reach of the doors of parked vehicles."""
     view, doors = case.view, case.policy.doors
     near = standing[(gap < doors.reach_m).any(axis=0)]
     fast = case.quick.v > case.policy.speeds.creep_mps + EPSILON
@@ -138,7 +138,7 @@ def _doors(case: CheckContext, standing: Array, gap: Array) -> list[Reject]:
     found = []
     for k in np.flatnonzero(bad.any(axis=0)):
         thing, first = view.objects[int(which[k])], int(bad[:, k].argmax())
-        detail = f"a door of {thing.kind.value} {thing.id} may open into the way"
+        detail = f"a door of {thing.kind.value} {thing.id} may open into the path"
         found.append(Reject(code=RejectCode.DOOR, detail=detail, object_id=thing.id, time_s=float(case.slow.t[first])))
     return found
 
@@ -163,12 +163,19 @@ def drivable_area(case: CheckContext) -> list[Reject]:
 
 
 def roadside(case: CheckContext) -> list[Reject]:
-    """Check that the body stays where a vehicle may stand: driving lanes, parking lanes and shoulders."""
+    """Check that the body stays where a vehicle may stop: driving lanes, parking lanes and shoulders."""
     return within(case, case.view.frame.roadside, RejectCode.OFF_ROAD, "the road")
 
 
 def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, what: str) -> list[Reject]:
-    """Check that the body stays between borders (low, high), each (stations of the frame,)."""
+    """Check that the body stays between two borders.
+
+    Args:
+        case: The plan being checked.
+        borders: Lateral offsets of the right and left border, each (stations of the frame,) (m).
+        code: The code of the refusal.
+        what: What lies between the borders, for the refusal's text.
+    """
     low, high = borders
     s = case.path.s
     stations = case.view.frame.s
@@ -178,7 +185,7 @@ def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, w
     beyond = np.maximum(over_left, over_right)
     if case.path.end_s > case.view.frame.end_m:
         return [Reject(code=RejectCode.OFF_ROAD, detail="the path runs beyond the known road")]
-    # An ego that already stands over an edge may leave it, but must not go further out and must end on the road.
+    # An ego that already sticks out over an edge may leave it, but must not go further out and must end on the road.
     allowed = np.full(len(s), max(tolerance, float(beyond[0]) + case.policy.lanes.further_out_m))
     allowed[-1] = tolerance
     worst = int((beyond - allowed).argmax())
@@ -189,9 +196,10 @@ def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, w
 
 
 def speed(case: CheckContext) -> list[Reject]:
-    """Check the speed cap, and that it can be kept: low in a recovery, higher for a pass or for a passenger's request.
+    """Check the speed cap, and that the ego can slow down to the path's final speed.
 
-    A path too short to slow down to the requested speed would end in what lies beyond it, which nobody has checked.
+    The cap is low in a recovery and higher for a pass or a passenger's request. If the path is too short to slow down,
+    the ego would run past its end, where nothing has been checked.
     """
     speeds = case.policy.speeds
     asked, ends = float(case.path.speed.max()), float(case.path.speed[-1])
@@ -199,18 +207,17 @@ def speed(case: CheckContext) -> list[Reject]:
         return [too_quick(case, asked)]
     left = float(case.quick.v[-1])
     if left > max(ends, MIN_SPEED_MPS) + speeds.tolerance_mps:
-        detail = f"at {left:.1f} m/s still at the end of the way, which asks for {ends:.1f} m/s"
+        detail = f"still at {left:.1f} m/s at the end of the path, which asks for {ends:.1f} m/s"
         return [Reject(code=RejectCode.OVERSPEED, detail=detail)]
     return []
 
 
 def stop_line(case: CheckContext) -> list[Reject]:
-    """Check that no light's line is crossed unless it is green; a dark light and a stop sign only after a stop,
-    creeping.
+    """Check that a stop line is crossed only at a green light, or at a creep after a stop at a dark light or stop sign.
 
-    Only an operator may release a red light, and only for creeping. While a plan runs, a line before which comfortable
-    braking can no longer stop is ignored. A light that goes dark, or a sign that comes into sight, ends the plan,
-    because the plan did not begin from a stop there.
+    Only an operator may approve crossing at a red light, and only at a creep. While a plan runs, a line is ignored if
+    comfortable braking can no longer stop before it. The plan ends if a light goes dark or a stop sign comes into
+    sight, because the plan did not begin from a stop there.
     """
     ego = case.view.ego
     reach = case.path.end_s + ego.length_m / 2 - case.view.ego_front_s
@@ -234,7 +241,7 @@ def stop_line(case: CheckContext) -> list[Reject]:
 
 
 def stopped_at(view: FrenetScene, policy: GuardPolicy) -> tuple[float, ...]:
-    """Return the arc lengths of the lines of dark lights and stop signs at which the ego stands (m)."""
+    """Return the arc lengths of the lines of dark lights and stop signs at which the ego has stopped (m)."""
     if view.ego.speed_mps >= policy.stopping.rests_mps:
         return ()
     return tuple(
@@ -256,6 +263,6 @@ def _was_stopped_at(case: CheckContext, distance_m: float) -> bool:
 
 
 def _creeps_over(case: CheckContext, distance_m: float) -> bool:
-    """True if the path is slow until the front bumper is over a line."""
+    """True if the path stays at walking pace until the front bumper is over a line."""
     before = case.path.s <= case.path.s[0] + max(distance_m, 0.0) + case.policy.controls.creeps_past_m
     return bool((case.path.speed[before] <= case.policy.speeds.creep_mps + EPSILON).all())

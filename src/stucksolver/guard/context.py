@@ -1,4 +1,4 @@
-"""One plan under examination: its path rolled out from the ego's current state."""
+"""The context of one check: a plan's path, rolled out from the ego's current state."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class CheckContext:
         path: The path.
         policy: The guard's policy.
         guided: The passenger's words ask for the plan.
-        running: The plan is under way, so the guard also asks what can still be done.
+        running: The plan is already running, so the guard also asks what can still be done.
         approvals: What people have approved.
-        stopped_at_s: Lines of dark lights and stop signs at which the ego stood when the plan began (m).
+        stopped_at_s: Arc lengths of the stop lines at which the ego had stopped when the plan began (m).
         error_m: Lateral distance of the ego from the proven path (m, left positive).
         error_rad: Heading error against the proven path (rad, left positive).
         commit_s: Arc length up to which the plan is checked again on every tick and may end in a stop (m). None if
@@ -90,14 +90,15 @@ class CheckContext:
         return touches
 
     def entries(self, lane: Lane) -> Array:
-        """(entries,): stations at which the body reaches into a lane from outside."""
+        """(entries,): indices of the stations at which the body enters a lane from outside."""
         inside = self.inside(lane)
         return np.flatnonzero(inside[1:] & ~inside[:-1]) + 1
 
     def first_entries(self, lane: Lane) -> Array:
-        """(entries,): the same for a lane of `path.enters`; the first station if the body reaches into it now.
+        """(found,): indices of the stations inside a lane of `path.enters`; the first one is the entry.
 
-        While a plan runs, a lane that the body is in has been entered: the commit point held up to there.
+        A lane that the body is already in while the plan runs, and the lane in which the path begins, count as entered:
+        for those only later entries from outside are returned.
         """
         if lane is self.start_lane or (self.running and self.inside(lane)[0]):
             return self.entries(lane)
@@ -109,7 +110,7 @@ class CheckContext:
         return any(self.inside(lane)[0] for lane in self.oncoming_lanes(float(self.path.s[0])))
 
     def oncoming_lanes(self, until_s: float) -> Iterator[Lane]:
-        """Lanes of oncoming traffic between here and an arc length."""
+        """Yield the lanes of oncoming traffic that cover the road from here to an arc length (m)."""
         here = float(self.path.s[0])
         for lane in self.view.frame.lanes:
             is_opposite = lane.strip.direction is LaneDirection.OPPOSITE
@@ -117,7 +118,7 @@ class CheckContext:
                 yield lane
 
     def on_rails(self, until_s: float) -> bool:
-        """True if the vehicle or that arc length is on a level crossing."""
+        """True if the ego's centre or that arc length (m) is on a level crossing."""
         here = float(self.path.s[0])
         return any(self.view.zone_at(s, ZoneKind.LEVEL_CROSSING) is not None for s in (here, until_s))
 

@@ -57,16 +57,19 @@ SETTLED = frozenset({Check.SPEED, Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITH
 
 @dataclass(frozen=True)
 class Proven:
-    """Behaviours that the guard has accepted as one path. A reverse path is in the frame of `FrenetScene.backwards`.
+    """Behaviours laid out as one path; `Guard.accept` returns them only if it accepts them.
 
     Attributes:
+        behaviors: The behaviours, in order.
+        path: The path. A reverse path is in the frame of `FrenetScene.backwards`.
         ends_s: Arc length at which each behaviour ends (m).
-        no_stop: (stations,) True where the ego is committed: a stop would end where no vehicle should stand, and
-            finishing, which was proven, is the safe way out.
+        no_stop: (stations,) True where the ego is committed: a stop would end where no vehicle should stop, and the
+            safe option is to finish, which was proven.
         expected_s: Expected duration (s).
         guided: The passenger's words ask for the plan.
+        approvals: What people have approved.
         start_mps: Speed at the start (m/s).
-        stopped_at_s: Lines of dark lights and stop signs at which the ego stood at the start (m).
+        stopped_at_s: Arc lengths of the stop lines at which the ego had stopped at the start (m).
     """
 
     behaviors: tuple[Behavior, ...]
@@ -95,8 +98,9 @@ class Proven:
         return tuple(check for check in self.checks if check not in SETTLED)
 
     def commit_s(self, s: float) -> float:
-        """Return the arc length of the next commit point from `s` on (m), rounded to the safe side; its end if
-        none is left.
+        """Return the arc length of the next commit point at or after `s` (m), rounded to the safe side.
+
+        Returns `s` if the ego is committed there, and the path's end if no commit point is left.
         """
         ahead = np.flatnonzero(self.no_stop & (self.path.s >= s))
         if self.committed(s):
@@ -104,13 +108,13 @@ class Proven:
         return max(float(self.path.s[max(int(ahead[0]) - 1, 0)]), s) if len(ahead) else self.path.end_s
 
     def committed(self, s: float) -> bool:
-        """True if it is too late to stop at an arc length and not yet safe again. A station on either side decides."""
+        """True if the ego is committed at the station before or after an arc length (m)."""
         after = int(np.searchsorted(self.path.s, s, side="right"))
         return bool(self.no_stop[max(after - 1, 0) : after + 1].any())
 
 
 class Guard:
-    """Accepts, refuses and aborts plans. Its policy is fixed when it is made.
+    """Accepts, refuses and aborts plans. The policy is fixed when the guard is created.
 
     Args:
         policy: The bounds that no plan may cross; the design's defaults if None.
@@ -134,7 +138,7 @@ class Guard:
             view: The surroundings in road coordinates.
             guided: The passenger's words ask for the plan.
             approvals: What people have approved.
-            stops: The path ends at rest, because what follows stands or is judged only there.
+            stops: The path must end at rest, because the next behaviour stands still or is judged only there.
 
         Returns:
             The verdict, and the proven path (None if refused).
@@ -161,7 +165,7 @@ class Guard:
     def accept_turn(
         self, behavior: TurnRound, view: FrenetScene, approvals: Approvals = NOBODY
     ) -> tuple[Verdict, ProvenLeg | None]:
-        """Judge the rest of a turn from where the ego stands.
+        """Judge the rest of a turn from where the ego is.
 
         Returns:
             The verdict, and the first leg (None if refused).
@@ -172,7 +176,7 @@ class Guard:
         return prove_turn(behavior, view, self.policy, approvals)
 
     def recheck_turn(self, proven: ProvenLeg, view: FrenetScene) -> Verdict:
-        """Judge a running leg of a turn on this tick. Stop if the verdict has reasons."""
+        """Judge a running leg of a turn on this tick. A refusal names the abort: stop or give way."""
         old = self._stale(view)
         if old is not None:
             return Verdict(rejects=(old,), abort=Abort.GIVE_WAY, brake_mps2=view.ego.limits.comfort_braking_mps2)
@@ -185,7 +189,9 @@ class Guard:
         if old:
             return Verdict(rejects=(old,))
         if why is None and isinstance(behavior, RequestAssistance) and not self.may_stand(view):
-            detail = "help is waited for where one may stand: not in a junction, crossing or oncoming lane"
+            detail = (
+                "the vehicle may wait for help only where it may stop, not in a junction, crossing or oncoming lane"
+            )
             return Verdict(rejects=(Reject(code=RejectCode.STOPPING_PLACE, detail=detail),))
         return Verdict(rejects=(Reject(code=RejectCode.PRECONDITION, detail=why),)) if why else OK
 
@@ -195,7 +201,8 @@ class Guard:
         Args:
             proven: The accepted plan.
             view: The surroundings in road coordinates.
-            giving_way: The last abort was to give way. The plan then continues only if the way is free for a while.
+            giving_way: The last abort was to give way. The plan then continues only if the path stays clear long
+                enough.
 
         Returns:
             The verdict. If it has reasons, it names the abort.
@@ -227,10 +234,9 @@ class Guard:
     def _after_commit(
         self, case: CheckContext, proven: Proven, rejects: list[Reject], pressing: list[Reject], giving_way: bool
     ) -> WayOut | None:
-        """Return the best action if going on is doubtful: back into the lane, a stop that lets others pass, or going
-        on.
+        """Return the best action if it is doubtful whether to continue; None to continue the plan.
 
-        If going on would touch someone, it is the action with the least harm.
+        First comes a return into the lane, then a stop that lets others pass, then the action with the least harm.
         """
         off = any(r.code in (RejectCode.DEVIATION, RejectCode.OVERSPEED) for r in rejects)
         wanted = {b.abort_after_commit for b in proven.behaviors}
@@ -248,14 +254,14 @@ class Guard:
         return Verdict(rejects=tuple(rejects), abort=way, brake_mps2=hard)
 
     def _before_commit(self, view: FrenetScene) -> Abort:
-        """Return a stop, unless the stack has strayed into an oncoming lane, where a stop is never the way out."""
+        """Return how to abort: by a stop, unless the ego has strayed into an oncoming lane and must not stop there."""
         lane = view.ego_lane
         if lane is None or lane.strip.direction is not LaneDirection.OPPOSITE:
             return Abort.STOP
         return Abort.FINISH if self.way_back(view) is None else Abort.RETURN_TO_LANE
 
     def may_stand(self, view: FrenetScene) -> bool:
-        """True if a stop is allowed here: no junction, crosswalk, level crossing or lane of oncoming traffic."""
+        """True if the ego may stop here: in no junction, crosswalk, level crossing or lane of oncoming traffic."""
         if view.zone_at(view.ego_s) is not None:
             return False
         half = view.ego.width_m / 2 - self.policy.lanes.standing_edge_m
@@ -273,14 +279,12 @@ class Guard:
             return None
         if not checks.collision(strict):
             return path
-        # Nobody checks while it is driven, so smaller gaps are accepted only to leave an oncoming lane.
+        # Smaller gaps are accepted only to get out of an oncoming lane.
         loose = replace(strict, running=True)
         return path if strict.in_oncoming_lane and not checks.collision(loose) else None
 
     def recheck_way_back(self, path: Manoeuvre, view: FrenetScene, giving_way: bool = False) -> Verdict:
-        """Judge a way back into the lane on this tick. If the verdict has reasons, it says whether to brake or to
-        finish.
-        """
+        """Judge a path back into the lane on this tick. A refusal says whether to brake or to finish."""
         rest = tracked(path.from_station(view.ego_s), view, self.policy.tracking)
         error_m, error_rad = self._error(path, view)
         case = CheckContext(view, rest, self.policy, running=True, error_m=error_m, error_rad=error_rad)
@@ -291,19 +295,19 @@ class Guard:
         return Verdict(rejects=tuple(rejects), abort=way.abort, brake_mps2=way.brake_mps2)
 
     def clear_to_hand_back(self, view: FrenetScene) -> bool:
-        """True if the stack may drive on by itself from here, or must because nobody may stand here."""
+        """True if the stack may drive on by itself from here, or must because no vehicle may stop here."""
         return not self.may_stand(view) or clear_to_hand_back(view, self.policy)
 
     def lay_out(
         self, behaviors: Sequence[Behavior], view: FrenetScene, guided: bool, approvals: Approvals, stops: bool = False
     ) -> Proven:
-        """Plan behaviours as one path from here, without judging it; arguments as for `accept`.
+        """Plan behaviours as one path from here, without judging it. The arguments are those of `accept`.
 
         Raises:
             CannotPlan: The behaviours have no path here.
         """
         if len({b.reverse for b in behaviors}) > 1:
-            raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stop between going ahead and backing up")
+            raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stop between driving forward and backing up")
         view = view.backwards if behaviors and behaviors[0].reverse else view
         start = Start(view.ego_s, view.ego_d, view.ego.speed_mps)
         path: Manoeuvre | None = None
@@ -340,7 +344,7 @@ class Guard:
         return [reject for name in names for reject in CHECKS[name](case)]
 
     def _swings(self, case: CheckContext, proven: Proven) -> list[Reject]:
-        """Return whom the body would hit if it backs up at an angle and is not straightened on the way."""
+        """Return the reasons against backing up at an angle if the body is not straightened on the way."""
         if not proven.reverse:
             return []
         path = proven.path.from_station(case.view.ego_s) if case.running else proven.path
@@ -355,7 +359,7 @@ class Guard:
         needed = self.policy.release(behavior.name)
         if approvals.cover(behavior.name, needed):
             return None
-        return Reject(code=RejectCode.APPROVAL, detail=f"{behavior.name} needs a yes from the {needed.value}")
+        return Reject(code=RejectCode.APPROVAL, detail=f"{behavior.name} needs approval from the {needed.value}")
 
     def _stale(self, view: FrenetScene) -> Reject | None:
         age = view.surroundings.age_s
@@ -364,12 +368,12 @@ class Guard:
         return Reject(code=RejectCode.STALE, detail=f"the surroundings are {age:.1f} s old")
 
     def _too_fast(self, proven: Proven, view: FrenetScene) -> Reject | None:
-        """Check that the vehicle itself keeps the plan's cap, except for its initial speed."""
+        """Check that the vehicle keeps to the plan's speed. It may be faster only if it was when the plan began."""
         cap = float(proven.path.speed.max()) + self.policy.speeds.tolerance_mps
         now = abs(view.ego.speed_mps)
         if now <= max(cap, proven.start_mps):
             return None
-        return Reject(code=RejectCode.OVERSPEED, detail=f"drives {now:.1f} m/s, the plan allows {cap:.1f} m/s")
+        return Reject(code=RejectCode.OVERSPEED, detail=f"drives at {now:.1f} m/s; the plan allows {cap:.1f} m/s")
 
     def _off_path(self, error_m: float) -> Reject | None:
         error = abs(error_m)
@@ -385,7 +389,7 @@ class Guard:
 
 
 def _unsound(behaviors: Sequence[Behavior], view: FrenetScene) -> Reject | None:
-    """Check the inputs: the surroundings can be true, and the behaviours are of the closed list and within bounds."""
+    """Check the inputs: the surroundings are plausible, and the behaviours are known and within their bounds."""
     wrong = why_unsound(view.surroundings) or next((why for b in behaviors[:MOST] if (why := why_foreign(b))), None)
     if wrong is None and len(behaviors) > MOST:
         wrong = f"{len(behaviors)} behaviours; at most {MOST} are checked"

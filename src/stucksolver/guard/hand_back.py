@@ -15,10 +15,10 @@ SAMPLES = 16
 
 
 def clear_to_hand_back(view: FrenetScene, policy: GuardPolicy) -> bool:
-    """True if the ego is in its lane, or the tightest way back into it is clear of standing objects.
+    """True if the ego is in its lane, or the tightest path back into it is clear of stationary objects.
 
-    Drivers look along their lane. With the vehicle askew beside an obstacle a stack need not see it and may steer into
-    it (CARLA's BehaviorAgent does).
+    Driving stacks look along their lane. If the vehicle is askew beside an obstacle, a stack may miss the obstacle and
+    steer into it, as CARLA's BehaviorAgent does.
     """
     back = policy.hand_back
     if abs(view.ego_yaw) < back.askew_rad and abs(view.ego_d) < back.aside_m:
@@ -32,7 +32,7 @@ def clear_to_hand_back(view: FrenetScene, policy: GuardPolicy) -> bool:
 
 
 def _turning_back(view: FrenetScene, policy: HandBackPolicy) -> Manoeuvre:
-    """Return the smallest circle from the present heading to the road's direction, then on to the centre of the
+    """Return an arc at the smallest radius to the road's direction, followed by a shift to the centre of the
     route's lane.
     """
     radius, side = view.ego.limits.min_turn_radius_m, np.sign(view.ego_yaw)

@@ -16,8 +16,8 @@ from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 
 
 def marking(case: CheckContext) -> list[Reject]:
-    """Check that kerbs are never crossed, and solid lines only past a stationary obstruction, slowly, as the
-    policy allows.
+    """Check that kerbs are never crossed, and solid lines only slowly, past a stationary obstruction, as the policy
+    allows.
     """
     near_m = case.policy.lanes.line_near_m
     for lane in case.path.enters:
@@ -27,7 +27,7 @@ def marking(case: CheckContext) -> list[Reject]:
         for k in edges:
             lines = outer.lines(float(case.path.s[k]) - near_m, float(case.path.s[k]) + near_m)
             if LineKind.KERB in lines:
-                return [Reject(code=RejectCode.OFF_ROAD, detail="the way leads over a kerb")]
+                return [Reject(code=RejectCode.OFF_ROAD, detail="the path crosses a kerb")]
             if LineKind.SOLID in lines:
                 why = _against_solid(case, lane, int(k))
                 if why:
@@ -36,7 +36,7 @@ def marking(case: CheckContext) -> list[Reject]:
 
 
 def _outer(lane: Lane, start: Lane | None, s: float) -> Lane:
-    """Of the lane entered and the lane left, return the one further from the route; it holds the line between them."""
+    """Return whichever of the two lanes is further from the route: it holds the line between them."""
     if start is None or abs(lane.at(s)[1]) >= abs(start.at(s)[1]):
         return lane
     return start
@@ -48,21 +48,21 @@ def _against_solid(case: CheckContext, lane: Lane, k: int) -> str | None:
     if policy.solid_line == "forbid":
         return "crossing is forbidden here"
     if not case.approvals.cover("solid_line", Release(policy.solid_line)):
-        return f"crossing needs a yes from the {policy.solid_line}"
+        return f"crossing needs approval from the {policy.solid_line}"
     if case.path.speed.max() > policy.speeds.recovery_mps:
         return f"only at {KMH_PER_MPS * policy.speeds.recovery_mps:.0f} km/h or less"
     margin_m = policy.lanes.zone_margin_m
     if any(z.start_m - margin_m < here < z.end_m + margin_m for z in case.view.surroundings.road.zones):
         return "not in or at a junction or crossing"
     if lane.strip.direction is LaneDirection.OPPOSITE and _legal_way(case, here):
-        return "there is a lane of our direction beside it"
+        return "there is another lane in our direction"
     if lane.strip.direction is LaneDirection.SAME and case.view.sight_ahead_m(lane) < case.path.end_s - here:
         return "the lane beyond is not visible for the whole manoeuvre"
     return _no_obstruction(case)
 
 
 def _legal_way(case: CheckContext, s: float) -> bool:
-    """True if a lane of our direction may be entered from the route's own lane."""
+    """True if a lane in the ego's direction may be entered from the route's own lane."""
     near_m = case.policy.lanes.line_near_m
     for side in (+1, -1):
         lane = case.view.frame.beside(s, 0.0, side)
@@ -80,7 +80,7 @@ def _no_obstruction(case: CheckContext) -> str | None:
     ahead = np.flatnonzero(near & view.in_corridor(view.ego.width_m / 2))
     if not case.path.passes and not len(ahead):
         comes_back = case.path.returns and abs(float(case.path.d[0])) > policy.beside_route_m
-        return None if comes_back else "nothing stands in the way"
+        return None if comes_back else "nothing blocks the way"
     for i in ahead:
         thing = view.objects[int(i)]
         if thing.stationary_s is None or thing.stationary_s < policy.solid_line_standing_s:

@@ -15,9 +15,9 @@ from stucksolver.scene.wording import stood_too_briefly
 
 
 def patience(case: CheckContext) -> list[Reject]:
-    """Check that a pass through an oncoming lane passes no queue, and others that may only be waiting after their time.
+    """Check that no queue is passed, and a vehicle that may only be waiting not before it has stood long enough.
 
-    A passenger may ask to pass someone who moves, or not to wait. No words turn a queue into an obstruction.
+    A passenger may ask to pass a moving vehicle, or not to wait. But nothing a passenger says allows passing a queue.
     """
     view = case.view
     found = []
@@ -34,7 +34,7 @@ def patience(case: CheckContext) -> list[Reject]:
 
 def _moving(case: CheckContext, i: int) -> str | None:
     slow = case.view.vs[i] < case.policy.prediction.along_mps
-    return None if case.guided or case.running or slow else "moves: it is followed, not passed"
+    return None if case.guided or case.running or slow else "is moving: follow it, do not pass it"
 
 
 def _standing(case: CheckContext, i: int) -> str | None:
@@ -42,7 +42,7 @@ def _standing(case: CheckContext, i: int) -> str | None:
     if not thing.hazard_lights and in_queue(case, i):
         return "may be in a queue"
     parked = thing.hazard_lights or abs(float(view.d[i])) > case.policy.queues.parked_offset_m
-    # Being told that it stays is worth as much as seeing its hazard lights.
+    # Being told that it will stay counts as much as seeing its hazard lights.
     stays = "long_stay" in case.approvals.passenger | case.approvals.operator
     needed = waits.hazard_or_parked_s if parked or stays else waits.unknown_vehicle_s
     stood = thing.stationary_s or 0.0
@@ -52,11 +52,11 @@ def _standing(case: CheckContext, i: int) -> str | None:
 
 
 def in_queue(case: CheckContext, i: int) -> bool:
-    """True if the vehicle waits for what is ahead of it, judged by what is there now.
+    """True if the vehicle seems to be waiting for something ahead of it, judged by what is there now.
 
-    It does if it has moved lately, or if a light, a stop line or another motor vehicle is close ahead. That vehicle
-    must have moved lately or stand in the lane without hazard or emergency lights. The standing time does not tell a
-    queue from an obstruction, because the vehicle may have stood before we came.
+    It is if it has moved recently, or if a light, a stop sign or another motor vehicle is close ahead. That vehicle
+    must itself have moved recently, or be stopped in the lane without hazard or emergency lights. How long a vehicle
+    has been stationary cannot tell a queue from an obstruction: it may have stopped long before the ego came.
     """
     view, policy = case.view, case.policy.queues
     if _moved_lately(case, i):
@@ -79,7 +79,7 @@ def _moved_lately(case: CheckContext, i: int) -> bool:
 
 
 def _may_wait(case: CheckContext, i: int) -> bool:
-    """True if it stands or drives like a waiting vehicle: in the lane, without lights that say otherwise."""
+    """True if it could be a waiting vehicle: in its lane, without hazard or emergency lights."""
     thing = case.view.objects[i]
     warns = thing.hazard_lights or thing.emergency_lights
     parked = abs(float(case.view.d[i])) > case.policy.queues.parked_offset_m
@@ -87,13 +87,13 @@ def _may_wait(case: CheckContext, i: int) -> bool:
 
 
 def passable(case: CheckContext) -> list[Reject]:
-    """Check that what is driven over is soft by class with certainty, low, seen long enough, and away from
-    anything living.
+    """Check that what is driven over is surely of a soft class, small, low, seen long enough, and away from anything
+    living.
     """
     found = []
     for name in case.path.over:
         i = case.view.index_of(name)
-        why = "is not seen" if i is None else _not_passable(case, i)
+        why = "is no longer seen" if i is None else _not_passable(case, i)
         if why is not None:
             found.append(Reject(code=RejectCode.NOT_PASSABLE, detail=f"{name} {why}", object_id=name))
     return found
@@ -102,20 +102,21 @@ def passable(case: CheckContext) -> list[Reject]:
 def _not_passable(case: CheckContext, i: int) -> str | None:
     thing, policy = case.view.objects[i], case.policy.passable
     if thing.kind not in PASSABLE_KINDS:
-        return f"is a {thing.kind.value}, which is never driven over"
+        return f"is classified as {thing.kind.value}, which is never driven over"
     confirmed = not {"drive_over", "soft_object"}.isdisjoint(case.approvals.passenger | case.approvals.operator)
     needed = policy.confirmed_confidence if confirmed else policy.confidence
     if (thing.kind_confidence or 0.0) < needed:
-        return f"is a {thing.kind.value} with confidence {thing.kind_confidence or 0.0:.2f}, {needed:.2f} is asked"
+        sure = thing.kind_confidence or 0.0
+        return f"is classified as {thing.kind.value} with confidence {sure:.2f}; {needed:.2f} is required"
     if np.hypot(case.view.vs[i], case.view.vd[i]) > MOVING_MPS:
-        return "moves"
+        return "is moving"
     longest = max(thing.length_m, thing.width_m)
     if longest > policy.size_m:
-        return f"is {longest:.1f} m long, at most {policy.size_m:.1f} m is driven over"
+        return f"is {longest:.1f} m long, at most {policy.size_m:.1f} m is allowed"
     if thing.height_m > policy.height_m:
-        return f"is {thing.height_m:.2f} m high, at most {policy.height_m:.2f} m is driven over"
+        return f"is {thing.height_m:.2f} m high, at most {policy.height_m:.2f} m is allowed"
     if (thing.seen_for_s or 0.0) < policy.seen_s:
-        return f"has been seen for {thing.seen_for_s or 0.0:.1f} s, {policy.seen_s:.0f} s is asked"
+        return f"has been seen for {thing.seen_for_s or 0.0:.1f} s, {policy.seen_s:.0f} s is required"
     return _living_near(case, i)
 
 

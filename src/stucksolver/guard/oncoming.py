@@ -1,7 +1,8 @@
-"""A pass through the oncoming lane: seen free, and clear of oncoming traffic from the commit point until the return.
+"""A pass through the oncoming lane: it must be seen to be free, and stay free from the commit point to the return.
 
-Up to its commit point a plan is checked again on every tick, and a stop in the own lane ends it (R17, R19). So traffic
-from unseen parts of the road is assumed from the commit point on, not from the start: earlier traffic is seen by then.
+Up to the commit point, a plan is checked again on every tick and can be ended by a stop in the ego's own lane (R17 and
+R19 in docs/SAFETY.md). So unseen traffic is assumed to appear from the commit point on, not from the start: traffic
+that appears earlier is seen in time.
 """
 
 from __future__ import annotations
@@ -25,10 +26,10 @@ class Borrowed:
 
     Attributes:
         lane: The lane.
-        first: The station from which the body is in it.
-        last: The station up to which the body is in it.
-        decided_s: Time of the slow ego's last look before the commit point (s from now).
-        back_s: Time at which it is out of the lane (s from now).
+        first: Index of the first station at which the body is in it.
+        last: Index of the first station at which the body is out of it again.
+        decided_s: Time of the slow ego's last check before the commit point (s from now).
+        back_s: Time at which the slow ego is out of the lane (s from now).
     """
 
     lane: Lane
@@ -39,13 +40,13 @@ class Borrowed:
 
     @property
     def unseen_s(self) -> float:
-        """Time for which no traffic may come that is not in sight at the last look before the commit point (s)."""
+        """Time from the last check before the commit point until the return (s): no unseen traffic may arrive in it."""
         return self.back_s - self.decided_s
 
 
 def oncoming(case: CheckContext) -> list[Reject]:
-    """Check that an oncoming lane is entered only if seen free for the whole manoeuvre, away from junctions and
-    crossings.
+    """Check that an oncoming lane is used only away from junctions and crossings, and if it is seen to be free for the
+    whole manoeuvre.
     """
     for borrowed in borrowed_lanes(case):
         found = _zone(case, borrowed) + _sight(case, borrowed) + _gap(case, borrowed)
@@ -67,7 +68,7 @@ def borrowed_lanes(case: CheckContext) -> tuple[Borrowed, ...]:
 
 
 def _decided_s(case: CheckContext, first: int) -> float:
-    """Return the time of the last look before the commit point (s from now); 0 if that is now."""
+    """Return the time of the last check before the commit point (s from now); 0 if that is now."""
     if case.commit_s is None:
         return 0.0
     at = min(case.commit_s, float(case.path.s[first]))
@@ -89,7 +90,7 @@ def _zone(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
 
 
 def _sight(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
-    """Check that the lane is seen free: sight >= own way + way of unseen traffic in that time + margin."""
+    """Check the sight: at least the ego's path, plus the distance unseen traffic may drive, plus a margin."""
     proof = sight_proof(case, borrowed)
     needed, seen = proof.needed_m, proof.seen_m
     if seen >= needed:
@@ -108,13 +109,13 @@ def _sight(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
 
 
 def proof_of(case: CheckContext) -> SightProof | None:
-    """Return the tightest proof of a plan's passes through oncoming lanes; None for a plan that uses none."""
+    """Return the proof with the least margin among a plan's oncoming lanes; None if the plan uses none."""
     proofs = [sight_proof(case, borrowed) for borrowed in borrowed_lanes(case)]
     return min(proofs, key=lambda proof: proof.seen_m - proof.needed_m, default=None)
 
 
 def sight_proof(case: CheckContext, borrowed: Borrowed) -> SightProof:
-    """Return the sight needed and the sight available, for the possible unseen vehicle that leaves the least."""
+    """Return the sight needed and the sight available, for the unseen vehicle that leaves the smallest margin."""
     own = float(case.path.s[borrowed.last]) - case.view.ego_s + margin_m(case)
     proofs = [
         SightProof(needed_m=own + one.way_m(borrowed.unseen_s), seen_m=one.at_m, unseen_s=borrowed.unseen_s)
@@ -124,16 +125,16 @@ def sight_proof(case: CheckContext, borrowed: Borrowed) -> SightProof:
 
 
 def margin_m(case: CheckContext) -> float:
-    """Return the sight that must be left when the ego is back (m); it grows with the plan's speed."""
+    """Return the sight that must remain when the ego is back in its lane (m); it grows with the plan's speed."""
     policy = case.policy.oncoming
     quicker = max(float(case.quick.v.max()) - case.policy.speeds.recovery_mps, 0.0)
     return policy.sight_margin_m + policy.sight_margin_s * quicker
 
 
 def _gap(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
-    """Check that no oncoming vehicle, slightly faster than seen, arrives before the ego is back plus a time gap.
+    """Check that no oncoming vehicle arrives before the ego is back, plus a time gap.
 
-    Its speed is measured again until the commit point, so up to there it is assumed to keep the seen speed.
+    The vehicle may be slightly faster than seen, but only after the last check: until then its speed is measured again.
     """
     policy, view = case.policy.oncoming, case.view
     front = float(case.path.s[borrowed.last]) + view.ego.length_m / 2

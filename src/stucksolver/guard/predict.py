@@ -1,4 +1,4 @@
-"""Predicts where objects may be: along their lane, straight on, and braking; and the gaps of the ego to them."""
+"""Predicts where objects may be (along their lane, straight on, braking), and the ego's gaps to them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stucksolver.scene.view import FrenetScene
 
 
 def times(case: CheckContext) -> Array:
-    """(instants,): the times at which the plan is examined (s from now)."""
+    """(instants,): the times at which the plan is checked (s from now)."""
     policy = case.policy.prediction
     end = min(case.slow.duration_s, policy.horizon_s)
     result: Array = np.arange(0.0, end + policy.step_s, policy.step_s)
@@ -22,10 +22,10 @@ def times(case: CheckContext) -> Array:
 
 
 def relevant(case: CheckContext, span_s: float | None = None) -> Array:
-    """(found,): indices of the objects that the plan can meet at all, within `span_s` if given.
+    """(found,): indices of the objects that the ego can reach at all, within `span_s` (default: the plan's duration).
 
-    Traffic of our direction from behind is left out: it keeps its own distance, and the lane entry check covers the
-    lanes that the ego moves into.
+    Traffic behind in the ego's direction is left out: it keeps its own distance, and the lane entry check covers the
+    lanes that the ego moves into. So is what the plan drives over.
     """
     view, span = case.view, case.slow.duration_s if span_s is None else span_s
     policy, path = case.policy.prediction, case.path
@@ -49,10 +49,10 @@ def relevant(case: CheckContext, span_s: float | None = None) -> Array:
 
 
 def profiles(case: CheckContext, t: Array) -> Array:
-    """(profiles, instants): arc lengths with no room for a body between them, from the slow to the fast rollout (m).
+    """(profiles, instants): arc lengths from the slow to the fast rollout, with no room for a body between them (m).
 
-    Two bounds alone are not enough: an object that crosses behind the fast ego and ahead of the slow one meets one
-    between.
+    The two bounds alone are not enough: an object may cross behind the fast ego and ahead of the slow one, but hit one
+    in between.
     """
     slow = np.interp(t, case.slow.t, case.path.s)
     spread = np.interp(t, case.quick.t, case.path.s) - slow
@@ -62,9 +62,9 @@ def profiles(case: CheckContext, t: Array) -> Array:
 
 
 def standing_gaps(case: CheckContext, which: Array, aside_m: float = 0.0, part: float = 1.0) -> Array:
-    """(stations, objects): gaps to standing objects, for the ego anywhere on the path at any time (m).
+    """(stations, objects): gaps to stationary objects, for the ego at each station of the path (m).
 
-    `aside_m` widens the objects; then only the middle `part` of their length counts.
+    `aside_m` widens the objects on each side (m), and only the middle `part` of their length counts (1: all of it).
     """
     view, path = case.view, case.path
     return separation(
@@ -76,9 +76,9 @@ def standing_gaps(case: CheckContext, which: Array, aside_m: float = 0.0, part: 
 
 
 def gaps_as_it_points(case: CheckContext, which: Array, way_m: float) -> Array:
-    """(places, objects): gaps to standing objects while the ego drives `way_m` straight with its present heading (m).
+    """(places, objects): gaps to stationary objects while the ego drives `way_m` straight at its present heading (m).
 
-    The places are no further apart than the gap that counts as contact, so no corner is skipped.
+    The places are no further apart than the gap that counts as contact, so that no corner is skipped.
     """
     view, ego = case.view, case.view.ego
     on = np.linspace(0.0, way_m, 2 + int(way_m / case.policy.harm.touch_m))[:, None]
@@ -91,7 +91,7 @@ def gaps_as_it_points(case: CheckContext, which: Array, way_m: float) -> Array:
 
 
 def drifted_to(case: CheckContext, which: Array) -> Mask:
-    """(objects,): True for those on the side of the path to which the ego is off by more than localisation allows."""
+    """(objects,): True for those on the ego's side of the path, if its lateral error exceeds that of localisation."""
     if abs(case.error_m) < case.policy.tracking.beside_m:
         return np.zeros(len(which), bool)
     result: Mask = (case.view.d[which] - case.view.ego_d) * case.error_m > 0.0
@@ -99,10 +99,9 @@ def drifted_to(case: CheckContext, which: Array) -> Mask:
 
 
 def moving_gaps(case: CheckContext, stations: Array, which: Array, t: Array) -> Array:
-    """(profiles, instants, objects): gaps to moving objects (m), the smallest over the hypotheses; infinite if far
-    away.
+    """(profiles, instants, objects): gaps to moving objects (m), the smallest of all hypotheses; infinite if far away.
 
-    `stations` (profiles, instants) are the ego's arc lengths at the instants `t`; `which` (objects,) are indices.
+    `stations` (profiles, instants) are the ego's arc lengths (m) at the instants `t` (s); `which` (objects,) indices.
     """
     view, far_m = case.view, case.policy.prediction.far_m
     half_length, half_width = view.ego.length_m / 2, view.ego.width_m / 2
@@ -113,7 +112,7 @@ def moving_gaps(case: CheckContext, stations: Array, which: Array, t: Array) -> 
     straight = straight_on(case, which)
     if len(straight):
         least[..., straight.member] = _gaps_straight_on(case, stations, offset, heading, which, straight, t)
-    # An object on a lane of ours may also go along it, whatever its heading.
+    # An object on a lane of the route's road may also follow it, whatever its heading.
     for member, s, d in predictions(case, which, t, np.flatnonzero(~view.elsewhere[which] | view.on_lane[which])):
         reach = far[member]
         near = np.nonzero((np.abs(s - stations[..., None]) < reach) & (np.abs(d - offset[..., None]) < reach))
@@ -131,7 +130,7 @@ def moving_gaps(case: CheckContext, stations: Array, which: Array, t: Array) -> 
 
 
 def _in_the_plane(view: FrenetScene) -> tuple[Array, Array, Array]:
-    """Return the ego's position, those of the objects (n, 2), and their speeds, in the local frame."""
+    """Return the ego's position (2,) and those of the objects (n, 2) in the local frame (m), and their speeds (m/s)."""
     there = np.array([(o.x_m, o.y_m) for o in view.objects]).reshape(-1, 2)
     return np.array([view.ego.x_m, view.ego.y_m]), there, np.hypot(view.vs, view.vd)
 
@@ -139,11 +138,11 @@ def _in_the_plane(view: FrenetScene) -> tuple[Array, Array, Array]:
 def _gaps_straight_on(
     case: CheckContext, stations: Array, offset: Array, heading: Array, which: Array, straight: StraightOn, t: Array
 ) -> Array:
-    """(profiles, instants, objects): gaps to objects that go straight on in the plane, or brake (m); infinite if far
+    """(profiles, instants, members): gaps to objects that go straight on in the plane, or brake (m); infinite if far
     away.
 
-    Their positions along the route say nothing about their way. Their timing is uncertain, so they are lengthened by
-    their way in some time; before the start by more, so that a plan is not begun in vain.
+    The route says nothing about where these objects go. Their timing is uncertain, so they are lengthened by what they
+    drive in a certain time. Before the start that time is longer, so that a plan is not given up right after it begins.
     """
     view, speed, policy = case.view, straight.speed_mps, case.policy.prediction
     body_length, body_width = (half[which[straight.member]] for half in (view.half_length, view.half_width))
@@ -153,7 +152,7 @@ def _gaps_straight_on(
     reach = np.hypot(half_length, half_width) + np.hypot(body_length, body_width) + policy.far_m
 
     def gaps(driven_m: Array, longer_m: Array) -> Array:
-        """(profiles, instants, members): gaps to their positions after each has driven this far."""
+        """(profiles, instants, members): gaps once each object has driven `driven_m` (instants, members)."""
         beyond = driven_m - straight.before_m
         there_x = straight.x_m + np.cos(straight.yaw_rad) * beyond
         there_y = straight.y_m + np.sin(straight.yaw_rad) * beyond
@@ -176,12 +175,12 @@ def _gaps_straight_on(
 
 
 def predictions(case: CheckContext, which: Array, t: Array, everyone: Array) -> Iterator[tuple[Array, Array, Array]]:
-    """Return the hypotheses for `everyone` (places in `which`): steady along the lane, braking, and straight on if
+    """Yield the hypotheses for `everyone` (indices into `which`): steady along the lane, braking, and straight on if
     crossing.
 
-    Each is (members, s, d): places in `which`, their arc lengths (instants, members), and their offsets (the same
-    shape, or one for all instants). An object that does not move along the road needs no braking hypothesis. Nor does
-    one that is just overtaking: it would fall behind, which is seen before the ego is committed and ends the plan.
+    Each is (members, s, d): indices into `which`, arc lengths (instants, members) (m), and offsets (the same shape, or
+    one row for all instants) (m). An object that does not move along the road needs no braking hypothesis. Nor does
+    one that is overtaking: if it braked it would fall behind, which is seen before the commit point and ends the plan.
     """
     view, policy = case.view, case.policy.prediction
     vs, vd = view.vs[which], view.vd[which]

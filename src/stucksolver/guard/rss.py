@@ -1,4 +1,4 @@
-"""The distances of Responsibility-Sensitive Safety (RSS), and the one to a pedestrian who steps off the kerb."""
+"""The distances of Responsibility-Sensitive Safety (RSS), and the gap to a pedestrian who may step off the kerb."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from stucksolver.scene.frenet import Array
 
 
 def rss_distance(rear_mps: float, front_mps: float, policy: RssPolicy, *, running: bool = False) -> float:
-    """Return the longitudinal distance that a follower must keep (m); `running` while a plan runs.
+    """Return the longitudinal distance that a follower must keep (m). `running`: a plan is already running.
 
     Lemma 2 of Shalev-Shwartz, Shammah and Shashua, "On a Formal Model of Safe and Scalable Self-driving Cars" (2017),
-    without acceleration during the reaction time: the rear vehicle has seen the other come.
+    but without acceleration during the reaction time, because the rear vehicle has seen the other approach.
     """
     braking = policy.running_braking_mps2 if running else policy.response_braking_mps2
     rear = rear_mps * policy.reaction_s + rear_mps**2 / (2 * braking)
@@ -20,19 +20,19 @@ def rss_distance(rear_mps: float, front_mps: float, policy: RssPolicy, *, runnin
 
 
 def rss_lateral(drift_mps: Array, mu_m: Array | float, policy: RssPolicy) -> Array:
-    """Return the lateral gap to keep from what drifts sideways (m), in the shape of `drift_mps` and `mu_m`.
+    """Return the lateral gap to keep from objects that drift sideways (m), in the shape of `drift_mps` and `mu_m`.
 
-    Lemma 4 of the same paper with a steady ego, whose own path is known: mu + v rho + v^2 / (2 b_lat).
+    Lemma 4 of the same paper for an ego that does not drift, since its path is known: mu + v rho + v^2 / (2 b_lat).
     """
     result: Array = mu_m + drift_mps * policy.reaction_s + drift_mps**2 / (2 * policy.lateral_braking_mps2)
     return result
 
 
 def step_off(speed_mps: Array, braking_mps2: float, policy: PeoplePolicy) -> Array:
-    """Return the lateral gap at which our front cannot hit a pedestrian who steps off now, for each speed (m).
+    """Return the lateral gap at which the ego's front cannot hit a pedestrian who steps off now, for each speed (m).
 
-    If we cannot stop before them, we are nearer than r v + v^2 / (2 b), with our reaction time r and the hardest
-    braking b. Going on, we are past them within r + v / (2 b) + l / v seconds, where l is their length.
+    An ego that cannot stop before them is nearer than r v + v^2 / (2 b), with its reaction time r and its hardest
+    braking b. If it goes on, it is past them within r + v / (2 b) + l / v seconds, where l is their length.
     """
     passing = policy.length_m / np.maximum(speed_mps, policy.stopping_below_mps)
     result: Array = policy.step_mps * (policy.reaction_s + speed_mps / (2 * braking_mps2) + passing)

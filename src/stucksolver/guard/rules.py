@@ -1,4 +1,4 @@
-"""The rules of the road that a plan might be tempted to bend, and each behaviour's own bounds."""
+"""The rules of the road that a recovery might break, and each behaviour's own bounds."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ IN_A_SCENE = (ObjectKind.FLAGGER, ObjectKind.CROSSING_GATE, ObjectKind.SCHOOL_BU
 
 
 def off_route(case: CheckContext) -> list[Reject]:
-    """Check that the plan is not too far or too long outside the route's own lane."""
+    """Check that the plan does not leave the route's own lane for too far or too long."""
     policy, path = case.policy.lanes, case.path
     home = case.view.frame.lane_at(float(path.s[0]), 0.0)
     if home is None:
@@ -31,14 +31,15 @@ def off_route(case: CheckContext) -> list[Reject]:
     if way <= policy.off_route_m and time <= policy.off_route_s:
         return []
     detail = (
-        f"{way:.0f} m and {time:.0f} s beside the route, at most {policy.off_route_m:.0f} m, {policy.off_route_s:.0f} s"
+        f"{way:.0f} m and {time:.0f} s off the route; at most {policy.off_route_m:.0f} m and {policy.off_route_s:.0f} s"
     )
     return [Reject(code=RejectCode.OFF_ROUTE, detail=detail, time_s=time, gap_m=policy.off_route_m - way)]
 
 
 def authority(case: CheckContext) -> list[Reject]:
-    """Check that a level crossing, school bus or flagger is passed only with approval, an emergency scene by
-    moving over.
+    """Check that a level crossing, school bus, flagger or emergency scene is passed only with approval.
+
+    An emergency scene needs none if the ego moves over by a whole lane.
     """
     view, policy = case.view, case.policy
     half = view.ego.length_m / 2
@@ -63,7 +64,7 @@ def authority(case: CheckContext) -> list[Reject]:
     return [
         Reject(
             code=RejectCode.AUTHORITY,
-            detail=f"{rule.replace('_', ' ')}: needs a yes from the {policy.scene_release(rule).value}",
+            detail=f"{rule.replace('_', ' ')}: needs approval from the {policy.scene_release(rule).value}",
             object_id=who,
         )
         for rule, who in found
@@ -72,15 +73,15 @@ def authority(case: CheckContext) -> list[Reject]:
 
 
 def _leaves(case: CheckContext, zone: Zone) -> bool:
-    """True if the ego already stands in a zone and the path leads out of it."""
+    """True if the ego is already in a zone and the path leads out of it."""
     half, here, end = case.view.ego.length_m / 2, case.view.ego_s, float(case.path.end_s)
     return zone.start_m < here + half and here - half < zone.end_m and not zone.start_m - half < end < zone.end_m + half
 
 
 def _moves_over(case: CheckContext, i: int) -> bool:
-    """True if object `i` is passed in a lane of our own direction whose whole width it leaves free.
+    """True if object `i` is passed in a lane in the ego's direction that it leaves free over its whole width.
 
-    That is what "move over" laws require of drivers who pass a standing emergency vehicle.
+    "Move over" laws require that of drivers who pass a stopped emergency vehicle.
     """
     view, path, tolerance_m = case.view, case.path, case.policy.lanes.tolerance_m
     abreast = view.s[i] + view.along[i] * np.array([-1.0, 0.0, 1.0])
@@ -109,15 +110,15 @@ def _scene_of(thing: TrackedObject, stands_mps: float) -> str | None:
 
 
 def creep_speed(case: CheckContext) -> list[Reject]:
-    """Check walking pace for behaviours that must be slow."""
+    """Check that behaviours that must be slow keep to walking pace."""
     asked, cap = float(case.path.speed.max()), case.policy.speeds.creep_mps
     if asked <= cap + EPSILON:
         return []
-    return [Reject(code=RejectCode.OVERSPEED, detail=f"asks {asked:.1f} m/s, walking pace is {cap:.1f} m/s")]
+    return [Reject(code=RejectCode.OVERSPEED, detail=f"asks for {asked:.1f} m/s; walking pace is {cap:.1f} m/s")]
 
 
 def within_lane(case: CheckContext) -> list[Reject]:
-    """Check that the body stays between the borders of the lane in which it begins."""
+    """Check that the body stays within the lane in which the path begins."""
     lane = case.start_lane
     if lane is None:
         return [Reject(code=RejectCode.LEAVES_LANE, detail="the vehicle is in no lane")]
@@ -125,34 +126,34 @@ def within_lane(case: CheckContext) -> list[Reject]:
     over: Array = np.maximum(
         d + case.reach - np.interp(s, lane.s, lane.left), np.interp(s, lane.s, lane.right) - (d - case.reach)
     )
-    # With its present heading the ego may already reach over; it must not go further.
+    # At its present heading the ego may already reach over a border; it must not go further.
     if float(over.max()) <= max(policy.tolerance_m, float(over[0]) + policy.further_out_m):
         return []
     return [Reject(code=RejectCode.LEAVES_LANE, detail=f"reaches {over.max():.1f} m out of its lane")]
 
 
 def stopping_place(case: CheckContext) -> list[Reject]:
-    """Check that the end is a place to stand: no junction, crosswalk, level crossing or lane of oncoming traffic."""
+    """Check that the ego may stop where the path ends: in no junction, crosswalk, level crossing or oncoming lane."""
     zone = case.view.zone_at(case.path.end_s)
     if zone is not None:
         where = zone.kind.value.replace("_", " ")
-        return [Reject(code=RejectCode.STOPPING_PLACE, detail=f"it would end in a {where}")]
+        return [Reject(code=RejectCode.STOPPING_PLACE, detail=f"the plan would end in a {where}")]
     return no_oncoming_lane(case)
 
 
 def no_oncoming_lane(case: CheckContext) -> list[Reject]:
-    """Check that the end is in no lane of oncoming traffic."""
+    """Check that the path does not end in a lane of oncoming traffic."""
     end = case.path.end_s
     for lane in case.view.frame.lanes:
         if lane.strip.kind is not LaneKind.DRIVING or lane.strip.direction is not LaneDirection.OPPOSITE:
             continue
         if lane.covers(end, end) and case.inside(lane)[-1]:
-            return [Reject(code=RejectCode.STOPPING_PLACE, detail="it would end in an oncoming lane")]
+            return [Reject(code=RejectCode.STOPPING_PLACE, detail="the plan would end in an oncoming lane")]
     return []
 
 
 def seen_free(case: CheckContext) -> list[Reject]:
-    """Check that the lane is seen for the whole path and a margin, for moves where a driver does not look by habit."""
+    """Check that the lane is seen for the whole path plus a margin, for moves that a stack does not watch."""
     lane = case.start_lane
     seen = 0.0 if lane is None else case.view.sight_ahead_m(lane)
     backing = case.policy.backing
@@ -163,13 +164,13 @@ def seen_free(case: CheckContext) -> list[Reject]:
         return []
     return [
         Reject(
-            code=RejectCode.UNSEEN, detail=f"sees {seen:.0f} m of the way, needs {needed:.0f} m", gap_m=seen - needed
+            code=RejectCode.UNSEEN, detail=f"sees {seen:.0f} m of the path, needs {needed:.0f} m", gap_m=seen - needed
         )
     ]
 
 
 def _closed(case: CheckContext, lane: Lane, seen_m: float) -> bool:
-    """True if the sight of a lane ends at a vehicle that stands in its middle."""
+    """True if the sight of a lane ends at a stopped vehicle that fills it, and the ego only creeps towards it."""
     view, policy = case.view, case.policy.backing
     standing = ~view.moving & (view.s > view.ego_s)
     nearer = view.s - view.along - view.ego_s

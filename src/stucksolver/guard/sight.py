@@ -1,4 +1,4 @@
-"""What is not seen is not free, also in lanes of our own direction: ahead for a stop, and behind."""
+"""What is not seen is not free, also in lanes in the ego's direction: ahead, for a stop, and behind."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from stucksolver.scene.road import LaneDirection, LaneKind
 
 
 def seen(case: CheckContext) -> list[Reject]:
-    """Check that the ego's lane is seen for a stop, and entered lanes also as far back as following traffic needs
-    to brake.
+    """Check that the ego sees far enough ahead to stop, and in lanes that it enters also far enough back.
+
+    Far enough back means that traffic from there can brake behind the ego.
     """
     home = case.start_lane
     if home is None or home.strip.direction is LaneDirection.OPPOSITE:
@@ -46,7 +47,7 @@ def _ahead(case: CheckContext, lane: Lane) -> list[Reject]:
 
 
 def _behind(case: CheckContext, lane: Lane, k: int, speed_mps: float) -> list[Reject]:
-    """Check that unseen traffic could still brake behind us when we enter at station `k`."""
+    """Check that unseen traffic at `speed_mps` (m/s) could still brake if the ego enters at station `k`."""
     view, policy = case.view, case.policy.sight
     when, own = min(float(case.slow.t[k]), policy.seen_later_s), float(case.slow.v[k])
     gap = speed_mps * when + rss_distance(speed_mps, own, case.policy.rss, running=True)
@@ -58,12 +59,12 @@ def _behind(case: CheckContext, lane: Lane, k: int, speed_mps: float) -> list[Re
 
 
 def _beside(case: CheckContext, lane: Lane) -> bool:
-    """Lanes that begin further on are checked when the ego is there."""
+    """True if the lane is beside the ego. Lanes that begin further on are checked when the ego gets there."""
     return lane.start_m <= case.view.ego_s <= lane.end_m
 
 
 def _ends(case: CheckContext, lane: Lane, end_s: float, way: int) -> bool:
-    """True if the sight ends where the lane does, or at a known object in the lane."""
+    """True if the sight ends where the lane does, or at a known object in the lane. `way`: +1 ahead, -1 behind."""
     view, policy = case.view, case.policy.sight
     if way > 0 and end_s > lane.end_m - policy.sampled_m:
         return True

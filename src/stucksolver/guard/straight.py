@@ -1,4 +1,4 @@
-"""Traffic that goes straight on where our route does not: on joining or crossing roads, or where the route turns."""
+"""Traffic that goes straight on where the route does not: on joining or crossing roads, or where the route turns."""
 
 from __future__ import annotations
 
@@ -17,11 +17,15 @@ from stucksolver.scene.view import FrenetScene
 
 @dataclass(frozen=True)
 class StraightOn:
-    """Straight ways of objects in the plane: a start, a heading, and `before_m`, the distance from the object to the
-    start.
+    """Straight paths of objects in the local frame.
 
-    `member` (members,) are places in the array of objects that was asked for. All others have the same shape, in the
-    local frame.
+    Attributes:
+        member: (members,) indices into the array of objects that was asked for.
+        x_m: (members,) where the straight path starts.
+        y_m: The same for y.
+        yaw_rad: (members,) its heading.
+        speed_mps: (members,) the object's speed.
+        before_m: (members,) distance that the object still has to drive to the start.
     """
 
     member: Array
@@ -36,7 +40,7 @@ class StraightOn:
 
 
 def straight_on(case: CheckContext, which: Array) -> StraightOn:
-    """Return the ways of those among `which` that go straight on."""
+    """Return the straight paths of those among `which` that go straight on."""
     view = case.view
     rows = []
     for member in np.flatnonzero(view.elsewhere[which] | _oncoming(case, which)):
@@ -53,12 +57,12 @@ def straight_on(case: CheckContext, which: Array) -> StraightOn:
 
 
 def goes_straight(case: CheckContext, index: int) -> bool:
-    """True if an object goes straight on where our route does not."""
+    """True if an object goes straight on where the route does not."""
     return bool(case.view.elsewhere[index]) or _turned_in(case, index) is not None
 
 
 def _turned_in(case: CheckContext, index: int) -> Zone | None:
-    """Return the junction on the path in which the route turns, for an object that comes the other way on its lanes."""
+    """Return the junction in which the route turns off the road along which the object comes, or None."""
     view = case.view
     if not _oncoming(case, index):
         return None
@@ -73,12 +77,12 @@ def _turned_in(case: CheckContext, index: int) -> Zone | None:
 
 
 def _oncoming(case: CheckContext, which: Any) -> Any:
-    """True for objects that come the other way on a known lane; for one object or several."""
+    """True for objects that come the other way on a known lane. `which`: one index or several."""
     view = case.view
     return (view.vs[which] < -case.policy.prediction.along_mps) & view.on_lane[which]
 
 
 def _turns(view: FrenetScene, zone: Zone) -> float:
-    """Return how far the route turns in a zone (rad)."""
+    """Return by how much the route turns in a zone (rad)."""
     start, end = (float(np.interp(s, view.frame.s, view.frame.headings)) for s in (zone.start_m, zone.end_m))
     return abs(end - start)

@@ -1,9 +1,9 @@
-"""How a vehicle drives a path from its real position and heading: the motion that the guard examines.
+"""How a vehicle follows a path from its real position and heading: the motion that the guard checks.
 
 The vehicle is a bicycle: the centre of its body stays on the path and its rear axle does not slip sideways. The body
 lags behind the path's direction by half a wheelbase, so it is not tangent to a bend. A vehicle that begins askew first
-drives as it points, with a limited turning circle and a limited steering rate. A vehicle beside its path is assumed to
-stay beside it for the duration of a stop and a second more, because the cause may last.
+drives in the direction in which it points, with a limited turning circle and a limited steering rate. A vehicle off
+its path is assumed to keep that offset for the duration of a stop plus a second, because the cause may persist.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ def tracked(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy, *, rever
     """Return the path as the ego drives it from its real pose: the same stations, with offsets and headings of the
     body.
 
-    With `reverse`, `view` and `path` are those of `FrenetScene.backwards`, and the body straightens on the way. That
-    takes steering: `swung` is the motion without it.
+    With `reverse`, `view` and `path` are in the frame of `FrenetScene.backwards`, and the body straightens as it goes.
+    That takes steering; `swung` is the motion without it.
     """
     target = path.d + _kept_error(path, view, policy)
     if reverse:
@@ -43,9 +43,9 @@ def tracked(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy, *, rever
 
 
 def swung(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy, lag_s: float) -> Manoeuvre | None:
-    """Return the motion of a body that backs up askew with straight wheels, until its tracking error ends the plan.
+    """Return the motion of an ego that backs up askew with straight wheels, until its tracking error ends the plan.
 
-    `path` and `view` as for `tracked` with `reverse`. None if the body points along the path.
+    `path` and `view` are as for `tracked` with `reverse`. None if the body points along the path.
     """
     askew = view.ego_yaw - float(path.heading()[0])
     if abs(askew) < policy.askew_rad:
@@ -57,7 +57,7 @@ def swung(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy, lag_s: flo
 
 
 def _kept_error(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy) -> Array:
-    """(stations,): lateral distance of the centre from the path at each station (m)."""
+    """(stations,): lateral offset of the body's centre from the path (m, left positive)."""
     error = view.ego_d - float(path.d[0])
     if abs(error) < policy.beside_m:
         return np.zeros(len(path.s))
@@ -71,9 +71,9 @@ def _kept_error(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy) -> A
 def _driven_off(
     stations: Array, target: Array, course: Array, view: FrenetScene, policy: TrackingPolicy
 ) -> tuple[list[float], list[float], list[float]]:
-    """Return the centre's arc lengths and offsets and the body's headings while an askew start is steered onto a path.
+    """Return the centre's arc lengths and offsets (m) and the body's headings (rad) while an askew ego joins its path.
 
-    `stations`, `target` and `course` (stations,): arc lengths, offsets and directions of the path.
+    `stations`, `target` and `course`, each (stations,): arc lengths (m), offsets (m) and directions (rad) of the path.
     """
     lever_m = view.ego.limits.wheelbase_m / 2
     lock = 1.0 / view.ego.limits.min_turn_radius_m

@@ -1,4 +1,4 @@
-"""Checks against traffic of our own direction in the lanes that a plan enters: ahead, and from behind."""
+"""Checks against traffic in the ego's direction in the lanes that a plan enters: ahead and from behind."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from stucksolver.scene.view import MOVING_MPS
 
 
 def lane_entry(case: CheckContext) -> list[Reject]:
-    """Check the RSS distances to traffic of our direction ahead and behind in each lane, when the body enters it.
+    """Check the RSS distances to traffic ahead and behind in the ego's direction when the body enters each lane.
 
-    This includes a borrowed lane, where someone behind may already be passing us. While a plan runs, an entry further
-    away than a stopping distance and a second is decided later, because the gap in traffic will be another one.
+    This includes an oncoming lane, where someone behind may already be passing the ego. While a plan runs, an entry
+    that is further ahead than a stop needs is decided later, because by then the gap in traffic will have changed.
     """
     found: list[Reject] = []
     home = case.start_lane
@@ -28,7 +28,7 @@ def lane_entry(case: CheckContext) -> list[Reject]:
         if len(inside) and is_due(case, int(inside[0])):
             found += _entry(case, lane, int(inside[0]))
     if case.path.returns and home is not None and home not in case.path.enters:
-        # The way back begins where the body last reaches into the own lane after having left it.
+        # The return is where the body re-enters its own lane for the last time.
         back = case.entries(home)
         if len(back) and is_due(case, int(back[-1])):
             found += _entry(case, home, int(back[-1]))
@@ -36,7 +36,7 @@ def lane_entry(case: CheckContext) -> list[Reject]:
 
 
 def is_due(case: CheckContext, k: int) -> bool:
-    """True if the entry at station `k` must be certain now: before the start, and always to leave a borrowed lane."""
+    """True if the entry at station `k` must be safe now: before the start, and whenever an oncoming lane is used."""
     if not case.running or any(lane.strip.direction is LaneDirection.OPPOSITE for lane in case.path.enters):
         return True
     policy = case.policy.entry
@@ -44,7 +44,7 @@ def is_due(case: CheckContext, k: int) -> bool:
 
 
 def _stop_m(case: CheckContext, later_s: float) -> float:
-    """Return the ego's stopping distance if it begins after a delay (m)."""
+    """Return the ego's stopping distance if it brakes after a delay `later_s` (m)."""
     return way_to_stop(case.view.ego.speed_mps, case.view.ego.limits.comfort_braking_mps2, later_s)
 
 
@@ -65,19 +65,20 @@ def _entry(case: CheckContext, lane: Lane, k: int) -> list[Reject]:
 
 
 def unyielding(case: CheckContext, giving_way: bool) -> list[Reject]:
-    """Check traffic from behind that could no longer stop for us if it reacted only when we enter its way.
+    """Check traffic from behind that could no longer stop if it reacted only when the ego enters its path.
 
-    A driver who enters a lane with the RSS distances expects to be seen from the lane's border on. Some brake only for
-    what is ahead of them: for these the border is where their own body passes, and until then we can stop beside it.
-    They watch us, so half the reaction time is enough; all of it is used before going on ahead of one that we let pass.
+    A driver who enters a lane with the RSS distances expects to be seen as soon as the lane's border is crossed. Some
+    brake only for what is directly ahead of them: for these the border is where their own body will pass, and until
+    then the ego can stop beside them. They watch the ego, so half the reaction time is enough. The full time is used
+    before the ego goes on ahead of a vehicle to which it gave way (`giving_way`).
     """
     view, path, policy = case.view, case.path, case.policy.entry
     for i in np.flatnonzero((view.vs > MOVING_MPS) & ~view.elsewhere & (view.s - view.along < view.ego_front_s)):
         left_of_us = bool(view.d[i] > path.d[0])
         edge = float(view.d[i]) + (-1.0 if left_of_us else 1.0) * float(view.across[i])
         inside = path.d + case.reach - edge if left_of_us else edge - path.d + case.reach
-        # They must get past us, and those who see us only in their own way must be able to stop. If the nose is already
-        # in the room of one who has passed, the next ones still need to be able to stop.
+        # They need room to get past, and those who see the ego only in their own path must be able to stop. If the nose
+        # is already in the room that one vehicle needed to pass, the next ones must still be able to stop.
         borders = [(beside_m, inside > -beside_m) for beside_m in (policy.beside_m, 0.0)]
         borders = [(beside_m, reaches) for beside_m, reaches in borders if reaches.any() and not reaches[0]]
         if not borders:
@@ -93,19 +94,20 @@ def unyielding(case: CheckContext, giving_way: bool) -> list[Reject]:
 
 
 def _presses(case: CheckContext, i: int, reaches: Mask, border: float, giving_way: bool) -> Reject | None:
-    """Check one vehicle from behind against our body beyond a border of its way, which the body `reaches` at
-    (stations,).
+    """Check one vehicle from behind against the ego's body beyond a border of the vehicle's path.
+
+    `reaches` (stations,): True where the body is beyond it. `border`: its lateral offset (m).
     """
     k = int(reaches.argmax())
     tail = inside_of(case, k, np.full(len(case.path.s) - k, border), bool(case.view.d[i] > case.path.d[0]))
-    # The slower we are, the nearer they are by then; the faster we are, the less they have passed us.
+    # The slower the ego, the nearer they are by then; the faster the ego, the less likely that they have passed it.
     reaction_s = case.policy.rss.reaction_s if giving_way else case.policy.entry.watching_reaction_s
     found = (_could_not_stop(case, run, k, i, tail, reaction_s) for run in (case.slow, case.quick))
     return next((reject for reject in found if reject is not None), None)
 
 
 def _could_not_stop(case: CheckContext, run: Rollout, k: int, i: int, tail: Array, reaction_s: float) -> Reject | None:
-    """Check an object from behind against the ego that enters its way at station `k`."""
+    """Check an object from behind if the ego enters its path at station `k`."""
     view, policy, thing = case.view, case.policy, case.view.objects[i]
     now, when, lane = float(view.vs[i]), float(run.t[k]), view.lane_of[i]
     limit = (lane.strip.speed_limit_mps if lane else None) or policy.oncoming.unknown_limit_mps
@@ -121,15 +123,15 @@ def _could_not_stop(case: CheckContext, run: Rollout, k: int, i: int, tail: Arra
     if (tail - front >= needed).all():
         return None
     gap = float(tail.min()) - front
-    detail = f"{thing.kind.value} {thing.id} does not let us in: {gap:.1f} m behind"
+    detail = f"{thing.kind.value} {thing.id} does not yield: {gap:.1f} m behind"
     return Reject(code=RejectCode.LANE_ENTRY, detail=detail, object_id=thing.id, time_s=when, gap_m=gap)
 
 
 def _tail(case: CheckContext, lane: Lane, k: int) -> Array:
-    """(some stations,): arc length of the rearmost part of the body inside a lane, from its entry at `k` until all is
-    in.
+    """(some stations,): arc length of the rearmost part of the body inside a lane (m), from the entry at `k` until the
+    whole body is in.
 
-    While the body turns in, its tail is still outside: traffic in the lane must stop for what is inside.
+    While the body turns in, its tail is still outside: traffic in the lane must stop for the part that is inside.
     """
     s = case.path.s[k:]
     from_right = bool(case.path.d[k] <= np.interp(s[0], lane.s, lane.centre))
@@ -137,7 +139,7 @@ def _tail(case: CheckContext, lane: Lane, k: int) -> Array:
 
 
 def inside_of(case: CheckContext, k: int, border: Array, from_right: bool) -> Array:
-    """The same with a border (its offsets at the stations from `k` on) that the body crosses from the right or left."""
+    """The same for a border, given by its offsets (m) at the stations from `k` on, crossed from the right or left."""
     path, half_length, half_width = case.path, case.view.ego.length_m / 2, case.view.ego.width_m / 2
     s, d, turn = path.s[k:], path.d[k:], case.heading[k:]
     beyond = (border - d if from_right else d - border) - half_width * np.cos(turn)
@@ -149,23 +151,23 @@ def inside_of(case: CheckContext, k: int, border: Array, from_right: bool) -> Ar
 
 
 def _behind_whom(case: CheckContext, own_mps: float, front_mps: float) -> float:
-    """Return the distance to keep from a vehicle that we enter behind (m): Lemma 2 with our own reaction and brakes."""
+    """Return the distance to keep behind a vehicle that the ego joins (m): Lemma 2 with the ego's own reaction time."""
     policy = case.policy
     own = way_to_stop(own_mps, case.view.ego.limits.comfort_braking_mps2, policy.entry.own_reaction_s)
     return max(own - front_mps**2 / (2 * policy.rss.max_braking_mps2), 0.0)
 
 
 def too_close(case: CheckContext, k: int, i: int, tail: Array) -> Reject | None:
-    """Check an object against the ego that enters at station `k`, for the fast ego, the slow ego, and all between.
+    """Check the distance to an object if the ego enters at station `k`, for the fast and the slow ego and all between.
 
-    Traffic from behind responds from the entry on, by Lemma 2. Its stopping point, which is the same whenever one
-    looks, must lie behind every place of our tail, our own stopping distance from there included.
+    Traffic from behind responds from the entry on, by Lemma 2. The point where it can stop does not depend on when it
+    is computed. It must lie behind every position of the ego's tail, plus the ego's own stopping distance from there.
     """
     view, policy, thing = case.view, case.policy, case.view.objects[i]
     half, speed = view.ego.length_m / 2, float(view.vs[i])
     sides = set()
     for run in (case.slow, case.quick):
-        # Before the start a vehicle takes a moment until it moves; while the plan runs, its motion is seen.
+        # Before the start the ego takes a moment to set off; while the plan runs, its speed is known.
         when = float(run.t[k]) + (0.0 if case.running or run is case.quick else policy.entry.start_s)
         place = float(view.s[i]) + speed * when
         ahead = place - float(view.along[i]) - (float(case.path.s[k]) + half)

@@ -1,8 +1,9 @@
-"""Whether a vehicle may turn round on the road: proven as a whole before it begins, and leg by leg from rest.
+"""Whether the ego may turn round on the road: proven as a whole before it begins, and then leg by leg from rest.
 
-A leg is a way in the plane. The body at each of its poses is compared with all standing objects, and with all moving
-ones for the duration of the leg, as they follow their lane, go straight on, or brake. Nobody on the road may reach the
-body before the turn is done. Traffic from unseen parts must be able to stop (Lemma 2 of RSS, as for a lane entry).
+A leg is a path in the plane. At each of its poses the body is checked against all stationary objects, and against all
+moving ones for the duration of the leg, whether they follow their lane, go straight on, or brake. No traffic on the
+road may reach the body before the turn is done. Traffic from unseen parts of the road must be able to stop (Lemma 2 of
+RSS, as for a lane entry).
 """
 
 from __future__ import annotations
@@ -24,12 +25,19 @@ from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 from stucksolver.scene.view import MOVING_MPS, FrenetScene
 
 CLOSING = frozenset({ObjectKind.BARRIER, ObjectKind.CONE})
-"""Objects with which roads are closed: nobody drives through there."""
+"""Objects that close a road: no traffic comes through there."""
 
 
 @dataclass(frozen=True)
 class ProvenLeg:
-    """An accepted leg of a turn. `after_s` is the duration of the legs after it (s)."""
+    """An accepted leg of a turn.
+
+    Attributes:
+        behavior: The turn.
+        leg: The leg.
+        after_s: Duration of the legs after it, with the pauses between them (s).
+        expected_s: Duration of this leg (s).
+    """
 
     behavior: TurnRound
     leg: Leg
@@ -42,12 +50,12 @@ class ProvenLeg:
         return self.leg.reverse
 
     def at(self, view: FrenetScene) -> int:
-        """Return the index of the leg's pose that is nearest to the ego."""
+        """Return the index of the leg's pose nearest to the ego."""
         away = (self.leg.x_m - view.ego.x_m) ** 2 + (self.leg.y_m - view.ego.y_m) ** 2
         return int(away.argmin())
 
     def left_m(self, view: FrenetScene) -> float:
-        """Return the distance left to drive on it (m)."""
+        """Return the distance left to drive on the leg (m)."""
         return POSE_STEP_M * (len(self.leg.x_m) - 1 - self.at(view))
 
     def rest(self, view: FrenetScene) -> Leg:
@@ -59,20 +67,17 @@ class ProvenLeg:
 def prove_turn(
     behavior: TurnRound, view: FrenetScene, policy: GuardPolicy, approvals: Approvals
 ) -> tuple[Verdict, ProvenLeg | None]:
-    """Judge the whole rest of a turn from where the ego stands.
+    """Judge the whole rest of a turn from where the ego is. A turn without a path is refused with `NO_PATH`.
 
     Returns:
         The verdict, and the first leg (None if refused).
-
-    Raises:
-        CannotPlan: The vehicle moves, faces the other way already, or the road is too narrow.
     """
     try:
         if abs(view.ego.speed_mps) > policy.stopping.rests_mps:
-            raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stand before it turns round")
+            raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stop before it turns round")
         legs = behavior.legs(view)
         if not legs:
-            raise CannotPlan(PlanFailure.PRECONDITION, "the vehicle faces the other way already")
+            raise CannotPlan(PlanFailure.PRECONDITION, "the vehicle already faces the other way")
     except CannotPlan as error:
         return no_path(error), None
     took = [_duration_s(leg, view, behavior, policy) for leg in legs]
@@ -81,7 +86,7 @@ def prove_turn(
     swept = _span(view, legs)
     rejects = _zones(view, swept, policy) + _solid_line(view, swept, policy, approvals)
     rejects += _edges(view, legs, policy) + _sight(view, swept, policy)
-    # A vehicle that already stands across the road is seen by all traffic, which may come and stop.
+    # Once the ego is across the road, all traffic sees it and can stop.
     rejects += _comes(view, swept, took[0] + (0.0 if begun else after_s), policy)
     rejects += [reject for leg in legs for reject in _standing(view, leg, policy, behavior.speed_mps)][:1]
     rejects += _moving(view, legs[0], policy, behavior.speed_mps)
@@ -91,7 +96,7 @@ def prove_turn(
 
 
 def recheck_leg(proven: ProvenLeg, view: FrenetScene, policy: GuardPolicy) -> Verdict:
-    """Judge a running leg on this tick. If the verdict has reasons, stop, for good or until someone has passed."""
+    """Judge a running leg on this tick. A refusal says to stop for good, or to give way until someone has passed."""
     braking = view.ego.limits.comfort_braking_mps2
     k = proven.at(view)
     away = float(np.hypot(proven.leg.x_m[k] - view.ego.x_m, proven.leg.y_m[k] - view.ego.y_m))
@@ -113,7 +118,7 @@ def _duration_s(leg: Leg, view: FrenetScene, behavior: TurnRound, policy: GuardP
 
 
 def _span(view: FrenetScene, legs: tuple[Leg, ...]) -> tuple[float, float]:
-    """Return the arc lengths (from, to) between which the body is in some leg (m)."""
+    """Return the lowest and the highest arc length that the body reaches in any leg (m)."""
     s = np.concatenate([corners(view, leg.x_m, leg.y_m, leg.yaw_rad)[0].ravel() for leg in legs])
     return float(s.min()), float(s.max())
 
@@ -122,27 +127,27 @@ def _zones(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -
     margin_m = policy.lanes.zone_margin_m
     for zone in view.surroundings.road.zones:
         if zone.start_m - margin_m < swept[1] and swept[0] < zone.end_m + margin_m:
-            return [Reject(code=RejectCode.ZONE, detail=f"it would turn in a {zone.kind.value.replace('_', ' ')}")]
+            return [Reject(code=RejectCode.ZONE, detail=f"the ego would turn in a {zone.kind.value.replace('_', ' ')}")]
     return []
 
 
 def _solid_line(
     view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy, approvals: Approvals
 ) -> list[Reject]:
-    """Check that a solid middle line is crossed only as the policy allows."""
+    """Check that no kerb is crossed, and a solid line between lanes only as the policy allows."""
     lines = [
         lane.lines(max(swept[0], lane.start_m), min(swept[1], lane.end_m))
         for lane in view.frame.lanes
         if lane.strip.kind is LaneKind.DRIVING and lane.covers(view.ego_s, view.ego_s)
     ]
     if any(LineKind.KERB in found for found in lines):
-        return [Reject(code=RejectCode.OFF_ROAD, detail="the way leads over a kerb")]
+        return [Reject(code=RejectCode.OFF_ROAD, detail="the path crosses a kerb")]
     if not any(LineKind.SOLID in found for found in lines):
         return []
     if policy.solid_line == "forbid":
         return [Reject(code=RejectCode.SOLID_LINE, detail="solid line: crossing is forbidden here")]
     if not approvals.cover("solid_line", Release(policy.solid_line)):
-        why = f"solid line: crossing needs a yes from the {policy.solid_line}"
+        why = f"solid line: crossing needs approval from the {policy.solid_line}"
         return [Reject(code=RejectCode.SOLID_LINE, detail=why)]
     return []
 
@@ -157,7 +162,7 @@ def _edges(view: FrenetScene, legs: tuple[Leg, ...], policy: GuardPolicy) -> lis
 
 
 def _sight(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -> list[Reject]:
-    """Check that each lane is seen as far as traffic at its limit needs to stop before us."""
+    """Check that each lane is seen so far that traffic at its speed limit can stop before the ego."""
     for lane in view.frame.lanes:
         if lane.strip.kind is not LaneKind.DRIVING or not lane.covers(view.ego_s, view.ego_s):
             continue
@@ -175,7 +180,7 @@ def _sight(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -
 
 
 def _ends(view: FrenetScene, lane: Lane, sight_m: float, policy: GuardPolicy) -> bool:
-    """True if a lane ends, or is closed, where the sight of it ends."""
+    """True if a lane ends, or is closed, where the sight of it ends. `sight_m`: from the ego (m), negative behind."""
     end_s = view.ego_s + sight_m
     sampled_m = policy.sight.sampled_m
     if end_s > lane.end_m - sampled_m or end_s < lane.start_m + sampled_m:
@@ -197,7 +202,7 @@ def _comes(view: FrenetScene, swept: tuple[float, float], turn_s: float, policy:
         gap_m, is_past = float(near_m - view.along[i]), bool(far_m > view.along[i])
         if not is_past and gap_m < (abs(float(view.vs[i])) + oncoming.speedup_mps) * until_s:
             thing = view.objects[int(i)]
-            detail = f"{thing.kind.value} {thing.id} comes, {gap_m:.0f} m away; the turn takes {turn_s:.0f} s"
+            detail = f"{thing.kind.value} {thing.id} is approaching, {gap_m:.0f} m away; the turn takes {turn_s:.0f} s"
             return [Reject(code=RejectCode.ONCOMING_GAP, detail=detail, object_id=thing.id, gap_m=gap_m)]
     return []
 
@@ -224,7 +229,7 @@ def _standing(
 
 
 def _moving(view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float, running: bool = False) -> list[Reject]:
-    """Check moving objects against every place of a slow or a fast ego on the leg at each instant."""
+    """Check moving objects against every pose that the ego, slow or fast, may have at each instant."""
     which = np.flatnonzero(np.hypot(view.vs, view.vd) > MOVING_MPS)
     if not len(which):
         return []
@@ -245,7 +250,7 @@ def _moving(view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float, 
 
 
 def _places(view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float) -> tuple[Array, Mask]:
-    """Return the instants until the leg is done, and (poses, instants): True if the ego may be there then."""
+    """Return the instants until the leg ends (s from now), and (poses, instants): True if the ego may be there then."""
     slow_mps = min(policy.turning.slowest_mps, speed_mps)
     gains = view.ego.limits.comfort_acceleration_mps2
     travel = POSE_STEP_M * np.arange(len(leg.x_m))
@@ -259,8 +264,8 @@ def _places(view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float) 
 
 
 def _courses(view: FrenetScene, which: Array, t: Array, policy: GuardPolicy) -> list[tuple[Array, Array, Array]]:
-    """Return x, y and heading (instants, objects) of each hypothesis: straight on, braking straight on, along the
-    lane.
+    """Return x, y (m) and heading (rad), each (instants, objects), for each hypothesis: straight on, braking straight
+    on, and along the lane.
     """
     found = [view.objects[int(i)] for i in which]
     x, y, yaw, vx, vy = (
@@ -280,8 +285,9 @@ def _courses(view: FrenetScene, which: Array, t: Array, policy: GuardPolicy) -> 
 
 
 def _too_near(view: FrenetScene, which: Array, gap: Array, margin: Array, policy: GuardPolicy) -> list[Reject]:
-    """Return the nearest of the objects whose gap (poses, objects) falls below its margin and below its present
-    value.
+    """Return a reason for the nearest object whose gap (poses, objects) falls below its margin and its present value.
+
+    The first row of `gap` is the present one.
     """
     bad = (gap < margin) & (gap < gap[0] - policy.clearance.nearer_m)
     if not bad.any():

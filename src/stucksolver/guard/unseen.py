@@ -1,15 +1,14 @@
 """Models the traffic that may come from unseen parts of an oncoming lane.
 
-In the worst case a vehicle comes at the speed limit from where the sight ends. That is assumed if nothing better is
-known. If the lane begins at a junction that the route crosses straight on, and is seen up to there, only traffic that
-enters it there can come:
+In the worst case a vehicle comes at the speed limit from where the sight ends. That is assumed unless more is known. If
+the lane begins at a junction that the route crosses straight on, and is seen up to there, only traffic that enters it
+there can come:
 
 * A vehicle that turns in is no faster than the turn allows, v = sqrt(a R), and then accelerates to the limit.
 * A vehicle that comes straight on uses the oncoming lane on the other side. If that lane is seen through the junction,
-  it
-  is no nearer than where that sight ends. Otherwise it is as near as the junction, at the limit.
+  the vehicle is no nearer than where that sight ends. Otherwise it is as near as the junction, at the limit.
 
-The model relies on no light and no stop line: the surroundings give those that bind the ego, not those that bind
+The model does not rely on lights or stop lines: the surroundings hold those that bind the ego, not those that bind
 others.
 """
 
@@ -28,8 +27,13 @@ from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
 
 @dataclass(frozen=True)
 class Unseen:
-    """A vehicle that may appear: its front is `at_m` ahead of the ego's centre; its speed then, and its highest
-    speed.
+    """A vehicle that may appear.
+
+    Attributes:
+        at_m: Distance of its front ahead of the ego's centre when it appears (m).
+        speed_mps: Its speed then (m/s).
+        limit_mps: Its highest speed (m/s).
+        accelerates_mps2: Its acceleration up to that speed (m/s²).
     """
 
     at_m: float
@@ -38,7 +42,7 @@ class Unseen:
     accelerates_mps2: float = 0.0
 
     def way_m(self, duration_s: float) -> float:
-        """Return its way in a time, accelerating to the limit (m)."""
+        """Return the distance that it drives in a time, accelerating to its highest speed (m)."""
         if self.speed_mps >= self.limit_mps or self.accelerates_mps2 <= 0.0:
             return self.speed_mps * duration_s
         gaining_s = min((self.limit_mps - self.speed_mps) / self.accelerates_mps2, duration_s)
@@ -47,7 +51,7 @@ class Unseen:
 
 
 def who_may_come(case: CheckContext, lane: Lane) -> tuple[Unseen, ...]:
-    """Return the vehicles that may appear in an oncoming lane after the last look."""
+    """Return the vehicles that may appear in an oncoming lane after the last check."""
     policy, sight = case.policy.oncoming, case.view.sight_ahead_m(lane)
     limit = lane.strip.speed_limit_mps or policy.unknown_limit_mps
     worst = Unseen(sight, limit, limit)
@@ -80,7 +84,7 @@ def _begins_at(case: CheckContext, lane: Lane, sight_m: float) -> Zone | None:
 
 
 def _straight_on(case: CheckContext, lane: Lane, zone: Zone) -> Unseen | None:
-    """Return a vehicle that comes straight on; None if the lane beyond is a different one, or is not seen."""
+    """Return the vehicle that may come straight on; None if the route turns there, or the lane beyond is not seen."""
     view, policy = case.view, case.policy
     turns = abs(float(np.diff(np.interp([zone.start_m, zone.end_m], view.frame.s, view.frame.headings))[0]))
     if turns > policy.prediction.turns_rad:
@@ -103,7 +107,7 @@ def _straight_on(case: CheckContext, lane: Lane, zone: Zone) -> Unseen | None:
 
 
 def _quickest_in(case: CheckContext, zone: Zone) -> float:
-    """Return the highest speed seen in a junction (m/s): vehicles are assumed to drive there as they are seen to."""
+    """Return the highest speed seen in a junction (m/s): unseen vehicles may be as fast as those seen there."""
     view = case.view
     within = view.moving & ~view.on_foot & (view.s + view.along > zone.start_m) & (view.s - view.along < zone.end_m)
     return float(np.hypot(view.vs[within], view.vd[within]).max()) if within.any() else 0.0

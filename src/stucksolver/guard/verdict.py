@@ -8,7 +8,7 @@ from stucksolver.scene.model import Model
 
 
 class Reject(Model):
-    """One reason against a plan, with the object, the time and the gap if they apply."""
+    """One reason against a plan, with the object, the time (s from now) and the gap (m) if they apply."""
 
     code: RejectCode
     detail: str
@@ -24,7 +24,7 @@ class Reject(Model):
 
 
 class SightProof(Model):
-    """Why a pass may begin: the sight needed in the oncoming lane, the sight available, and the time without a look."""
+    """Why a pass may begin: the sight needed and available in the oncoming lane (m), and the unchecked time (s)."""
 
     needed_m: float
     seen_m: float
@@ -36,7 +36,7 @@ class Verdict(Model):
 
     Attributes:
         rejects: The reasons against the plan.
-        abort: What to do instead, only while a plan runs.
+        abort: What to do instead; set only while a plan runs.
         brake_mps2: How hard to brake (m/s²), if the abort is to brake.
         sight: The proof of an accepted pass through the oncoming lane.
     """
@@ -68,7 +68,7 @@ class Verdict(Model):
 
 
 def no_path(error: CannotPlan) -> Verdict:
-    """Return the verdict that refuses behaviours without a path."""
+    """Return the verdict that refuses behaviours for which there is no path."""
     return Verdict(rejects=(Reject(code=RejectCode.NO_PATH, detail=str(error), failure=error.failure),))
 
 

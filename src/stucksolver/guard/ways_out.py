@@ -1,4 +1,4 @@
-"""After the commit point: chooses the best way out if going on would hit someone.
+"""Chooses the least harmful option if, after the commit point, going on would hit someone.
 
 The order of preference is: no predicted contact; none with a person or two-wheeler; no stop on rails; the lowest impact
 speed. Among equals: finish, brake gently, brake hard.
@@ -30,7 +30,7 @@ from stucksolver.scene.view import MOVING_MPS
 
 @dataclass(frozen=True)
 class Contact:
-    """The predicted result of a way out: a contact, with a person or two-wheeler or not, at a relative speed (m/s)."""
+    """A predicted contact: whether it is with a person or two-wheeler, and its relative speed (m/s)."""
 
     person: bool
     speed_mps: float
@@ -38,7 +38,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class WayOut:
-    """A way out. `brake_mps2` is how hard to brake (m/s²); None for no stop."""
+    """A way to end the conflict. `brake_mps2` is how hard to brake (m/s²); None if the ego does not brake."""
 
     abort: Abort
     brake_mps2: float | None = None
@@ -48,17 +48,17 @@ FINISH = WayOut(Abort.FINISH)
 
 
 def least_harm(case: CheckContext, giving_way: bool) -> WayOut:
-    """Return whether to finish the plan or to brake. `giving_way`: the vehicle already brakes or stands."""
+    """Return whether to finish the plan or to brake. `giving_way`: the ego is already braking or has stopped."""
     limits = case.view.ego.limits
     on = _finishing(case, giving_way)
     if on is None:
         return FINISH
     rests = abs(case.view.ego.speed_mps) < case.policy.stopping.rests_mps
     if rests and not case.on_rails(case.view.ego_s):
-        # A vehicle that runs into a standing one could have stopped; nobody is hit from rest.
+        # Whoever runs into a stopped vehicle could have stopped; a stopped ego hits nobody.
         return WayOut(Abort.GIVE_WAY, limits.comfort_braking_mps2)
     found = [(_rank(on, on_rails=False), FINISH)]
-    # A vehicle that already brakes has the lag behind it, and does not release the brakes for a moment.
+    # An ego that is already braking has no lag left, and should not release the brakes for a moment.
     lag_s = 0.0 if giving_way else case.policy.stopping.lag_s
     gentler_mps = 0.0 if giving_way else case.policy.harm.gentler_mps
     for braking in (limits.comfort_braking_mps2, limits.max_braking_mps2):
@@ -68,7 +68,7 @@ def least_harm(case: CheckContext, giving_way: bool) -> WayOut:
 
 
 def brakes_hard(case: CheckContext) -> float | None:
-    """Return how hard to brake for a stop that is due now (m/s²); None if braking gently meets nobody."""
+    """Return how hard to brake for a stop that is due now (m/s²); None if comfortable braking hits nobody."""
     limits = case.view.ego.limits
     met, _ = _stopping(case, limits.comfort_braking_mps2, case.policy.stopping.lag_s)
     return None if met is None else limits.max_braking_mps2
@@ -81,10 +81,10 @@ def _rank(met: Contact | None, on_rails: bool, worse_mps: float = 0.0) -> tuple[
 
 
 def _finishing(case: CheckContext, giving_way: bool) -> Contact | None:
-    """Return the contact that going on would end in, if it is time to act on it.
+    """Return the contact to which going on would lead, if it is time to act on it.
 
-    Moving objects may be elsewhere by then, so the ego brakes for them only when they are near. At rest there is no
-    hurry.
+    Distant moving objects may be elsewhere by then, so the ego brakes only for near ones. If it has stopped, or gives
+    way, there is no hurry, and it looks further ahead.
     """
     speed, braking = abs(case.view.ego.speed_mps), case.view.ego.limits.comfort_braking_mps2
     stopping = case.policy.stopping
@@ -102,7 +102,7 @@ def _finishing(case: CheckContext, giving_way: bool) -> Contact | None:
 
 
 def _stopping(case: CheckContext, braking_mps2: float, lag_s: float) -> tuple[Contact | None, float]:
-    """Return the contact that braking now would end in, and the arc length where it would end (m).
+    """Return the contact to which braking now would lead, and the arc length at which the ego would stop (m).
 
     `lag_s`: time until the brakes act (s).
     """
@@ -120,21 +120,22 @@ def _worse(one: Contact | None, other: Contact | None) -> Contact | None:
 
 
 def _standing(case: CheckContext) -> Array:
-    """(found,): indices of standing objects that can be hit."""
+    """(found,): indices of stationary objects that can be hit."""
     view, which = case.view, relevant(case)
     result: Array = which[np.hypot(view.vs[which], view.vd[which]) <= MOVING_MPS]
     return result
 
 
 def _touched(case: CheckContext, gap: Array) -> Mask:
-    """(places, objects): True where the gap along a way counts as contact and differs from the one at its start."""
+    """(places, objects): True where the gap counts as contact and is smaller than at the first place."""
     result: Mask = (gap < case.policy.harm.touch_m) & (gap < gap[0] - case.policy.clearance.nearer_m)
     return result
 
 
 def _with_standing(case: CheckContext, speed_mps: Array) -> Contact | None:
-    """Return the first contact with a standing object. `speed_mps` (stations,) is the ego's speed, NaN if not
-    reached.
+    """Return the worst of the first contacts with stationary objects.
+
+    `speed_mps` (stations,) is the ego's speed at each station (m/s), NaN where the ego does not get to.
     """
     which = _standing(case)
     if not len(which):
@@ -147,9 +148,10 @@ def _with_standing(case: CheckContext, speed_mps: Array) -> Contact | None:
 
 
 def _drawn_against(case: CheckContext, way_m: float, braking_mps2: float, lag_s: float = 0.0) -> Contact | None:
-    """Return the first contact with a standing object on the ego's side of the path while its error grows.
+    """Return the first contact with a stationary object on the ego's side of the path while its error grows.
 
-    The body then keeps its heading for `way_m`, and brakes after a while (0: at its present speed).
+    The body is assumed to keep its heading for `way_m` (m). It brakes with `braking_mps2` (0: not at all) after
+    `lag_s`.
     """
     if case.error_m * case.error_rad <= 0.0:
         return None
@@ -168,10 +170,10 @@ def _drawn_against(case: CheckContext, way_m: float, braking_mps2: float, lag_s:
 
 
 def _with_moving(case: CheckContext, stations: Array, t: Array) -> Contact | None:
-    """Return the first contacts with moving objects on ways along the path.
+    """Return the worst of the first contacts with moving objects, for several profiles along the path.
 
-    `stations` (ways, instants) are the ego's arc lengths at the instants `t`. A pedestrian does not run into a standing
-    vehicle; a vehicle may.
+    `stations` (profiles, instants) are the ego's arc lengths (m) at the instants `t` (s). A pedestrian does not run
+    into a stopped vehicle; a vehicle may.
     """
     view, which = case.view, relevant(case, float(t[-1]))
     which = which[np.hypot(view.vs[which], view.vd[which]) > MOVING_MPS]

@@ -1,4 +1,4 @@
-"""What people may be asked to release, and what they have released."""
+"""What people may be asked to approve, and what they have approved."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from stucksolver.decision.behaviors import Release
 
 RULES = ("solid_line", "emergency_scene", "school_bus", "level_crossing", "flagger", "red_light")
-"""Besides the names of behaviours, the rules that a person may be asked to release. A red light: an operator only."""
+"""The rules that a person may be asked to waive, besides approving behaviours. Only an operator waives a red light."""
 CLAIMS = ("soft_object", "long_stay")
-"""What a person may confirm about an object: that it is the soft thing it looks like, and that it will stay."""
+"""What a person may confirm about an object: that it is as soft as it looks, and that it will stay."""
 SCENES = ("emergency_scene", "school_bus", "level_crossing", "flagger")
 RANKS = ("autonomous", "passenger", "operator", "forbid")
 """Ranks of approval, from the lowest to the highest."""
@@ -23,9 +23,7 @@ class Approvals:
     operator: frozenset[str] = frozenset()
 
     def cover(self, what: str, needed: Release) -> bool:
-        """True if the approvals suffice for something of this rank. An operator's approval also counts as a
-        passenger's.
-        """
+        """True if the approvals cover `what` at the required rank. An operator may approve what a passenger may."""
         if needed is Release.AUTONOMOUS or what in self.operator:
             return True
         return needed is Release.PASSENGER and what in self.passenger

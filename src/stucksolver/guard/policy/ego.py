@@ -11,85 +11,85 @@ class SpeedPolicy(Model):
     """Caps on the speed that a plan asks for. Read by `caps`, `checks`, `rules`, `marking`, `oncoming` and `guard`."""
 
     recovery_mps: PositiveFloat = 20 / 3.6
-    """For a plan of our own. The design's."""
+    """For a plan that nobody asked for. The design's."""
     passing_mps: PositiveFloat = 40 / 3.6
     """For a pass through the oncoming lane, if the limits of both lanes allow it: the same as `guided_mps`."""
     people_aside_m: NonNegativeFloat = 3.0
-    """With people or two-wheelers nearer than this a pass stays at `recovery_mps`: two seconds of walking."""
+    """If people or two-wheelers are nearer than this, a pass stays at `recovery_mps`: two seconds of walking."""
     doors_aside_m: NonNegativeFloat = 1.1
-    """The same for the doors of vehicles: `DoorPolicy.reach_m`, and 0.2 m to the open door."""
+    """The same for the doors of stationary vehicles: `DoorPolicy.reach_m`, plus 0.2 m to the open door."""
     guided_mps: PositiveFloat = 40 / 3.6
     """For overtaking that a passenger asked for. The design's."""
     creep_mps: PositiveFloat = 8 / 3.6
-    """Walking pace: the highest speed that still counts as one. The design's."""
+    """The highest speed that still counts as walking pace. The design's."""
     tolerance_mps: NonNegativeFloat = 1.0
-    """A plan ends if the cap is exceeded by this much: above the overshoot of a speed controller."""
+    """A plan ends if the ego exceeds the cap by more than this: more than a speed controller overshoots."""
 
 
 class TrackingPolicy(Model):
     """How the vehicle drives a path from its real position and heading. Read by `tracking` and `guard`."""
 
     error_m: NonNegativeFloat = 0.9
-    """A plan ends if the ego is further beside its path: half a car's width."""
+    """A plan ends if the ego is further from its path than this: half a car's width."""
     askew_rad: NonNegativeFloat = 0.1
     """Below this heading error the vehicle counts as aligned with its path and need not steer onto it first."""
     beside_m: NonNegativeFloat = 0.05
     """Below this lateral error the vehicle counts as on its path: the accuracy of localisation."""
     drift_mps: NonNegativeFloat = 0.25
-    """The highest sideways speed of a fault. Ours: 3 degrees off the path at 20 km/h. A plan begins only with
-    gaps that allow for it until the vehicle stands; at walking pace the gaps of `ClearancePolicy` are enough.
+    """The highest sideways speed in a tracking fault. Ours: 3 degrees off the path at 20 km/h. A plan begins only if
+    its gaps allow for such a fault until the vehicle has stopped; at walking pace `ClearancePolicy` is enough.
     """
     kept_s: NonNegativeFloat = 1.0
-    """A tracking error is assumed to last this long beyond a stop, because its cause may last."""
+    """A tracking error is assumed to persist for this long plus the braking time, because its cause may persist."""
     worked_off_m: PositiveFloat = 6.0
-    """After that it is corrected over this distance: about two wheelbases."""
+    """Distance over which it is then corrected: about two wheelbases."""
     settles_m: PositiveFloat = 20.0
-    """An askew start is followed for this distance."""
+    """An askew start is simulated for at most this distance."""
     lock_m: PositiveFloat = 1.5
-    """The wheels turn from straight to their lock over this distance: a second at creeping speed."""
+    """Distance over which the wheels turn from straight ahead to full lock: a second at a creep."""
     straightens_m: PositiveFloat = 3.0
-    """When backing up, a heading error fades over this distance: about a wheelbase."""
+    """When backing up, a heading error decays over this distance: about a wheelbase."""
     reach_m: PositiveFloat = 2.0
-    """The centre returns to the path over about this distance. Ours."""
+    """The body's centre returns to the path over about this distance. Ours."""
     approach_rad: NonNegativeFloat = 0.45
-    """It approaches the path at no steeper angle. Ours."""
+    """The steepest angle at which it approaches the path. Ours."""
 
 
 class StoppingPolicy(Model):
     """Stops that end a plan or let others pass. Read by `aborts` and `ways_out`; `rests_mps` also by `checks`."""
 
     every_m: PositiveFloat = 3.0
-    """Distance between the stops that are tried: less than a car's length, so that no car fits between two of them."""
+    """Distance between the stops that are checked: less than a car's length, so that no car fits between two."""
     lag_s: NonNegativeFloat = 0.3
-    """From the order to brake until the brakes act. Ours: a hydraulic brake, and a tick or two of the loop."""
+    """From the command to brake until the brakes act. Ours: a hydraulic brake, and one or two ticks of the loop."""
     gives_way_s: NonNegativeFloat = 2.5
-    """The ego gives way to those it would meet within this time after a stop. Ours: late, since many turn off
-    before.
+    """The ego gives way to traffic that it would hit within its braking time plus this time. Ours: deliberately
+    late, since many turn off before.
     """
     goes_on_s: NonNegativeFloat = 6.0
-    """It keeps giving way until it would meet nobody within this time: the gap that drivers accept to cross a road."""
+    """It keeps giving way until it would hit nobody within this time: the gap in which drivers cross a road."""
     stands_s: NonNegativeFloat = 3.0
-    """The stop is checked for this long: until the next check finds the same."""
+    """Time after the stop for which it is checked: later checks cover what follows."""
     past_end_m: NonNegativeFloat = 0.5
-    """And this far beyond its end: one station of the path."""
+    """Distance beyond the stop for which it is checked: one station of the path."""
     rests_mps: NonNegativeFloat = 0.3
-    """Below this speed the ego is at rest: setting off is then a choice, and a line ahead counts as stopped at."""
+    """Below this speed the ego counts as stopped: it can choose whether to set off, and has stopped at a line ahead."""
     return_least_mps: PositiveFloat = 3.0
-    """A way back into the lane is planned for at least this speed, ..."""
+    """A path back into the lane is planned for at least this speed, ..."""
     return_s: NonNegativeFloat = 2.0
-    """... for this duration, a brisk lane change, ..."""
+    """... for this duration, that of a brisk lane change, ..."""
     return_least_m: PositiveFloat = 4.0
     """... and for at least this length, a car's length."""
 
 
 class HarmPolicy(Model):
-    """The way out with the least harm after the commit point. Read by `ways_out`."""
+    """The least harmful option after the commit point. Read by `ways_out`; `touch_m` also by `aborts` and `predict`."""
 
     touch_m: NonNegativeFloat = 0.1
-    """A smaller gap counts as contact: perception is not more accurate."""
+    """A smaller gap counts as contact: perception is no more accurate than that."""
     gentler_mps: NonNegativeFloat = 1.0
-    """A stop must lower the impact speed by more than this. A smaller gain is uncertain, and driving on clears
-    the way sooner.
+    """A stop must lower the impact speed by more than this. A smaller gain is uncertain, and driving on clears the
+    road sooner.
     """
 
 
@@ -99,10 +99,11 @@ class HandBackPolicy(Model):
     askew_rad: NonNegativeFloat = 0.2
     """With a smaller heading error and ..."""
     aside_m: NonNegativeFloat = 0.4
-    """... a smaller lateral offset, a vehicle is in its lane: what is ahead of it is ahead of its driver."""
+    """... a smaller lateral offset, the ego counts as being in its lane: its stack sees what is ahead of it."""
     kept_m: NonNegativeFloat = 0.1
-    """Kept from standing objects on the tightest way back: `HarmPolicy.touch_m`, since drivers keep more."""
+    """Gap to stationary objects on the tightest path back: `HarmPolicy.touch_m`, since stacks keep more by themselves.
+    """
     most_turn_rad: PositiveFloat = 1.3
-    """A larger heading error is treated as this one: beyond it no arc leads along the road."""
+    """A larger heading error is treated as this one: beyond it no arc runs along the road."""
     speed_mps: PositiveFloat = 2.0
-    """Speed on that way."""
+    """Speed on that path."""

@@ -26,23 +26,23 @@ from stucksolver.scene.model import Model
 
 
 class GuardPolicy(Model):
-    """Every number of the guard, and who must release what. The defaults are the design's.
+    """Every number of the guard, and who must approve what. The defaults are the design's.
 
-    Numbers are grouped in sub-policies by what reads them, each with its unit in the name and its origin beside it
-    ("ours" is a choice of this project). All are finite and none is negative; unknown names are refused.
+    The numbers are grouped in sub-policies by what reads them. Each has its unit in its name, and its origin beside it
+    ("ours" means a choice of this project). All are finite and none is negative; unknown names are refused.
     """
 
     releases: Mapping[str, Release] = Field(default_factory=dict)
-    """Who must approve a behaviour, by its name; other behaviours keep their own default."""
+    """Who must approve a behaviour, by its name. Other behaviours keep their default."""
     solid_line: Literal["forbid", "autonomous", "passenger", "operator"] = "passenger"
-    """For crossing a solid line past a stationary obstruction. Evaluation profiles set it to `autonomous`."""
+    """Who must approve crossing a solid line past a stationary obstruction. Evaluation profiles set `autonomous`."""
     authority: Release = Release.OPERATOR
-    """For passing a school bus, level crossing or flagger."""
+    """Who must approve passing a school bus, level crossing or flagger."""
     emergency_scene: Release = Release.OPERATOR
-    """For passing a standing emergency vehicle, unless a whole lane of our direction is used."""
+    """Who must approve passing a stopped emergency vehicle, unless a whole lane in the ego's direction is free."""
     waits: WaitLimits = Field(default_factory=WaitLimits)
     max_age_s: NonNegativeFloat = 0.5
-    """Older surroundings prove nothing. The design's: a few ticks of a slow stack."""
+    """Greatest age of surroundings that may prove anything. The design's: a few ticks of a slow stack."""
 
     clearance: ClearancePolicy = ClearancePolicy()
     people: PeoplePolicy = PeoplePolicy()

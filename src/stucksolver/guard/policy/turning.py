@@ -11,16 +11,16 @@ class TurningPolicy(Model):
     """A turn in several legs. Read by `turning`."""
 
     edge_m: NonNegativeFloat = 0.15
-    """Distance of every corner of the body from the road edges: `LanePolicy.drivable_tolerance_m`, but inwards,
-    since a turn swings the corners out.
+    """Distance of every corner of the body from the edges of the road: `LanePolicy.drivable_tolerance_m`, but inwards,
+    since the corners swing out in a turn.
     """
     error_m: PositiveFloat = 0.35
-    """Further from the proven leg, the turn stops: with `error_rad`, what the gaps of the plan cover."""
+    """The turn stops if the ego is further than this from the proven leg: the gaps cover this and `error_rad`."""
     error_rad: PositiveFloat = 0.2
-    """Heading error at which it stops too."""
+    """It also stops at a larger heading error than this."""
     shifts_s: NonNegativeFloat = 1.5
-    """Time between two legs, to change gear and to look. Ours."""
+    """Time between two legs, to change gear and to check the next leg. Ours."""
     slowest_mps: PositiveFloat = 0.6
-    """Lowest average speed of a leg, stops and starts included. Measured: 0.65 to 0.8 m/s at 1.4 m/s asked, on
-    carlette.
+    """Lowest average speed of a leg, stops and starts included. Measured on carlette: 0.65 to 0.8 m/s if 1.4 m/s was
+    requested.
     """
