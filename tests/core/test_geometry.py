@@ -188,4 +188,4 @@ def test_places_are_told_as_people_say_them(ahead_m, told):
 
 @pytest.mark.parametrize("stood_s", [0.0, 4.2, 9.5, 9.99])
 def test_who_has_stood_too_briefly_is_never_said_to_have_stood_long_enough(stood_s):
-    assert stood_too_briefly(stood_s, 10.0) == f"has stood for {int(stood_s)} s; 10 s are needed"
+    assert stood_too_briefly(stood_s, 10.0) == f"has been stationary for {int(stood_s)} s; 10 s are required"

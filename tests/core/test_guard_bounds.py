@@ -153,7 +153,7 @@ def test_a_vehicle_is_waited_for_10_s_and_for_3_s_with_hazard_lights_or_parked(s
 def test_one_that_was_never_seen_to_stand_has_stood_for_no_time():
     lead = thing("lead", LEAD_X).model_copy(update={"stationary_s": None})
     (found,) = (r for r in rejects(BORROW, World(ROAD, [lead])) if r.code is C.WAIT_FIRST)
-    assert found.detail == "car lead has stood for 0 s; 10 s are needed"
+    assert found.detail == "car lead has been stationary for 0 s; 10 s are required"
 
 
 @pytest.mark.parametrize(("speed", "refused"), [(0.5 - A_LITTLE, False), (0.5, True), (2.0, True)])
@@ -169,7 +169,7 @@ def told(*others, **lead):
 def test_why_one_waits_is_told():
     assert told(kind=K.BICYCLE, speed=2.0) == ["bicycle lead is moving: follow it, do not pass it"]
     assert told(moved_s_ago=5.0) == ["car lead may be in a queue"]
-    assert told(stationary_s=2.0) == ["car lead has stood for 2 s; 10 s are needed"]
+    assert told(stationary_s=2.0) == ["car lead has been stationary for 2 s; 10 s are required"]
 
 
 def test_somebody_else_who_drives_by_changes_nothing_for_who_is_followed():

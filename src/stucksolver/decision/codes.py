@@ -30,7 +30,7 @@ class WaitReason(str, Enum):
 
 @dataclass(frozen=True)
 class WaitLimits:
-    """How long each wait is legitimate (s). The defaults are the design's; a deployment may set others."""
+    """How long each wait is legitimate (s). The defaults are the design's; a deployment may set its own."""
 
     light_s: float = 180.0
     queue_moved_within_s: float = 60.0
@@ -46,7 +46,7 @@ QUESTIONS = {
     "S2.4": "Is it held by a light, a sign, a queue, people, or a duty to yield?",
     "S2.5": "Is it immobilized, and by what?",
 }
-"""The questions of the second step. With guidance S2.1 is asked, without it the others."""
+"""The questions of the second step: S2.1 if there is guidance, otherwise the others."""
 
 
 class Intent(str, Enum):

@@ -52,7 +52,7 @@ class AnalysisStep(Model):
     id: str
     question: str
     answer: bool | None
-    """None: the scene does not tell."""
+    """None if the scene does not say."""
     evidence: str
 
 
@@ -74,13 +74,11 @@ class RecoveryPlan(Model):
     behaviors: tuple[AnyBehavior, ...] = Field(min_length=1, max_length=6)
     replan_route: bool = False
     route_start: str | None = None
-    """Id of a candidate waypoint of the scene."""
+    """Id of a candidate waypoint of the scene; None to replan from here."""
 
 
 class Decision(Model):
-    """A reasoner's decision. `plan` is None if the vehicle is not stuck or nothing safe can be done: the stack
-    then drives on.
-    """
+    """A reasoner's decision. `plan` is None if nothing should be done, or nothing safe can be."""
 
     version: Literal[1] = 1
     observation: Observation

@@ -12,13 +12,13 @@ from stucksolver.decision.behaviors.registry import AnyBehavior
 from stucksolver.scene.model import Model
 
 EXPIRES_TICKS = 10
-"""Half a second at CARLA's 20 Hz, the same as the greatest age of surroundings that the guard accepts."""
+"""Half a second at CARLA's 20 Hz, like the greatest age of surroundings that the guard accepts."""
 
 
 class PathPoint(Model):
     """A point of the proven path in the local frame of the surroundings, with an upper bound on the speed.
 
-    `no_stop` is True where a stop would end where no vehicle should stand; finishing the path has been proven.
+    `no_stop` is True where a stop would end where no vehicle should stop; finishing the path has been proven.
     """
 
     x_m: float
@@ -34,16 +34,16 @@ class Continue(Model):
 
 
 class Execute(Model):
-    """Perform a behaviour. The same object is returned as long as the same stretch must be driven.
+    """Perform a behaviour. The same object is returned for as long as the same stretch is to be driven.
 
     An order is valid for `expires_ticks` ticks of the stack's clock, unless `step` returns it or another one again.
-    After that the stack performs its fallback (`Lease` does that): stop, or finish the path where `no_stop` says so.
+    After that the stack must fall back (`Lease` does that): stop, or finish the path where `no_stop` says so.
 
     Attributes:
         behavior: The behaviour.
         path: The path that the guard has proven, in the local frame; empty for a behaviour that stands still.
         reverse: The path lies behind the ego, which backs up along it.
-        ignore: Ids of objects that the path leads over; do not brake for them.
+        ignore: Ids of objects that the path drives over; do not brake for them.
         brake_mps2: Deceleration for a behaviour that stands still (m/s²); None for a normal, gentle stop.
         expires_ticks: Number of ticks for which the order is valid.
     """
@@ -54,26 +54,24 @@ class Execute(Model):
     reverse: bool = False
     ignore: tuple[str, ...] = ()
     over_red: bool = False
-    """An operator has released the red light on the path: do not stop for it."""
+    """An operator has approved crossing the red light on the path: do not stop for it."""
     brake_mps2: float | None = Field(default=None, gt=0)
     expires_ticks: int = Field(default=EXPIRES_TICKS, ge=1, le=200)
 
     def no_stop_at(self, x_m: float, y_m: float) -> bool:
-        """True if finishing is proven near a place, and a stop is not. The place is in the frame of the path's
-        points (m).
-        """
+        """True if near this place (m, in the path's frame) the path must be finished and the vehicle must not stop."""
         nearest = min(self.path, key=lambda p: (p.x_m - x_m) ** 2 + (p.y_m - y_m) ** 2, default=None)
         return nearest is not None and nearest.no_stop
 
     def left_m(self, x_m: float, y_m: float) -> float:
-        """Return the length of the path beyond its point nearest to a place (m); 0 without a path."""
+        """Return the length of the path beyond its point nearest to a place (m, in its frame); 0 without a path."""
         away = [math.hypot(p.x_m - x_m, p.y_m - y_m) for p in self.path]
         rest = self.path[away.index(min(away)) :] if away else ()
         return sum(math.hypot(b.x_m - a.x_m, b.y_m - a.y_m) for a, b in pairwise(rest))
 
 
 class Replan(Model):
-    """Plan the route again, from a candidate waypoint of the scene or from here (None)."""
+    """Replan the route, from a candidate waypoint of the scene or from here (None)."""
 
     kind: Literal["replan"] = "replan"
     route_start: str | None = None

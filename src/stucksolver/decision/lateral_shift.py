@@ -1,4 +1,4 @@
-"""How to get sideways past an obstacle close ahead: the longest swing-out that stays clear of it."""
+"""How to move sideways past an obstacle just ahead: the longest shift that stays clear of it."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ SHIFT_TIME_S = 3.0
 """About the duration of a lane change at speed."""
 CORNER_CLEARANCES_M = (0.8, 0.65, 0.5, 0.4, 0.32)
 VULNERABLE_CORNER_CLEARANCES_M = (1.4, 1.3, 1.2, 1.1, 1.05)
-"""Clearances planned for the body's corners while swinging out, from the desired one to the smallest sufficient
-one. The second ones apply beside people and cyclists.
+"""Clearances planned for the body's corners while swinging out (m), from the desired to the smallest sufficient one.
+The second list applies beside pedestrians and cyclists.
 """
 
 
 def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float) -> Manoeuvre:
-    """Return a sideways move to `d_to`, as long (and so as gentle) as the space ahead allows.
+    """Return a lateral move to `d_to`, as long and thus as gentle as the space ahead allows.
 
     Args:
         view: The surroundings in road coordinates.
@@ -31,7 +31,7 @@ def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float
         speed_mps: Upper bound on the speed (m/s).
 
     Raises:
-        CannotPlan: Even the tightest turn of the vehicle would touch what stands ahead.
+        CannotPlan: Even at its smallest turning radius the vehicle would touch something stationary ahead.
     """
     side = d_to - start.d_m
     shortest = max(shortest_shift(side, view.ego.limits.min_turn_radius_m), 4.0)
@@ -45,7 +45,7 @@ def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float
     if way_there > LATER_M:
         raise CannotPlan(
             PlanFailure.NO_ROOM_TO_COME_BACK,
-            f"no room to come back by {abs(side):.1f} m, {way_there:.0f} m ahead: something stands there",
+            f"no room to return by {abs(side):.1f} m, {way_there:.0f} m ahead: something is in the way",
         )
     raise CannotPlan(
         PlanFailure.NO_ROOM_TO_SWING_OUT, f"no room to swing out by {abs(side):.1f} m: the obstacle ahead is too near"
@@ -53,9 +53,9 @@ def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float
 
 
 def touches_standing(view: FrenetScene, path: Manoeuvre, clearance_m: float, vulnerable_m: float) -> bool:
-    """True if the body on a path would come nearer to a standing object than `clearance_m` and than it is now.
+    """True if on the path the body would come nearer to a stationary object than `clearance_m`, and than it is now.
 
-    `vulnerable_m` is the clearance to people and cyclists.
+    `vulnerable_m` is the clearance to pedestrians and cyclists (m).
     """
     standing = np.flatnonzero(~view.moving)
     if not len(standing):

@@ -1,6 +1,6 @@
-"""What a stack performs when nobody renews its order: every order is a lease, counted in the stack's ticks.
+"""What a stack does if its order is not renewed: every order is a lease, counted in the stack's ticks.
 
-`stucksolver_bridge.lease` is the same for stacks that cannot import this one; a test compares the two.
+`stucksolver_bridge.lease` is its twin for stacks that cannot import this module; a test compares the two.
 """
 
 from __future__ import annotations
@@ -10,35 +10,33 @@ from stucksolver.decision.directive import CONTINUE, Directive, Execute
 
 STAND = Execute(behavior=Wait(duration_s=1.0))
 STUCK_TICKS = 200
-"""After standing this long (10 s at 20 Hz), a path that is being finished is given up: something stands in it."""
+"""A path that is being finished is given up after a stop this long (10 s at 20 Hz): something blocks it."""
 
 
 class Lease:
-    """Holds the current order. Call `renew` with whatever `step` returns, and `tick` once per tick of the control
-    loop.
-    """
+    """Holds the current order. Call `renew` with what `step` returns, and `tick` once per tick of the control loop."""
 
     def __init__(self) -> None:
         self._order: Directive = CONTINUE
         self._ticks = 0
         self._fallen = False
         self._finishes = False
-        """After expiry: True if the path is finished, False if the vehicle stops."""
+        """After expiry: True if the path is to be finished, False if the vehicle is to stop."""
         self._rests = 0
 
     def renew(self, order: Directive) -> None:
-        """Take the solver's new order; it holds from now on."""
+        """Take the solver's new order; its lease starts now."""
         self._order, self._ticks = order, 0
         self._fallen, self._rests = False, 0
 
     def expire(self) -> None:
-        """Nobody will renew the order any more: its fallback is due on the next tick."""
+        """Let the order expire, because nobody will renew it: its fallback is due on the next tick."""
         if isinstance(self._order, Execute):
             self._ticks = max(self._ticks, self._order.expires_ticks)
 
     @property
     def order(self) -> Directive:
-        """The last order, or its replacement."""
+        """The last order, or what replaced it."""
         return self._order
 
     @property
@@ -47,15 +45,15 @@ class Lease:
         return self._fallen
 
     def tick(self, x_m: float, y_m: float, *, path_is_done: bool, at_rest: bool) -> Directive:
-        """Return what to perform now: the order, after its expiry the fallback, and after that `Continue`.
+        """Return what to do now: the order; after it expires, the fallback; and then `Continue`.
 
-        A safe stop does not expire: the vehicle stands where it may, and stays.
+        A safe stop does not expire: the vehicle has stopped where it may, and stays.
 
         Args:
-            x_m: Centre of the vehicle in the frame of the path (m).
-            y_m: The same across (m).
-            path_is_done: The vehicle is at the end of the order's path.
-            at_rest: The vehicle stands.
+            x_m: x of the vehicle's centre in the frame of the path (m).
+            y_m: y of the vehicle's centre (m).
+            path_is_done: The vehicle has reached the end of the order's path.
+            at_rest: The vehicle has stopped.
         """
         self._ticks += 1
         order = self._order

@@ -14,21 +14,21 @@ STEP_M = 0.5
 SOFT_BRAKING_MPS2 = 1.0
 LEAST_MPS = 0.3
 HAND_BACK_BRAKING_MPS2 = 2.5
-"""No stack begins to brake for the end of a path later than this deceleration requires."""
+"""The hardest deceleration with which a stack is expected to brake for the end of a path (m/s²)."""
 
 
 @dataclass(frozen=True)
 class Manoeuvre:
     """A path: stations every `STEP_M` along the road, with lateral offsets and upper bounds on the speed.
 
-    A manoeuvre in reverse is one in the frame of `FrenetScene.backwards`.
+    A manoeuvre in reverse is in the frame of `FrenetScene.backwards`.
 
     Attributes:
         s: Arc lengths (stations,) (m).
         d: Lateral offsets (stations,) (m, left positive).
         speed: Upper bounds on the speed (stations,) (m/s).
-        enters: Lanes that the path moves into or through, in order, without the ego's own lane.
-        passes: Ids of the objects that it goes round.
+        enters: Lanes that the path moves into or through, in order, without the lane in which it begins.
+        passes: Ids of the objects that it passes.
         returns: It ends in the route's lane.
         over: Ids of the objects that it drives over.
         stops: It ends at rest.
@@ -56,7 +56,7 @@ class Manoeuvre:
         return float(self.d[-1])
 
     def heading(self) -> Array:
-        """Heading relative to the road at each station (rad)."""
+        """(stations,): heading of the path relative to the road (rad, left positive)."""
         if len(self.s) < 2:
             return np.zeros(len(self.s))
         d = np.concatenate([self.d[:1], self.d, self.d[-1:]])
@@ -65,18 +65,20 @@ class Manoeuvre:
         return heading
 
     def body(self, yaw_rad: float, wheelbase_m: float) -> Array:
-        """Return the headings of a body whose centre is on the path and that starts with heading `yaw_rad` (rad)."""
+        """(stations,): headings of a body whose centre follows the path and that starts with heading `yaw_rad`
+        (rad).
+        """
         return self.yaw if self.yaw is not None else body_heading(self.heading(), yaw_rad, wheelbase_m / 2)
 
     def from_station(self, s: float) -> Manoeuvre:
-        """Return the rest of it from `s` to its end; at least its last two stations."""
+        """Return the rest of it from arc length `s` (m) to its end; at least its last two stations."""
         left = np.arange(max(s, float(self.s[0])), self.end_s - STEP_M / 2, STEP_M)
         stations: Array = np.append(left, self.end_s) if len(left) else self.s[-2:]
         d, speed = np.interp(stations, self.s, self.d), np.interp(stations, self.s, self.speed)
         return replace(self, s=stations, d=d, speed=speed, yaw=None)
 
     def then(self, other: Manoeuvre) -> Manoeuvre:
-        """Append another manoeuvre that starts where this one ends."""
+        """Return this manoeuvre followed by another one that starts where this one ends."""
         return Manoeuvre(
             np.concatenate([self.s, other.s[1:]]),
             np.concatenate([self.d, other.d[1:]]),
@@ -89,7 +91,7 @@ class Manoeuvre:
         )
 
     def stopping(self) -> Manoeuvre:
-        """The same manoeuvre, stopping at its end."""
+        """Return the same manoeuvre, but with a stop at its end."""
         room = np.maximum(self.end_s - self.s, 0.0)
         speed = np.minimum(self.speed, np.maximum(np.sqrt(2 * SOFT_BRAKING_MPS2 * room), LEAST_MPS))
         speed[-1] = 0.0
@@ -97,13 +99,13 @@ class Manoeuvre:
 
 
 def body_heading(course_rad: Array, yaw_rad: float, lever_m: float) -> Array:
-    """Return the headings of a body whose centre moves in the directions `course_rad` and that starts with `yaw_rad`.
+    """(stations,): headings of a body whose centre moves in the directions `course_rad` and that starts with `yaw_rad`.
 
     The rear axle, `lever_m` behind the centre, does not slip sideways: dyaw/ds = sin(course - yaw) / lever. In a steady
     bend of radius R the slip is asin(lever / R), as for the kinematic bicycle; here for small angles.
 
     Args:
-        course_rad: Directions, one every `STEP_M` (rad).
+        course_rad: (stations,) directions, one every `STEP_M` (rad).
         yaw_rad: Heading at the start (rad).
         lever_m: Distance of the rear axle behind the centre (m).
     """
@@ -119,15 +121,15 @@ def coming_back(
 ) -> Manoeuvre:
     """Return a path that keeps the offset of `start` until `back_s`, shifts back to the route, and goes on to `end_s`.
 
-    The shift is a cosine. Neither place need be a multiple of `STEP_M`; only the end is rounded to one, towards the
-    start.
+    The shift is a cosine. `back_s` and the length may be any numbers; only the length of the whole path is rounded
+    down to a multiple of `STEP_M`.
 
     Args:
         start: Arc length and offset (m).
         back_s: Arc length at which the shift begins (m).
         length_m: Length of the shift (m).
         end_s: Arc length of the end (m).
-        beside_mps: Upper bound on the speed (m/s); comfort bounds the shift as well.
+        beside_mps: Upper bound on the speed (m/s); lateral acceleration may bound it further during the shift.
         view: The surroundings in road coordinates.
     """
     s_from, d_from = start
@@ -139,18 +141,20 @@ def coming_back(
 
 
 def landing_m(speed_mps: float) -> float:
-    """Length of the straight that ends every path (m): the stack takes over there before it would brake for the end."""
+    """Return the length of the straight that ends every path (m): the stack takes over before it brakes for the end."""
     return 2.0 + 0.5 * speed_mps + speed_mps**2 / (2 * HAND_BACK_BRAKING_MPS2)
 
 
 def shift(d_from: float, d_to: float, length_m: float) -> Array:
-    """Return a lateral move as half a cosine wave, sampled every `STEP_M`, both ends included (m)."""
+    """(stations,): lateral offsets of a shift along half a cosine wave, about every `STEP_M`, both ends included
+    (m).
+    """
     x = np.linspace(0.0, 1.0, max(round(length_m / STEP_M), 2) + 1)
     return d_from + (d_to - d_from) * (1 - np.cos(np.pi * x)) / 2
 
 
 def shift_speed(lateral_m: float, length_m: float, max_lateral_mps2: float) -> float:
-    """Return the highest speed at which a cosine shift stays within a lateral acceleration (m/s).
+    """Return the highest speed at which a cosine shift stays within a lateral acceleration limit (m/s).
 
     The curvature of d(s) = D/2 (1 - cos(pi s/L)) is at most D/2 (pi/L)^2, reached at both ends.
     """
@@ -164,14 +168,16 @@ def shortest_shift(lateral_m: float, radius_m: float) -> float:
 
 
 def straight(s_from: float, d: float, length_m: float, speed_mps: float) -> Manoeuvre:
-    """Return a path at a constant offset."""
+    """Return a path at a constant lateral offset `d` (m)."""
     count = max(round(length_m / STEP_M), 1)
     s: Array = s_from + STEP_M * np.arange(count + 1)
     return Manoeuvre(s, np.full(count + 1, d), np.full(count + 1, speed_mps))
 
 
 def along_lane(lane: Lane | None, s_from: float, d_from: float, length_m: float, speed_mps: float) -> Manoeuvre:
-    """Return a path along a lane that reaches its centre within ten metres; at a constant offset without a lane."""
+    """Return a path that reaches the lane's centre within ten metres and follows it; at a constant offset without a
+    lane.
+    """
     path = straight(s_from, d_from, length_m, speed_mps)
     if lane is None:
         return path
@@ -183,7 +189,7 @@ def along_lane(lane: Lane | None, s_from: float, d_from: float, length_m: float,
 def lateral(
     s_from: float, d_from: float, d_to: float, length_m: float, speed_mps: float, view: FrenetScene
 ) -> Manoeuvre:
-    """Return a sideways move, slowed down to the vehicle's comfort limits."""
+    """Return a lateral move, slowed down to the vehicle's limit of lateral acceleration."""
     offsets = shift(d_from, d_to, length_m)
     bound = shift_speed(d_to - d_from, length_m, view.ego.limits.max_lateral_acceleration_mps2)
     s: Array = s_from + STEP_M * np.arange(len(offsets))

@@ -1,4 +1,4 @@
-"""Finds what must be passed, how far to the side, and for how long."""
+"""Finds what must be passed, at what lateral offset, and for how long."""
 
 from __future__ import annotations
 
@@ -15,35 +15,42 @@ from stucksolver.scene.road import LaneDirection, LaneKind
 from stucksolver.scene.view import FrenetScene
 
 CLEARANCE_M, NARROW_CLEARANCE_M = 1.2, 0.5
-"""Planned clearance beside standing objects (enough for a door ajar), and the smallest one on a narrow road."""
+"""Planned clearance beside stationary objects (enough for a door ajar), and the smallest one on a narrow road (m)."""
 VULNERABLE_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M = 1.7, 1.35
 """The same beside pedestrians and cyclists."""
 DOOR_M = 0.95
-"""With less than this beside a vehicle (or less than planned beside people) the pass is done at walking pace."""
+"""With less than this beside a vehicle, or less than planned beside people, the ego passes at walking pace (m)."""
 ROOM_TO_RETURN_M = 10.0
-"""A gap shorter than this beyond the passed object is too short to stand in, so the next object is passed too. It
-is the ego's length, 2 m to what stands beyond, and the room that the tail needs to swing in.
+"""A gap shorter than this beyond the passed object is too short to return into, so the next object is passed too. It
+holds the ego's length, 2 m to what is beyond, and the room that the tail needs to swing in.
 """
 AHEAD_OF_MOVING_M = 6.0
 """The ego's rear must be this far ahead of a moving object when the return begins."""
 SPEED_MARGIN_MPS = 0.5
-"""A passed road user may be faster than seen by this much."""
+"""A road user being passed may be faster than seen by this much."""
 
 
 @dataclass(frozen=True)
 class Passing:
-    """The objects to pass, the lateral offset, and the position and speed of the foremost one."""
+    """What to pass and how.
+
+    Attributes:
+        ids: Ids of the objects.
+        offset_m: Lateral offset of the ego's centre beside them (m, left positive).
+        far_s: Arc length of the far end of the foremost one (m).
+        speed_mps: Speed of the fastest one along the road, at least 0 (m/s).
+    """
 
     ids: tuple[str, ...]
     offset_m: float
     far_s: float
     speed_mps: float
     slowly: bool = False
-    """True if it is so narrow that only walking pace is allowed."""
+    """True if the road is so narrow that only walking pace is allowed."""
 
 
 def borrowed_lane(view: FrenetScene, s: float) -> Lane | None:
-    """Return the oncoming driving lane on the left of the route's own lane, or None if there is none."""
+    """Return the oncoming driving lane to the left of the route's own lane at arc length `s` (m), or None."""
     lane = view.frame.beside(s, 0.0, +1)
     if lane is None or lane.strip.kind is not LaneKind.DRIVING:
         return None
@@ -77,7 +84,7 @@ def find_passing(view: FrenetScene, start: Start, object_id: str, lane: Lane) ->
         )
     wished = _beside(view, which, CLEARANCE_M, VULNERABLE_CLEARANCE_M)
     moving = max(float(view.vs[i]) for i in which)
-    # Beside a moving object use the whole other lane; beside a standing one no more than needed.
+    # Use the whole other lane beside a moving object, but no more than needed beside a stationary one.
     offset = max(wished, centre) if moving > 0.5 else wished
     far = max(which, key=lambda i: float(view.s[i] + view.along[i]))
     return Passing(
@@ -90,8 +97,8 @@ def find_passing(view: FrenetScene, start: Start, object_id: str, lane: Lane) ->
 
 
 def standing_beyond(view: FrenetScene, passing: Passing) -> float:
-    """Return the arc length of the near end of what stands in the own lane beyond the pass (m); infinite if
-    nothing does.
+    """Return the arc length of the near end of what is stationary in the ego's lane beyond the pass (m); infinite if
+    nothing is.
     """
     half = view.ego.width_m / 2
     near = [
@@ -106,7 +113,7 @@ def standing_beyond(view: FrenetScene, passing: Passing) -> float:
 
 
 def _beside(view: FrenetScene, which: list[int], clearance_m: float, vulnerable_clearance_m: float) -> float:
-    """Return the lateral offset of the ego's centre that keeps a clearance from all of them (m)."""
+    """Return the lateral offset at which the ego's centre keeps the clearance from all of them (m)."""
     edges = [
         float(view.d[i] + view.across[i]) + (vulnerable_clearance_m if view.vulnerable[i] else clearance_m)
         for i in which
@@ -115,7 +122,7 @@ def _beside(view: FrenetScene, which: list[int], clearance_m: float, vulnerable_
 
 
 def _group(view: FrenetScene, start: Start, target: int) -> list[int]:
-    """Return the target, what stands in the own lane before it, and what follows too closely behind it."""
+    """Return the target, what is in the ego's lane before it, and what is too close beyond it."""
     half = view.ego.width_m / 2 + 0.3
     in_path = [
         int(i)
@@ -137,7 +144,7 @@ def _group(view: FrenetScene, start: Start, target: int) -> list[int]:
 def length_abreast(view: FrenetScene, start: Start, out: Manoeuvre, passing: Passing, speed_mps: float) -> float:
     """Return the distance to drive beside the passed objects before the return may begin (m).
 
-    It assumes a sluggish ego and moving objects that are a little faster than seen.
+    It assumes a sluggish ego, and moving objects that are a little faster than seen.
     """
     half = view.ego.length_m / 2
     if passing.speed_mps <= 0.5:

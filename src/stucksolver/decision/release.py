@@ -1,4 +1,4 @@
-"""What a passenger's words allow: the intent that our own reader understood must match the plan.
+"""What a passenger's words allow: the intent that the vehicle's own reader understood must match the plan.
 
 The reasoner that proposes a plan has no influence on this.
 """
@@ -35,8 +35,9 @@ LATERAL = (BorrowOncomingLane, ChangeLane, Nudge)
 
 
 def asks_for(reading: Reading | None, plan: RecoveryPlan) -> bool:
-    """True if the plan does what the passenger asked for. Only then may it begin while the vehicle is not
-    immobilized.
+    """True if the plan does what the passenger asked for.
+
+    Only then may it begin while the vehicle is not immobilized.
     """
     if reading is None or reading.intent not in DOES:
         return False
@@ -49,10 +50,10 @@ def asks_for(reading: Reading | None, plan: RecoveryPlan) -> bool:
 
 
 def releases(reading: Reading | None, plan: RecoveryPlan) -> bool:
-    """True if the passenger asked for this plan's overtaking on its side.
+    """True if the passenger asked to overtake, on the side on which this plan does.
 
-    Words allow two things of the guard: passing someone who moves or has not stood long, and driving faster than in a
-    recovery. Both apply to overtaking only.
+    The guard then allows two more things: passing a vehicle that is moving or has not been stationary for long, and
+    driving faster than in a recovery. Both apply to overtaking only.
     """
     if reading is None or reading.intent is not GuidanceIntent.OVERTAKE:
         return False

@@ -1,4 +1,4 @@
-"""Computes when the ego is where on a path: a speed profile within the path's bounds and the vehicle's limits."""
+"""Computes when the ego is where on a path: a speed profile within the path's and the vehicle's limits."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stucksolver.scene.surroundings import VehicleLimits
 
 @dataclass(frozen=True)
 class Rollout:
-    """Time since now (s) and speed (m/s) at each station of a path."""
+    """Time from now (s) and speed (m/s) at each station of a path, both (stations,)."""
 
     t: Array
     v: Array
@@ -25,11 +25,11 @@ class Rollout:
 
 
 MIN_SPEED_MPS = 0.3
-"""Lower bound of the profile, so that standing at the start takes a finite time."""
+"""Lower bound of the profile, so that a start from rest takes a finite time."""
 
 
 def rollout(path: Manoeuvre, speed_mps: float, acceleration_mps2: float, braking_mps2: float) -> Rollout:
-    """Return the fastest profile under the bounds that starts at `speed_mps`.
+    """Return the fastest profile within the bounds that starts at `speed_mps`.
 
     It is the classical forward and backward pass over v^2 with constant acceleration between stations. A start above
     the bounds brakes at the given limit.
@@ -49,7 +49,7 @@ def rollout(path: Manoeuvre, speed_mps: float, acceleration_mps2: float, braking
 
 
 def _from_above(bound: list[float], start: float, acceleration_mps2: float, braking_mps2: float) -> Array:
-    """The forward pass from a speed above the bound, which brakes down to it first."""
+    """The forward pass if the ego starts above the bound: it brakes down to the bound first. Squared speeds (m²/s²)."""
     squared = [start]
     for limit in bound[1:]:
         previous = squared[-1]
@@ -59,9 +59,9 @@ def _from_above(bound: list[float], start: float, acceleration_mps2: float, brak
 
 
 SLUGGISH_SPEED = 0.85
-"""A sluggish vehicle drives this part of the requested speed. Ours: stacks stay below a bound, not at it."""
+"""A sluggish vehicle drives at this fraction of the requested speed. Ours: stacks stay below a bound, not at it."""
 SLUGGISH_ACCELERATION = 0.6
-"""A sluggish vehicle uses this part of its comfortable acceleration. Ours: loaded, uphill, or a careful controller."""
+"""Fraction of its comfortable acceleration that a sluggish vehicle uses. Ours: loaded, uphill, or a mild controller."""
 
 
 def sluggish(
@@ -71,7 +71,7 @@ def sluggish(
     speed_part: float = SLUGGISH_SPEED,
     acceleration_part: float = SLUGGISH_ACCELERATION,
 ) -> Rollout:
-    """Return the pessimistic profile: weaker acceleration, and always below the requested speed."""
+    """Return the pessimistic profile: weaker acceleration, and below the requested speed throughout."""
     slower = Manoeuvre(path.s, path.d, speed_part * path.speed)
     acceleration = acceleration_part * limits.comfort_acceleration_mps2
     return rollout(slower, speed_mps, acceleration, limits.comfort_braking_mps2)

@@ -23,5 +23,5 @@ ADAPTERS: dict[str, TypeAdapter[Any]] = {
 
 
 def schemas() -> dict[str, dict[str, Any]]:
-    """Return the five schemas by name, each a separate document with the version in its `$id`."""
+    """Return the five schemas by name, each as a separate document with the version in its `$id`."""
     return {name: {"$id": f"stucksolver/v{VERSION}/{name}", **a.json_schema()} for name, a in ADAPTERS.items()}

@@ -1,6 +1,6 @@
-"""The geometry of a turn in several legs: ahead on the left lock, back on the right lock, until the vehicle faces back.
+"""The geometry of a turn in several legs: forward on left lock, back on right lock, until the vehicle faces back.
 
-The vehicle is a bicycle whose rear axle does not slip sideways: it drives on a circle whose radius the steering allows.
+The vehicle is modelled as a bicycle whose rear axle does not slip sideways: it drives on circles that the steering
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import MOVING_MPS, FrenetScene
 
 POSE_STEP_M = 0.1
-"""Travel of the rear axle between poses; equal to the gap that counts as contact (`HarmPolicy.touch_m`)."""
+"""Travel of the rear axle between poses: the gap that counts as contact (`HarmPolicy.touch_m`)."""
 RADIUS_PART = 1.05
-"""The circle is wider than the vehicle's smallest one by this factor, as a reserve for steering."""
+"""The circle is larger than the vehicle's smallest one by this factor, as a reserve for steering."""
 LOCK_M = 1.0
-"""The wheels turn from straight to their lock over this distance, beginning at rest."""
+"""The wheels turn from straight to full lock over this distance, starting at rest."""
 EDGE_M = 0.3
-"""Distance from the road edges when a leg is planned: the gap to standing objects."""
+"""Planned distance from the edges of the road: the gap to stationary objects."""
 THING_M, LIVING_M = 0.6, 1.5
-"""Distance from standing objects, and from people and bicycles: more than the guard requires, to cover errors."""
+"""Planned distance from stationary objects, and from people and bicycles: more than the guard requires, for errors."""
 POINT_EVERY = 3
-"""Every how many poses become a point of the line that a stack drives."""
+"""Every third pose becomes a point of the line that a stack drives."""
 CRAWL_MPS = 0.05
-"""Almost zero: drivers refuse a line that they would never finish."""
+"""Almost zero, since stacks reject a line that they would never finish."""
 LEAST_LEG_M = 0.5
-"""A shorter leg does not help to turn."""
+"""A shorter leg does not help."""
 MOST_LEGS = 5
 """If more legs are needed, the road is too narrow."""
 TURNED_RAD = math.radians(165.0)
-"""Turned by this much, the vehicle drives off in the other lane and straightens on the way."""
+"""Once it has turned this far, the vehicle drives off in the other lane and straightens as it goes."""
 
 
 @dataclass(frozen=True)
@@ -63,9 +63,9 @@ class Leg:
 
 
 def driven_line(leg: Leg, wheelbase_m: float, speed_mps: float) -> tuple[Array, Array, Array]:
-    """Return x, y (m) and speed (m/s) at the points of the line that a stack must drive, to rest at the leg's end.
+    """Return x, y (m) and speed (m/s), each (points,), of the line that a stack drives to stop at the leg's end.
 
-    Ahead it is the line of the body's centre. Backing up it is the line of the rear axle, which then leads. That line
+    Forward it is the line of the body's centre. In reverse it is the line of the rear axle, which then leads; it
     continues at a crawl beyond the centre's final position, where the stack brakes.
     """
     lever_m = wheelbase_m / 2
@@ -85,14 +85,14 @@ def driven_line(leg: Leg, wheelbase_m: float, speed_mps: float) -> tuple[Array, 
 
 
 def turned_rad(view: FrenetScene) -> float:
-    """Return how far the ego is turned left from the direction of the road, in [-pi/2, 3 pi/2) (rad)."""
+    """Return how far the ego has turned left from the direction of the road, in [-pi/2, 3 pi/2) (rad)."""
     return (view.ego_yaw + math.pi / 2) % math.tau - math.pi / 2
 
 
 def turn_round(view: FrenetScene) -> tuple[Leg, ...]:
     """Return the legs until the ego faces the other way, each as long as the road allows.
 
-    The turn begins ahead if there is room, otherwise by backing up.
+    The turn begins forward if there is room, otherwise by backing up.
 
     Raises:
         CannotPlan: The road is too narrow.
@@ -120,16 +120,18 @@ def turn_round(view: FrenetScene) -> tuple[Leg, ...]:
 
 
 def _leg(view: FrenetScene, pose: tuple[float, float, float], until_rad: float, reverse: bool) -> Leg:
-    """Return a leg as long as there is room, or until the body points in a direction."""
+    """Return a leg that ends where there is no more room, or where the body's heading reaches `until_rad`."""
     x, y, yaw = _poses(view, pose, reverse)
     fits = _on_the_road(view, x, y, yaw) & _clear(view, x, y, yaw) & (yaw <= until_rad + 1e-6)
-    fits[0] = True  # the pose where the vehicle stands always fits
+    fits[0] = True  # the present pose always fits
     count = len(fits) if fits.all() else int(fits.argmin())
     return Leg(reverse, x[:count], y[:count], yaw[:count])
 
 
 def _poses(view: FrenetScene, pose: tuple[float, float, float], reverse: bool) -> tuple[Array, Array, Array]:
-    """Return x, y and heading along a full circle to the left; the wheels take `LOCK_M` to reach their lock."""
+    """Return x, y (m) and heading (rad), each (poses,), for half a circle to the left; the wheels turn over
+    `LOCK_M`.
+    """
     lever_m = view.ego.limits.wheelbase_m / 2
     radius_m = RADIUS_PART * view.ego.limits.min_turn_radius_m
     travel = np.arange(0.0, math.pi * radius_m, POSE_STEP_M)
@@ -166,15 +168,13 @@ def room_at_edges_m(view: FrenetScene, x_m: Array, y_m: Array, yaw_rad: Array) -
 
 def _on_the_road(view: FrenetScene, x: Array, y: Array, yaw: Array) -> Array:
     room = room_at_edges_m(view, x, y, yaw)
-    # A vehicle that already stands nearer to an edge may leave it, but must not come nearer.
+    # A vehicle that is already nearer to an edge may leave it, but must not come nearer.
     result: Array = room > np.minimum(EDGE_M, room[0] - 1e-3)
     return result
 
 
 def gaps_m(view: FrenetScene, which: Array, x_m: Array, y_m: Array, yaw_rad: Array) -> Array:
-    """(poses, objects): gaps from the body at poses (poses,) to the current positions of objects (indices
-    `which`) (m).
-    """
+    """(poses, objects): gaps from the body at the poses, each (poses,), to where the objects `which` are now (m)."""
     found = [view.objects[int(i)] for i in which]
     x, y, yaw = (np.array([getattr(o, name) for o in found]) for name in ("x_m", "y_m", "yaw_rad"))
     result: Array = separation(

@@ -1,4 +1,4 @@
-"""The way back into the own lane after a pass: begins as soon as the tail is clear, and goes on or ends in a stop."""
+"""The return into the ego's lane after a pass: it begins as soon as the tail is clear, and drives on or stops."""
 
 from __future__ import annotations
 
@@ -15,53 +15,53 @@ from stucksolver.scene.objects import VEHICLES
 from stucksolver.scene.view import FrenetScene
 
 STOP_GAP_M = 2.0
-"""Distance kept before what stands beyond."""
+"""Distance kept from what is stationary beyond."""
 STRAIGHT_M = 1.0
 """The wheels are straight for the last metre before a stop."""
 LEAST_BACK_M = 6.0
-"""The shortest way back."""
+"""The shortest length of the return."""
 GENTLE_M = 12.0
-"""The shortest way back if nothing beyond limits it, ..."""
+"""The shortest length if nothing beyond limits it, ..."""
 GENTLE_S = 2.5
 """... and its shortest duration: a brisk lane change."""
 LENGTHS = 6
-"""Number of lengths tried, from the gentlest to the tightest."""
+"""Number of lengths to try, from the gentlest to the tightest."""
 SOONER_M = 0.5
-"""Step by which an earlier beginning of the way back is tried."""
+"""Step by which an earlier start of the return is tried."""
 CLEAR_M = 1.2
-"""The tail keeps this from what is passed, or what it has abreast if that is less (m). A plan ends at a tracking
-error of 0.9 m (`TrackingPolicy`), and the guard's bound of 0.3 m must hold until then. With 0.25 m and 0.085 s of the
-speed, six of 3,900 plans in the guard's oracle came back onto what they passed, drawn aside by 0.6 to 0.9 m.
+"""Gap from the tail to what is passed, or the gap while alongside if that is smaller (m). A plan ends at a tracking
+error of 0.9 m (`TrackingPolicy`), and the guard's bound of 0.3 m must hold until then. With 0.25 m plus 0.085 s times
+the speed, six of 3,900 plans in the guard's oracle returned into what they had passed, off their path by 0.6 to 0.9 m.
 """
 CLEAR_PEOPLE_M = 1.4
-"""The same for people and cyclists."""
+"""The same for pedestrians and cyclists."""
 MOVES_MPS = 0.5
-"""Faster objects count as moving: the way back begins when the ego is past them."""
+"""Faster objects count as moving: the return begins when the ego is past them."""
 QUICK_MPS = 5.6
-"""Above this speed, 20 km/h, a larger distance is kept from doors."""
+"""Above this speed, just over 20 km/h, a larger distance is kept from doors."""
 QUICK_DOOR_M = 1.15
-"""That distance: the guard asks for 1.1 m there."""
+"""That distance: the guard requires 1.1 m there."""
 DOORS_PART = 0.5
-"""Doors are on the middle half of a vehicle."""
+"""Part of a vehicle's length, around its middle, in which the doors are."""
 
 
 def way_back(
     view: FrenetScene, out: Manoeuvre, passing: Passing, past_s: float, beside_mps: float, back_mps: float
 ) -> Manoeuvre:
-    """Return the path from the end of `out`, beside what is passed, into the own lane and along it.
+    """Return the path from the end of `out`, past the objects, into the ego's lane and along it.
 
-    If something stands soon beyond, or the known road ends, the path stops before that.
+    If something stationary is just beyond, or the known road ends, the path stops before that.
 
     Args:
         view: The surroundings in road coordinates.
-        out: The way out of the lane.
+        out: The path out of the lane.
         passing: What is passed.
-        past_s: Arc length at which the ego is past all of it (m); the way back may begin sooner.
+        past_s: Arc length at which the ego is past everything (m); the return may begin sooner.
         beside_mps: Upper bound on the speed until then (m/s).
         back_mps: Upper bound on the speed after that (m/s).
 
     Raises:
-        CannotPlan: There is no room to come back.
+        CannotPlan: There is no room to return.
     """
     half, tight = view.ego.length_m / 2, view.ego.limits.min_turn_radius_m
     last_s = min(standing_beyond(view, passing) - STOP_GAP_M - half, view.frame.end_m)
@@ -78,13 +78,13 @@ def way_back(
         )
         path = replace(path, speed=np.where(path.s > over_s, back_mps, path.speed))
         return path.stopping() if stops else path
-    raise CannotPlan(PlanFailure.NO_ROOM_TO_COME_BACK, f"no room to come back: {last_s - past_s:.1f} m are left for it")
+    raise CannotPlan(PlanFailure.NO_ROOM_TO_COME_BACK, f"no room to return: only {last_s - past_s:.1f} m are left")
 
 
 def _soonest(
     view: FrenetScene, out: Manoeuvre, passing: Passing, past_s: float, length_m: float, speed_mps: float
 ) -> float:
-    """Return the first arc length from which a way back of some length stays clear of what is passed (m)."""
+    """Return the first arc length at which a return of this length stays clear of what is passed (m)."""
     back_s = past_s
     while passing.speed_mps <= MOVES_MPS and back_s - SOONER_M > out.end_s:
         sooner = back_s - SOONER_M
@@ -96,8 +96,9 @@ def _soonest(
 
 
 def _is_clear(view: FrenetScene, path: Manoeuvre, passing: Passing, speed_mps: float) -> bool:
-    """True if the body stays clear of everything that is passed or stands beside it, and of doors above walking
-    pace.
+    """True if the body stays clear of everything that is passed or stationary beside the path.
+
+    Above walking pace it must also stay clear of doors.
     """
     passed = np.array([o.id in passing.ids for o in view.objects], dtype=bool)
     beside = ~view.moving & (view.s - view.along < passing.far_s)

@@ -67,9 +67,9 @@ class AttemptEnd(str, Enum):
     """How a plan ended."""
 
     REFUSED = "refused"
-    """It was never begun."""
+    """It was never started."""
     GIVEN_UP = "given_up"
-    """It was begun and then ended early."""
+    """It was started and then ended early."""
     DENIED = "denied"
     """A person said no."""
     USELESS = "useless"

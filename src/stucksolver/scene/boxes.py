@@ -19,7 +19,7 @@ Axis = tuple[Any, Any, Any]
 
 
 class AxisGaps(NamedTuple):
-    """Gaps between two boxes along the axes of the separating-axis test (m); negative if they overlap on that axis."""
+    """Gaps between two boxes along the four axes of the separating-axis test (m); negative if they overlap there."""
 
     along_a: Array
     across_a: Array
@@ -42,7 +42,7 @@ class AxisGaps(NamedTuple):
 
 
 def axis_gaps(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> AxisGaps:
-    """Return the gaps between two boxes, or between many pairs at once."""
+    """Return the gaps between two boxes, or between many pairs at once; the poses and sizes broadcast together."""
     dx, dy = np.asarray(b[0]) - a[0], np.asarray(b[1]) - a[1]
     axes, cos, sin = _axes(a, a_half, b, b_half)
     along_a, across_a, along_b, across_b = (np.abs(dx * x + dy * y) - reach for x, y, reach in axes)
@@ -54,7 +54,7 @@ def _axes(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> tuple[tuple[A
     between them.
     """
     ca, sa, cb, sb = np.cos(a[2]), np.sin(a[2]), np.cos(b[2]), np.sin(b[2])
-    # By the addition theorems for the angle between the boxes: this needs far fewer sines than pairs.
+    # The addition theorems give the angle between the boxes with far fewer sines than there are pairs.
     cos, sin = np.abs(ca * cb + sa * sb), np.abs(ca * sb - sa * cb)
     axes = (
         (ca, sa, a_half[0] + b_half[0] * cos + b_half[1] * sin),
@@ -68,14 +68,14 @@ def _axes(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> tuple[tuple[A
 def separation(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> Array:
     """Return the largest gap between two boxes over the four axes of the separating-axis test (m).
 
-    A negative gap means that they overlap. A positive gap is exact if a face looks at the other box, and a lower bound
-    corner to corner. So a required gap is always on the safe side.
+    A negative value means that they overlap. A positive one is exact if a side faces the other box. From corner to
+    corner it is a lower bound, so a check against a required gap is on the safe side.
     """
     return axis_gaps(a, a_half, b, b_half).separation
 
 
 def time_to_contact(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize, relative_mps: tuple[Any, Any]) -> Array:
-    """Return the seconds until two boxes touch, if both keep their headings and b moves past a.
+    """Return the time until two boxes touch (s), if both keep their headings and b moves relative to a.
 
     The result is exact: on each axis of the separating-axis test the boxes overlap during one time span, and they touch
     while all four spans hold.
@@ -88,7 +88,7 @@ def time_to_contact(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize, relati
         relative_mps: Velocity (x, y) of b relative to a (m/s).
 
     Returns:
-        Seconds; 0 if they touch already, infinity if they never do.
+        The time (s); 0 if they already touch, infinity if they never will.
     """
     dx, dy = np.asarray(b[0]) - a[0], np.asarray(b[1]) - a[1]
     begins: Array = np.zeros(np.shape(dx))
@@ -101,7 +101,7 @@ def time_to_contact(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize, relati
 
 
 def _overlap_span(distance_m: Array, speed_mps: Array, reach_m: Array) -> tuple[Array, Array]:
-    """Return from when to when a moving point at a signed distance is within reach; empty (inf, -inf) if never."""
+    """Return when a moving point at a signed distance enters and leaves the reach (s); (inf, -inf) if never."""
     standing = np.abs(speed_mps) < 1e-9
     speed = np.where(standing, 1.0, speed_mps)
     one, other = (-reach_m - distance_m) / speed, (reach_m - distance_m) / speed

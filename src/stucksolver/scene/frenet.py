@@ -23,7 +23,17 @@ def wrap_angle(angle: Array) -> Array:
 
 @dataclass(frozen=True)
 class Lane:
-    """A lane strip as arrays over its stretch `[start_m, end_m]` of the reference line."""
+    """A lane strip as arrays over its stretch of the reference line.
+
+    Attributes:
+        strip: The lane as the stack described it.
+        start_m: Arc length of its first station (m).
+        end_m: Arc length of its last station (m).
+        s: (stations,) arc lengths (m).
+        centre: (stations,) lateral offsets of its centre (m, left positive).
+        left: (stations,) lateral offsets of its left border (m).
+        right: (stations,) lateral offsets of its right border (m).
+    """
 
     strip: LaneStrip
     start_m: float
@@ -34,11 +44,11 @@ class Lane:
     right: Array
 
     def covers(self, start_m: float, end_m: float) -> bool:
-        """True if the lane reaches from `start_m` to `end_m` along the route."""
+        """True if the lane covers the route from arc length `start_m` to `end_m` (m)."""
         return self.start_m <= start_m and end_m <= self.end_m
 
     def at(self, s: float) -> tuple[float, float, float]:
-        """Return (right border, centre, left border) at `s` (m), held constant beyond the ends."""
+        """Return the offsets of (right border, centre, left border) at arc length `s` (m), constant beyond the ends."""
         last = len(self.s) - 1
         i = min(max((s - self.start_m) / self.spacing, 0.0), float(last))
         k = min(int(i), max(last - 1, 0))
@@ -52,7 +62,7 @@ class Lane:
         return float(self.s[1] - self.s[0]) if len(self.s) > 1 else 1.0
 
     def lines(self, start_m: float, end_m: float) -> frozenset[LineKind]:
-        """The kinds of line between this lane and its neighbour towards the route, on a stretch."""
+        """Return the kinds of line between this lane and its neighbour towards the route, on a stretch (m)."""
         first = int(np.searchsorted(self.s, start_m - self.spacing))
         last = int(np.searchsorted(self.s, end_m + self.spacing, side="right"))
         return frozenset(self.strip.line[first:last])
@@ -82,7 +92,9 @@ class RoadFrame:
         return Lane(strip, float(s[0]), float(s[-1]), s, centre, centre + half, centre - half)
 
     def to_road(self, xy: Array) -> tuple[Array, Array, Array]:
-        """Convert local points (n, 2) to (s, d, road heading). The line is extended beyond its ends."""
+        """Convert local points (n, 2) (m) to (s, d, road heading), each (n,) (m, m, rad). The line extends past its
+        ends.
+        """
         xy = np.atleast_2d(xy)
         dx, dy = xy[:, :1] - self.points[:, 0], xy[:, 1:] - self.points[:, 1]
         nearest = (dx * dx + dy * dy).argmin(axis=1)
@@ -98,7 +110,7 @@ class RoadFrame:
         return best[0], best[1], np.interp(best[0], self.s, self.headings)
 
     def _project(self, xy: Array, segment: NDArray[np.intp]) -> tuple[Array, Array, Array]:
-        """Return (s, d, distance) of each point on the given segment. Only end segments are extended."""
+        """Return (s, d, distance), each (n,) (m), of each point to its segment. Only the end segments are extended."""
         direction = self.directions[segment]
         relative = xy - self.points[segment]
         along = (relative * direction).sum(axis=1)
@@ -109,7 +121,7 @@ class RoadFrame:
         return self.s[segment] + clipped, lateral, np.hypot(lateral, along - clipped)
 
     def to_local(self, s: Array, d: Array) -> tuple[Array, Array, Array]:
-        """Convert road coordinates to (x, y, road heading) in the local frame."""
+        """Convert road coordinates (n,) (m) to (x, y, road heading) in the local frame, each (n,) (m, m, rad)."""
         index = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.directions) - 1)
         along = (s - self.s[index])[:, None] * self.directions[index]
         heading = np.interp(s, self.s, self.headings)
@@ -117,13 +129,13 @@ class RoadFrame:
         return base[:, 0] - np.sin(heading) * d, base[:, 1] + np.cos(heading) * d, heading
 
     def same_lane(self, lane: Lane) -> Lane:
-        """Return this road's version of a lane from another window of the same road, or the lane itself if it is
-        unknown here.
-        """
+        """Return the lane with the same id in this window of the road, or the given lane if there is none here."""
         return next((one for one in self.lanes if one.strip.id == lane.strip.id), lane)
 
     def lane_at(self, s: float, d: float) -> Lane | None:
-        """Return the lane that holds a point, the one with the nearest centre if several do; None off the lanes."""
+        """Return the lane that contains a point (m), or the one with the nearest centre of several; None off the
+        lanes.
+        """
         best: Lane | None = None
         nearest = np.inf
         for lane in self.lanes:
@@ -136,14 +148,14 @@ class RoadFrame:
 
     @cached_property
     def drivable(self) -> tuple[Array, Array]:
-        """Return the (right, left) border of the connected driving lanes around the route's own lane at each
-        station.
+        """The (right, left) borders of the connected driving lanes around the route's own lane, each (stations,)
+        (m).
         """
         return self._borders(frozenset({LaneKind.DRIVING}))
 
     @cached_property
     def roadside(self) -> tuple[Array, Array]:
-        """Return the same borders with parking lanes and shoulders included, where a vehicle may stand."""
+        """The same borders with parking lanes and shoulders included, where a vehicle may stop."""
         return self._borders(frozenset({LaneKind.DRIVING, LaneKind.PARKING, LaneKind.SHOULDER}))
 
     def _borders(self, kinds: frozenset[LaneKind]) -> tuple[Array, Array]:
@@ -158,7 +170,7 @@ class RoadFrame:
         return low, high
 
     def beside(self, s: float, d: float, side: int) -> Lane | None:
-        """Return the next lane of any kind on a side (+1 left, -1 right) of the lane that holds (s, d)."""
+        """Return the next lane of any kind on a side (+1 left, -1 right) of the lane that contains (s, d) (m)."""
         here = self.lane_at(s, d)
         origin = here.at(s)[1] if here is not None else d
         found = [
@@ -196,7 +208,7 @@ def _frame_of(key: str, road: RoadGeometryByKey) -> RoadFrame:
 
 @dataclass(frozen=True, eq=False)
 class RoadGeometryByKey:
-    """Hashes by the geometry's key, so that the cache does not hash thousands of numbers."""
+    """A geometry that is hashed by its key, so that the cache need not hash thousands of numbers."""
 
     road: RoadGeometry
 

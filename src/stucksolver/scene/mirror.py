@@ -1,6 +1,6 @@
-"""Surroundings as seen by a vehicle that backs up: the reference line runs the other way and the ego faces its rear.
+"""The surroundings for a vehicle that backs up: the reference line runs the other way, and the ego faces its own rear.
 
-A manoeuvre in reverse is then an ordinary one in that frame, and everything that holds for driving ahead holds for it.
+A manoeuvre in reverse is an ordinary one in that frame, so everything that holds for driving forward holds for it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The base class of all data that crosses a process boundary: immutable, strict, with one JSON form."""
+"""The base class of all data that crosses process boundaries: immutable and strict, with one JSON form."""
 
 from pydantic import BaseModel, ConfigDict
 

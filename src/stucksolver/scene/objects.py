@@ -44,7 +44,7 @@ MOTOR_VEHICLES = frozenset(
 )
 VEHICLES = MOTOR_VEHICLES | {ObjectKind.BICYCLE}
 ON_FOOT = frozenset({ObjectKind.PEDESTRIAN, ObjectKind.FLAGGER, ObjectKind.ANIMAL})
-"""Kinds that may step into the road from a standstill."""
+"""Kinds that may step onto the road from a standstill."""
 VULNERABLE = ON_FOOT | {ObjectKind.BICYCLE}
 """Vulnerable road users: passed with a wider clearance."""
 TWO_WHEELED = frozenset({ObjectKind.MOTORCYCLE, ObjectKind.BICYCLE})
@@ -76,17 +76,17 @@ class TrackedObject(Model):
     width_m: float = Field(gt=0)
     height_m: float = Field(gt=0)
     stationary_s: float | None = None
-    """How long it has been seen standing (below 0.1 m/s); 0 while it moves; None if this is not tracked."""
+    """How long it has been seen stationary (below 0.1 m/s) (s); 0 while it moves; None if this is not tracked."""
     moved_s_ago: float | None = None
-    """Time since it was last seen moving; None if it never was."""
+    """Time since it was last seen moving (s); None if it never was."""
     pushed: bool = False
-    """True if it moves only because the ego pushes it. It then counts as standing, whatever its velocity."""
+    """True if it moves only because the ego pushes it. It then counts as stationary, whatever its velocity."""
     seen_for_s: float | None = None
-    """How long it has been tracked without a break."""
+    """How long it has been tracked without a break (s)."""
     kind_confidence: float | None = Field(default=None, ge=0, le=1)
     """Probability that the kind is right; None if perception does not give one."""
     position_sd_m: float | None = Field(default=None, ge=0)
-    """Standard deviation of its position in the worst direction; None if perception is exact."""
+    """Standard deviation of its position in the worst direction (m); None if perception is exact."""
     hazard_lights: bool | None = None
     emergency_lights: bool | None = None
     brake_lights: bool | None = None

@@ -14,14 +14,14 @@ class GuidanceIntent(str, Enum):
     OVERTAKE = "overtake"
     """Pass or go round something ahead."""
     WAIT = "wait"
-    """Stay or stop. With `negated` also the refusal of a manoeuvre."""
+    """Stay or stop. With `negated` also the rejection of a manoeuvre."""
     BACK_UP = "back_up"
     REROUTE = "reroute"
     TURN_ROUND = "turn_round"
     DRIVE_OVER = "drive_over"
     PULL_OVER = "pull_over"
     FOLLOW = "follow"
-    """Stay behind somebody."""
+    """Stay behind someone."""
     LET_ME_OUT = "let_me_out"
     CANCEL = "cancel"
     """End the current manoeuvre and forget what was said."""
@@ -29,7 +29,7 @@ class GuidanceIntent(str, Enum):
     """Consent to the vehicle's question."""
     NO = "no"
     NONE = "none"
-    """The words ask nothing of the driving: small talk, or a fact."""
+    """The words ask for nothing to be driven: small talk, or a fact."""
     UNCLEAR = "unclear"
     UNLAWFUL = "unlawful"
     """Something forbidden, or an attempt to change the system's rules."""
@@ -58,7 +58,7 @@ class Side(str, Enum):
 
 
 class Claim(str, Enum):
-    """What a passenger says about the world. Evidence for people and reasoners; it never replaces what is seen."""
+    """What a passenger says about the world. Evidence for people and reasoners; it never overrides what is seen."""
 
     CLEAR = "clear"
     """Nobody is coming."""
@@ -95,7 +95,7 @@ class Reading(Model):
 
     @property
     def told(self) -> str:
-        """The reading as text for people: `overtake on the left (91 %)`, `unclear (overtake? 87 %)`."""
+        """The reading in words: `overtake on the left (91 %)`, `unclear (overtake? 87 %)`."""
         intent, likely = (one.value.replace("_", " ") for one in (self.intent, self.likely))
         sure = f"{100 * self.confidence:.0f} %"
         if intent != likely:

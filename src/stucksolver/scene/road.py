@@ -1,4 +1,4 @@
-"""The road around the ego as lanes beside one reference line, read once per episode.
+"""The road around the ego: lanes along one reference line, read once per episode.
 
 All geometry is in the *local frame*: right-handed, metres, fixed for the episode, its origin chosen by the stack. The
 reference line is the centre of the lanes that the route follows, so that a lane is a lateral offset from it.
@@ -29,7 +29,7 @@ class LaneDirection(str, Enum):
 
 
 class LineKind(str, Enum):
-    """A painted line, as it binds a vehicle on the route's side."""
+    """A painted line, as it applies to a vehicle on the route's side."""
 
     BROKEN = "broken"
     SOLID = "solid"
@@ -38,7 +38,7 @@ class LineKind(str, Enum):
 
 
 class ZoneKind(str, Enum):
-    """What kind of zone a stretch of road is."""
+    """The kind of a zone."""
 
     JUNCTION = "junction"
     CROSSWALK = "crosswalk"
@@ -69,7 +69,7 @@ class LaneStrip(Model):
 
 
 class Zone(Model):
-    """A stretch of the route with its own rules, as arc lengths along the route (m)."""
+    """A stretch of the route with its own rules, between two arc lengths along the route (m)."""
 
     kind: ZoneKind
     start_m: float
@@ -83,11 +83,11 @@ class RoadGeometry(Model):
     """Changes whenever the geometry does, so that derived values can be cached."""
     spacing_m: float = Field(gt=0)
     reference: tuple[tuple[float, float], ...] = Field(min_length=2)
-    """(x, y) every `spacing_m`, in driving direction."""
+    """(x, y) of a point every `spacing_m`, in the direction of travel (m)."""
     lanes: tuple[LaneStrip, ...]
     zones: tuple[Zone, ...] = ()
     route_start_m: float = 0.0
-    """Arc length along the whole route at the first sample (m). All arc lengths are counted along the route."""
+    """Arc length along the whole route at the first sample (m). All arc lengths count from the start of the route."""
     destination_m: float | None = None
     """Arc length of the destination (m); None if it lies beyond this piece."""
 

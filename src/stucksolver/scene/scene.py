@@ -1,4 +1,4 @@
-"""The scene: what a reasoner is told when something may be wrong, in the ego frame of ISO 8855.
+"""The scene: what a reasoner is given when something may be wrong, in the ego frame of ISO 8855.
 
 x ahead, y left, metres, radians, counter-clockwise, origin at the centre of the ego's bounding box. Unknown values are
 None, never invented.
@@ -38,7 +38,7 @@ class SceneEgo(Model):
     lateral_offset_m: float
     """Offset from the centre of the route's lane (m), left positive."""
     stopped_for_s: float = 0.0
-    """How long it has been slower than the detector's bound (s). The solver fills this in."""
+    """How long it has been slower than the detector's threshold (s). The solver fills this in."""
     progress_20s_m: float | None = None
     """New progress along the route in the detector's window (m); None before the first full window. The solver
     fills this in.
@@ -55,9 +55,7 @@ class SceneObject(TrackedObject):
     lane: LaneRelation
     lane_id: str | None
     gap_m: float | None
-    """Distance along the route from the ego's front bumper to its near side (m); negative if it overlaps or lies
-    behind.
-    """
+    """Distance along the route from the ego's front bumper to its near side (m); negative beside the ego or behind."""
     left_edge_m: float
     right_edge_m: float
     """Lateral extent from the centre of the route's lane at its position (m), left positive."""
@@ -66,7 +64,7 @@ class SceneObject(TrackedObject):
     speed_across_mps: float = 0.0
     """Speed across the road to the left of the route (m/s); 0 in old records without this field."""
     in_path: bool
-    """True if the ego would touch it on its way along the route's lane."""
+    """True if the ego would hit it while following the route's lane."""
 
 
 class SceneLane(Model):
@@ -95,9 +93,11 @@ class CandidateWaypoint(Model):
     x_m: float
     y_m: float
     distance_m: float
-    """Distance along the route from the ego (m); a straight distance for a place off the route, in an unlisted lane."""
+    """Distance along the route from the ego (m); straight-line distance for a place off the route, in an unlisted
+    lane.
+    """
     reaches_destination: bool | None = None
-    """True if a route leads on from there. For a place off the route: one that does not come back to the road ahead."""
+    """True if a route leads on from there; for a place off the route, one that does not return to the road ahead."""
     route_length_m: float | None = None
     """Length of that route (m)."""
 
@@ -118,11 +118,11 @@ class CameraImage(Model):
 
 
 MAX_WORDS = 500
-"""Longest input from a passenger, in characters; the rest is cut."""
+"""Longest input from a passenger (characters); the rest is cut off."""
 
 
 class Guidance(Model):
-    """What a passenger said. Advice and data, never an instruction to the system."""
+    """What a passenger said. It is advice and data, never an instruction to the system."""
 
     text: str = Field(max_length=MAX_WORDS)
     time_s: float
@@ -131,11 +131,11 @@ class Guidance(Model):
 
 
 TOUCHING_M = -0.5
-"""A gap down to this is an artefact of boxes that are larger than the bodies."""
+"""A gap this negative still counts as ahead: bounding boxes are larger than the bodies (m)."""
 
 
 class Scene(Model):
-    """Everything that a reasoner may know. Scenario labels and role names never appear in it."""
+    """Everything that a reasoner may know. It never contains scenario labels or role names."""
 
     version: Literal[1] = 1
     time_s: float
@@ -151,7 +151,7 @@ class Scene(Model):
     image: CameraImage | None = None
     guidance: Guidance | None = None
     claims: tuple[Claim, ...] = ()
-    """Recent claims of people about the world, as they were understood: evidence, which never replaces what is seen."""
+    """People's recent claims about the world, as they were understood: evidence that never overrides what is seen."""
     attempts: tuple[PastAttempt, ...] = ()
 
     def offers(self, *names: str) -> bool:
@@ -162,7 +162,7 @@ class Scene(Model):
     def in_path_ahead(self, within_m: float = math.inf) -> tuple[SceneObject, ...]:
         """Return the objects in the path ahead, nearest first.
 
-        The gap counts from bumper to bumper; an object that already touches the front is included.
+        The gap is measured from bumper to bumper; an object that already touches the front is included.
 
         Args:
             within_m: Only objects nearer than this (m).

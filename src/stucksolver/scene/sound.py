@@ -1,4 +1,4 @@
-"""Checks once, at the entry, whether surroundings can be true, so that no later code needs to doubt a number."""
+"""Checks once, on entry, whether the surroundings are plausible, so that later code can rely on every number."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ MOST_OBJECTS = 2000
 
 
 def why_unsound(surroundings: Surroundings) -> str | None:
-    """Return what cannot be true in the surroundings, in a few words, or None.
+    """Return what is implausible in the surroundings, in a few words, or None.
 
-    Checked are numbers that are not finite or out of all bounds, and duplicate ids. The models refuse most of it when
-    they are made; copies and objects made without validation are checked here.
+    It checks for numbers that are not finite or far out of bounds, and for duplicate ids. The models refuse most of
+    these when they are created; this also covers copies and objects created without validation.
     """
     return next(_faults(surroundings), None)
 
@@ -31,14 +31,14 @@ def _faults(seen: Surroundings) -> Iterator[str]:
     if not (0.0 < ego.length_m <= LONGEST_M and 0.0 < ego.width_m <= LONGEST_M):
         yield "the ego's size"
     if not 0.0 <= (ego.position_sd_m or 0.0) <= LONGEST_M:
-        yield "how surely the ego's place is known"
+        yield "the uncertainty of the ego's position"
     for name in type(limits).model_fields:
         if not 0.05 <= getattr(limits, name) <= 100.0:
             yield f"the vehicle's {name}"
     if len(seen.objects) > MOST_OBJECTS:
         yield f"{len(seen.objects)} objects"
     if len({o.id for o in seen.objects}) < len(seen.objects):
-        yield "two objects of one id"
+        yield "two objects with the same id"
     yield from (f"object {o.id}" for o in seen.objects if not _is_sound(o))
     for control in seen.controls:
         if not _within(control.distance_m):

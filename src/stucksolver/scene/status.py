@@ -10,7 +10,9 @@ class Status(Model):
     """Simulation or wall time (s); never runs backwards."""
     speed_mps: float
     progress_m: float
-    """The largest arc length driven along the route so far (m), without what was driven while pushing something."""
+    """The greatest arc length reached along the route so far (m), without the distance driven while pushing
+    something.
+    """
     pushes: bool = False
-    """True if the ego pushes something along. It is then immobilized at any speed."""
+    """True if the ego is pushing something along. It then counts as immobilized at any speed."""
     at_destination: bool = False

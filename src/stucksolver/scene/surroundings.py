@@ -20,7 +20,7 @@ class LightState(str, Enum):
 
 
 class ControlKind(str, Enum):
-    """What makes a vehicle stop at a line."""
+    """What requires a vehicle to stop at a line."""
 
     TRAFFIC_LIGHT = "traffic_light"
     STOP_SIGN = "stop_sign"
@@ -35,11 +35,11 @@ class TrafficControl(Model):
     applies: bool | None
     """True if it governs the ego's lane and direction; None if unknown."""
     state: LightState | None = None
-    """Only for a light."""
+    """Set only for a light."""
 
 
 class VehicleLimits(Model):
-    """The vehicle's limits, as the guard may assume them."""
+    """The vehicle's limits that the guard assumes."""
 
     wheelbase_m: float = 2.9
     min_turn_radius_m: float = 6.0
@@ -64,7 +64,7 @@ class EgoState(Model):
 
 
 class LaneSight(Model):
-    """How far a lane is *seen* along the reference line, ahead of and behind the ego (m)."""
+    """How far a lane is *seen* along the reference line, from the ego's centre ahead and behind (m)."""
 
     lane_id: str
     ahead_m: float
@@ -77,7 +77,7 @@ class Surroundings(Model):
     frame: int
     time_s: float
     age_s: float = 0.0
-    """Age of the sensor data at hand-over (s)."""
+    """Age of the sensor data when the stack hands them over (s)."""
     ego: EgoState
     objects: tuple[TrackedObject, ...]
     controls: tuple[TrafficControl, ...] = ()

@@ -19,11 +19,11 @@ HEADS_MPS = 1.0
 MOVING_MPS = 0.1
 """Above this speed an object counts as moving."""
 SURE_SDS = 2.0
-"""Boxes are enlarged on every side by this many standard deviations of their position: 95 % of a normal error."""
+"""Boxes grow on every side by this many standard deviations of their position: 95 % of a normal error."""
 
 
 class FrenetScene:
-    """Arrays over the objects (index as in `objects`) and the ego in road coordinates, each of shape (objects,).
+    """The objects and the ego in road coordinates. Arrays have shape (objects,), in the order of `objects`.
 
     Attributes:
         s, d: Box centres (m).
@@ -58,7 +58,7 @@ class FrenetScene:
 
     @cached_property
     def backwards(self) -> FrenetScene:
-        """Return the same tick for a vehicle that backs up along the route: forward is behind, left is right."""
+        """The same tick for a vehicle that backs up along the route: ahead becomes behind, left becomes right."""
         return FrenetScene(backwards(self.surroundings))
 
     @cached_property
@@ -84,12 +84,12 @@ class FrenetScene:
         return result
 
     def index_of(self, object_id: str) -> int | None:
-        """Return the index of an object in the arrays, or None if it is not seen now."""
+        """Return the index of an object in the arrays, or None if it is not currently seen."""
         return next((i for i, o in enumerate(self.objects) if o.id == object_id), None)
 
     def zone_at(self, s: float, *kinds: ZoneKind) -> Zone | None:
-        """Return the zone that the ego's body would touch with its centre at `s`, optionally only of the given
-        kinds.
+        """Return the zone that the ego's body would touch with its centre at `s` (m), or None. `kinds`: all if
+        empty.
         """
         half = self.ego.length_m / 2
         for zone in self.surroundings.road.zones:
@@ -109,12 +109,12 @@ class FrenetScene:
 
     @cached_property
     def ego_lane(self) -> Lane | None:
-        """The lane that holds the ego's centre, if any."""
+        """The lane that contains the ego's centre, if any."""
         return self.frame.lane_at(self.ego_s, self.ego_d)
 
     @cached_property
     def lane_of(self) -> tuple[Lane | None, ...]:
-        """The lane that holds each object's centre."""
+        """The lane that contains each object's centre, if any."""
         return tuple(self.frame.lane_at(float(s), float(d)) for s, d in zip(self.s, self.d, strict=True))
 
     @cached_property
@@ -133,7 +133,7 @@ class FrenetScene:
 
     @cached_property
     def elsewhere(self) -> Mask:
-        """(objects,): True for moving vehicles on no lane of the route's road, or across its lanes.
+        """(objects,): True for moving vehicles that are on no lane of the route's road, or drive across its lanes.
 
         They are on roads that join or cross it.
         """
@@ -144,27 +144,27 @@ class FrenetScene:
         return result
 
     def sight_ahead_m(self, lane: Lane) -> float:
-        """How far a lane is seen ahead of the ego (m); 0 if the surroundings do not say."""
+        """Return how far a lane is seen ahead of the ego (m); 0 if the surroundings do not say."""
         return next((x.ahead_m for x in self.surroundings.sight if x.lane_id == lane.strip.id), 0.0)
 
     def sight_behind_m(self, lane: Lane) -> float:
-        """How far a lane is seen behind the ego (m); 0 if the surroundings do not say."""
+        """Return how far a lane is seen behind the ego (m); 0 if the surroundings do not say."""
         return next((x.behind_m for x in self.surroundings.sight if x.lane_id == lane.strip.id), 0.0)
 
     def free_ahead_m(self) -> float:
-        """Gap from the front bumper to the nearest object in the ego's way along the route (m); infinite if there
-        is none.
-        """
+        """Return the gap from the front bumper to the nearest object in the route's path (m); infinite if none."""
         ahead = self.gap[self.in_corridor(self.ego.width_m / 2) & (self.s > self.ego_s)]
         return float(ahead.min()) if len(ahead) else math.inf
 
     def in_corridor(self, half_width_m: float, clearance_m: float = 0.2) -> Mask:
-        """(objects,): True if it reaches into a strip of that half width around the route's centre line."""
+        """(objects,): True if it reaches into a strip of this half width plus a clearance around the route's centre
+        (m).
+        """
         result: Mask = np.abs(self.d) - self.across < half_width_m + clearance_m
         return result
 
     def oncoming(self, index: int) -> bool:
-        """True if an object comes towards the ego, or stands in a lane of oncoming traffic."""
+        """True if an object comes towards the ego, or is in a lane of oncoming traffic."""
         if self.vs[index] < -0.5:
             return True
         lane = self.lane_of[index]

@@ -1,4 +1,4 @@
-"""Back up a little, to get room for swinging out or to see more."""
+"""Back up a little, to make room for swinging out or to see more."""
 
 from typing import ClassVar, Literal
 
@@ -13,9 +13,9 @@ STANDS_MPS = 0.3
 
 
 class BackUp(Behavior):
-    """Reverse straight along the lane and come to rest. `view` and `start` look backwards."""
+    """Reverse straight along the lane and stop. `view` and `start` are in the frame of `FrenetScene.backwards`."""
 
-    summary: ClassVar[str] = "Reverse distance_m metres along the lane, where the way behind is seen to be free."
+    summary: ClassVar[str] = "Reverse distance_m metres along the lane, where the lane behind is seen to be free."
     checks: ClassVar[tuple[Check, ...]] = (
         Check.COLLISION,
         Check.DRIVABLE_AREA,
@@ -34,5 +34,5 @@ class BackUp(Behavior):
 
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
         if abs(start.speed_mps) > STANDS_MPS:
-            raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stand before it backs up")
+            raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stop before it backs up")
         return straight(start.s_m, start.d_m, self.distance_m, self.speed_mps).stopping()

@@ -15,7 +15,7 @@ from stucksolver.scene.view import FrenetScene
 
 
 class Check(str, Enum):
-    """The guard's checks. Every behaviour names those that it must pass."""
+    """The guard's checks. Every behaviour lists those that it must pass."""
 
     COLLISION = "collision"
     DRIVABLE_AREA = "drivable_area"
@@ -44,7 +44,7 @@ class Abort(str, Enum):
     RETURN_TO_LANE = "return_to_lane"
     FINISH = "finish"
     GIVE_WAY = "give_way"
-    """Do not end it: brake for someone who would be hit, then finish. For places where the vehicle must not stay."""
+    """Do not end it: brake for whoever would be hit, then finish. For places where the vehicle must not stay."""
 
 
 class Release(str, Enum):
@@ -64,12 +64,12 @@ MOVING_CHECKS = (
     Check.AUTHORITY,
 )
 CREEP_MPS = 2.2
-"""Just under 8 km/h, the limit for everything that must be slow."""
+"""Just under 8 km/h, the limit for everything that must be done slowly (m/s)."""
 
 
 @dataclass(frozen=True)
 class Start:
-    """Where a behaviour begins: arc length (m), lateral offset (m) and speed (m/s) of the ego."""
+    """The ego's state where a behaviour begins: arc length (m), lateral offset (m, left positive) and speed (m/s)."""
 
     s_m: float
     d_m: float
@@ -83,13 +83,13 @@ class Behavior(Model, ABC):
     abort_after_commit: ClassVar[Abort] = Abort.FINISH
     stands_still: ClassVar[bool] = False
     reverse: ClassVar[bool] = False
-    """The behaviour backs up. `view` and `start` are then those of `FrenetScene.backwards`."""
+    """The behaviour backs up. `view` and `start` are then in the frame of `FrenetScene.backwards`."""
     prepares: ClassVar[bool] = False
     """The behaviour only prepares the next one, so the vehicle need not have moved on after it."""
     release: ClassVar[Release] = Release.AUTONOMOUS
     """Who must approve it, unless the policy says otherwise."""
     summary: ClassVar[str]
-    """One sentence that says what it does. Shown to models and in the documents."""
+    """One sentence that says what it does, shown to models and in the documentation."""
 
     name: str
 
@@ -109,16 +109,16 @@ class Behavior(Model, ABC):
         """
 
     def done(self, view: FrenetScene) -> bool:
-        """True if its purpose is reached before the end of its path or its time."""
+        """True if its purpose has been achieved before the end of its path or its time allowance."""
         return False
 
     def time_allowance_s(self, expected_s: float) -> float:
-        """Return the time after which it is given up (s), for an expected duration (s)."""
+        """Return the time after which it is given up (s), given its expected duration (s)."""
         return 2.0 * expected_s + 5.0
 
 
 class Standing(Behavior):
-    """A behaviour without a path: the vehicle stands, or stops where it is."""
+    """A behaviour without a path: the vehicle stops where it is and stays."""
 
     stands_still: ClassVar[bool] = True
 
@@ -140,7 +140,7 @@ def no_place_to_stand(view: FrenetScene) -> str | None:
 
 
 class CannotPlan(Exception):
-    """No path exists for a behaviour here. `failure` is the code, and the message is for people."""
+    """There is no path for a behaviour here. `failure` is the code; the message is for people."""
 
     def __init__(self, failure: PlanFailure, text: str) -> None:
         super().__init__(text)

@@ -16,11 +16,11 @@ from stucksolver.scene.view import FrenetScene
 
 
 class BorrowOncomingLane(Behavior):
-    """Pass an object, and all that stands before it, through the oncoming lane."""
+    """Pass an object, and everything in front of it, through the oncoming lane."""
 
     summary: ClassVar[str] = (
-        "Pass the object past_object_id (and everything between) through the lane of the oncoming traffic on the "
-        "left at up to speed_mps, then come back to the own lane."
+        "Pass the object past_object_id (and everything before it) through the oncoming lane on the left at up to "
+        "speed_mps, then return to the own lane."
     )
     checks: ClassVar[tuple[Check, ...]] = (
         *MOVING_CHECKS,

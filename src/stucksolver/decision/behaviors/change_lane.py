@@ -1,4 +1,4 @@
-"""Move into the neighbouring lane of the same direction."""
+"""Move into the adjacent lane in the same direction."""
 
 from typing import ClassVar, Literal
 
@@ -14,11 +14,11 @@ from stucksolver.scene.view import FrenetScene
 
 
 class ChangeLane(Behavior):
-    """Change to the next lane on a side and stay in it for a while."""
+    """Change to the adjacent lane on one side and stay in it for a while."""
 
     summary: ClassVar[str] = (
-        "Change into the neighbouring lane of the same direction on `side`, then drive in it until distance_m "
-        "metres from the start are done, at up to speed_mps."
+        "Change into the adjacent lane in the same direction on `side` and follow it at up to speed_mps, for "
+        "distance_m metres in all."
     )
     checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.MARKING, Check.LANE_ENTRY)
     abort_after_commit: ClassVar[Abort] = Abort.FINISH
@@ -32,7 +32,7 @@ class ChangeLane(Behavior):
         """Return the lane to change to.
 
         Raises:
-            CannotPlan: There is no driving lane of our direction on that side.
+            CannotPlan: There is no driving lane in the ego's direction on that side.
         """
         lane = view.frame.beside(start.s_m, start.d_m, +1 if self.side == "left" else -1)
         if lane is None or lane.strip.kind is not LaneKind.DRIVING:

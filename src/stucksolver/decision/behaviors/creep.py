@@ -1,4 +1,4 @@
-"""Drive a short distance slowly and stop: to see more, or to show the intention to go."""
+"""Drive a short distance slowly and stop: to see more, or to signal the intention to go."""
 
 from typing import ClassVar, Literal
 
@@ -11,7 +11,7 @@ from stucksolver.scene.view import FrenetScene
 
 
 class Creep(Behavior):
-    """Creep ahead in the own lane and come to rest."""
+    """Creep forward in the ego's lane and stop."""
 
     summary: ClassVar[str] = "Creep distance_m metres ahead in the own lane at walking pace, then stop."
     checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.CREEP_SPEED, Check.STOPPING_PLACE)

@@ -1,4 +1,4 @@
-"""Drive over an object that is soft by class, low, and seen long enough to be sure of it."""
+"""Drive over an object that is of a soft class, low, and seen long enough to be sure."""
 
 from dataclasses import replace
 from typing import ClassVar, Literal
@@ -15,10 +15,10 @@ BEYOND_M = 2.0
 
 
 class DriveOver(Behavior):
-    """Go on in the own lane over one object, slowly."""
+    """Drive on slowly in the ego's lane, over one object."""
 
     summary: ClassVar[str] = (
-        "Drive slowly over object_id, an empty bag or litter, at most 0.15 m high; never a living thing or an unknown."
+        "Drive slowly over object_id, an empty bag or litter, at most 0.15 m high; never anything living or unknown."
     )
     checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.CREEP_SPEED, Check.PASSABLE)
 
@@ -32,6 +32,6 @@ class DriveOver(Behavior):
             raise CannotPlan(PlanFailure.NOT_SEEN, f"object {self.object_id} is not seen")
         past = float(view.s[i] + view.along[i]) + view.ego.length_m / 2 + BEYOND_M - start.s_m
         if not 3.0 < past < 40.0:
-            raise CannotPlan(PlanFailure.NOT_IN_THE_WAY, f"object {self.object_id} is not close ahead")
+            raise CannotPlan(PlanFailure.NOT_IN_THE_WAY, f"object {self.object_id} is not just ahead in the lane")
         path = along_lane(own_lane(view, start), start.s_m, start.d_m, past, self.speed_mps)
         return replace(path, over=(self.object_id,))

@@ -1,4 +1,4 @@
-"""Car following: drive on behind a leader as long as it leads."""
+"""Car following: drive on behind a lead vehicle as long as it stays ahead."""
 
 from typing import ClassVar, Literal
 
@@ -15,7 +15,7 @@ LEADS_MPS = 0.5
 
 
 class FollowVehicle(Behavior):
-    """Follow a moving leader in the own lane; the stack keeps its distance to it as always."""
+    """Follow a moving lead vehicle in the ego's lane; the stack keeps its distance as usual."""
 
     summary: ClassVar[str] = (
         "Follow the moving vehicle leader_id ahead in the own lane for up to distance_m metres at up to speed_mps."
@@ -30,7 +30,7 @@ class FollowVehicle(Behavior):
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
         i = view.index_of(self.leader_id)
         if i is None or not self._leads(view, i):
-            why = f"{self.leader_id} does not lead: it must move ahead in the own lane"
+            why = f"{self.leader_id} cannot be followed: it must be moving ahead in the ego's lane"
             raise CannotPlan(PlanFailure.NOT_LEADING, why)
         return along_lane(own_lane(view, start), start.s_m, start.d_m, self.distance_m, self.speed_mps)
 

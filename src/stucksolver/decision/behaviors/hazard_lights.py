@@ -7,9 +7,9 @@ from stucksolver.scene.view import FrenetScene
 
 
 class HazardLights(Standing):
-    """Hazard lights on, or off again. They go out by themselves when the vehicle is on its way again."""
+    """Switch the hazard lights on or off. They go off by themselves when the vehicle is under way again."""
 
-    summary: ClassVar[str] = "Switch the hazard lights on or off; the vehicle stays where it is or goes on."
+    summary: ClassVar[str] = "Switch the hazard lights on or off; the vehicle stays where it is or drives on."
 
     name: Literal["hazard_lights"] = "hazard_lights"
     on: bool = True

@@ -15,7 +15,7 @@ from stucksolver.scene.view import FrenetScene
 class KeepLane(Behavior):
     """Drive on in the lane the ego is in when it begins."""
 
-    summary: ClassVar[str] = "Drive distance_m metres on in the lane the vehicle is in, at up to speed_mps."
+    summary: ClassVar[str] = "Drive on for distance_m metres in the current lane, at up to speed_mps."
     checks: ClassVar[tuple[Check, ...]] = MOVING_CHECKS
 
     name: Literal["keep_lane"] = "keep_lane"
@@ -28,12 +28,12 @@ class KeepLane(Behavior):
 
 
 def own_lane(view: FrenetScene, start: Start) -> Lane | None:
-    """Return the lane at a place.
+    """Return the lane at `start`; None off the lanes.
 
     Raises:
         CannotPlan: The lane belongs to oncoming traffic.
     """
     lane = view.frame.lane_at(start.s_m, start.d_m)
     if lane is not None and lane.strip.direction is LaneDirection.OPPOSITE:
-        raise CannotPlan(PlanFailure.NOT_OUR_LANE, "the vehicle is in an oncoming lane, which is left, not kept")
+        raise CannotPlan(PlanFailure.NOT_OUR_LANE, "the vehicle is in an oncoming lane and must leave it")
     return lane

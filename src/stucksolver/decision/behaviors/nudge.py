@@ -1,4 +1,4 @@
-"""Move aside within the own lane: to look past an obstacle, or to pass it if the lane is wide enough."""
+"""Move aside within the lane: to see past an obstacle, or to pass it if the lane is wide enough."""
 
 from typing import ClassVar, Literal
 
@@ -15,15 +15,15 @@ from stucksolver.scene.view import FrenetScene
 
 EDGE_M = 0.05
 SHARES = (1.0, 0.85, 0.7, 0.5)
-"""Parts of the shift that are tried if the corners swing out too far over a short distance."""
+"""Fractions of the shift to try, since over a short distance the corners may swing out too far."""
 
 
 class Nudge(Behavior):
-    """Shift sideways inside the lane's borders, go on there, and come to rest."""
+    """Shift sideways within the lane's borders, drive on there, and stop."""
 
     summary: ClassVar[str] = (
-        "Move offset_m metres to `side` within the own lane (no further than its border), go on until distance_m "
-        "metres are done, then stop there: to see past an obstacle, or to pass it in a wide lane."
+        "Move offset_m metres to `side` within the own lane (no further than its border), drive on for distance_m "
+        "metres in all, then stop: to see past an obstacle, or to pass it in a wide lane."
     )
     checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.WITHIN_LANE, Check.STOPPING_PLACE)
 
@@ -54,7 +54,7 @@ class Nudge(Behavior):
 
 
 def body_reach(path: Manoeuvre, view: FrenetScene) -> Array:
-    """Return the half extent of the ego's body across the road at each station (m)."""
+    """(stations,): half extent of the ego's body across the road (m)."""
     heading = path.body(float(path.heading()[0]), view.ego.limits.wheelbase_m)
     reach: Array = view.ego.width_m / 2 * np.cos(heading) + view.ego.length_m / 2 * np.abs(np.sin(heading))
     return reach

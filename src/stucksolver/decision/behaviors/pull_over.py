@@ -1,4 +1,4 @@
-"""Stop at the roadside, as far out of the way as the road allows."""
+"""Stop at the roadside, as far out of the traffic as the road allows."""
 
 from dataclasses import replace
 from typing import ClassVar, Literal
@@ -18,7 +18,7 @@ ROADSIDE = (LaneKind.DRIVING, LaneKind.PARKING, LaneKind.SHOULDER)
 
 
 class PullOver(Behavior):
-    """Move to the right edge of the outermost strip that may be stood on, and come to rest."""
+    """Move to the right edge of the outermost strip on which a vehicle may stop, and stop."""
 
     summary: ClassVar[str] = "Pull over to the right edge of the road, parking lane and shoulder included, and stop."
     checks: ClassVar[tuple[Check, ...]] = (
@@ -35,7 +35,7 @@ class PullOver(Behavior):
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
         lanes = _to_the_right(view, start)
         if not lanes:
-            raise CannotPlan(PlanFailure.NO_LANE, "the vehicle is in no lane of its own direction")
+            raise CannotPlan(PlanFailure.NO_LANE, "the vehicle is in no lane in its own direction")
         end = start.s_m + self.distance_m
         target = min(lane.at(end)[0] for lane in lanes) + view.ego.width_m / 2 + EDGE_M
         length = min(max(shortest_shift(start.d_m - target, 1.5 * view.ego.limits.min_turn_radius_m), 4.0), 30.0)
@@ -50,7 +50,7 @@ class PullOver(Behavior):
 
 
 def _to_the_right(view: FrenetScene, start: Start) -> list[Lane]:
-    """Return the lane at a place and the strips to its right where a vehicle may stand, up to the first kerb."""
+    """Return the lane at `start` and the strips to its right where a vehicle may stop, up to the first kerb."""
     here = view.frame.lane_at(start.s_m, start.d_m)
     if here is None or here.strip.direction is LaneDirection.OPPOSITE:
         return []

@@ -1,4 +1,4 @@
-"""The registry of behaviours. The schema, the prompt, the guard and the documents are derived from it."""
+"""The registry of behaviours. The schema, the prompt, the guard and the documentation are derived from it."""
 
 from __future__ import annotations
 
@@ -61,9 +61,9 @@ def parse_behavior(data: object) -> Behavior:
 
 
 def why_foreign(behavior: object) -> str | None:
-    """Why something is not in the closed list of behaviours within its bounds, None if it is one.
+    """Return why something is not a behaviour of the closed list within its bounds, or None if it is.
 
-    A subclass may have other checks, and a copy other figures, than what the guard knows by that name.
+    A subclass could have other checks than the guard knows by that name, and a copy could have invalid parameters.
     """
     known = REGISTRY.get(str(getattr(behavior, "name", "")))
     if known is None or type(behavior) is not known:
@@ -71,13 +71,13 @@ def why_foreign(behavior: object) -> str | None:
     try:
         again = known.model_validate(behavior.model_dump())
     except ValueError:
-        return f"{known.__name__} with figures out of its bounds"
-    return None if again == behavior else f"{known.__name__} that does not read back as it is"
+        return f"{known.__name__} with a parameter out of bounds"
+    return None if again == behavior else f"{known.__name__} that does not survive validation unchanged"
 
 
 @lru_cache(maxsize=32)
 def describe(names: tuple[str, ...]) -> tuple[AvailableBehavior, ...]:
-    """Return the description of behaviours that a reasoner is given.
+    """Return the descriptions of behaviours that a reasoner is given.
 
     Raises:
         KeyError: A name is not in the list.

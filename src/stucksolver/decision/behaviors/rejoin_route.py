@@ -13,9 +13,9 @@ from stucksolver.scene.view import FrenetScene
 
 
 class RejoinRoute(Behavior):
-    """Back into the route's lane, then on in it."""
+    """Return to the route's lane, then follow it for a few metres."""
 
-    summary: ClassVar[str] = "Return to the route's lane and go on in it for a few metres at up to speed_mps."
+    summary: ClassVar[str] = "Return to the route's lane and follow it for a few metres at up to speed_mps."
     checks: ClassVar[tuple[Check, ...]] = (
         *(check for check in MOVING_CHECKS if check is not Check.DRIVABLE_AREA),
         Check.ROADSIDE,

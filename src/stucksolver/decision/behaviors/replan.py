@@ -1,4 +1,4 @@
-"""Have the route planned again."""
+"""Replan the route."""
 
 from typing import ClassVar, Literal
 
@@ -6,9 +6,9 @@ from stucksolver.decision.behaviors.base import Standing
 
 
 class ReplanRoute(Standing):
-    """Plan the route anew from a candidate waypoint of the scene, or from here; the stack then drives it."""
+    """Replan the route from a candidate waypoint of the scene, or from here; the stack then follows it."""
 
-    summary: ClassVar[str] = "Plan the route anew, from the candidate waypoint route_start of the scene or from here."
+    summary: ClassVar[str] = "Replan the route, from the candidate waypoint route_start of the scene or from here."
 
     name: Literal["replan"] = "replan"
     route_start: str | None = None

@@ -1,4 +1,4 @@
-"""Ask a person for help while standing safely."""
+"""Ask a person for help while safely stopped."""
 
 from typing import ClassVar, Literal
 
@@ -11,7 +11,7 @@ CLEAR_M = 25.0
 
 
 class RequestAssistance(Standing):
-    """Stop with hazard lights on and ask the remote operator, until the way is free or the time is up."""
+    """Stop with hazard lights on and ask the remote operator, until the path is free or the time is up."""
 
     summary: ClassVar[str] = (
         "Stop with hazard lights on and ask a remote operator for help, saying why; for at most duration_s seconds."

@@ -11,20 +11,20 @@ from stucksolver.decision.turning import TURNED_RAD, Leg, turn_round, turned_rad
 from stucksolver.scene.view import FrenetScene
 
 WAITS_S = 30.0
-"""Extra time beyond the driving time of a leg, to stand and let others pass."""
+"""Time allowed beyond the driving time of a leg, to stop and let others pass."""
 BEGUN_RAD = math.radians(20.0)
-"""A vehicle turned by more than this is in the middle of a turn, and continues from there."""
+"""A vehicle that has turned by more than this is in the middle of a turn and continues from there."""
 
 
 class TurnRound(Behavior):
-    """A three-point turn to the left; five legs at most. Each leg is proven when the vehicle stands at its beginning.
+    """A turn to the left in at most five legs. Each leg is proven when the vehicle has stopped at its start.
 
-    It has no path along the road: its legs are ways in the plane (`legs`). What follows it is a new route.
+    It has no path along the road: its legs are paths in the plane (`legs`). A new route follows it.
     """
 
     summary: ClassVar[str] = (
-        "Turn round on the road in three to five legs at walking pace, where it is wide enough and nobody "
-        "comes, to drive back. Plan the route anew from there: replan_route, with a waypoint behind as route_start."
+        "Turn round on the road in up to five legs at walking pace, where it is wide enough and nobody comes, to "
+        "drive back. Replan the route from there: replan_route, with a waypoint behind as route_start."
     )
     checks: ClassVar[tuple[Check, ...]] = (Check.TURNING,)
 
@@ -32,7 +32,7 @@ class TurnRound(Behavior):
     speed_mps: float = Field(default=1.4, ge=0.5, le=CREEP_MPS)
 
     def legs(self, view: FrenetScene) -> tuple[Leg, ...]:
-        """Return the remaining legs of the turn from where the vehicle stands.
+        """Return the remaining legs of the turn from where the vehicle is.
 
         Raises:
             CannotPlan: The road is too narrow.

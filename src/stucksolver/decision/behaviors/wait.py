@@ -1,4 +1,4 @@
-"""Stand still."""
+"""Stay stopped."""
 
 from typing import ClassVar, Literal
 
@@ -13,11 +13,11 @@ ONCOMING_M = 80.0
 
 
 class Wait(Standing):
-    """Stay stopped for a time, or until what it waits for has come, at the longest for that time."""
+    """Stay stopped for a time, or until a condition holds, but never longer than that time."""
 
     summary: ClassVar[str] = (
-        "Stay stopped for duration_s seconds, or until less: `clear` the path ahead is free, `light` no light ahead "
-        "is red or yellow, `oncoming` nobody comes towards us."
+        "Stay stopped for duration_s seconds, or less with until: `clear` the path ahead is free, `light` no light "
+        "ahead is red or yellow, `oncoming` no oncoming traffic."
     )
 
     name: Literal["wait"] = "wait"
