@@ -9,10 +9,14 @@ import numpy as np
 import pytest
 from worlds import World, straight_road, thing
 
-from stucksolver.decision.behaviors import CannotPlan, TurnRound
+from stucksolver.decision import RecoveryPlan
+from stucksolver.decision.behaviors import BackUp, CannotPlan, TurnRound
 from stucksolver.decision.turning import corners, driven_line, turn_round
 from stucksolver.guard import Approvals, Guard, GuardPolicy, RejectCode
 from stucksolver.scene import LineKind, ObjectKind, Zone, ZoneKind
+from stucksolver.solver.machine.admission import Need, admit
+from stucksolver.solver.machine.execution import Execution
+from stucksolver.solver.machine.history import History
 
 C, K = RejectCode, ObjectKind
 TURN = TurnRound()
@@ -166,3 +170,40 @@ def test_off_its_leg_it_stops():
     _, leg = Guard().accept_turn(TURN, world.view())
     astray = World(WIDE, x=52.0, y=-0.9, yaw=0.0, speed=1.0)
     assert {r.code for r in Guard().recheck_turn(leg, astray.view()).rejects} == {C.DEVIATION}
+
+
+BACKS_UP_FIRST = RecoveryPlan(behaviors=(BackUp(distance_m=6.0, speed_mps=1.5), TURN), replan_route=True)
+
+
+def begun(world, policy=None, approvals=None):
+    return Execution(BACKS_UP_FIRST, Guard(policy), False, approvals or Approvals()).start(world.view(), 0.0)
+
+
+def solid_at(stretch):
+    """A road of broken lines, with a solid one between two arc lengths (m)."""
+    road = road_of(5.0)
+    own, other = road.lanes
+    lines = tuple(LineKind.SOLID if stretch[0] <= k <= stretch[1] else line for k, line in enumerate(other.line))
+    other = other.model_copy(update={"line": lines})
+    return road.model_copy(update={"key": f"{road.key}-solid-{stretch}", "lanes": (own, other)})
+
+
+def test_the_yes_for_the_line_is_needed_before_the_step_that_leads_to_the_turn():
+    solid = World(road_of(5.0, line=LineKind.SOLID))
+    assert begun(solid).codes == (C.SOLID_LINE,)
+    assert begun(solid, approvals=Approvals(passenger=frozenset({"solid_line"}))).accepted
+    assert begun(solid, GuardPolicy(solid_line="autonomous")).accepted
+    assert begun(solid, GuardPolicy(solid_line="forbid")).codes == (C.SOLID_LINE,)
+    assert begun(World(WIDE)).accepted
+
+
+@pytest.mark.parametrize(("stretch", "needed"), [((30, 50), True), ((70, 100), False), ((0, 25), False)])
+def test_only_the_line_where_the_turn_will_be_needs_a_yes(stretch, needed):
+    assert begun(World(solid_at(stretch))).codes == ((C.SOLID_LINE,) if needed else ())
+
+
+def test_the_missing_yes_is_the_passengers_for_the_line():
+    solid = World(road_of(5.0, line=LineKind.SOLID))
+    told = {"guard": Guard(), "scene": None, "history": History(3), "guided": False, "approvals": Approvals()}
+    found = admit(BACKS_UP_FIRST, solid.view(), 0.0, **told)
+    assert found.need == Need("passenger", ("solid_line",))

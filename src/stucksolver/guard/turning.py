@@ -95,6 +95,33 @@ def prove_turn(
     return OK, ProvenLeg(behavior, legs[0], after_s, took[0])
 
 
+def unreleased_line(
+    behavior: TurnRound, at: tuple[float, float], view: FrenetScene, policy: GuardPolicy, approvals: Approvals
+) -> Verdict:
+    """Judge in advance whether a later turn of a plan may cross the lines where it will begin.
+
+    A person must be asked before the first step of the plan, not after it. Everything else about the turn depends on
+    that moment, so `prove_turn` judges it then.
+
+    Args:
+        behavior: The turn.
+        at: (x, y) in the local frame of the body's centre when the turn begins (m).
+        view: The surroundings in road coordinates, seen from where the ego is now.
+        policy: The guard's bounds.
+        approvals: What people have approved.
+
+    Returns:
+        A refusal with `SOLID_LINE` or `OFF_ROAD`; accepted if no line prevents the turn, or it has no path from there.
+    """
+    there = view.surroundings.ego.model_copy(update={"x_m": at[0], "y_m": at[1], "speed_mps": 0.0})
+    later = FrenetScene(view.surroundings.model_copy(update={"ego": there}))
+    try:
+        legs = behavior.legs(later)
+    except CannotPlan:
+        return OK
+    return Verdict(rejects=tuple(_solid_line(later, _span(later, legs), policy, approvals))) if legs else OK
+
+
 def recheck_leg(proven: ProvenLeg, view: FrenetScene, policy: GuardPolicy) -> Verdict:
     """Judge a running leg on this tick. A refusal says to stop for good, or to give way until someone has passed."""
     braking = view.ego.limits.comfort_braking_mps2

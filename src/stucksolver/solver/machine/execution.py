@@ -23,8 +23,10 @@ from stucksolver.decision.behaviors.turn_round import BEGUN_RAD
 from stucksolver.decision.manoeuvre import Manoeuvre, landing_m
 from stucksolver.decision.turning import driven_line
 from stucksolver.guard import NOBODY, OK, Approvals, Guard, Proven, ProvenLeg, Reject, RejectCode, Verdict
+from stucksolver.guard.turning import unreleased_line
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import FrenetScene
+from stucksolver.solver.machine.history import moving, passes
 
 ARRIVED_M = 1.5
 """A behaviour counts as driven at this distance before its end; a whole path at the distance that `landing_m` gives."""
@@ -44,6 +46,8 @@ MOST_LEGS = 10
 """A turn may begin this many legs, twice as many as planned, because each leg begins where the last one really
 ended.
 """
+GAP_WAIT_S = 120.0
+"""A plan waits this long for a gap before its next step; after it a person is asked (`reason.rules.decide.NO_WAY_S`)."""
 ALONE = frozenset({Check.CREEP_SPEED, Check.WITHIN_LANE, Check.ROADSIDE, Check.STOPPING_PLACE, Check.TURNING})
 """Behaviours with their own bounds on the whole path are proven separately."""
 
@@ -93,6 +97,8 @@ class Execution:
         self._directive: Step | None = None
         self._shown = False
         self._until_s = 0.0
+        self._gap_until_s: float | None = None
+        self._gives_way_s = 0.0
         self._index = 0
         self._withdrawn = False
         self._ending: ExecutionOutcome | None = None
@@ -114,6 +120,9 @@ class Execution:
             # the next stretch, or after its refusal, would lead beyond the proven path.
             stops = len(self._segments) > 1
             verdict, proven = self._guard.accept(segment, view, self._guided, self._approvals, stops)
+        lacking = self._turn_released(proven, view) if verdict.accepted else OK
+        if not lacking.accepted:
+            return lacking
         if verdict.accepted:
             self._segments = self._segments[1:]
             self._proven, self._leg, self._behavior = proven, leg, segment[0]
@@ -123,6 +132,17 @@ class Execution:
             self._until_s = now_s + max(b.time_allowance_s(expected) for b in segment)
             self._directive = self._direct(view)
         return verdict
+
+    def _turn_released(self, proven: Proven | None, view: FrenetScene) -> Verdict:
+        """Judge whether a turn later in the plan lacks an approval, before the stretch that leads to it begins."""
+        turn = next((b for segment in self._segments[1:] for b in segment if isinstance(b, TurnRound)), None)
+        if turn is None:
+            return OK
+        at = (view.ego.x_m, view.ego.y_m)
+        if proven is not None:
+            x, y, _ = _facing(view, proven).frame.to_local(np.array([proven.path.end_s]), np.array([proven.path.end_d]))
+            at = (float(x[0]), float(y[0]))
+        return unreleased_line(turn, at, view, self._guard.policy, self._approvals)
 
     def withdraw(self) -> None:
         """Give the plan up as soon as that is safe: at once before the commit point, otherwise at its end."""
@@ -145,6 +165,8 @@ class Execution:
             return self._end(view)
         if self._withdrawn and not self._committed(view):
             return self._abort(Abort.STOP, OK, view, "withdrawn")
+        if self._gap_until_s is not None:
+            return self._next(view, now_s)
         if self._leg is not None:
             return self._turn(self._leg, view, now_s)
         if self._proven is None:
@@ -167,11 +189,7 @@ class Execution:
     def _move(self, proven: Proven, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
         self.last_verdict = verdict = self._guard.recheck(proven, view, self._gives_way)
         if verdict.abort is Abort.GIVE_WAY:
-            if now_s > self._until_s:
-                # The stack can get through a junction by itself; a plan does not leave it standing there.
-                return ExecutionOutcome(False, f"it gave way for longer than its time allowance: {verdict}", verdict)
-            self._gives_way = True
-            return stand(verdict.brake_mps2)
+            return self._give_way(verdict, view, now_s)
         if self._gives_way:
             self._gives_way, self._directive = False, self._direct(view)
         if not verdict.accepted and verdict.abort is not Abort.FINISH:
@@ -190,6 +208,17 @@ class Execution:
             self._directive = self._direct(view)
         assert self._directive is not None
         return self._directive
+
+    def _give_way(self, verdict: Verdict, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
+        """Brake for others with the plan still in force. Beside a stream this uses up no time: it harms nobody."""
+        in_junction = view.zone_at(view.ego_s) is not None
+        if now_s > self._until_s and in_junction:
+            # The stack can get through a junction by itself; a plan does not leave it standing there.
+            return ExecutionOutcome(False, f"it gave way for longer than its time allowance: {verdict}", verdict)
+        if self._gives_way and not in_junction:
+            self._until_s += now_s - self._gives_way_s
+        self._gives_way, self._gives_way_s = True, now_s
+        return stand(verdict.brake_mps2)
 
     def _turn(self, leg: ProvenLeg, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
         """Continue a leg of a turn. Stop for someone near, or at the end of the leg, where the next one begins."""
@@ -238,11 +267,21 @@ class Execution:
             return ExecutionOutcome(True, "the plan is done")
         verdict = self.start(view, now_s)
         if not verdict.accepted:
-            self.last_verdict = verdict
-            return self._abort(Abort.STOP, verdict, view, f"the next step was refused: {verdict}")
+            return self._await_gap(verdict, view, now_s)
         assert self._directive is not None
-        self._shown = True
+        self._gap_until_s, self._shown = None, True
         return self._directive
+
+    def _await_gap(self, verdict: Verdict, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
+        """Stand and try the next step again on every tick if only traffic is in its way; otherwise give up."""
+        self.last_verdict = verdict
+        self._leg = self._proven = None
+        if self._gap_until_s is None:
+            self._gap_until_s = now_s + GAP_WAIT_S
+        if passes(verdict, moving(view)) and now_s < self._gap_until_s and self._guard.may_stand(view):
+            return stand(None)
+        self._gap_until_s = None
+        return self._abort(Abort.STOP, verdict, view, f"the next step was refused: {verdict}")
 
     def _abort(
         self, way: Abort, verdict: Verdict, view: FrenetScene, why: str | None = None
