@@ -1,4 +1,4 @@
-"""Pages that are made from the program itself: its commands, settings, schemas and HTTP API."""
+"""Reference pages that are generated from the program: its commands, settings, schemas and HTTP API."""
 
 from __future__ import annotations
 
@@ -11,17 +11,20 @@ PROSE_TYPES = {"null": "nothing", "string": "text", "integer": "whole number", "
 
 
 def commands_page() -> str:
-    """Every command with its options, as the parsers have them."""
+    """Return a page with every command and its options, from the parsers."""
     from stucksolver.cli.main import EXIT_CODES, full_parser
 
     lines = [
         "# Commands",
         "",
-        "Made from the parsers of this version; `stucksolver COMMAND --help` prints the same.",
+        "Generated from the parsers of this version; `stucksolver COMMAND --help` prints the same.",
         "",
-    ]
-    lines += [
-        f"Whatever is wrong with a call is one line on standard error. {EXIT_CODES[0].upper()}{EXIT_CODES[1:]}.",
+        f"An error is one line on standard error. {EXIT_CODES[0].upper()}{EXIT_CODES[1:]}. They are the same for every "
+        "command.",
+        "",
+        "With `--json`, standard output contains only JSON of the shape that the option's description shows, and the "
+        "exit code stays the same; notes and progress go to standard error. `memory show` and `words` always print "
+        "JSON, `memory export` JSON lines. `evaluate` and `score` also write `summary.json`.",
         "",
     ]
     parser = full_parser()
@@ -50,7 +53,7 @@ def _options(parser: argparse.ArgumentParser) -> list[str]:
         default = "" if action.default in (None, False, "", (), []) else f"`{action.default}`"
         told = _cell((action.help or "").replace("%%", "%"))
         rows.append(f"| {name}{value} | {told}{' **(required)**' if action.required else ''} | {default} |")
-    return ["| option | what it says | default |", "|---|---|---|", *rows] if rows else ["It has parts; see below."]
+    return ["| option | meaning | default |", "|---|---|---|", *rows] if rows else ["It has subcommands; see below."]
 
 
 def _kind(action: argparse.Action) -> str:
@@ -58,7 +61,7 @@ def _kind(action: argparse.Action) -> str:
 
 
 def settings_page() -> str:
-    """The configuration file, whole."""
+    """Return a page with the complete configuration file."""
     from stucksolver.cli.config import template
 
     return f"{SETTINGS}\n```toml\n{template()}```\n"
@@ -67,39 +70,39 @@ def settings_page() -> str:
 SETTINGS = """\
 # Configuration
 
-Every option of every command can stand in one file. `stucksolver config init` writes the file below;
-`stucksolver config show` prints what counts now, and where it comes from; `--json` prints it for a script.
+Every option of every command can be set in one file. `stucksolver config init` writes the file below.
+`stucksolver config show` prints the settings in effect and where they come from.
 
-What counts, the first that has a value:
+The first of these that has a value applies:
 
 1. the option on the command line,
-2. the variable of the command, such as `STUCKSOLVER_DEMO_SEED` for `[demo] seed`,
-3. the variable of all commands, such as `STUCKSOLVER_ALL_SEED`,
-4. the file's section of the command, `[demo]`,
-5. the file's section `[all]`,
+2. the command's environment variable, such as `STUCKSOLVER_DEMO_SEED` for `[demo] seed`,
+3. the environment variable for all commands, such as `STUCKSOLVER_ALL_SEED`,
+4. the command's section in the file, `[demo]`,
+5. the section `[all]` in the file,
 6. the default.
 
-One file is read: that of `stucksolver --config FILE COMMAND`, else that of `STUCKSOLVER_CONFIG`, else
-`stucksolver.toml` in the current folder, else `stucksolver/config.toml` in `$XDG_CONFIG_HOME` or `~/.config`.
-`--config none` reads none. A key that no command has is an error that names the nearest one. What was taken from
-file or environment is said on standard error.
+Only one file is read: the one given as `stucksolver --config FILE COMMAND`, else the one that `STUCKSOLVER_CONFIG`
+names, else `stucksolver.toml` in the current folder, else `stucksolver/config.toml` in `$XDG_CONFIG_HOME` or
+`~/.config`. `--config none` reads no file. An unknown key is an error, and the message suggests the closest known one.
+Settings that come from the file or the environment are listed on standard error.
 
-`--unguarded` and `--heedless` cannot be set here: an experiment without the guard is asked for each time. Keys of
-language models are read from the environment only ([model.md](../model.md)). `STUCKSOLVER_MAPS` and `CARLA_AGENTS`
-name folders with towns and with CARLA's `agents`. `carlette` has options of its own, and no file.
+`--unguarded` and `--heedless` cannot be set here: an experiment without the guard must be requested each time. API
+keys of language models are read from the environment only ([model.md](../model.md)). `STUCKSOLVER_MAPS` and
+`CARLA_AGENTS` name folders with towns and with CARLA's `agents`. `carlette` has its own options, and reads no file.
 """
 
 
 def schemas_page() -> str:
-    """What crosses the boundary between stack and solver, type by type."""
+    """Return a page with the types that cross the boundary between stack and solver."""
     from stucksolver.decision.schema import VERSION, schemas
 
     lines = [
         "# Schemas",
         "",
-        f"What crosses the boundary between a stack and the solver, in its JSON form of version {VERSION}. "
-        "SI units and radians; a `Scene` is in the ego frame of ISO 8855 (x ahead, y left), everything else in a local "
-        "frame of the stack's choice. The files: "
+        f"The types that cross the boundary between a stack and the solver, in JSON form, version {VERSION}. "
+        "Units are SI units and radians. A `Scene` is in the ego frame of ISO 8855 (x forward, y left), everything "
+        "else in a local frame that the stack chooses. As JSON schemas: "
         + ", ".join(f"[{name}.json](schemas/{name}.json)" for name in schemas())
         + ".",
         "",
@@ -118,7 +121,7 @@ def schemas_page() -> str:
 
 
 def schema_files() -> dict[str, str]:
-    """The schemas as documents, by the name of the file."""
+    """Return the JSON schemas by file name."""
     from stucksolver.decision.schema import schemas
 
     return {f"{name}.json": json.dumps(schema, indent=1) + "\n" for name, schema in schemas().items()}
@@ -160,12 +163,12 @@ BOUNDS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiv
 
 
 def http_page() -> str:
-    """The passenger's HTTP API, from its OpenAPI document."""
+    """Return a page on the passenger's HTTP API, from its OpenAPI document."""
     schema = openapi()
     lines = ["# HTTP API", "", schema["info"]["description"], ""]
     lines += [
-        "`stucksolver ride` serves it beside the page ([passenger.md](../passenger.md)). "
-        "All of it: [openapi.json](openapi.json).",
+        "`stucksolver ride` serves it together with the page ([passenger.md](../passenger.md)). "
+        "The complete description: [openapi.json](openapi.json).",
         "",
     ]
     for path, methods in schema["paths"].items():
@@ -187,7 +190,7 @@ def http_page() -> str:
 
 
 def openapi() -> dict[str, Any]:
-    """The document that the server gives at `/openapi.json`."""
+    """Return the document that the server provides at `/openapi.json`."""
     from stucksolver.passenger.roles import Tokens
     from stucksolver.passenger.server.app import make_app
     from stucksolver.passenger.server.board import Board

@@ -119,7 +119,7 @@ def test_help_names_what_the_file_says_as_the_default(capsys):
         ("[evaluate]\nsweep = 'v_min=3'\n", "[evaluate] sweep: 'v_min=3' is not possible; give a list"),
         ("[perception.colect]\nseed = 1\n", "did you mean 'perception.collect'?"),
         ("[evaluate]\nunguarded = true\n", "[evaluate] has no setting 'unguarded'"),
-        ("[demo\n", "stucksolver.toml: cannot be read"),
+        ("[demo\n", "stucksolver.toml cannot be read"),
     ],
 )
 def test_a_mistake_in_the_file_is_one_line_that_names_it(capsys, text, told):

@@ -60,6 +60,13 @@ def test_what_was_exported_can_be_imported(capsys, file, tmp_path, monkeypatch):
     assert said(capsys, "export", str(tmp_path / "new.db")) == lines * 2
 
 
+def test_import_and_forget_give_a_script_their_counts(capsys, file, tmp_path):
+    (tmp_path / "lines").write_text(said(capsys, "export", file))
+    new = str(tmp_path / "new.db")
+    assert json.loads(said(capsys, "import", new, str(tmp_path / "lines"), "--json")) == {"added": 2}
+    assert json.loads(said(capsys, "forget", new, "1", "--json")) == {"forgotten": 1}
+
+
 def test_a_bad_line_is_named_and_nothing_is_added(capsys, file, tmp_path):
     (tmp_path / "lines").write_text(said(capsys, "export", file) + '{"ending": "worked"}\n')
     told = refused(capsys, "import", str(tmp_path / "new.db"), str(tmp_path / "lines"))

@@ -82,7 +82,7 @@ def test_heads_are_saved_and_checked_without_naming_the_records_again(whole, tmp
     head = head_of(whole)
     assert heads.read_text() == f"{head.digest}  {head.line}  {whole.as_posix()}\n"
     assert main(["replay", "--anchors", str(heads)]) == 0
-    assert f"as anchored at line {head.line}" in capsys.readouterr().out
+    assert f"agrees with the anchor at line {head.line}" in capsys.readouterr().out
 
 
 def test_a_forged_record_passes_without_its_anchor_and_is_refused_with_it(whole, tmp_path, capsys):
@@ -125,12 +125,12 @@ def test_a_file_that_has_no_heads_is_named_with_its_line(text, told, tmp_path, c
 def test_a_record_that_its_anchors_do_not_name_is_refused(whole, tmp_path, capsys):
     (tmp_path / "heads.txt").write_text(f"{'0' * 64}  1  other.jsonl\n")
     assert main(["replay", str(whole), "--anchors", str(tmp_path / "heads.txt")]) == 2
-    assert f"no anchor of {whole}" in capsys.readouterr().err
+    assert f"has no entry for {whole}" in capsys.readouterr().err
 
 
 def test_nothing_to_replay_is_said_in_a_line(capsys):
     assert main(["replay"]) == 2
-    assert capsys.readouterr().err == "error: name a record, intervention-….jsonl, or --anchors FILE\n"
+    assert capsys.readouterr().err == "error: give a record, intervention-….jsonl, or --anchors FILE\n"
 
 
 # ---- what is no record

@@ -53,7 +53,24 @@ def test_a_run_that_dies_writes_no_end_but_all_that_went_before(broken):
 
 def test_a_record_that_breaks_off_is_no_success(broken, capsys):
     assert main(["replay", str(broken)]) == 1
-    assert "it is incomplete" in capsys.readouterr().out
+    assert "incomplete: the run failed" in capsys.readouterr().out
+
+
+def test_a_script_gets_each_replay_as_json(broken, tmp_path, capsys):
+    with Recorder(tmp_path) as recorder:
+        drive(in_front_of_a_parked_car(), 30.0, record=recorder)
+    (file,) = recorder.files
+    assert main(["replay", str(broken), str(file), "--json"]) == 1
+    first, second = json.loads(capsys.readouterr().out)
+    assert (first["file"], first["ended"], first["matches"]) == (str(broken), None, True)
+    assert (second["file"], second["ended"], second["findings"]) == (str(file), last_line(file)["how"], [])
+    assert second["lines"] == len(file.read_text().splitlines()) and second["ticks"] > 0
+    heads = tmp_path / "heads.txt"
+    assert main(["replay", str(file), "--save-heads", str(heads), "--json"]) == 0
+    [saved] = json.loads(capsys.readouterr().out)
+    assert main(["replay", "--anchors", str(heads), "--json"]) == 0
+    [checked] = json.loads(capsys.readouterr().out)
+    assert (saved["anchored_line"], checked["anchored_line"]) == (None, second["lines"])
 
 
 def test_one_that_breaks_off_among_whole_ones_is_no_success_either(broken, tmp_path):

@@ -1,9 +1,10 @@
-"""How all commands read their arguments: what is wrong is one line, and the help names every default."""
+"""Arguments that commands share. A usage error is one line, and the help lists every default."""
 
 from __future__ import annotations
 
 import argparse
 import importlib.metadata
+import json
 import math
 from collections.abc import Callable
 from typing import Any, NoReturn
@@ -11,7 +12,7 @@ from typing import Any, NoReturn
 EXIT_USAGE = 2
 LAST_PORT = 65535
 SUPPORTED = "Python 3.10, 3.11 or 3.12 on Linux x86-64"
-"""Where CARLA's client package exists."""
+"""The platforms for which CARLA's client package is published."""
 
 
 class _Formatter(argparse.ArgumentDefaultsHelpFormatter):
@@ -24,19 +25,19 @@ class _Formatter(argparse.ArgumentDefaultsHelpFormatter):
 
 
 class Parser(argparse.ArgumentParser):
-    """Of a command, and of the commands below it."""
+    """An argument parser whose errors are one line; subcommands use it too."""
 
     def __init__(self, **options: Any) -> None:
         options.setdefault("formatter_class", _Formatter)
         super().__init__(**options)
 
     def error(self, message: str) -> NoReturn:
-        """End with one line; the help has the rest."""
+        """Exit with `EXIT_USAGE` and one line that points to the help."""
         self.exit(EXIT_USAGE, f"error: {message}; see `{self.prog} --help`\n")
 
 
 def installed_version() -> str:
-    """Of this distribution."""
+    """Return the version of the installed distribution, or a placeholder if it is not installed."""
     try:
         return importlib.metadata.version("stucksolver")
     except importlib.metadata.PackageNotFoundError:
@@ -44,50 +45,60 @@ def installed_version() -> str:
 
 
 def port(text: str) -> int:
-    """A TCP port that can be connected to."""
+    """Parse a TCP port from 1 to 65535. Raises `argparse.ArgumentTypeError`."""
     if not text.isdecimal() or not 1 <= int(text) <= LAST_PORT:
         raise argparse.ArgumentTypeError(f"'{text}' is not a port; give a number from 1 to {LAST_PORT}")
     return int(text)
 
 
 def add_clock(parser: argparse.ArgumentParser) -> None:
-    """How a reasoner's time is counted in a simulation."""
+    """Add `--clock`, which says how a reasoner's response time counts in the simulation."""
     parser.add_argument("--clock", default="lockstep", help="lockstep, latency:SECONDS or latency:measured")
 
 
 PERCEPTIONS = ("privileged", "sensors")
-"""Where the world is known from: ground truth, or the rig's sensors."""
+"""Sources of perception: the simulator's ground truth, or the rig's sensors."""
 
 
 def add_perception(parser: argparse.ArgumentParser) -> None:
-    """Where driver and solver know the world from."""
+    """Add `--perception`, the source of what the driver and the solver know about the world."""
     parser.add_argument(
         "--perception",
         default=PERCEPTIONS[0],
         choices=PERCEPTIONS,
-        help="the simulator's ground truth, or camera, LiDAR, GNSS, IMU and wheels",
+        help="perceive by the simulator's ground truth, or by camera, LiDAR, GNSS, IMU and wheel sensors",
     )
 
 
 def add_map(parser: argparse.ArgumentParser, usual: str) -> None:
-    """Where to drive."""
+    """Add `--map` with this default, and `--maps`."""
     parser.add_argument("--map", default=usual, help="a town's name or an OpenDRIVE file")
     add_maps(parser)
 
 
 def add_maps(parser: argparse.ArgumentParser) -> None:
-    """Where towns are looked for."""
+    """Add `--maps`, the folders that are searched for towns."""
     parser.add_argument("--maps", help="folders to search for towns, separated by ':'")
 
 
 def add_server(parser: argparse.ArgumentParser) -> None:
-    """A server that runs already, in place of our own."""
+    """Add `--host` and `--port` of a running server that is used instead of our own carlette."""
     parser.add_argument("--host", help="use the CARLA server at this address instead of starting carlette")
-    parser.add_argument("--port", type=port, default=2000, help="of that server")
+    parser.add_argument("--port", type=port, default=2000, help="port of that server")
+
+
+def add_json(parser: argparse.ArgumentParser, shape: str) -> None:
+    """Add `--json`. `shape` describes what is printed; help and the command reference show it."""
+    parser.add_argument("--json", action="store_true", help=f"print JSON: {shape}")
+
+
+def print_json(data: object) -> None:
+    """Print a result as JSON on standard output; paths become text."""
+    print(json.dumps(data, indent=1, ensure_ascii=False, default=str))
 
 
 def whole(text: str) -> int:
-    """A whole number."""
+    """Parse a whole number. Raises `argparse.ArgumentTypeError`."""
     try:
         return int(text)
     except ValueError:
@@ -95,7 +106,7 @@ def whole(text: str) -> int:
 
 
 def at_least(least: int) -> Callable[[str], int]:
-    """Whole numbers from this one on."""
+    """Return a parser of whole numbers that are not below `least`; it raises `argparse.ArgumentTypeError`."""
 
     def read(text: str) -> int:
         try:
@@ -110,7 +121,7 @@ def at_least(least: int) -> Callable[[str], int]:
 
 
 def above_zero(text: str) -> float:
-    """A finite number above 0."""
+    """Parse a finite number above 0. Raises `argparse.ArgumentTypeError`."""
     try:
         found = float(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""`stucksolver cases`: the three cases of Bao and Li 2025 (arXiv:2510.26023), run and drawn."""
+"""`stucksolver cases`: runs the three cases of Bao and Li 2025 (arXiv:2510.26023) and draws a figure of each."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stucksolver.cli.arguments import above_zero, add_clock, add_map, at_least
+from stucksolver.cli.arguments import above_zero, add_clock, add_json, add_map, at_least, print_json
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.lines import json_lines
 from stucksolver.cli.words import tell_notes
@@ -17,13 +17,14 @@ from stucksolver.reason.make import HELP, make_reasoner, preflight, sees, unansw
 from stucksolver.reason.registry import ReasonerNameError
 
 if TYPE_CHECKING:
+    from stucksolver_eval.cases import CaseResult
     from stucksolver_eval.cases.wordings import Wording
 
 FIGURE, WORDINGS = "cases.png", "wordings.png"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What the command is told."""
+    """Add the command's options."""
     parser.add_argument("--reasoner", default="rules", help=f"{HELP}")
     add_clock(parser)
     add_map(parser, "grid_town")
@@ -36,23 +37,28 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=at_least(1),
         default=20,
         metavar="N",
-        help="attempts in a row that may fail",
+        help="give up after this many failed attempts in a row",
     )
     parser.add_argument(
         "--wordings",
         type=Path,
         metavar="FILE",
-        help='drive the cyclists\' case with each sentence of FILE instead: lines of {"text": words}',
+        help='instead, drive the cyclists\' case once for each sentence in FILE, a JSON line each: {"text": "..."}',
     )
     parser.add_argument(
         "--exchanges",
         action="store_true",
         help="keep records of interventions in OUT, and every request and answer in OUT/exchanges",
     )
+    add_json(
+        parser,
+        '{"cases": [{"name", "decided" (an event or null), "progress_m", "collisions", "questions", "unanswered"}], '
+        '"figure": path}',
+    )
 
 
 def run(options: argparse.Namespace) -> int:
-    """0 when each case got a decision, and most questions an answer; 1 otherwise. Raises `UsageError`."""
+    """Run the cases. Returns 1 if a case got no decision or most questions no answer, else 0. Raises `UsageError`."""
     from stucksolver_eval.cases import CASES, run_cases
     from stucksolver_eval.cases.figure import draw_figure
     from stucksolver_eval.cases.wordings import draw_wordings, worded
@@ -98,7 +104,10 @@ def run(options: argparse.Namespace) -> int:
         raise UsageError(str(error)) from error
     except OSError as error:
         raise UsageError(f"{options.out} cannot be written: {error.strerror}") from error
-    print(f"figure: {options.out / figure}")
+    if options.json:
+        print_json({"cases": [_data(result) for result in results], "figure": options.out / figure})
+    else:
+        print(f"figure: {options.out / figure}")
     asked, failed = sum(r.questions for r in results), sum(r.unanswered for r in results)
     warning = unanswered_banner(asked, failed, options.reasoner)
     if warning:
@@ -107,8 +116,20 @@ def run(options: argparse.Namespace) -> int:
     return 1 if warning or undecided else 0
 
 
+def _data(result: CaseResult) -> dict[str, object]:
+    decided = result.decided
+    return {
+        "name": result.case.name,
+        "decided": None if decided is None else decided.model_dump(mode="json", exclude_none=True),
+        "progress_m": result.progress_m,
+        "collisions": result.collisions,
+        "questions": result.questions,
+        "unanswered": result.unanswered,
+    }
+
+
 def _wordings(path: Path) -> tuple[Wording, ...]:
-    """The sentences of a file of JSON lines. Raises `UsageError`."""
+    """Read the sentences from a file of JSON lines. Raises `UsageError`."""
     from stucksolver_eval.cases.wordings import Wording
 
     found = []
@@ -118,7 +139,7 @@ def _wordings(path: Path) -> tuple[Wording, ...]:
             raise UsageError(f'{where}: a line is {{"text": "..."}}, with "intent": "..." where its meaning is known')
         found.append(Wording(text, meant))
     if not found:
-        raise UsageError(f"{path}: no sentence in it")
+        raise UsageError(f"{path}: there is no sentence in this file")
     return tuple(found)
 
 

@@ -1,6 +1,6 @@
 """`stucksolver completion`: scripts that make a shell complete commands, options and their choices.
 
-They are written from the parsers, so they know what this version knows, and no package is needed for them.
+They are generated from the parsers, so they always match this version, and need no other package.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ fish: stucksolver completion fish > ~/.config/fish/completions/stucksolver.fish"
 
 @dataclass(frozen=True)
 class Option:
-    """One option. `files`: its value is a path; `choices`: all its values; `takes`: is there a value at all?"""
+    """One option. `takes`: it takes a value; `choices`: all its possible values; `files`: its value is a path."""
 
     names: tuple[str, ...]
     about: str
@@ -30,7 +30,7 @@ class Option:
 
 @dataclass(frozen=True)
 class Node:
-    """A command or a part of it: `words` lead to it; `below` are the words that may follow."""
+    """A command or subcommand. `words` is the path to it; `below` has the words that may follow, with their help."""
 
     words: tuple[str, ...]
     below: tuple[tuple[str, str], ...]
@@ -38,15 +38,15 @@ class Node:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What the command is told."""
+    """Add the command's options."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = INSTALL
     parser.add_argument("shell", choices=SHELLS, help="the shell to write for")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the script."""
-    from stucksolver.cli.main import full_parser  # the program imports this module, and not the other way round
+    """Print the script for the chosen shell. Returns 0."""
+    from stucksolver.cli.main import full_parser  # imported here because `main` imports this module
 
     writers = {"bash": bash, "zsh": zsh, "fish": fish}
     print(writers[options.shell](list(nodes(full_parser()))), end="")
@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def nodes(parser: argparse.ArgumentParser, words: tuple[str, ...] = ()) -> Iterator[Node]:
-    """The program, its commands and their parts, from the top down."""
+    """Yield the program, its commands and their subcommands, from the top down."""
     below: list[tuple[str, str]] = []
     parts: dict[str, argparse.ArgumentParser] = {}
     for action in parser._actions:
@@ -79,7 +79,7 @@ def _option(action: argparse.Action) -> Option:
 
 
 def _value_cases(tree: list[Node], write: Callable[[Option], str]) -> list[str]:
-    """The branches of a `case` that complete the value of an option, for each option that takes one."""
+    """Return the branches of a `case` statement that complete option values, one for each option that takes a value."""
     return [
         f"    {_quoted(f'{_path(node)} {name}')}) {write(option)}; return ;;"
         for node in tree
@@ -90,7 +90,7 @@ def _value_cases(tree: list[Node], write: Callable[[Option], str]) -> list[str]:
 
 
 def bash(tree: list[Node]) -> str:
-    """A function for bash 4 and later."""
+    """Return a completion script for bash 4 and later."""
     cases = [f"    {_quoted(_path(node))}) offered={_quoted(' '.join(_offered(node)))} ;;" for node in tree]
     values = _value_cases(tree, _bash_value)
     parts = "|".join(_quoted(_path(node)) for node in tree if node.words)
@@ -116,7 +116,7 @@ complete -o filenames -F _stucksolver stucksolver
 
 
 def zsh(tree: list[Node]) -> str:
-    """A function for the completion system of zsh; to be found in a folder of `fpath`."""
+    """Return a completion script for zsh; it belongs in a folder of `fpath`."""
     cases = []
     for node in tree:
         words = " ".join(_quoted(f"{_colons(name)}:{_colons(about)}") for name, about in node.below)
@@ -155,7 +155,7 @@ if [[ $funcstack[1] == _stucksolver ]]; then _stucksolver "$@"; else compdef _st
 
 
 def fish(tree: list[Node]) -> str:
-    """Lines for fish 3 and later."""
+    """Return a completion script for fish 3 and later."""
     lines = ["# Completion of stucksolver for fish, written by `stucksolver completion fish`."]
     names = " ".join(name for name, _ in tree[0].below)
     for node in tree:
@@ -196,7 +196,7 @@ def _zsh_value(option: Option) -> str:
 
 
 def _quoted(text: str) -> str:
-    """For a shell's single quotes; bash, zsh and fish read this alike."""
+    """Quote with single quotes in a way that bash, zsh and fish read alike."""
     return "'" + text.replace("'", "’") + "'"
 
 

@@ -1,4 +1,4 @@
-"""`stucksolver config`: what the configuration says, where it comes from, and a file to start from."""
+"""`stucksolver config`: shows the settings in effect and their sources, and writes a file to start from."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from stucksolver.cli.arguments import Parser
+from stucksolver.cli.arguments import Parser, add_json, print_json
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.settings import (
     FILE,
@@ -23,7 +23,7 @@ from stucksolver.cli.settings import (
 )
 
 HEAD = f"""\
-# Settings of StuckSolver. Take the # away before a line to use it.
+# Settings of StuckSolver. Remove the # before a line to use it.
 #
 # An option on the command line wins over everything. Then come, in this order: the environment
 # (STUCKSOLVER_DEMO_SEED for [demo] seed, STUCKSOLVER_ALL_SEED for [all] seed), the section of the command, [all].
@@ -39,26 +39,26 @@ LINE = 110
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What the command is told."""
-    parts = parser.add_subparsers(required=True, metavar="PART", help="what to do", parser_class=Parser)
+    """Add the command's options."""
+    parts = parser.add_subparsers(required=True, metavar="SUBCOMMAND", help="what to do", parser_class=Parser)
     show = parts.add_parser("show", help="print each setting that differs from its default, and where it comes from")
-    show.add_argument("command", nargs="?", help="only this command's, such as demo")
+    show.add_argument("command", nargs="?", help="only the settings of this command, such as demo")
     show.add_argument("--defaults", action="store_true", help="print the settings left at their defaults as well")
-    show.add_argument("--json", action="store_true", help="print it for a script")
+    add_json(show, '{"file": path or null, "settings": [{"section", "key", "value", "source", "variable"}]}')
     show.set_defaults(part=_show)
-    init = parts.add_parser("init", help="write a file with every setting explained")
-    init.add_argument("file", nargs="?", type=Path, default=Path(FILE), help="where to")
+    init = parts.add_parser("init", help="write a file that explains every setting")
+    init.add_argument("file", nargs="?", type=Path, default=Path(FILE), help="the file to write")
     init.set_defaults(part=_init)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the part that was asked for. Raises `UsageError`."""
+    """Run the requested subcommand and return its exit code. Raises `UsageError`."""
     return int(options.part(options))
 
 
 def all_settings() -> list[Setting]:
-    """The settings of all commands."""
-    from stucksolver.cli.main import full_parser  # the program imports this module, and not the other way round
+    """Return the settings of all commands."""
+    from stucksolver.cli.main import full_parser  # imported here because `main` imports this module
 
     return list(settings_of("", full_parser()))
 
@@ -88,13 +88,13 @@ def _show(options: argparse.Namespace) -> int:
                 }
             )
     if options.json:
-        print(json.dumps({"file": str(file) if file else None, "settings": rows}, indent=1, default=str))
+        print_json({"file": str(file) if file else None, "settings": rows})
         return 0
     print(f"file: {file or 'none; `stucksolver config init` writes one'}")
     for row in rows:
         print(f"{row['section']}.{row['key']} = {_toml(row['value'])}  ({row['source']})")
     if not rows:
-        print("every setting has its default; --defaults lists them")
+        print("every setting is at its default; --defaults lists them")
     return 0
 
 
@@ -111,7 +111,7 @@ def _init(options: argparse.Namespace) -> int:
 
 
 def template() -> str:
-    """A file with every setting explained and commented out. It is valid TOML, and stays so without the `# `."""
+    """Return a file that explains every setting, all commented out. It is valid TOML with and without the `# `."""
     lines = [HEAD]
     section = ""
     for one in all_settings():
@@ -131,7 +131,7 @@ def _explained(one: Setting) -> Iterator[str]:
 
 
 def _example(one: Setting) -> str:
-    """The default; where there is none, an empty value of the kind that is expected."""
+    """Return the default as TOML, or an empty value of the expected type if there is none."""
     if one.switch:
         return "false"
     default = one.action.default
@@ -141,7 +141,7 @@ def _example(one: Setting) -> str:
 
 
 def _toml(value: Any) -> str:
-    """A value as TOML has it."""
+    """Format a value as TOML."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, int | float):

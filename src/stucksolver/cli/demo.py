@@ -1,4 +1,4 @@
-"""`stucksolver demo`."""
+"""`stucksolver demo`: drives the demonstration and writes its report."""
 
 from __future__ import annotations
 
@@ -8,7 +8,16 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from stucksolver.cli.arguments import add_clock, add_map, add_perception, add_server, at_least, whole
+from stucksolver.cli.arguments import (
+    add_clock,
+    add_json,
+    add_map,
+    add_perception,
+    add_server,
+    at_least,
+    print_json,
+    whole,
+)
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.memory import add_memory
 from stucksolver.cli.ride import add_page, page_server, tell_page
@@ -18,13 +27,13 @@ from stucksolver.words import NoReader, find_reader
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What the command is told."""
+    """Add the command's options."""
     add_map(parser, "demo_town")
     parser.add_argument("--seed", type=whole, default=1, help="seed of places and traffic")
     parser.add_argument(
         "--driver",
         default="behavior",
-        help="behavior, planner (both with :cautious|normal|aggressive), or MODULE:CLASS, your own driver",
+        help="behavior or planner, each with :cautious|normal|aggressive, or your own driver as MODULE:CLASS",
     )
     parser.add_argument("--road", choices=("any", "one_lane", "multi_lane"), default="any", help="kind of street")
     parser.add_argument(
@@ -32,26 +41,32 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=at_least(0),
         default=3,
         metavar="N",
-        help="oncoming cars in the street with one lane each way",
+        help="number of oncoming cars in the street with one lane each way",
     )
     add_clock(parser)
     add_perception(parser)
     parser.add_argument(
-        "--say", metavar="WORDS", help="what a passenger says in both streets, instead of our own script"
+        "--say", metavar="WORDS", help="what a passenger says in both streets, instead of the built-in script"
     )
-    parser.add_argument("--no-pictures", action="store_true", help="no camera picture beside each decision: quicker")
-    parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder for results")
     parser.add_argument(
-        "--passenger", action="store_true", help="drive at the pace of the clock, with a page to talk to the car"
+        "--no-pictures", action="store_true", help="store no camera pictures with the decisions (faster)"
     )
+    parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder for results")
+    parser.add_argument("--passenger", action="store_true", help="drive in real time, with a page to talk to the car")
     add_page(parser)
     add_memory(parser)
     add_server(parser)
+    add_json(
+        parser,
+        '{"runs": [{"scenario", "arm", "seed", "result": {"status", "route_completion_pct", "infractions", '
+        '"stopped_s", "time_to_recover_s", "immobilizations", "decisions", "plans_accepted", "duration_s", '
+        '"distance_m"}}], "report": path}',
+    )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run it, print the table, say where the report is. Raises `UsageError` for what cannot be done."""
-    # Not before: these need CARLA's client package, and help does not.
+    """Run the demonstration, and print its table and the path of its report. Raises `UsageError`."""
+    # Imported here because these need CARLA's client package, and the help does not.
     from stucksolver_eval.arms.make import ArmError
     from stucksolver_eval.demo import VEHICLE, DemoSpec, demo
     from stucksolver_eval.files import OutputError
@@ -81,12 +96,16 @@ def run(options: argparse.Namespace) -> int:
         with contextlib.ExitStack() as page:
             if options.passenger:
                 server = page.enter_context(page_server(options))
-                tell_page(server, VEHICLE, options.listen)
+                tell_page(server, VEHICLE, options.listen, sys.stderr if options.json else sys.stdout)
                 spec = replace(spec, passenger=server.address)
             runs, report = demo(spec, _say)
     except (ArmError, RunError, StreetError, ServerError, OutputError, ReportError) as error:
         _end_line()
         raise UsageError(str(error)) from error
+    if options.json:
+        done = [run.model_dump(mode="json", include={"scenario", "arm", "seed", "result"}) for run in runs]
+        print_json({"runs": done, "report": report})
+        return 0
     print(runs_table(runs))
     if options.say is not None:
         print("\n" + "\n\n".join(conversation(run) for run in runs))
@@ -95,7 +114,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _words(text: str | None) -> str | None:
-    """Words that can be said. Raises `UsageError`."""
+    """Check that the words can be said and understood here. Raises `UsageError`."""
     if text is None:
         return None
     if not text.strip():
@@ -112,7 +131,7 @@ _written = 0
 
 
 def _say(text: str) -> None:
-    """Progress in place on a terminal; whole lines only elsewhere."""
+    """Show progress in place on a terminal; print only complete lines elsewhere."""
     global _written
     if not sys.stderr.isatty():
         if text.endswith("\n"):

@@ -1,10 +1,9 @@
-"""`stucksolver doctor`: what is installed here, what is missing, and how to get it."""
+"""`stucksolver doctor`: checks what is installed, what is missing, and how to get it."""
 
 from __future__ import annotations
 
 import argparse
 import importlib.util
-import json
 import os
 import platform
 import shutil
@@ -16,24 +15,24 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Literal
 
-from stucksolver.cli.arguments import SUPPORTED, installed_version
+from stucksolver.cli.arguments import SUPPORTED, add_json, installed_version, print_json
 from stucksolver.cli.errors import UsageError
 from stucksolver_eval.terminal import filled
 
 State = Literal["ok", "absent", "missing", "broken"]
-"""`absent`: not there, and only needed for what it says."""
+"""`absent` is optional and not installed; `missing` is required and not installed; `broken` does not work."""
 CARLA_PORT = 2000
 ANSWERS_S = 20.0
 PERCEPTION = ("numpy", "onnxruntime", "PIL", "scipy", "filterpy")
 SERVER_ANSWERS_S = 3.0
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox")
 FREE_MIB = 500
-"""A demonstration writes a few MiB, an evaluation of 220 routes a few hundred."""
+"""A demonstration writes a few MiB; an evaluation of 220 routes writes a few hundred."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at. `needed`: without it the demonstration does not run."""
+    """The result of one check. `needed`: the demonstration does not run without it."""
 
     name: str
     state: State
@@ -43,15 +42,15 @@ class Finding:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What the command is told."""
-    parser.add_argument("--json", action="store_true", help="print it for a script")
+    """Add the command's options."""
+    add_json(parser, '[{"name", "state" (ok, absent, missing or broken), "detail", "remedy", "needed"}]')
 
 
 def run(options: argparse.Namespace) -> int:
-    """1 where something is missing or broken that the demonstration needs."""
+    """Print all findings. Returns 1 if something that the demonstration needs is missing or broken, else 0."""
     found = list(findings())
     if options.json:
-        print(json.dumps([asdict(one) for one in found], indent=1))
+        print_json([asdict(one) for one in found])
     else:
         print("\n".join(_line(one) for one in found))
     return int(any(one.needed and one.state != "ok" for one in found))
@@ -63,7 +62,7 @@ def _line(one: Finding) -> str:
 
 
 def findings() -> Iterator[Finding]:
-    """Everything that is looked at, in the order in which a newcomer needs it."""
+    """Run all checks, in the order in which a newcomer needs the results."""
     for look in LOOKS:
         yield from look()
 
@@ -82,10 +81,10 @@ def _python() -> Iterator[Finding]:
 
 
 def _package(name: str, use: str, extra: str, *, needed: bool = False) -> Callable[[], Iterator[Finding]]:
-    """A look for an installed package; what imports it is `use`, what brings it the extra."""
+    """Return a check for an installed package. `use` says what it is for, `extra` which extra installs it."""
 
     def look() -> Iterator[Finding]:
-        """Is it installed, and in which version?"""
+        """Check whether it is installed, and in which version."""
         remedy = f"pip install 'stucksolver[{extra}]'"
         if importlib.util.find_spec(name) is None:
             yield Finding(name, "missing" if needed else "absent", use, remedy, needed)
@@ -100,7 +99,7 @@ def _package(name: str, use: str, extra: str, *, needed: bool = False) -> Callab
 
 
 def _simulator() -> Iterator[Finding]:
-    """The simulator is started and asked: the client's library may be installed and still not load."""
+    """Start the simulator and query it: the client's library may be installed and still fail to load."""
     if importlib.util.find_spec("carla") is None:
         return
     try:
@@ -108,11 +107,11 @@ def _simulator() -> Iterator[Finding]:
 
         with carlette_server("demo_town") as server:
             town = connect(server, ANSWERS_S).get_world().get_map().name
-    except Exception as error:  # noqa: BLE001 - whatever a foreign library raises is what is told
+    except Exception as error:  # noqa: BLE001 - report whatever the foreign library raises
         why = str(error).splitlines()[0] if str(error) else type(error).__name__
         yield Finding("carlette", "broken", why, "pip install --force-reinstall 'stucksolver[sim]'", needed=True)
         return
-    yield Finding("carlette", "ok", f"the embedded simulator was started and answered, with {town}", needed=True)
+    yield Finding("carlette", "ok", f"the embedded simulator started and answered with {town}", needed=True)
 
 
 def _words() -> Iterator[Finding]:
@@ -162,7 +161,7 @@ def _maps() -> Iterator[Finding]:
     if gone:
         yield Finding("maps", "broken", f"STUCKSOLVER_MAPS: no such folder: {', '.join(gone)}", "correct the variable")
     elif towns:
-        yield Finding("maps", "ok", f"{len(towns)} towns beside the shipped ones: {', '.join(towns)}")
+        yield Finding("maps", "ok", f"{len(towns)} towns besides the shipped ones: {', '.join(towns)}")
     else:
         remedy = "for CARLA's towns set STUCKSOLVER_MAPS to the folder with their .xodr files"
         yield Finding("maps", "absent", "the shipped towns only", remedy)
@@ -176,7 +175,7 @@ def _agents() -> Iterator[Finding]:
 
 
 def _server() -> Iterator[Finding]:
-    """Is there a server to drive on with `--host`? Whatever listens is asked, since it may be something else."""
+    """Look for a server for `--host`. Whatever listens is queried, because it may be another program."""
     name, where = "CARLA server", f"127.0.0.1:{CARLA_PORT}"
     if not _listens(CARLA_PORT):
         remedy = "only `--host` needs one; the commands start carlette by themselves"
@@ -195,7 +194,7 @@ def _server() -> Iterator[Finding]:
         yield Finding(name, "ok", f"version {client.get_server_version()} answers on {where}")
     except RuntimeError:
         remedy = "start CARLA on another port and name it by --port, or stop that program"
-        yield Finding(name, "broken", f"what listens on {where} does not answer as CARLA does", remedy)
+        yield Finding(name, "broken", f"the program that listens on {where} does not answer like CARLA", remedy)
 
 
 def _listens(port: int) -> bool:
@@ -205,7 +204,7 @@ def _listens(port: int) -> bool:
 
 
 def _ports() -> Iterator[Finding]:
-    """carlette and the passenger's page each take ports that the system gives them."""
+    """Check that ports can be opened: carlette and the passenger's page use ports that the system assigns."""
     try:
         with socket.socket() as one, socket.socket() as two:
             one.bind(("127.0.0.1", 0))
@@ -219,14 +218,14 @@ def _ports() -> Iterator[Finding]:
 
 
 def _browser() -> Iterator[Finding]:
-    """Reports, and the passenger's page, are looked at in one; it may well run on another machine."""
+    """Look for a browser, which shows reports and the passenger's page; it may also run on another machine."""
     found = next((path for path in map(shutil.which, BROWSERS) if path), None)
     remedy = "apt install chromium, or copy the report to a machine with a browser; the browser tests need Chromium"
-    yield Finding("browser", "ok" if found else "absent", found or "none of the usual ones on PATH", remedy)
+    yield Finding("browser", "ok" if found else "absent", found or f"none of {', '.join(BROWSERS)} on PATH", remedy)
 
 
 def _settings() -> Iterator[Finding]:
-    """The configuration file: is there one, and can it be read?"""
+    """Check the configuration file, if there is one."""
     from stucksolver.cli.config import all_settings
     from stucksolver.cli.settings import check_file, find_file, read_file
 
@@ -234,7 +233,7 @@ def _settings() -> Iterator[Finding]:
         file = find_file(None)
         if file is None:
             yield Finding(
-                "configuration", "absent", "no file; every setting has its default", "stucksolver config init"
+                "configuration", "absent", "no file; every setting is at its default", "stucksolver config init"
             )
             return
         check_file(file, read_file(file), all_settings())

@@ -1,4 +1,4 @@
-"""What a command says when it cannot be run."""
+"""The error of a command that cannot be run."""
 
 
 class UsageError(Exception):

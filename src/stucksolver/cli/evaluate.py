@@ -1,4 +1,4 @@
-"""`stucksolver evaluate`."""
+"""`stucksolver evaluate`: drives a suite of routes and scores it."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from stucksolver.cli.arguments import add_clock, add_maps, add_perception, add_server, at_least, whole
+from stucksolver.cli.arguments import add_clock, add_json, add_maps, add_perception, add_server, at_least, whole
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.memory import add_memory
 from stucksolver.cli.ride import add_page, page_server
-from stucksolver.cli.score import show_scores, show_sweep
+from stucksolver.cli.score import SCORES, show_scores, show_sweep
 from stucksolver.cli.words import clock_name, driver_name
 
 REPLAYS = ("none", "failed", "all")
@@ -21,21 +21,24 @@ INTERRUPTED = "interrupted; finished routes are kept: run the same command with 
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What the command is told."""
+    """Add the command's options."""
     parser.add_argument("--suite", required=True, help="bench220, dev, immobilized, or a leaderboard route file")
     parser.add_argument("--routes", default="", metavar="ID,ID", help="only these routes of the suite")
     parser.add_argument(
         "--driver",
         default="behavior",
-        help="behavior, planner (both with :cautious|normal|aggressive), or MODULE:CLASS[@FILE], your own agent",
+        help="behavior or planner, each with :cautious|normal|aggressive, or your own agent as MODULE:CLASS[@FILE]",
     )
     parser.add_argument("--recovery", default="none", help="none, timers, rules, faulty:NAME or another reasoner")
-    parser.add_argument("--reasoner", default="", metavar="WORDS", help="model for the ladder's rung of that name")
+    parser.add_argument("--reasoner", default="", metavar="NAME", help="reasoner for the ladder's rung `model`")
     parser.add_argument(
-        "--ladder", type=Path, metavar="FILE", help="escalation policy (default: our evaluation profile)"
+        "--ladder", type=Path, metavar="FILE", help="escalation policy (default: the evaluation profile)"
     )
     parser.add_argument(
-        "--guidance", type=Path, metavar="SCRIPT", help="what a passenger says and where: a guidance script, or shipped"
+        "--guidance",
+        type=Path,
+        metavar="SCRIPT",
+        help="what a passenger says and where: a guidance script, or `shipped` for the suite's own",
     )
     add_clock(parser)
     add_perception(parser)
@@ -43,9 +46,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--sensor-fault",
         default="",
         metavar="NAME",
-        help="experiment: a sensor that fails on the way, such as lidar-missing",
+        help="experiment: a sensor that fails during the drive, such as lidar-missing",
     )
-    parser.add_argument("--jobs", type=at_least(1), default=2, help="routes driven at a time")
+    parser.add_argument("--jobs", type=at_least(1), default=2, help="number of routes driven in parallel")
     parser.add_argument("--seed", type=whole, default=1, help="seed of traffic and wordings")
     parser.add_argument("--seeds", metavar="N,N", help="several seeds, instead of --seed")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for results")
@@ -54,23 +57,21 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--reuse",
         type=Path,
         metavar="DIR",
-        help="take the routes without guidance from DIR, which holds the same arm unguided",
+        help="copy the results of routes without guidance from DIR, an evaluation of the same arm without guidance",
     )
     parser.add_argument("--replays", choices=REPLAYS, default="failed", help="routes whose replay is kept")
     parser.add_argument(
-        "--pictures", action="store_true", help="keep a camera picture beside each decision of a replay: slower"
+        "--pictures", action="store_true", help="keep a camera picture with each decision of a replay (slower)"
     )
     parser.add_argument("--record", action="store_true", help="keep a hash-chained record of each intervention")
-    parser.add_argument("--unguarded", action="store_true", help="experiment: drive proposed plans without the guard")
+    parser.add_argument("--unguarded", action="store_true", help="experiment: execute proposed plans without the guard")
     parser.add_argument(
         "--heedless",
         action="store_true",
-        help="experiment: on a plan's path the driver does not brake for others by itself",
+        help="experiment: while the driver follows a plan's path, it does not brake for others by itself",
     )
     add_maps(parser)
-    parser.add_argument(
-        "--passenger", action="store_true", help="drive at the pace of the clock, with a page to talk to the cars"
-    )
+    parser.add_argument("--passenger", action="store_true", help="drive in real time, with a page to talk to the cars")
     add_page(parser)
     add_memory(parser)
     add_server(parser)
@@ -80,12 +81,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=A,B",
-        help="v_min (km/h) or dt (s) of the detector: an evaluation for each combination",
+        help="values of the detector's v_min (km/h) or dt (s); one evaluation for each combination",
     )
+    add_json(parser, SCORES)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run it and print the scores. Raises `UsageError` for what cannot be done; 1 if a route crashed."""
+    """Run the evaluation and print the scores; returns the exit code of `show_scores`. Raises `UsageError`."""
     from stucksolver.ladder import LadderError
     from stucksolver_eval.arms.make import ArmError
     from stucksolver_eval.arms.spec import ArmSpec
@@ -133,15 +135,17 @@ def run(options: argparse.Namespace) -> int:
             command="stucksolver " + shlex.join(sys.argv[1:]),
         )
         if options.passenger and (options.sweep or options.cluster):
-            raise UsageError("--passenger is for one evaluation on this machine: leave out --sweep and --cluster")
+            raise UsageError(
+                "--passenger works only for one evaluation on this machine: leave out --sweep and --cluster"
+            )
         if options.sweep:
-            return show_sweep(run_sweep(spec, parse_sweep(options.sweep)), spec.out)
+            return show_sweep(run_sweep(spec, parse_sweep(options.sweep)), spec.out, as_json=options.json)
         with contextlib.ExitStack() as page:
             if options.passenger:
                 server = page.enter_context(page_server(options))
                 print(f"all cars: {server.url(server.tokens.operator())}", file=sys.stderr, flush=True)
                 spec = replace(spec, passenger=server.address)
-            return show_scores([evaluate(spec).folder])
+            return show_scores([evaluate(spec).folder], as_json=options.json)
     except KeyboardInterrupt:
         print(f"\n{INTERRUPTED}", file=sys.stderr)
         return 130
@@ -158,13 +162,13 @@ def _clock(text: str) -> str:
 
 def _pictures(options: argparse.Namespace) -> bool:
     if options.pictures and options.replays == "none":
-        raise UsageError("--pictures are kept with replays: leave it out with --replays none")
+        raise UsageError("--pictures belong to replays: leave out --pictures, or --replays none")
     return bool(options.pictures) and options.recovery not in ("none", "timers")
 
 
 def _record(options: argparse.Namespace) -> bool:
     if options.record and options.unguarded:
-        raise UsageError("--record keeps verdicts that can be derived again: leave it out with --unguarded")
+        raise UsageError("--record needs the guard's verdicts: leave out --record or --unguarded")
     return bool(options.record)
 
 

@@ -1,4 +1,4 @@
-"""Files of JSON lines that commands take."""
+"""Reads files of JSON lines."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from stucksolver.cli.errors import UsageError
 
 
 def json_lines(file: Path) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Where each line stands ("FILE:NUMBER"), and its object; `-` is standard input. Raises `UsageError`."""
+    """Yield the position ("FILE:NUMBER") and the object of each line; `-` is standard input. Raises `UsageError`."""
     try:
         text = sys.stdin.read() if str(file) == "-" else file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"{file}: cannot be read: {error}; give a file of JSON lines") from error
+        raise UsageError(f"{file} cannot be read: {error}; give a file of JSON lines") from error
     for number, line in enumerate(text.splitlines(), 1):
         if not line.strip():
             continue

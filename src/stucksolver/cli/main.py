@@ -1,4 +1,4 @@
-"""`stucksolver`: the program."""
+"""The `stucksolver` program: parses the command line and runs one command."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from stucksolver.cli.commands import COMMANDS
 from stucksolver.cli.errors import UsageError
 
 PIPE_CLOSED = 128 + 13
-"""As a shell has it for a program that ends by SIGPIPE."""
+"""The exit code that shells report for a program killed by SIGPIPE."""
 EXIT_CODES = (
-    "exit codes: 0 done; 1 done, but the result is bad (a route crashed, a record was changed, something needed "
-    "is missing); 2 wrong usage or input, nothing was done; 130 interrupted; 141 the output was closed early"
+    "exit codes: 0 success; 1 the command ran, but the result is bad (a route crashed, a record does not match, a "
+    "required package is missing); 2 wrong usage or invalid input; 130 interrupted; 141 the output was closed early"
 )
 WITHOUT_SETTINGS = ("config", "completion")
-"""They describe the settings themselves."""
+"""Commands that take no settings because they describe the settings themselves."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Entry point of the `stucksolver` command; returns the exit code."""
+    """Run the command line and return the exit code. `arguments` defaults to those of the process."""
     told = sys.argv[1:] if arguments is None else list(arguments)
     named = [word for word in told if word in COMMANDS][:1]
     parser = _parser(filled=named)
@@ -42,18 +42,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"error: {error}", file=sys.stderr)
         return 2
     except BrokenPipeError:
-        # Whoever read the output has had enough. Python would complain once more while it closes the stream.
+        # The reader closed the pipe. Without this, Python would report the error again when it closes the stream.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return PIPE_CLOSED
 
 
 def full_parser() -> argparse.ArgumentParser:
-    """The program's parser with the options of every command, for what describes them all."""
+    """Return the program's parser with the options of every command, for completion, settings and documentation."""
     return _parser()
 
 
 def _parse(parser: argparse.ArgumentParser, told: Sequence[str], command: str) -> argparse.Namespace:
-    """The options; file and environment say what the command line does not. Raises `UsageError`."""
+    """Parse the options; file and environment provide what the command line omits. Raises `UsageError`."""
     from stucksolver.cli import settings
 
     before = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
@@ -77,10 +77,12 @@ def _parse(parser: argparse.ArgumentParser, told: Sequence[str], command: str) -
 
 
 def _parser(filled: Collection[str] = tuple(COMMANDS)) -> argparse.ArgumentParser:
-    """The parser; only the commands named have their options, since those of others need not be imported."""
+    """Return the parser. Only the named commands get their options, so that the others need not be imported."""
     parser = Parser(prog="stucksolver", description="Gets immobilized vehicles moving again.", epilog=EXIT_CODES)
     parser.add_argument("--version", action="version", version=f"%(prog)s {installed_version()}")
-    parser.add_argument("--config", metavar="FILE", help="settings, in place of stucksolver.toml; `none`: no file")
+    parser.add_argument(
+        "--config", metavar="FILE", help="configuration file instead of stucksolver.toml; `none` reads no file"
+    )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for name, command in COMMANDS.items():
         one = commands.add_parser(name, help=command.about, description=command.more or command.about)

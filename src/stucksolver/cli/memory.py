@@ -1,4 +1,4 @@
-"""`stucksolver memory`: what is remembered of earlier drives, to read, take along, and delete."""
+"""`stucksolver memory`: lists, shows, exports, imports and deletes what is remembered of earlier drives."""
 
 from __future__ import annotations
 
@@ -9,45 +9,47 @@ import sys
 import time
 from pathlib import Path
 
-from stucksolver.cli.arguments import Parser, above_zero, at_least
+from stucksolver.cli.arguments import Parser, above_zero, add_json, at_least, print_json
 from stucksolver.cli.errors import UsageError
 from stucksolver.memory import Episode, EpisodeStore, Kept, MemoryFileError
 from stucksolver.memory.store import DAY_S
 
 WORDS_SHOWN = 44
-"""Characters of what was said in a list."""
+"""Number of characters of the passenger's words that `list` prints."""
 STDIN = Path("-")
 
 
 def add_memory(parser: argparse.ArgumentParser) -> None:
-    """Commands that drive share this one."""
+    """Add `--memory`, which all commands that drive share."""
     parser.add_argument(
         "--memory",
         type=Path,
         metavar="FILE",
-        help="store there what was said and done, and propose first what worked; see docs/privacy.md",
+        help="remember in this file what was said and done, and propose first what worked; see docs/privacy.md",
     )
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What the command is told."""
-    parts = parser.add_subparsers(required=True, metavar="PART", help="what to do", parser_class=Parser)
-    listed = _add(parts.add_parser("list", help="everything that is remembered, one line each"), _list)
-    listed.add_argument("--json", action="store_true", help="JSON lines, for programs")
-    shown = _add(parts.add_parser("show", help="one entry, whole, as JSON"), _show)
-    shown.add_argument("number", type=at_least(1), metavar="NUMBER", help="of the entry, as list has it")
-    _add(parts.add_parser("export", help="everything as JSON lines, for import"), _export)
-    imported = _add(parts.add_parser("import", help="add what export wrote"), _import)
-    imported.add_argument("lines", type=Path, metavar="LINES", help="a file of export, or - for standard input")
-    forgotten = _add(parts.add_parser("forget", help="delete entries for good"), _forget)
-    forgotten.add_argument("numbers", type=at_least(1), nargs="*", metavar="NUMBER", help="of the entries")
+    """Add the command's options."""
+    parts = parser.add_subparsers(required=True, metavar="SUBCOMMAND", help="what to do", parser_class=Parser)
+    listed = _add(parts.add_parser("list", help="print all entries, one line each"), _list)
+    add_json(listed, 'one object per line, {"number", ...} with the fields of `memory export`')
+    shown = _add(parts.add_parser("show", help="print one entry in full, as JSON"), _show)
+    shown.add_argument("number", type=at_least(1), metavar="NUMBER", help="number of the entry in `memory list`")
+    _add(parts.add_parser("export", help="print all entries as JSON lines, for `memory import`"), _export)
+    imported = _add(parts.add_parser("import", help="add entries that `memory export` printed"), _import)
+    imported.add_argument("lines", type=Path, metavar="LINES", help="an exported file, or - for standard input")
+    add_json(imported, '{"added": number of entries}')
+    forgotten = _add(parts.add_parser("forget", help="delete entries permanently"), _forget)
+    forgotten.add_argument("numbers", type=at_least(1), nargs="*", metavar="NUMBER", help="numbers of the entries")
     forgotten.add_argument("--days", type=above_zero, metavar="N", help="entries older than this many days")
-    forgotten.add_argument("--vehicle", metavar="ID", help="everything of this vehicle")
-    forgotten.add_argument("--all", action="store_true", help="everything")
+    forgotten.add_argument("--vehicle", metavar="ID", help="all entries of this vehicle")
+    forgotten.add_argument("--all", action="store_true", help="all entries")
+    add_json(forgotten, '{"forgotten": number of entries}')
 
 
 def run(options: argparse.Namespace) -> int:
-    """Do the part that was asked for. Raises `UsageError`."""
+    """Run the requested subcommand and return its exit code. Raises `UsageError`."""
     try:
         return int(options.part(options))
     except MemoryFileError as error:
@@ -56,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _add(parser: argparse.ArgumentParser, part: object) -> argparse.ArgumentParser:
     parser.set_defaults(part=part)
-    parser.add_argument("file", type=Path, metavar="FILE", help="the memory, as --memory has it")
+    parser.add_argument("file", type=Path, metavar="FILE", help="the memory file, as given to --memory")
     return parser
 
 
@@ -87,12 +89,15 @@ def _import(options: argparse.Namespace) -> int:
     try:
         text = sys.stdin.read() if options.lines == STDIN else options.lines.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"{options.lines}: cannot be read: {error}; give a file of `memory export`") from error
+        raise UsageError(f"{options.lines} cannot be read: {error}; give a file from `memory export`") from error
     episodes = [_read(options.lines, number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
     store = EpisodeStore(options.file)
     for episode in episodes:
         store.add(episode)
-    print(f"{len(episodes)} added")
+    if options.json:
+        print_json({"added": len(episodes)})
+    else:
+        print(f"{len(episodes)} added")
     return 0
 
 
@@ -113,7 +118,10 @@ def _forget(options: argparse.Namespace) -> int:
     else:
         before_s = None if options.days is None else time.time() - options.days * DAY_S
         gone = store.forget(numbers=tuple(options.numbers), before_s=before_s, vehicle=options.vehicle)
-    print(f"{gone} forgotten")
+    if options.json:
+        print_json({"forgotten": gone})
+    else:
+        print(f"{gone} forgotten")
     return 0
 
 
@@ -122,7 +130,7 @@ def _data(one: Kept) -> dict[str, object]:
 
 
 def _line(one: Kept) -> str:
-    """Number, time, vehicle, what blocked the way, what was said, what was done, how it ended."""
+    """Return number, time, vehicle, obstacle, words, solution and ending of an entry as one line."""
     episode = one.episode
     when = datetime.datetime.fromtimestamp(episode.at_s).strftime("%Y-%m-%d %H:%M")
     said = "".join(c if c.isprintable() else " " for c in episode.text)

@@ -1,4 +1,4 @@
-"""`stucksolver perception`: recordings of drives, training, and scores."""
+"""`stucksolver perception`: records drives, trains perception on them, and scores it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-from stucksolver.cli.arguments import Parser, above_zero, add_maps, add_server, at_least, whole
+from stucksolver.cli.arguments import Parser, above_zero, add_json, add_maps, add_server, at_least, print_json, whole
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.words import driver_name
 
@@ -17,16 +17,16 @@ NEEDS_CLIENT = "collecting needs the carla package, which is not installed: pip 
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What the command is told."""
-    parts = parser.add_subparsers(required=True, metavar="PART", help="what to do", parser_class=Parser)
-    _add_collect(parts.add_parser("collect", help="drive routes, and record the sensors with the truth beside them"))
-    _add_eval(parts.add_parser("eval", help="run perception on recordings, and score it"))
+    """Add the command's options."""
+    parts = parser.add_subparsers(required=True, metavar="SUBCOMMAND", help="what to do", parser_class=Parser)
+    _add_collect(parts.add_parser("collect", help="drive routes and record sensor data with ground truth"))
+    _add_eval(parts.add_parser("eval", help="run perception on recordings and score it"))
     _add_train(parts.add_parser("train", help="train the networks on recordings"))
-    _add_export(parts.add_parser("export", help="put trained networks where perception looks for them"))
+    _add_export(parts.add_parser("export", help="install trained networks where perception looks for them"))
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the part that was asked for. Raises `UsageError`."""
+    """Run the requested subcommand and return its exit code. Raises `UsageError`."""
     return int(options.part(options))
 
 
@@ -35,49 +35,62 @@ def _add_collect(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--suite", default="", help="bench220, dev, immobilized, or a leaderboard route file")
     where.add_argument(
-        "--towns", default="", metavar="TOWN,TOWN", help="random drives in this town, among dense mixed traffic"
+        "--towns", default="", metavar="TOWN,TOWN", help="random drives in these towns, in dense mixed traffic"
     )
     parser.add_argument("--routes", default="", metavar="ID,ID", help="only these routes of the suite")
-    parser.add_argument("--drives", type=at_least(1), default=1, help="random drives in each town")
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for recordings; continues there")
-    parser.add_argument("--jobs", type=at_least(1), default=2, help="routes driven at a time")
-    parser.add_argument("--seed", type=whole, default=1, help="of traffic, weather, crowd and random routes")
-    parser.add_argument("--limit-s", type=above_zero, default=60.0, metavar="S", help="simulated time of a drive")
-    parser.add_argument("--driver", default="behavior", help="behavior or planner, both with :PROFILE")
-    parser.add_argument("--weather", choices=("random", "route"), default="random", help="where the weather comes from")
+    parser.add_argument("--drives", type=at_least(1), default=1, help="number of random drives in each town")
     parser.add_argument(
-        "--every", type=float, default=1.0, metavar="S", help="how often a window of ticks is kept; 0 keeps all"
+        "--out", type=Path, required=True, metavar="DIR", help="folder for recordings; drives already there are kept"
+    )
+    parser.add_argument("--jobs", type=at_least(1), default=2, help="number of routes driven in parallel")
+    parser.add_argument("--seed", type=whole, default=1, help="seed of traffic, weather, pedestrians and random routes")
+    parser.add_argument(
+        "--limit-s", type=above_zero, default=60.0, metavar="S", help="longest simulated time of a drive"
+    )
+    parser.add_argument("--driver", default="behavior", help="behavior or planner, each with :PROFILE")
+    parser.add_argument(
+        "--weather", choices=("random", "route"), default="random", help="random weather, or that of the route file"
+    )
+    parser.add_argument(
+        "--every", type=float, default=1.0, metavar="S", help="interval between the kept windows of ticks; 0 keeps all"
     )
     add_maps(parser)
     add_server(parser)
+    add_json(parser, '{"recordings": number of drives in DIR, "failed": [a line for each failed route]}')
 
 
 def _add_eval(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(part=_eval)
-    parser.add_argument("--data", type=Path, required=True, metavar="DIR", help="recordings held out of training")
+    parser.add_argument(
+        "--data", type=Path, required=True, metavar="DIR", help="recordings that were not used for training"
+    )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for scores")
     parser.add_argument("--only", default="", metavar="PART,PART", help=f"some of {', '.join(SCORED)}")
-    parser.add_argument("--lidar-weights", type=Path, metavar="DIR", help="instead of the shipped ones")
-    parser.add_argument("--camera-weights", type=Path, metavar="DIR", help="instead of the shipped ones")
-    parser.add_argument("--threads", type=at_least(1), default=1, help="of a network")
+    parser.add_argument("--lidar-weights", type=Path, metavar="DIR", help="weights to use instead of the shipped ones")
+    parser.add_argument("--camera-weights", type=Path, metavar="DIR", help="weights to use instead of the shipped ones")
+    parser.add_argument("--threads", type=at_least(1), default=1, help="number of threads for each network")
+    add_json(parser, 'the scores, as written to DIR/perception.json: {"parts": {name: figures}, "left_out", ...}')
 
 
 def _add_train(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(part=_train)
     parser.add_argument("--data", type=Path, nargs="+", required=True, metavar="DIR", help="recordings to learn from")
-    parser.add_argument("--check", type=Path, nargs="+", required=True, metavar="DIR", help="recordings held out")
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="gets a folder for each network")
+    parser.add_argument("--check", type=Path, nargs="+", required=True, metavar="DIR", help="recordings to validate on")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="output, with a folder for each network")
     parser.add_argument("--only", default="", metavar="NAME,NAME", help=f"some of {', '.join(TRAINED)}")
-    parser.add_argument("--minutes", type=above_zero, default=8.0, help="of learning, for each network")
-    parser.add_argument("--seed", type=whole, default=1, help="of learning")
+    parser.add_argument("--minutes", type=above_zero, default=8.0, help="training time for each network")
+    parser.add_argument("--seed", type=whole, default=1, help="seed of the training")
 
 
 def _add_export(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(part=_export)
-    parser.add_argument("--run", dest="run_folder", type=Path, required=True, metavar="DIR", help="what train wrote")
-    parser.add_argument("--check", type=Path, nargs="+", required=True, metavar="DIR", help="recordings held out")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="instead of where perception looks for them")
+    parser.add_argument(
+        "--run", dest="run_folder", type=Path, required=True, metavar="DIR", help="output of `perception train`"
+    )
+    parser.add_argument("--check", type=Path, nargs="+", required=True, metavar="DIR", help="recordings to validate on")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder to use instead of where perception looks")
     parser.add_argument("--only", default="", metavar="NAME,NAME", help=f"some of {', '.join(TRAINED)}")
+    add_json(parser, '{"folders": [a path for each folder that was written]}')
 
 
 def _collect(options: argparse.Namespace) -> int:
@@ -113,7 +126,10 @@ def _collect(options: argparse.Namespace) -> int:
         found = collect(spec)
     except (ArmError, OutputError, TownError, RouteFileError, ServerError, SuiteError) as error:
         raise UsageError(str(error)) from error
-    print(f"{found.done} recordings in {options.out}; {len(found.failed)} routes failed", file=sys.stdout)
+    if options.json:
+        print_json({"recordings": found.done, "failed": found.failed})
+        return 1 if found.failed else 0
+    print(f"{found.done} recordings in {options.out}; {len(found.failed)} routes failed")
     for line in found.failed:
         print(f"  {line}")
     return 1 if found.failed else 0
@@ -133,7 +149,7 @@ def _eval(options: argparse.Namespace) -> int:
         raise UsageError(str(error)) from error
     for part, reason in found.left_out.items():
         print(f"note: {part} was left out: {reason}", file=sys.stderr)
-    print(found.page)
+    print(found.scores.read_text(encoding="utf-8").rstrip("\n") if options.json else found.page)
     return 0 if found.done else 1
 
 
@@ -157,13 +173,16 @@ def _export(options: argparse.Namespace) -> int:
         found = export_networks(options.run_folder, options.check, options.out, only)
     except (TrainingError, OutputError) as error:
         raise UsageError(str(error)) from error
-    for folder in dict.fromkeys(found):
-        print(folder)
+    folders = list(dict.fromkeys(found))
+    if options.json:
+        print_json({"folders": folders})
+    else:
+        print("\n".join(map(str, folders)))
     return 0
 
 
 def _some(text: str, known: tuple[str, ...]) -> tuple[str, ...]:
-    """Names that were asked for, each of which must be known."""
+    """Split a list of names, each of which must be known. Raises `UsageError`."""
     names = _names(text)
     strange = [one for one in names if one not in known]
     if strange:

@@ -1,4 +1,4 @@
-"""`stucksolver prompt`: what would be sent to a language model for a scene."""
+"""`stucksolver prompt`: shows what would be sent to a language model for a scene."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from stucksolver.cli.arguments import add_json, print_json
 from stucksolver.cli.errors import UsageError
 from stucksolver.reason.llm.prompt import messages, prompt_name
 from stucksolver.reason.llm.schema import decide_tool
@@ -16,18 +17,18 @@ from stucksolver.scene import Scene
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What the command is told."""
+    """Add the command's options."""
     parser.add_argument("scene", type=Path, metavar="SCENE.json", help="a scene, or a record of an intervention")
-    parser.add_argument("--json", action="store_true", help="messages and tool as JSON, the image left out")
+    add_json(parser, '{"messages": [{"role", "text"}], "tool": {"name", "parameters"}}, without the image')
 
 
 def run(options: argparse.Namespace) -> int:
-    """Raises `UsageError` for a file that holds no scene."""
+    """Print the prompt and the function that the model may call. Returns 0. Raises `UsageError`."""
     scene = read_scene(options.scene)
     turns, tool = messages(scene), decide_tool(scene)
     if options.json:
         told = [{"role": turn.role, "text": turn.text} for turn in turns]
-        print(json.dumps({"messages": told, "tool": {"name": tool.name, "parameters": tool.parameters}}, indent=1))
+        print_json({"messages": told, "tool": {"name": tool.name, "parameters": tool.parameters}})
         return 0
     print(f"prompt version {prompt_name()}")
     for turn in turns:
@@ -39,20 +40,20 @@ def run(options: argparse.Namespace) -> int:
 
 
 def read_scene(path: Path) -> Scene:
-    """A scene's JSON, or the first scene in a record's lines."""
+    """Read a scene from its JSON, or the first scene from a record. Raises `UsageError`."""
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise UsageError(f"{path} cannot be read: {error}") from error
     found = _candidates(text)
     if not found:
-        raise UsageError(f"{path} holds no scene; give the JSON of a Scene, or a record of an intervention")
+        raise UsageError(f"{path} contains no scene; give the JSON of a Scene, or a record of an intervention")
     try:
         return Scene.model_validate_json(json.dumps(found[0]))
     except ValidationError as error:
         problem = error.errors()[0]
-        where = ".".join(str(part) for part in problem["loc"]) or "the whole"
-        raise UsageError(f"{path} holds no scene that can be read: {where}: {problem['msg']}") from error
+        where = ".".join(str(part) for part in problem["loc"]) or "the scene"
+        raise UsageError(f"{path} contains no valid scene: {where}: {problem['msg']}") from error
 
 
 def _candidates(text: str) -> list[Any]:
@@ -70,7 +71,7 @@ def _json(text: str) -> Any:
 
 
 def _scenes_in(values: list[Any]) -> list[Any]:
-    """Scenes that stand under the key `scene` at any depth, in order."""
+    """Return the objects under the key `scene` at any depth, in order."""
     found: list[Any] = []
     for value in values:
         if isinstance(value, dict):

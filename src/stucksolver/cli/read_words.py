@@ -1,4 +1,4 @@
-"""`stucksolver words`: what a passenger's words are read as."""
+"""`stucksolver words`: prints how a passenger's words are interpreted."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from stucksolver.words import NoReader, WordsReader, find_reader, situation_of
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What the command is told."""
+    """Add the command's options."""
     parser.add_argument(
         "file",
         type=Path,
         metavar="IN.jsonl",
-        help='a line each: {"situation": a sentence or a scene, "text": words}; - reads standard input',
+        help='JSON lines: {"situation": a sentence or a scene, "text": words}; - reads standard input',
     )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print one reading a line as JSON. Raises `UsageError` for what cannot be read."""
+    """Print one reading per line as JSON. Returns 0. Raises `UsageError` for an invalid line."""
     reader = find_reader()
     if isinstance(reader, NoReader):
         raise UsageError(reader.why)

@@ -1,4 +1,4 @@
-"""`stucksolver ride`: a street with a passenger on board, who has a page to talk to the car."""
+"""`stucksolver ride`: drives along a street with a passenger who talks to the car on a web page."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import ipaddress
 import sys
 import threading
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 from stucksolver.cli.arguments import add_maps, add_server, port, whole
 from stucksolver.cli.errors import UsageError
@@ -19,21 +19,21 @@ if TYPE_CHECKING:
     from stucksolver.passenger import PassengerServer
 
 CASES = ("parked_car", "cyclists", "pedestrians", "open_door")
-MISSING = "the page's packages are not installed: pip install 'stucksolver[passenger]'"
-OPEN = "note: anyone who can reach this address can read the traffic, since it is not encrypted; see --cert and --key"
+MISSING = "the packages for the page are not installed: pip install 'stucksolver[passenger]'"
+OPEN = "note: the traffic is not encrypted, and anyone on this network can read it; see --cert and --key"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What the command is told."""
-    parser.add_argument("--case", choices=CASES, default="parked_car", help="the situation on the way")
+    """Add the command's options."""
+    parser.add_argument("--case", choices=CASES, default="parked_car", help="the situation on the route")
     parser.add_argument("--map", help="a town's name or an OpenDRIVE file (default: one that suits the case)")
     add_maps(parser)
     parser.add_argument("--seed", type=whole, default=1, help="seed of places and traffic")
     parser.add_argument(
-        "--driver", default="behavior", help="behavior or planner, both with :cautious|normal|aggressive"
+        "--driver", default="behavior", help="behavior or planner, each with :cautious|normal|aggressive"
     )
     parser.add_argument(
-        "--ladder", type=Path, metavar="FILE", help="escalation policy, in place of our own and --no-ask"
+        "--ladder", type=Path, metavar="FILE", help="escalation policy; replaces the built-in one and --no-ask"
     )
     parser.add_argument("--no-ask", action="store_true", help="use the oncoming lane without asking the passenger")
     parser.add_argument(
@@ -45,16 +45,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_page(parser: argparse.ArgumentParser) -> None:
-    """Where the page is served; commands with a passenger share it."""
+    """Add the options of the passenger's page, which several commands share."""
     parser.add_argument("--listen", metavar="ADDRESS", help="let other devices reach the page at this address")
-    parser.add_argument("--page-port", type=port, metavar="PORT", help="of the page (default: any that is free)")
+    parser.add_argument("--page-port", type=port, metavar="PORT", help="port of the page (default: any free port)")
     parser.add_argument("--page-name", action="append", default=[], metavar="HOST", help="another name of this machine")
-    parser.add_argument("--cert", type=Path, metavar="PEM", help="serve the page by HTTPS with this certificate")
-    parser.add_argument("--key", type=Path, metavar="PEM", help="of that certificate")
+    parser.add_argument("--cert", type=Path, metavar="PEM", help="serve the page over HTTPS with this certificate")
+    parser.add_argument("--key", type=Path, metavar="PEM", help="private key of that certificate")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Drive until the car is there. Raises `UsageError` for what cannot be done."""
+    """Drive until the car arrives. Returns 0. Raises `UsageError`."""
     from stucksolver.ladder import LadderError
     from stucksolver.memory import EpisodeStore, MemoryFileError
     from stucksolver.passenger import Desk, LinkError
@@ -90,7 +90,7 @@ def run(options: argparse.Namespace) -> int:
             outcome = drive_ride(spec, route, desk, begun=lambda: tell_page(server, VEHICLE, options.listen))
             print(f"{'arrived' if outcome.arrived else 'ended'} after {outcome.duration_s:.0f} s; {_pace(outcome)}")
             if not options.once:
-                print("the page stays until Ctrl-C", flush=True)
+                print("the page stays open until Ctrl-C", flush=True)
                 with contextlib.suppress(KeyboardInterrupt):
                     threading.Event().wait()
     except (
@@ -111,7 +111,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def page_server(options: argparse.Namespace) -> PassengerServer:
-    """The server of the page, not started yet. Raises `UsageError`."""
+    """Return the server of the page, not yet started. Raises `UsageError`."""
     try:
         import fastapi  # noqa: F401
         import uvicorn  # noqa: F401
@@ -142,10 +142,10 @@ def page_server(options: argparse.Namespace) -> PassengerServer:
         raise UsageError(str(error)) from error
 
 
-def tell_page(server: PassengerServer, vehicle: str, listen: str | None) -> None:
-    """Print where the page is; as a QR code, too, where a phone can get there."""
+def tell_page(server: PassengerServer, vehicle: str, listen: str | None, out: TextIO | None = None) -> None:
+    """Print the page's addresses to `out` (standard output), and a QR code if a phone can reach the page."""
     url = server.url(server.tokens.passenger(vehicle))
-    print(f"passenger: {url}\noperator:  {server.url(server.tokens.operator())}", flush=True)
+    print(f"passenger: {url}\noperator:  {server.url(server.tokens.operator())}", file=out, flush=True)
     if listen is None or ipaddress.ip_address(listen).is_loopback:
         return
     if server.options.cert is None:
@@ -154,7 +154,7 @@ def tell_page(server: PassengerServer, vehicle: str, listen: str | None) -> None
         import segno
     except ImportError:
         return
-    segno.make(url, error="l").terminal(compact=True)
+    segno.make(url, error="l").terminal(out=out, compact=True)
 
 
 def _pace(outcome: object) -> str:

@@ -1,15 +1,19 @@
-"""`stucksolver score` and `stucksolver compare`: figures from files alone."""
+"""`stucksolver score` and `stucksolver compare`: compute figures from result files alone."""
 
 from __future__ import annotations
 
 import argparse
-import json
 import sys
+from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stucksolver.cli.arguments import add_json, print_json
 from stucksolver.cli.errors import UsageError
+
+SCORES = '[{"folder": path, "warnings": [text], ...}] with all fields of the folder\'s summary.json'
+"""What `--json` prints for each evaluation."""
 
 if TYPE_CHECKING:
     from stucksolver_eval.results.store import Store
@@ -18,36 +22,47 @@ if TYPE_CHECKING:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What the command is told."""
-    parser.add_argument("folders", nargs="+", type=Path, metavar="DIR", help="what `evaluate --out` wrote")
+    """Add the options of `score`."""
+    parser.add_argument("folders", nargs="+", type=Path, metavar="DIR", help="output of `evaluate --out`")
     parser.add_argument("--alone", type=Path, metavar="DIR", help="the same suite and seeds with the driver alone")
-    parser.add_argument("--plots", type=Path, metavar="DIR", help="write PNG plots of all of them, side by side")
+    parser.add_argument("--plots", type=Path, metavar="DIR", help="write PNG plots that compare all of them")
+    add_json(parser, SCORES)
 
 
 def add_compare_options(parser: argparse.ArgumentParser) -> None:
-    """What the command is told."""
-    parser.add_argument("first", type=Path, metavar="A", help="what `evaluate --out` wrote: what is compared with")
+    """Add the options of `compare`."""
+    parser.add_argument("first", type=Path, metavar="A", help="output of `evaluate --out`, the baseline")
     parser.add_argument(
-        "others", nargs="+", type=Path, metavar="B", help="what `evaluate --out` wrote, of the same routes; one or more"
+        "others", nargs="+", type=Path, metavar="B", help="output of `evaluate --out` on the same routes; one or more"
     )
-    parser.add_argument("--page", type=Path, metavar="HTML", help="write a page with all of them side by side")
-    parser.add_argument("--json", action="store_true", help="print the figures for a script")
+    parser.add_argument("--page", type=Path, metavar="HTML", help="write a page that compares all of them")
+    add_json(
+        parser,
+        '[{figure: {"a", "b", "difference", "p", "pairs"}}], an object for each B; a, b and difference are '
+        '{"mean", "low", "high"} with a 95 %% interval',
+    )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints the scores of results that exist, ours or others'; returns the exit code. Raises `UsageError` for a plot
-    without matplotlib."""
+    """Print the scores of existing results, ours or others'; returns the exit code of `show_scores`.
+
+    Raises:
+        UsageError: Results cannot be read, or plots are requested without matplotlib.
+    """
     from stucksolver.plotting import can_plot
 
     if options.plots is not None and not can_plot():
         raise UsageError("--plots needs matplotlib: pip install 'stucksolver[report]'")
-    return show_scores(options.folders, alone=options.alone, plots=options.plots)
+    return show_scores(options.folders, alone=options.alone, plots=options.plots, as_json=options.json)
 
 
-def show_scores(folders: list[Path], alone: Path | None = None, plots: Path | None = None) -> int:
-    """Print all tables and write each folder's report.
+def show_scores(
+    folders: list[Path], alone: Path | None = None, plots: Path | None = None, *, as_json: bool = False
+) -> int:
+    """Print all tables, or JSON, and write each folder's report.
 
-    1 if a route crashed or is not as it should be, or a model hardly answered.
+    Returns 1 if a route crashed or could not be driven as requested, or if most questions to a model had no usable
+    answer; else 0. Raises `UsageError`.
     """
     from stucksolver.record import RecordError
     from stucksolver_eval.files import OutputError
@@ -70,13 +85,22 @@ def show_scores(folders: list[Path], alone: Path | None = None, plots: Path | No
             write_plots(summaries, plots)
     except (StoreError, RouteFileError, OutputError, ReportError, RecordError, OSError) as error:
         raise UsageError(str(error)) from error
-    print(summary_text(summaries))
-    print("\n" + "\n".join(f"report: {folder / 'report.html'}" for folder in folders))
+    if as_json:
+        _print_scores(zip(folders, summaries, strict=True))
+    else:
+        print(summary_text(summaries))
+        print("\n" + "\n".join(f"report: {folder / 'report.html'}" for folder in folders))
     return int(any(s.crashed or s.invalid or banners(s) for s in summaries))
 
 
+def _print_scores(evaluations: Iterable[tuple[Path, Summary]]) -> None:
+    from stucksolver_eval.report.tables import banners, summary_data
+
+    print_json([{"folder": folder, "warnings": banners(s), **summary_data(s)} for folder, s in evaluations])
+
+
 def _pair(folders: list[Path], alone: Path | None) -> Store | None:
-    """The evaluation of the driver alone: as told, or the one of these that is."""
+    """Return the evaluation of the driver alone: `alone`, or the one among `folders` that is, or None."""
     from stucksolver_eval.results.store import Store
 
     if alone is not None:
@@ -84,8 +108,8 @@ def _pair(folders: list[Path], alone: Path | None) -> Store | None:
     return next((s for s in map(Store, folders) if s.manifest().recovery == "none"), None)
 
 
-def show_sweep(summaries: dict[str, Summary], out: Path) -> int:
-    """Print the trade-off and write a report for each combination; 1 if a route crashed."""
+def show_sweep(summaries: dict[str, Summary], out: Path, *, as_json: bool = False) -> int:
+    """Print the trade-off, or JSON, and write a report for each combination; returns as `show_scores` does."""
     from stucksolver_eval.report.evaluation import write_evaluation
     from stucksolver_eval.report.tables import banners
     from stucksolver_eval.report.tradeoff import write_tradeoff
@@ -93,14 +117,20 @@ def show_sweep(summaries: dict[str, Summary], out: Path) -> int:
 
     for label, summary in summaries.items():
         write_evaluation(Store(out / label), summary)
-    print(write_tradeoff(summaries, out))
+    table = write_tradeoff(summaries, out)
     warned = [f"{label}: {text}" for label, summary in summaries.items() for text in banners(summary)]
-    print("\n".join(warned))
+    if as_json:
+        _print_scores((out / label, summary) for label, summary in summaries.items())
+    else:
+        print("\n".join([table, *warned]))
     return int(bool(warned) or any(s.crashed or s.invalid for s in summaries.values()))
 
 
 def run_compare(options: argparse.Namespace) -> int:
-    """Print each comparison with the first; 1 if a model hardly answered. Raises `UsageError`."""
+    """Print the comparison of each B with A.
+
+    Returns 1 if most questions to a model had no usable answer, else 0. Raises `UsageError`.
+    """
     from stucksolver_eval.files import OutputError
     from stucksolver_eval.report import ReportError
     from stucksolver_eval.report.comparison import write_comparison
@@ -116,7 +146,7 @@ def run_compare(options: argparse.Namespace) -> int:
         others = [summarize(Store(one), Store(options.first)) for one in options.others]
         compared = [comparison(first, one) for one in others]
         if options.json:
-            print(json.dumps([_figures(one) for one in compared], indent=1))
+            print_json([_figures(one) for one in compared])
         else:
             print("\n\n".join(comparison_text(first, *pair) for pair in zip(others, compared, strict=True)))
         if options.page is not None:
@@ -131,7 +161,7 @@ def run_compare(options: argparse.Namespace) -> int:
 
 
 def _figures(compared: Compared) -> dict[str, dict[str, object]]:
-    """Each figure of A and B, and their difference over the pairs, with 95 % intervals."""
+    """Return each figure of A and B, and their difference over the pairs, with 95 % intervals."""
     return {
         name: {"a": asdict(a), "b": asdict(b), "difference": asdict(d.difference), "p": d.p, "pairs": d.pairs}
         for name, (a, b, d) in compared.items()

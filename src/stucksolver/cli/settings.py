@@ -1,7 +1,7 @@
-"""Settings: values that a configuration file or the environment gives to the options of the commands.
+"""Settings: values for the options of the commands, from a configuration file or the environment.
 
-An option that is given on the command line wins. Else the first of these that has a value counts: the variable of the
-command, the variable of all commands, the file's section of the command, the file's section `[all]`, the default.
+An option on the command line wins. Otherwise the first of these that has a value applies: the command's environment
+variable, the variable for all commands, the command's section in the file, the file's section `[all]`, the default.
 """
 
 from __future__ import annotations
@@ -23,44 +23,44 @@ VARIABLE = "STUCKSOLVER_CONFIG"
 PREFIX = "STUCKSOLVER"
 NO_FILE = "none"
 ALL = "all"
-"""The section for every command that has an option of that name."""
+"""The section that applies to every command with an option of that name."""
 YES, NO = ("1", "true", "yes", "on"), ("0", "false", "no", "off")
 IN_PLACE_OF = (("seed", "seeds"),)
-"""Options of which one stands for the other, and which may still be given together."""
+"""Options that replace each other but may be given together."""
 UNSET: tuple[object, ...] = ("", [])
-"""Values of a file that leave the default as it is."""
+"""Values in a file that keep the default."""
 COMMAND_LINE_ONLY = ("help", "version", "config", "json", "unguarded", "heedless")
-"""Not settings. An experiment without the guard has to be asked for each time, where everybody sees it."""
+"""Options that are not settings. An experiment without the guard must be requested explicitly each time."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """One option of one command. `section` is the command, with its part behind a dot: `perception.collect`."""
+    """One option of one command. `section` is the command, with its subcommand after a dot: `perception.collect`."""
 
     section: str
     action: argparse.Action
 
     @property
     def key(self) -> str:
-        """Its name in a file: that of the option without its dashes."""
+        """Its name in a file: the option's name without the leading dashes."""
         return long_name(self.action)
 
     @property
     def switch(self) -> bool:
-        """Is it yes or no?"""
+        """True if it is a flag without a value."""
         return self.action.nargs == 0
 
     @property
     def several(self) -> bool:
-        """Does it take a list?"""
+        """True if it takes a list."""
         return isinstance(self.action, argparse._AppendAction) or self.action.nargs in ("+", "*")
 
     def variable(self, section: str | None = None) -> str:
-        """The environment's name for it, in its own section or in `[all]`."""
+        """Return its environment variable, for its own section or for the one given."""
         return "_".join((PREFIX, section or self.section, self.key)).replace(".", "_").replace("-", "_").upper()
 
     def read(self, value: object, source: str) -> Any:
-        """The option's value from a file's. Raises `UsageError` that names the source."""
+        """Convert a value from a file to the option's value. Raises `UsageError` that names the source."""
         if self.switch:
             if not isinstance(value, bool):
                 raise UsageError(f"{source}: {value!r} is not possible; give true or false")
@@ -72,7 +72,7 @@ class Setting:
         return self._one(value, source)
 
     def read_text(self, text: str, source: str) -> Any:
-        """The option's value from a variable's text; a list is split as a shell would. Raises `UsageError`."""
+        """Convert a variable's text to the option's value; a list is split as in a shell. Raises `UsageError`."""
         if self.switch:
             if text.lower() not in (*YES, *NO):
                 raise UsageError(f"{source}: '{text}' is not possible; give 1 or 0")
@@ -96,28 +96,28 @@ class Setting:
 
 @dataclass(frozen=True)
 class Value:
-    """What a setting has been given, and by whom; stands in for the option's default until all is parsed."""
+    """A setting's value and its source. It takes the place of the option's default until parsing is done."""
 
     value: Any
     source: str
     default: Any = None
-    """Of the option itself."""
+    """The option's own default."""
 
     def __str__(self) -> str:
         return f"{self.value}, by {self.source}"
 
     def __copy__(self) -> list[Any]:
-        """What argparse adds the flags of a list to: they replace the setting's values."""
+        """Return the empty list to which argparse appends, so that flags replace the setting's values."""
         return []
 
 
 def long_name(action: argparse.Action) -> str:
-    """`jobs` of `--jobs`; empty for what has no long option."""
+    """Return `jobs` for `--jobs`, or an empty text for an argument without a long option."""
     return next((name[2:] for name in action.option_strings if name.startswith("--")), "")
 
 
 def settings_of(section: str, parser: argparse.ArgumentParser) -> Iterator[Setting]:
-    """All settings of a command and of its parts."""
+    """Yield all settings of a command and its subcommands."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             for name, part in action.choices.items():
@@ -127,7 +127,7 @@ def settings_of(section: str, parser: argparse.ArgumentParser) -> Iterator[Setti
 
 
 def find_file(told: str | None, environment: Mapping[str, str] = os.environ) -> Path | None:
-    """The file that is read: the one told, that of the variable, of this folder, of the user. Raises `UsageError`."""
+    """Return the file to read: `told`, or the variable's, this folder's or the user's file. Raises `UsageError`."""
     named = told or environment.get(VARIABLE)
     if named == NO_FILE:
         return None
@@ -141,7 +141,7 @@ def find_file(told: str | None, environment: Mapping[str, str] = os.environ) -> 
 
 
 def read_file(file: Path) -> dict[str, Any]:
-    """The sections of a file. Raises `UsageError` where it is no TOML."""
+    """Return the sections of a file. Raises `UsageError` if it cannot be read or is not TOML."""
     if sys.version_info >= (3, 11):
         import tomllib
     else:
@@ -149,11 +149,11 @@ def read_file(file: Path) -> dict[str, Any]:
     try:
         return dict(tomllib.loads(file.read_text(encoding="utf-8")))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise UsageError(f"{file}: cannot be read: {error}; `stucksolver config init` writes one") from error
+        raise UsageError(f"{file} cannot be read: {error}; `stucksolver config init` writes a valid one") from error
 
 
 def check_file(file: Path, content: Mapping[str, Any], known: Sequence[Setting]) -> None:
-    """Is every section and key one that some command has, with a value it takes? Raises `UsageError`."""
+    """Check that every section, key and value is valid for some command. Raises `UsageError`."""
     keys: dict[str, dict[str, Setting]] = {ALL: {}}
     for one in known:
         keys.setdefault(one.section, {})[one.key] = one
@@ -162,7 +162,7 @@ def check_file(file: Path, content: Mapping[str, Any], known: Sequence[Setting])
             keys.setdefault(one.section.rsplit(".", k + 1)[0], {})
     for section, key, value in _entries(content):
         if not section:
-            raise UsageError(f"{file}: '{key}' is outside any section; put it below [{ALL}] or the name of a command")
+            raise UsageError(f"{file}: '{key}' is outside any section; put it under [{ALL}] or a command's section")
         if section not in keys:
             raise UsageError(f"{file}: there is no section [{section}]{_nearest(section, keys)}")
         if key not in keys[section]:
@@ -174,13 +174,13 @@ def check_file(file: Path, content: Mapping[str, Any], known: Sequence[Setting])
 def given(
     setting: Setting, content: Mapping[str, Any], file: Path | None, environment: Mapping[str, str] = os.environ
 ) -> Value | None:
-    """What environment and file say of a setting. Raises `UsageError`."""
+    """Return a setting's value from the environment or the file, or None. Raises `UsageError`."""
     for section in (setting.section, ALL):
         name = setting.variable(section)
         if environment.get(name):
             return Value(setting.read_text(environment[name], name), name)
     if setting.key == "maps" and environment.get("STUCKSOLVER_MAPS"):
-        return None  # the simulator reads this variable by itself, and it is older than the file
+        return None  # the simulator reads this variable itself
     for section in (setting.section, ALL):
         inside: Any = content
         for part in section.split("."):
@@ -192,7 +192,7 @@ def given(
 
 
 def put_in(parser: argparse.ArgumentParser, values: Sequence[tuple[Setting, Value]]) -> None:
-    """Make values the options' defaults; an option that has one need not be given."""
+    """Make the values the options' defaults; a required option that has one becomes optional."""
     for setting, value in values:
         setting.action.default = replace(value, default=_converted(setting.action))
         setting.action.required = False
@@ -204,12 +204,12 @@ def put_in(parser: argparse.ArgumentParser, values: Sequence[tuple[Setting, Valu
             if any(isinstance(action.default, Value) for action in rivals):
                 for action in rivals:
                     if not isinstance(action.default, Value):
-                        # Only so can a flag that gives the default be told from no flag.
+                        # This distinguishes a flag that repeats the default from a missing flag.
                         action.default = Value(_converted(action), "", _converted(action))
 
 
 def taken_out(parser: argparse.ArgumentParser, options: argparse.Namespace) -> list[tuple[str, Value]]:
-    """Replace each stand-in by its value; returns what was used. A flag beats the settings that it excludes."""
+    """Replace each `Value` by its content; returns those that were used. A flag overrides the settings it excludes."""
     beaten = set[str]()
     for one in _all_parsers(parser):
         for rivals in _rivals(one):
@@ -228,7 +228,7 @@ def taken_out(parser: argparse.ArgumentParser, options: argparse.Namespace) -> l
 
 
 def _rivals(parser: argparse.ArgumentParser) -> Iterator[list[argparse.Action]]:
-    """Options of which only one counts."""
+    """Yield the groups of options of which only one applies."""
     for group in parser._mutually_exclusive_groups:
         yield list(group._group_actions)
     for names in IN_PLACE_OF:
@@ -238,7 +238,7 @@ def _rivals(parser: argparse.ArgumentParser) -> Iterator[list[argparse.Action]]:
 
 
 def _converted(action: argparse.Action) -> Any:
-    """A default as argparse would have it: texts are read as if they had been given."""
+    """Return the default as argparse would: a text is parsed as if it had been given."""
     if isinstance(action.default, str) and callable(action.type):
         return action.type(action.default)
     return action.default

@@ -1,4 +1,4 @@
-"""`stucksolver voice`: a speech recognizer for the passenger's page, which runs in the browser."""
+"""`stucksolver voice`: installs a speech recognizer that runs in the browser, for the passenger's page."""
 
 from __future__ import annotations
 
@@ -6,21 +6,24 @@ import argparse
 import sys
 from pathlib import Path
 
-from stucksolver.cli.arguments import Parser
+from stucksolver.cli.arguments import Parser, add_json, print_json
 from stucksolver.cli.errors import UsageError
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What the command is told."""
-    parts = parser.add_subparsers(required=True, metavar="PART", help="what to do", parser_class=Parser)
-    put = _add(parts.add_parser("install", help="fetch it by npm (42 MB), pinned by version and digest"), _install)
-    put.add_argument("--from", dest="source", type=Path, metavar="DIR", help="archives of `npm pack`, instead of npm")
-    _add(parts.add_parser("status", help="check that it is installed and complete"), _status)
+    """Add the command's options."""
+    parts = parser.add_subparsers(required=True, metavar="SUBCOMMAND", help="what to do", parser_class=Parser)
+    put = _add(parts.add_parser("install", help="download it with npm (42 MB, pinned version and digest)"), _install)
+    put.add_argument(
+        "--from", dest="source", type=Path, metavar="DIR", help="install from archives of `npm pack` in DIR instead"
+    )
+    status = _add(parts.add_parser("status", help="check that it is installed and complete"), _status)
+    add_json(status, '{"folder": path, "installed": true or false}')
     _add(parts.add_parser("remove", help="delete it"), _remove)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Do the part that was asked for. Raises `UsageError`."""
+    """Run the requested subcommand and return its exit code. Raises `UsageError`."""
     from stucksolver.passenger.recognizer import RecognizerError
 
     try:
@@ -31,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _add(parser: argparse.ArgumentParser, part: object) -> argparse.ArgumentParser:
     parser.set_defaults(part=part)
-    parser.add_argument("--folder", type=Path, metavar="DIR", help="instead of the user's data folder")
+    parser.add_argument("--folder", type=Path, metavar="DIR", help="folder to use instead of the user's data folder")
     return parser
 
 
@@ -39,9 +42,9 @@ def _install(options: argparse.Namespace) -> int:
     from stucksolver.passenger.recognizer import PACKAGES, from_folder, install
 
     for package in PACKAGES:
-        print(f"fetching {package.title}", file=sys.stderr, flush=True)
+        print(f"downloading {package.title}", file=sys.stderr, flush=True)
     found = install(options.folder, None if options.source is None else from_folder(options.source))
-    print(f"{found.folder}: installed; pages that are opened from now on recognize speech by themselves")
+    print(f"{found.folder}: installed; pages opened from now on recognize speech locally")
     return 0
 
 
@@ -49,15 +52,18 @@ def _status(options: argparse.Namespace) -> int:
     from stucksolver.passenger.recognizer import find_recognizer, usual_folder
 
     found = find_recognizer(options.folder)
-    if found is None:
-        print(f"{options.folder or usual_folder()}: no recognizer, or an incomplete one; run stucksolver voice install")
-        return 1
-    print(f"{found.folder}: installed")
-    return 0
+    folder = options.folder or usual_folder() if found is None else found.folder
+    if options.json:
+        print_json({"folder": folder, "installed": found is not None})
+    elif found is None:
+        print(f"{folder}: the recognizer is missing or incomplete; run stucksolver voice install")
+    else:
+        print(f"{folder}: installed")
+    return int(found is None)
 
 
 def _remove(options: argparse.Namespace) -> int:
     from stucksolver.passenger.recognizer import remove
 
-    print("removed" if remove(options.folder) else "there was none")
+    print("removed" if remove(options.folder) else "not installed")
     return 0

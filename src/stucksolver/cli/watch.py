@@ -1,4 +1,4 @@
-"""`stucksolver watch`: looks on while somebody else drives."""
+"""`stucksolver watch`: observes a car that another program drives."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-from stucksolver.cli.arguments import PERCEPTIONS, above_zero, add_perception, port
+from stucksolver.cli.arguments import PERCEPTIONS, above_zero, add_json, add_perception, port, print_json
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.ladder import chosen_ladder
 from stucksolver.record import RecordError
@@ -17,18 +17,19 @@ SHOW_EVERY_S = 0.5
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What the command is told."""
-    parser.add_argument("--host", default="127.0.0.1", help="of the server")
-    parser.add_argument("--port", type=port, default=2000, help="of the server")
+    """Add the command's options."""
+    parser.add_argument("--host", default="127.0.0.1", help="address of the server")
+    parser.add_argument("--port", type=port, default=2000, help="port of the server")
     parser.add_argument("--role", default="hero", help="role name of the car")
     add_perception(parser)
     parser.add_argument("--out", type=Path, help="folder for the records; without it nothing is written")
-    parser.add_argument("--ladder", default="default", help="a profile or a file")
+    parser.add_argument("--ladder", default="default", help="ladder: a profile or a file")
     parser.add_argument("--seconds", type=above_zero, help="end after this much wall time (default: until Ctrl-C)")
+    add_json(parser, '{"interventions": number of times stuck, "records": [paths]}')
 
 
 def run(options: argparse.Namespace) -> int:
-    """Look on until told to end. Raises `UsageError`, also where a record could not be written to its end."""
+    """Observe until the time is up or Ctrl-C. Returns 0. Raises `UsageError`, also if a record cannot be completed."""
     from stucksolver.stacks.observer import NoSuchCar, Watching
     from stucksolver_eval.files import OutputError, require_writable
     from stucksolver_eval.server import ServerError, connect, remote_server
@@ -59,12 +60,15 @@ def run(options: argparse.Namespace) -> int:
         watching.close()
     except RecordError as error:
         raise UsageError(str(error)) from error
+    if options.json:
+        print_json({"interventions": watching.interventions, "records": list(watching.files)})
+        return 0
     print(f"{watching.interventions} times stuck", *(f"record: {path}" for path in watching.files), sep="\n")
     return 0
 
 
 class _Line:
-    """On a terminal one line in place, elsewhere a line whenever the state changes."""
+    """The progress line: updated in place on a terminal; elsewhere, a new line whenever the state changes."""
 
     def __init__(self) -> None:
         self._shown_s = 0.0

@@ -1,4 +1,4 @@
-"""Words that several commands take."""
+"""Names of drivers and clocks that several commands accept, and notes to the user."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ PROFILES = ("cautious", USUAL, "aggressive")
 
 
 def driver_name(text: str) -> str:
-    """A driver's full name: `behavior:PROFILE`, or `MODULE:CLASS` as it is. Raises `UsageError`."""
+    """Return a driver's full name: `behavior:PROFILE`, or any other text unchanged. Raises `UsageError`."""
     name, _, profile = text.partition(":")
     if name == "behavior":
         if (profile or USUAL) not in PROFILES:
             raise UsageError(f"unknown driver {text!r}: use behavior, or behavior: with one of {', '.join(PROFILES)}")
         return f"behavior:{profile or USUAL}"
-    # As with `python -m`: agents lie in the folder in which the command is given, too.
+    # Like `python -m`, find agents in the current folder too.
     sys.path.append(os.getcwd())
     return text
 
 
 def clock_name(text: str) -> str:
-    """A clock's full name. Raises `UsageError`."""
+    """Return a clock's full name. Raises `UsageError`."""
     try:
         return make_clock(text).name
     except ValueError as error:
@@ -34,6 +34,6 @@ def clock_name(text: str) -> str:
 
 
 def tell_notes(notes: Sequence[str]) -> None:
-    """What a person should know before a drive, each on a line of its own."""
+    """Print what the user should know before a drive, one note per line on standard error."""
     for note in notes:
         print(f"note: {note}", file=sys.stderr, flush=True)

@@ -88,11 +88,16 @@ def _statuses(summary: Summary) -> str:
 
 
 def summary_json(summary: Summary) -> str:
-    """Everything but the routes."""
+    """Return the content of `summary.json`: all figures except those of single routes."""
+    return json.dumps(summary_data(summary), indent=1) + "\n"
+
+
+def summary_data(summary: Summary) -> dict[str, Any]:
+    """Return all figures except those of single routes, as JSON-compatible values."""
     # Not `asdict`: it makes counters of a counter's items.
     recovery: dict[str, Any] = {f.name: getattr(summary.recovery, f.name) for f in dataclasses.fields(summary.recovery)}
     recovery |= {"median_s": summary.recovery.median_s, "p95_s": summary.recovery.p95_s}
-    data: dict[str, Any] = {
+    return {
         "manifest": summary.manifest.model_dump(mode="json"),
         "routes": len(summary.rows),
         "driving_score": summary.driving_score,
@@ -108,7 +113,6 @@ def summary_json(summary: Summary) -> str:
         "statuses": dict(summary.statuses.most_common()),
         "per_scenario": per_scenario(summary),
     }
-    return json.dumps(data, indent=1) + "\n"
 
 
 def per_scenario(summary: Summary) -> dict[str, dict[str, float]]:

@@ -46,6 +46,16 @@ def test_compare_gives_a_script_the_same_figures(tmp_path: Path, capsys: pytest.
     assert completion["difference"]["mean"] == pytest.approx(50.0) and completion["pairs"] >= 2
 
 
+def test_score_gives_a_script_what_summary_json_has(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    alone, helped = evaluation(tmp_path / "a", "none", 50.0), evaluation(tmp_path / "b", "rules", 100.0)
+    assert main(["score", "--json", str(alone), str(helped)]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [one.pop("folder") for one in told] == [str(alone), str(helped)]
+    assert [one.pop("warnings") for one in told] == [[], []]
+    assert told == [json.loads((folder / "summary.json").read_text()) for folder in (alone, helped)]
+    assert [one["route_completion"] for one in told] == [50.0, 100.0]
+
+
 def test_a_crashed_route_shows_in_the_exit_code(tmp_path: Path) -> None:
     from stores import outcome
 
@@ -69,6 +79,9 @@ def test_a_model_that_hardly_answered_shows_in_table_page_and_exit_code(
     assert main(["score", str(store.folder)]) == int(warned)
     line = f"WARNING: {unanswered} of 10 questions to openai:m had no usable answer"
     assert (line in capsys.readouterr().out) is warned
+    assert main(["score", "--json", str(store.folder)]) == int(warned)
+    [scored] = json.loads(capsys.readouterr().out)
+    assert [text.startswith(line) for text in scored["warnings"]] == [True] * warned
     page = (store.folder / "report.html").read_text()
     assert (line in page) is warned and "<the server>" not in page
     alone, beside = evaluation(tmp_path / "alone", "none", 50.0), tmp_path / "beside.html"

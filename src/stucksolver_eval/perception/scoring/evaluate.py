@@ -42,6 +42,8 @@ class Scored:
     done: tuple[str, ...]
     left_out: Mapping[str, str]
     page: Path
+    scores: Path
+    """The JSON file with all figures."""
 
 
 def evaluate_perception(
@@ -74,7 +76,7 @@ def evaluate_perception(
     }
     write_text(out / JSON, json.dumps(data, indent=1) + "\n")
     write_text(out / PAGE, _page(len(told.recordings), done, left_out, stages, memory_mib, told.threads))
-    return Scored(tuple(done), left_out, out / PAGE)
+    return Scored(tuple(done), left_out, out / PAGE, out / JSON)
 
 
 def _scored(part: Callable[[Given], Part], given: Given) -> Part | str:
