@@ -96,5 +96,5 @@ It is what `make demo` writes, one page that loads nothing else.
 
 {where}
 
-![The same street twice: the driver alone stays behind a parked car; with StuckSolver it goes round](images/demo.png)
+![The same street twice: the driver alone stays behind a parked car; with StuckSolver it goes round](images/demo.webp)
 """
