@@ -45,7 +45,7 @@ def changed(sc, *changes):
         ([("analysis/steps/S2.2/answer", True)], "S2.2 is yes"),
         ([("analysis/steps/S2.3/answer", True)], "S2.3 is yes"),
         ([("analysis/steps/S2.4/answer", True), ("analysis/wait", "light")], "S2.4 is yes"),
-        ([("analysis/steps/S2.4/answer", True)], "must say what the vehicle is held by"),
+        ([("analysis/steps/S2.4/answer", True)], "must say what holds the vehicle"),
         ([("analysis/wait", "queue")], "wait is queue, but S2.4"),
         ([("analysis/wait", "at_destination")], "but S2.2"),
         ([("analysis/steps/S2.5/answer", False)], "S2.5 is not yes"),

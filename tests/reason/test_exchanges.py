@@ -79,7 +79,7 @@ def test_a_disk_that_is_full_costs_the_record_only(server, tmp_path, monkeypatch
     chat = RecordingChat(OpenAiChat("reader", server.url), tmp_path)
     (tmp_path / "exchanges.jsonl").mkdir()
     assert LanguageModelReasoner(chat).decide(Request(scene())).decision.plan is not None
-    assert "no longer kept" in chat.fault
+    assert "no longer stored" in chat.fault
 
 
 # ---- the order of trust
@@ -96,7 +96,7 @@ def test_the_next_reasoner_answers_when_the_first_has_none(server):
 def test_reasoners_have_names_on_the_command_line():
     both = make_reasoner("openai:gpt-4o-2024-08-06@http://127.0.0.1:9/v1, rules")
     assert [r.name for r in both.reasoners] == [
-        "openai:gpt-4o-2024-08-06@http://127.0.0.1:9/v1 (prompt 3)",
+        "openai:gpt-4o-2024-08-06@http://127.0.0.1:9/v1 (prompt 4)",
         RuleReasoner().name,
     ]
 

@@ -410,7 +410,7 @@ def test_options_that_do_not_exist_are_named(option):
 
 
 def test_an_unknown_model_is_found_before_the_drive(server):
-    with pytest.raises(ReasonerNameError, match=r"openai:absent.*cannot be asked.*no model 'absent'"):
+    with pytest.raises(ReasonerNameError, match=r"openai:absent.*cannot be used.*no model 'absent'"):
         preflight(asking(server, model="absent"), "openai:absent")
 
 

@@ -1,4 +1,4 @@
-"""Detects immobilization by speed, route progress and contact. Runs on every tick, so it is very cheap."""
+"""Detects immobilization from speed, route progress and contact. Runs on every tick, so it is cheap."""
 
 from __future__ import annotations
 
@@ -20,7 +20,17 @@ class Trigger(str, Enum):
 
 @dataclass(frozen=True)
 class DetectorSettings:
-    """How often the reasoner is called. Defaults: 5 km/h for 1 s, or less than 5 m in 20 s."""
+    """When the vehicle counts as immobilized. Defaults: below 5 km/h for 1 s, or less than 5 m in 20 s.
+
+    Attributes:
+        v_min_mps: Speed below which the vehicle counts as slow (m/s).
+        dwell_s: How long it must be slow (s).
+        progress_m: New progress along the route expected within the window (m).
+        progress_window_s: Length of that window (s).
+
+    Raises:
+        ValueError: A setting is not greater than 0.
+    """
 
     v_min_mps: float = 5 / 3.6
     dwell_s: float = 1.0
@@ -34,16 +44,16 @@ class DetectorSettings:
 
 
 class Detector:
-    """Takes every status and returns what, if anything, says that the vehicle is immobilized."""
+    """Takes every status and returns what indicates that the vehicle is immobilized, if anything does."""
 
     def __init__(self, settings: DetectorSettings | None = None) -> None:
         self.settings = settings or DetectorSettings()
         self.slow_since_s: float | None = None
-        """Onset of the present slow spell (s); None while at speed. Pushing something along counts as slow."""
+        """When the vehicle became slow (s); None while at speed. Pushing something along counts as slow."""
         self._marks: deque[tuple[float, float]] = deque()
 
     def update(self, status: Status) -> Trigger | None:
-        """Return the trigger that holds at this tick; None while all is well or at the destination."""
+        """Return the trigger that holds at this tick; None if there is none, or at the destination."""
         if status.at_destination:
             self.forget()
             return None
@@ -62,19 +72,19 @@ class Detector:
 
     @property
     def progress_in_window_m(self) -> float | None:
-        """New progress within the last window (m); None before a full window."""
+        """New progress along the route within the last window (m); None before the first full window."""
         if not self._marks:
             return None
         (first_s, first_m), (last_s, last_m) = self._marks[0], self._marks[-1]
         return last_m - first_m if last_s - first_s >= self.settings.progress_window_s - 0.5 else None
 
     def forget(self) -> None:
-        """Start again: what came before a finished plan says nothing about what comes after it."""
+        """Start afresh: what happened before a plan ended says nothing about what happens after it."""
         self.slow_since_s = None
         self._marks.clear()
 
     def _at_speed(self, now_s: float) -> None:
-        """A standstill that the speed has reported says nothing about the progress of the drive after it."""
+        """Note that the vehicle is at speed. After a reported standstill, progress is measured afresh."""
         if self.slow_since_s is not None and now_s - self.slow_since_s >= self.settings.dwell_s:
             self._marks.clear()
         self.slow_since_s = None

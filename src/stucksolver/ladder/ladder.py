@@ -1,4 +1,4 @@
-"""The escalation policy as data: the rungs, how patiently each is tried, and who must approve what."""
+"""The escalation policy as data: the rungs, how long each is tried, and who must approve what."""
 
 from __future__ import annotations
 
@@ -18,13 +18,11 @@ class HandBack(Model):
     """When an intervention is over."""
 
     progress_m: float = Field(default=15.0, gt=0)
-    """This much new progress after the onset proves that the vehicle has recovered. Only then do the counters
-    start again.
-    """
+    """New progress since the onset that proves the vehicle has recovered (m). Only then are the counters reset."""
 
 
 class AskedPatience(Model):
-    """Factors on the longest waits for other vehicles, after what a passenger says about the available time."""
+    """Factors on the longest waits for other vehicles, depending on what a passenger says about time."""
 
     hurry: float = Field(default=0.5, ge=0.25, le=1.0)
     """After "I am late"."""
@@ -37,7 +35,7 @@ class Words(Model):
 
     expire_s: float = Field(default=30.0, gt=0)
     claims_s: float = Field(default=60.0, gt=0, le=600)
-    """How long claims about the world are believed, as far as they are believed at all."""
+    """How long claims about the world are believed, if they are believed at all (s)."""
     patience: AskedPatience = AskedPatience()
 
 
@@ -45,25 +43,25 @@ class Asking(Model):
     """Settings common to all questions."""
 
     recheck_s: float = Field(default=1.0, ge=0.1)
-    """After an answer without a plan, the scene is checked again after this time, unless a wait says otherwise."""
+    """Time until the scene is checked again after an answer without a plan, unless a wait says otherwise (s)."""
     approval_within_s: float = Field(default=30.0, gt=0)
-    """A request for a person's approval is withdrawn after this time."""
+    """A request for a person's approval is withdrawn after this time (s)."""
     hold_s: float = Field(default=8.0, ge=0)
-    """A plan that only traffic prevents is checked again on every tick for this long, since a gap may come."""
+    """A plan that only traffic prevents is checked again on every tick for this long, since a gap may open (s)."""
     remembered: int = Field(default=5, ge=0, le=50)
-    """Number of failed plans reported to the reasoner."""
+    """Number of failed plans that the reasoner is told about."""
 
 
 class Approval(Model):
-    """Who must approve: `autonomous` (nobody), `passenger`, `operator`; a solid line may also be `forbid`den."""
+    """Who must approve what: `autonomous` (nobody), `passenger` or `operator`; for solid lines also `forbid`."""
 
     solid_line: Literal["forbid", "autonomous", "passenger", "operator"] = "passenger"
     authority: Release = Release.OPERATOR
     """Passing a school bus, level crossing or flagger."""
     emergency_scene: Release = Release.OPERATOR
-    """Passing a standing emergency vehicle, unless a whole lane of our direction is used, which needs no approval."""
+    """Passing a stopped emergency vehicle, unless the ego moves over by a whole lane, which needs no approval."""
     behaviors: dict[str, Release] = Field(default_factory=dict)
-    """By the behaviour's name; behaviours that are not listed keep their own default."""
+    """By the behaviour's name; behaviours that are not listed keep their default."""
 
     @field_validator("behaviors")
     @classmethod
@@ -99,7 +97,7 @@ class Ladder(Model):
         return rungs
 
     def guard_policy(self) -> GuardPolicy:
-        """The guard's bounds with this ladder's approvals and waits."""
+        """Return the guard's policy with this ladder's approvals and waits."""
         return GuardPolicy(
             releases=dict(self.approval.behaviors),
             solid_line=self.approval.solid_line,

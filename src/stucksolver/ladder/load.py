@@ -54,7 +54,7 @@ def profile(name: str) -> Ladder:
 
 
 def profile_text(name: str) -> str:
-    """Return the file of one of `PROFILES`, to be copied and changed.
+    """Return the text of one of `PROFILES`, as a starting point for another ladder.
 
     Raises:
         LadderError: There is no profile of this name.
@@ -81,7 +81,7 @@ def load_ladder(path: Path) -> Ladder:
 
 
 def parse_ladder(text: str, file: str) -> Ladder:
-    """Read a ladder from the text of a file. `file` is its name for error messages.
+    """Parse a ladder from the text of a file. `file` is the name used in error messages.
 
     Raises:
         LadderError: The text has an error.
@@ -103,7 +103,7 @@ def parse_ladder(text: str, file: str) -> Ladder:
 
 
 def _name(where: Iterable[int | str]) -> str:
-    """Return the name of a value as a reader of the file counts: `rung 3, deadline_s`."""
+    """Return the name of a value, counting from 1 as a reader of the file does: `rung 3, deadline_s`."""
     parts: list[str] = []
     for part in where:
         if isinstance(part, int) and parts:
@@ -131,7 +131,7 @@ def _told(error: Any, where: list[int | str]) -> str:
 
 
 def _known_keys(where: list[int | str]) -> list[str]:
-    """Return the keys that are allowed where an unknown one stands."""
+    """Return the keys that are allowed in the place of an unknown one."""
     if where[0] == "rung":
         return sorted({key for kind in KINDS.values() for key in kind.model_fields})
     model: type[BaseModel] = Ladder

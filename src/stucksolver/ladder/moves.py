@@ -13,21 +13,21 @@ class Resume(str, Enum):
     """What ends the stop of the last rung."""
 
     OPERATOR = "operator"
-    """Only the operator's yes."""
+    """Only the operator's approval."""
     CLEAR = "clear"
-    """The operator's yes, a passenger's words that lead to an accepted plan, or a free way."""
+    """The operator's approval, a passenger's words that lead to an accepted plan, or a free path."""
     PLAN = "plan"
-    """All of these, or a plan of the first reasoner that the guard accepts."""
+    """Any of these, or a plan of the first reasoner that the guard accepts."""
 
 
 @dataclass(frozen=True)
 class Screen:
-    """Check by rules whether waiting is right, now and before every question of the higher rungs."""
+    """Check by the rules whether waiting is right, now and before every question on the higher rungs."""
 
 
 @dataclass(frozen=True)
 class AskReasoner:
-    """Ask a reasoner, try its plans, and climb when the tries are used up."""
+    """Ask a reasoner, try its plans, and go to the next rung when the tries are used up."""
 
     reasoner: str
     deadline_s: float
@@ -38,7 +38,7 @@ class AskReasoner:
 
 @dataclass(frozen=True)
 class AskPerson:
-    """Ask a person a question for a limited time, and keep looking meanwhile."""
+    """Ask a person a question, wait a limited time for the answer, and keep checking the scene meanwhile."""
 
     to: Person
     within_s: float
@@ -50,7 +50,7 @@ class Assist:
     """Stop in the minimal risk condition and call for help."""
 
     pull_over: bool
-    """Leave the road first, if a plan for that is accepted."""
+    """Pull over first, if the guard accepts a plan for that."""
     look_every_s: float
     resume: Resume
 

@@ -10,7 +10,7 @@ _KEY = re.compile(r"^\s*([A-Za-z0-9_.\-\"']+?)\s*=")
 
 
 def line_of(text: str, where: Sequence[int | str]) -> int:
-    """Return the line (from 1) of the deepest part found of a path like ("rung", 2, "tries"); 1 if there is none."""
+    """Return the line (from 1) of the deepest part of a path like ("rung", 2, "tries") that is in the file, or 1."""
     paths = _paths(text)
     first_below = [number for number, path in paths if path[: len(where)] == tuple(where)]
     best, depth = (first_below[0] if first_below and where else 1), 0

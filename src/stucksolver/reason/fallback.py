@@ -11,7 +11,7 @@ from stucksolver.reason.reasoner import Answer, Cancellable, Preflighted, Reason
 
 
 class FallbackReasoner:
-    """Asks the first reasoner, and the next one if it raises `ReasonerError`. The answer names who gave it."""
+    """Asks the first reasoner, and the next one if it raises `ReasonerError`. The answer names the one that gave it."""
 
     def __init__(self, reasoners: Sequence[Reasoner]) -> None:
         if not reasoners:
@@ -19,7 +19,7 @@ class FallbackReasoner:
         self.reasoners = tuple(reasoners)
         self.name = ", then ".join(r.name for r in self.reasoners)
         self.failures: tuple[str, ...] = ()
-        """Why the reasoners before the one that answered had no answer, at the last question."""
+        """Why the reasoners before the one that answered the last question had no answer."""
         self._asked: Reasoner | None = None
         self._cancelled = threading.Event()
 
@@ -47,7 +47,7 @@ class FallbackReasoner:
         raise failed
 
     def _share(self, request: Request, ends_at: float | None, number: int) -> Request:
-        """Give the current reasoner an equal share of the time left among those that may be slow after it."""
+        """Give the reasoner an equal share of the time left among the cancellable reasoners from it on."""
         if ends_at is None:
             return request
         slow = [one for one in self.reasoners[number:] if isinstance(one, Cancellable)]
@@ -63,7 +63,7 @@ class FallbackReasoner:
         return tuple(note for one in checked for note in one.preflight())
 
     def cancel(self) -> None:
-        """Cancel the query under way; callable from any thread."""
+        """Cancel the running query; may be called from any thread."""
         self._cancelled.set()
         asked: object = self._asked
         if isinstance(asked, Cancellable):

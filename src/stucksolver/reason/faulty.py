@@ -1,6 +1,6 @@
-"""Reasoners that are wrong on purpose, to show that the guard provides the safety and to test stacks.
+"""Reasoners that are wrong on purpose, to show that safety comes from the guard, and to test stacks.
 
-None of them is asked unless it is named (`evaluate --recovery faulty:random`).
+They are used only if named (`evaluate --recovery faulty:random`).
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from stucksolver.scene import Scene, SceneObject
 
 SILENT_S = 3600.0
 LATE_CALLS = 3
-"""A late reasoner answers the question asked this many questions ago."""
+"""A late reasoner answers the question that was asked this many questions ago."""
 Choose = Callable[["Faulty", Scene], tuple[Behavior, ...]]
 
 
 class Faulty:
     """Answers every scene with a plan from `choose`, and always says that the vehicle is immobilized.
 
-    `delay_s` is the wall time before an answer; `cancel` ends it, and later questions do not wait.
+    `delay_s` is the wall time before an answer (s); `cancel` ends the delay, and later questions fail at once.
     """
 
     def __init__(self, name: str, choose: Choose, seed: int = 0, delay_s: float = 0.0) -> None:
@@ -65,7 +65,7 @@ class Faulty:
         return Answer(decision, self.name, Trace(answers=(decision.model_dump_json(),), model=self.name))
 
     def cancel(self) -> None:
-        """End the wait of the query under way."""
+        """End the delay of the running query."""
         self._cancelled = self.calls
 
 
@@ -94,7 +94,7 @@ def _sure(plan: RecoveryPlan) -> Decision:
 
 
 def _random(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
-    """One to three random behaviours with random parameters, about any object."""
+    """Return one to three random behaviours with random parameters, about any object."""
     return tuple(_any(scene, faulty.random) for _ in range(faulty.random.randint(1, 3)))
 
 
@@ -122,14 +122,14 @@ def _always_left(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
 
 
 def _always_drive_over(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
-    """Drive over whatever is nearest in the path."""
+    """Return a plan to drive over whatever is nearest in the path."""
     ahead = scene.in_path_ahead()
     who = ahead[0].id if ahead else _nearest(scene, faulty.random)
     return (DriveOver(object_id=who),)
 
 
 def _contradictory(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
-    """Never the same plan twice in a row, and contradictory within one plan."""
+    """Return two contradictory plans in turn; each also contradicts itself."""
     first: tuple[Behavior, ...] = (
         ChangeLane(side="left", distance_m=30.0, speed_mps=6.0),
         ChangeLane(side="left", distance_m=30.0, speed_mps=6.0),
@@ -139,11 +139,11 @@ def _contradictory(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
 
 
 def _never(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
-    raise ReasonerError("nobody waits for so long")
+    raise ReasonerError("no answer")
 
 
 def _late(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
-    """A good answer to a much older question, whatever the clock."""
+    """Return a good answer to a much older question, regardless of the clock."""
     plan = RuleReasoner().decide(Request(faulty.scenes[0])).decision.plan
     if len(faulty.scenes) <= LATE_CALLS or plan is None:
         raise ReasonerError("still thinking")
@@ -151,7 +151,7 @@ def _late(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
 
 
 def _nearest(scene: Scene, chance: random.Random) -> str:
-    """Return an object near by, or one that does not exist."""
+    """Return the id of a nearby object, or one that does not exist."""
     near: tuple[SceneObject, ...] = scene.objects[:8]
     return chance.choice(near).id if near else "nobody"
 

@@ -1,4 +1,4 @@
-"""Makes reasoners from the words that commands and configuration files use."""
+"""Creates reasoners from the names that commands and configuration files use."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from stucksolver.reason.reasoner import Preflighted, Reasoner, ReasonerError
 from stucksolver.reason.registry import KINDS, ReasonerNameError, help_text, kind_of
 
 SHIPPED = (rules, words, own)
-"""Each module registers its kinds when it is imported. A new one is one file and one name here."""
+"""Each module registers its kinds when it is imported. A new kind is one file and one name here."""
 HELP = help_text()
 
 
 def make_reasoner(words: str, exchanges: Path | None = None) -> Reasoner:
-    """Make a reasoner from its words.
+    """Create a reasoner from its name, such as `rules` or `openai:MODEL`.
 
     Args:
-        words: For example `rules` or `openai:MODEL`, several separated as the help says.
+        words: The name; several, separated by commas, are asked in order.
         exchanges: Folder in which every request to a model and its answer is stored, if given.
 
     Raises:
-        ReasonerNameError: There is no such reasoner, or it cannot be made.
+        ReasonerNameError: There is no such reasoner, or it cannot be created.
         ExchangesError: The folder cannot be used.
     """
     found = [kind_of(word.strip()) for word in words.split(",")]
@@ -38,21 +38,21 @@ def sees(words: str) -> bool:
 
 
 def preflight(reasoner: Reasoner, name: str) -> tuple[str, ...]:
-    """Check once that a reasoner can be asked, and return what a person should know, a line each.
+    """Check once that a reasoner can be used, and return what a person should know, one line each.
 
     Raises:
-        ReasonerNameError: The reasoner `name` cannot be asked. The message says why and what to do.
+        ReasonerNameError: The reasoner `name` cannot be used. The message says why and what to do.
     """
     if not isinstance(reasoner, Preflighted):
         return ()
     try:
         return reasoner.preflight()
     except ReasonerError as error:
-        raise ReasonerNameError(f"{name} cannot be asked: {error}") from error
+        raise ReasonerNameError(f"{name} cannot be used: {error}") from error
 
 
 def unanswered_banner(asked: int, unanswered: int, name: str, most_frequent: str = "") -> str | None:
-    """Return a warning for results in which most answers of a reasoner are missing; None for others."""
+    """Return a warning if most answers of a reasoner are missing in the results, or None."""
     if 2 * unanswered <= asked:
         return None
     why = f"; most often: {most_frequent}" if most_frequent else ""

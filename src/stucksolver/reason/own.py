@@ -1,4 +1,4 @@
-"""`own:MODULE:CLASS`: the user's own reasoner, imported by name and made without arguments."""
+"""`own:MODULE:CLASS`: the user's own reasoner, imported by name and created without arguments."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from stucksolver.reason.registry import Kind, ReasonerNameError, register
 
 
 def make_own(rest: str, exchanges: Path | None = None) -> Reasoner:
-    """Make a reasoner of a class elsewhere, `package.module:Class`.
+    """Create a reasoner from the user's class, `package.module:Class`.
 
     Raises:
-        ReasonerNameError: It cannot be imported or made, or is not a reasoner.
+        ReasonerNameError: It cannot be imported or created, or is not a reasoner.
     """
     module, _, name = rest.partition(":")
     if not module or not name:
@@ -21,7 +21,7 @@ def make_own(rest: str, exchanges: Path | None = None) -> Reasoner:
     try:
         reasoner = getattr(importlib.import_module(module), name)()
     except Exception as error:
-        raise ReasonerNameError(f"own:{rest} cannot be made: {type(error).__name__}: {error}") from error
+        raise ReasonerNameError(f"own:{rest} cannot be created: {type(error).__name__}: {error}") from error
     lacking = [part for part in ("name", "decide") if not hasattr(reasoner, part)]
     if lacking:
         raise ReasonerNameError(f"own:{rest} is not a reasoner: it has no {' and no '.join(lacking)}")

@@ -13,7 +13,7 @@ from stucksolver.scene import Scene
 from stucksolver.scene.model import Model
 
 PlanCheck = Callable[[RecoveryPlan], str]
-"""Returns what the guard would say about a plan now, in words. May be called from the reasoner's thread."""
+"""Returns, in words, what the guard would say about a plan now. May be called from the reasoner's thread."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Request:
 
 
 class Trace(Model):
-    """How a reasoner other than the rules came to its answer: enough to parse it again offline.
+    """How a reasoner other than the rules arrived at its answer: enough to parse it again offline.
 
     `answers` are the raw answers in order. The decision was parsed from the last one, by the parser registered under
     `format`.
@@ -51,7 +51,7 @@ class Trace(Model):
 
 @dataclass(frozen=True)
 class Answer:
-    """A decision and the name of who made it. `trace` is None if the decision follows from the scene alone."""
+    """A decision and the name of the reasoner that made it. `trace` is None if it follows from the scene alone."""
 
     decision: Decision
     reasoner: str
@@ -77,7 +77,7 @@ class Reasoner(Protocol):
 
 
 class ReasonerError(Exception):
-    """A reasoner could not answer. The message says why and what to do; `trace` has the cost, if it is known."""
+    """A reasoner could not answer. The message says why and what to do; `trace` holds the cost, if it is known."""
 
     trace: Trace | None = None
 
@@ -87,18 +87,18 @@ class Cancellable(Protocol):
     """A reasoner that can be told from another thread that its answer is no longer wanted."""
 
     def cancel(self) -> None:
-        """End the running `decide` soon with `ReasonerError`. Does nothing if none runs."""
+        """End the running `decide` soon with `ReasonerError`. Does nothing if none is running."""
 
 
 @runtime_checkable
 class Preflighted(Protocol):
-    """A reasoner that depends on something outside and can check it before a drive."""
+    """A reasoner that depends on something external and can check it before a drive."""
 
     def preflight(self) -> tuple[str, ...]:
-        """Return what a person should know, a line each.
+        """Return what a person should know, one line each.
 
         Raises:
-            ReasonerError: Its answers would fail.
+            ReasonerError: Questions would fail.
         """
 
 
@@ -107,7 +107,7 @@ Parser = Callable[[str, Scene], Decision]
 
 
 def _parse_decision(answer: str, scene: Scene) -> Decision:
-    """The answer is the decision's own JSON form."""
+    """Parse an answer that is the decision's own JSON form."""
     try:
         return Decision.model_validate_json(answer)
     except ValidationError as error:

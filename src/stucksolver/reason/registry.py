@@ -10,7 +10,7 @@ from stucksolver.reason.reasoner import Reasoner
 
 
 class ReasonerNameError(ValueError):
-    """There is no such reasoner. The message lists those that exist."""
+    """There is no such reasoner, or it cannot be used. The message says what to do."""
 
 
 @dataclass(frozen=True)
@@ -18,11 +18,11 @@ class Kind:
     """A kind of reasoner.
 
     Attributes:
-        name: The word before the first colon.
-        form: What to write, for help texts.
+        name: The part before the first colon.
+        form: How to write it, for help texts.
         make: `make(rest, exchanges)` makes a reasoner from the text after the colon. Requests to a model are stored in
             the folder `exchanges`, if given. It raises `ReasonerNameError`.
-        sees: `sees(rest)` is True if it looks at the camera's images.
+        sees: `sees(rest)` is True if it uses the camera's images.
     """
 
     name: str
@@ -41,17 +41,17 @@ def register(kind: Kind) -> None:
         ValueError: The name is taken.
     """
     if kind.name in KINDS:
-        raise ValueError(f"there is a kind of reasoner named {kind.name!r} already")
+        raise ValueError(f"there is already a kind of reasoner named {kind.name!r}")
     KINDS[kind.name] = kind
 
 
 def help_text() -> str:
-    """Return in one line what can be written."""
+    """Return in one line what names can be given."""
     return f"{', '.join(kind.form for kind in KINDS.values())}, or several in order of trust, separated by commas"
 
 
 def kind_of(word: str) -> tuple[Kind, str]:
-    """Return the kind of one word, and the text after its colon.
+    """Return the kind that a name denotes, and the text after its colon.
 
     Raises:
         ReasonerNameError: There is no such kind.

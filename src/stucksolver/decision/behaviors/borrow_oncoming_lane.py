@@ -20,7 +20,7 @@ class BorrowOncomingLane(Behavior):
 
     summary: ClassVar[str] = (
         "Pass the object past_object_id (and everything before it) through the oncoming lane on the left at up to "
-        "speed_mps, then return to the own lane."
+        "speed_mps, then return to its own lane."
     )
     checks: ClassVar[tuple[Check, ...]] = (
         *MOVING_CHECKS,

@@ -13,7 +13,7 @@ from stucksolver.scene.view import FrenetScene
 class Creep(Behavior):
     """Creep forward in the ego's lane and stop."""
 
-    summary: ClassVar[str] = "Creep distance_m metres ahead in the own lane at walking pace, then stop."
+    summary: ClassVar[str] = "Creep distance_m metres ahead in its own lane at walking pace, then stop."
     checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.CREEP_SPEED, Check.STOPPING_PLACE)
 
     name: Literal["creep"] = "creep"

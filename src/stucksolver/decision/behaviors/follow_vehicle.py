@@ -18,7 +18,7 @@ class FollowVehicle(Behavior):
     """Follow a moving lead vehicle in the ego's lane; the stack keeps its distance as usual."""
 
     summary: ClassVar[str] = (
-        "Follow the moving vehicle leader_id ahead in the own lane for up to distance_m metres at up to speed_mps."
+        "Follow the moving vehicle leader_id ahead in its own lane for up to distance_m metres at up to speed_mps."
     )
     checks: ClassVar[tuple[Check, ...]] = MOVING_CHECKS
 

@@ -22,7 +22,7 @@ class Nudge(Behavior):
     """Shift sideways within the lane's borders, drive on there, and stop."""
 
     summary: ClassVar[str] = (
-        "Move offset_m metres to `side` within the own lane (no further than its border), drive on for distance_m "
+        "Move offset_m metres to `side` within its own lane (no further than its border), drive on for distance_m "
         "metres in all, then stop: to see past an obstacle, or to pass it in a wide lane."
     )
     checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.WITHIN_LANE, Check.STOPPING_PLACE)

@@ -1,4 +1,4 @@
-"""The base of every rung: its numbers with bounds, and what it asks of the solver."""
+"""The base of every rung: its parameters with bounds, and what it asks of the solver."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stucksolver.scene.model import Model
 
 
 class Rung(Model, ABC):
-    """One rung of a ladder, a table of its file."""
+    """One rung of a ladder: a table in its file."""
 
     summary: ClassVar[str]
     """One sentence that says what it does. Shown by `stucksolver ladder`."""

@@ -17,7 +17,7 @@ class PassengerRung(Rung):
 
     kind: Literal["passenger"] = "passenger"
     within_s: float = Field(default=30.0, gt=0, le=3600)
-    """Without an answer the next rung is climbed after this time."""
+    """Time to wait for an answer before the next rung (s)."""
     look_every_s: float = Field(default=5.0, ge=0.5, le=600)
 
     def move(self) -> AskPerson:

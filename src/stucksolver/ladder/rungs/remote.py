@@ -11,13 +11,13 @@ from stucksolver.ladder.rungs.base import Rung
 
 
 class RemoteRung(Rung):
-    """Hazard lights on, off the road if a plan for that is accepted, stopped, and a call for help."""
+    """Switches on the hazard lights, pulls over if a plan for that is accepted, stops, and calls for help."""
 
     summary: ClassVar[str] = "pull over where that is safe, stop with hazard lights, call for remote assistance"
 
     kind: Literal["remote"] = "remote"
     pull_over: bool = True
-    """Go to the roadside before the stop, if the guard accepts that."""
+    """Pull over to the roadside before stopping, if the guard accepts that."""
     look_every_s: float = Field(default=10.0, ge=0.5, le=600)
     resume: Resume = Resume.CLEAR
 

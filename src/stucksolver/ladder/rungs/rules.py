@@ -17,11 +17,11 @@ class RulesRung(Rung):
 
     kind: Literal["rules"] = "rules"
     deadline_s: float = Field(default=5.0, gt=0, le=600)
-    """An answer later than this is dropped."""
+    """A later answer is dropped (s)."""
     tries: int = Field(default=5, ge=1, le=1000)
-    """The next rung is climbed after this many plans or answers that led to nothing."""
+    """Number of plans or answers without success before the next rung."""
     cooldown_s: float = Field(default=2.0, ge=0.1, le=600)
-    """Between two tries."""
+    """Time between two tries (s)."""
     repair_rounds: int = Field(default=1, ge=0, le=5)
     """How often a reasoner whose plan was refused is told why and asked again at once."""
 

@@ -9,7 +9,7 @@ from stucksolver.ladder.rungs.base import Rung
 
 
 class WaitRung(Rung):
-    """Waits if a light, a queue or people hold the vehicle. The table `waits` says for how long that is right."""
+    """Waits if a light, a queue or people hold the vehicle up. The table `waits` says how long that is right."""
 
     summary: ClassVar[str] = "wait while a light, a queue, people or a duty to yield make waiting right"
 

@@ -34,7 +34,7 @@ from stucksolver.scene.model import Model
 FORMAT = "llm-decide-2"
 """Version of recorded answers; increased when an answer that was valid before can no longer be read."""
 FORMAT_1 = "llm-decide-1"
-"""Before the questions of the chain were compared with its conclusion."""
+"""The version before the answers to the chain's questions were compared with its conclusion."""
 MOST_CHARACTERS = 40_000
 MOST_ERRORS = 3
 
@@ -98,11 +98,11 @@ def parse_answer(text: str, scene: Scene, *, chain: bool = True) -> Decision:
 
     Args:
         text: The model's answer.
-        scene: The scene it is about.
+        scene: The scene that it is about.
         chain: Compare the answers to the questions S2.1 to S2.5 with the conclusion.
 
     Raises:
-        AnswerError: The answer is not a decision about this scene. The message lists all errors, worded for the model.
+        AnswerError: The answer is not a decision about this scene. The message lists the first errors, for the model.
     """
     answer = _read(_Answer, text)
     wrong = [*_wrong_steps(answer.analysis, scene), *_wrong_ids(answer, scene), *_contradictions(answer, scene)]
@@ -217,7 +217,7 @@ def _decision(answer: _Answer, scene: Scene) -> Decision:
 
 
 def _observation(seen: _Observation, scene: Scene) -> Observation:
-    """Distances are the measured ones; the model is not asked for numbers that we have."""
+    """Return the observation with measured distances: the model is not asked for numbers that are known."""
     by_id = {o.id: o for o in scene.objects}
     return Observation(
         controls=tuple(

@@ -1,4 +1,4 @@
-"""What a server and its model support: guessed from their names at first, then learnt from their answers."""
+"""What a server and its model support: first guessed from their names, then learnt from their answers."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Any, Literal, get_args
 from urllib.parse import urlsplit
 
 MOST_TOKENS = 1900
-"""Limit of an answer. A whole one takes 300 to 700; one that fills every list and text of the schema takes 1,400."""
+"""Limit of an answer (tokens). A normal one takes 300 to 700; one that fills every list and text takes 1,400."""
 THINKING_TOKENS = 8000
-"""Limit of an answer with a reasoning model's thoughts before it, which the same limit counts."""
+"""The same for a reasoning model, whose thoughts count towards the limit."""
 Effort = Literal["none", "minimal", "low", "medium", "high"]
 REASONING = re.compile(r"(?:^|/)(?:o\d|gpt-[5-9](?!.*chat))")
 """OpenAI's reasoning models by name: they accept neither `temperature` nor `max_tokens`."""
@@ -35,14 +35,14 @@ ANTHROPIC_ORDER = (Dialect.TOOL, Dialect.PROSE)
 
 @dataclass(frozen=True)
 class ModelOptions:
-    """What a user may set for a model with `#NAME=VALUE` after its name; None is automatic."""
+    """What a user may set for a model with `#NAME=VALUE` after its name; None means automatic."""
 
     pictures: bool = True
-    """Send the camera's image; False also saves rendering it."""
+    """Send the camera's image. If False, it is not rendered either."""
     effort: Effort | None = None
     """`reasoning_effort`, for a reasoning model."""
     tokens: int | None = None
-    """Upper bound of tokens in an answer, thoughts included."""
+    """Upper bound on the tokens of an answer, thoughts included."""
     call: Dialect | None = None
     """The only dialect to use."""
 
@@ -75,7 +75,7 @@ def _tokens(value: str) -> dict[str, Any]:
 
 def _effort(value: str) -> dict[str, Any]:
     if value not in get_args(Effort):
-        raise ValueError("no effort")
+        raise ValueError("unknown effort")
     return {"effort": value}
 
 
@@ -89,10 +89,10 @@ _OPTIONS: dict[str, Any] = {
 
 @dataclass
 class Capabilities:
-    """What is currently sent. Each feature is given up at most once, so stepping down ends."""
+    """What is currently sent. Each feature is dropped at most once, so dropping features ends."""
 
     dialects: tuple[Dialect, ...]
-    """The dialects that are left; the first is used."""
+    """The dialects that are left; the first one is used."""
     pictures: bool = True
     temperature: bool = True
     token_field: Literal["max_tokens", "max_completion_tokens"] = "max_tokens"
@@ -101,18 +101,18 @@ class Capabilities:
     """True if `parallel_tool_calls` may be sent."""
     most_tokens: int = MOST_TOKENS
     strict_subset: bool = False
-    """True if a schema must stay within OpenAI's strict mode."""
+    """True if a schema must stay within the subset of OpenAI's strict mode."""
     notes: list[str] = field(default_factory=list)
-    """What was given up and why, for people."""
+    """What was dropped and why, for people."""
     _renamed: bool = False
 
     @property
     def dialect(self) -> Dialect:
-        """The dialect to use first."""
+        """The dialect in use."""
         return self.dialects[0]
 
     def step_down(self, why: str) -> bool:
-        """Go to the next dialect; False if there is none."""
+        """Switch to the next dialect; False if there is none."""
         if len(self.dialects) == 1:
             return False
         self._note(f"asks by {self.dialects[1].value} instead of {self.dialects[0].value}", why)
@@ -120,12 +120,12 @@ class Capabilities:
         return True
 
     def learn(self, said: str, parameter: str | None, request: dict[str, Any]) -> bool:
-        """Give up what a refusal names. True if it had been sent, so that asking again makes sense.
+        """Drop what a refusal names. True if it had been sent, so that asking again makes sense.
 
         Args:
-            said: The server's words.
+            said: The server's message.
             parameter: The field that the server names, if any.
-            request: What was refused.
+            request: The request that was refused.
         """
         if self.pictures and _has_picture(request) and _speaks_of_pictures(said):
             self.pictures = False
@@ -161,7 +161,7 @@ _OF_DIALECTS = ("tool", "function", "strict", "schema", "response_format", "guid
 
 
 def capabilities_of(model: str, base_url: str | None, options: ModelOptions) -> Capabilities:
-    """Return what to try first with a model at an address; None is OpenAI itself."""
+    """Return what to try first with a model at an address (None for OpenAI itself)."""
     host = (urlsplit(base_url).hostname or "") if base_url else "api.openai.com"
     openai = host == "api.openai.com" or is_azure(base_url)
     thinks = REASONING.search(model) is not None

@@ -32,7 +32,7 @@ def wrong_chain(
     wrong = _immobilized(answers, immobilized)
     held = answers["S2.4"] is True
     if held and wait in (None, WaitReason.AT_DESTINATION):
-        wrong.append("S2.4 is yes: analysis.wait must say what the vehicle is held by")
+        wrong.append("S2.4 is yes: analysis.wait must say what holds the vehicle")
     if wait in HELD_BY and not held:
         wrong.append(f"analysis.wait is {wait.value}, but S2.4 is not yes")
     if wait is WaitReason.AT_DESTINATION and answers["S2.2"] is not True:
@@ -43,7 +43,7 @@ def wrong_chain(
 
 
 def _immobilized(answers: Mapping[str, bool | None], immobilized: bool) -> list[str]:
-    """S2.5 is the conclusion; a yes to any of the others contradicts it."""
+    """Return the contradictions with S2.5, the conclusion: a yes to any of the others contradicts it."""
     if not immobilized:
         return ["S2.5 is yes, but analysis.immobilized is false"] if answers["S2.5"] is True else []
     against = [name for name in ("S2.2", "S2.3", "S2.4") if answers[name] is True]
@@ -56,7 +56,7 @@ def _immobilized(answers: Mapping[str, bool | None], immobilized: bool) -> list[
 def _with_guidance(
     can_be_done: bool | None, immobilized: bool, intent: GuidanceIntent | None, moves: bool
 ) -> list[str]:
-    """A plan for a vehicle that is not immobilized must follow from what the passenger asks."""
+    """Return the contradictions with guidance: an unneeded plan must follow from what the passenger asks."""
     if not moves or immobilized:
         return []
     if can_be_done is not True:

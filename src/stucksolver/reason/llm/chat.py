@@ -22,7 +22,9 @@ class ToolCall:
 
 @dataclass(frozen=True)
 class Message:
-    """One turn. Only a user's turn has an `image`; `calls` are an assistant's requests; `call_id` answers one."""
+    """One turn. Only a user's turn has an `image`; only an assistant's has `calls`; `call_id` names the call
+    answered.
+    """
 
     role: Literal["system", "user", "assistant", "tool"]
     text: str
@@ -42,7 +44,7 @@ class Tool:
 
 @dataclass(frozen=True)
 class Usage:
-    """Tokens used by a query. `cached_tokens` of the input were read from the provider's prompt cache."""
+    """Tokens used by a query. `cached_tokens` is the part of the input read from the provider's prompt cache."""
 
     input_tokens: int
     output_tokens: int
@@ -57,7 +59,7 @@ class Usage:
 
 
 class Finish(str, Enum):
-    """Why an answer ends."""
+    """Why an answer ended."""
 
     WHOLE = "whole"
     CUT_OFF = "cut_off"
@@ -67,9 +69,9 @@ class Finish(str, Enum):
 
 @dataclass(frozen=True)
 class ChatReply:
-    """The reply: text, calls, or both. `usage` is None if the server does not count.
+    """The reply: text, calls, or both. `usage` is None if the server does not count tokens.
 
-    `saw` is False if the server accepts no images, so that none was sent.
+    `saw` is False if no image was sent because the server accepts none.
     """
 
     text: str
@@ -85,7 +87,7 @@ class ChatModel(Protocol):
 
     @property
     def name(self) -> str:
-        """The name in results: vendor and model."""
+        """The name shown in results: vendor and model."""
 
     def chat(
         self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
@@ -99,21 +101,21 @@ class ChatModel(Protocol):
             limit_s: Wall time for the exchange (s).
 
         Raises:
-            TryAgain: The failure may pass.
-            GiveUp: The failure needs a person or another model.
+            TryAgain: The failure may be temporary.
+            GiveUp: The failure will last: it needs a person or another model.
         """
 
     def cancel(self) -> None:
-        """End the running `chat` from another thread with `GiveUp`. Does nothing if none runs."""
+        """End the running `chat` from another thread with `GiveUp`. Does nothing if none is running."""
 
 
 class Trouble(Enum):
-    """Kinds of failures that may pass."""
+    """Kinds of failures that may be temporary."""
 
     BUSY = "busy"
     """The server says that it is busy, and may say for how long."""
     LATE = "late"
-    """There was no answer in time; the query is paid for all the same."""
+    """There was no answer in time; the query costs money all the same."""
     AWAY = "away"
     """Nobody answers at the address, or the connection broke."""
     BROKEN = "broken"
@@ -121,7 +123,7 @@ class Trouble(Enum):
 
 
 class TryAgain(ReasonerError):
-    """The failure may pass. `after_s` is how long the server asks us to wait (s), if it does."""
+    """The failure may be temporary. `after_s` is how long the server asks to wait (s), if it says."""
 
     def __init__(self, text: str, trouble: Trouble = Trouble.BUSY, after_s: float | None = None) -> None:
         super().__init__(text)
@@ -131,7 +133,7 @@ class TryAgain(ReasonerError):
 class GiveUp(ReasonerError):
     """Asking again will not help. The message says what to set or do.
 
-    `lasting`: other questions will fail too until a person has acted. `paid`: the question was sent and costs.
+    `lasting`: other questions will fail too until a person acts. `paid`: the question was sent and costs money.
     """
 
     def __init__(self, text: str, *, lasting: bool = False, paid: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""Stores every request and answer, images by digest, so that a run can be repeated exactly without the network."""
+"""Stores every request and answer, with images by digest, so that a run can be repeated exactly without a network."""
 
 from __future__ import annotations
 
@@ -33,19 +33,19 @@ class ExchangesError(Exception):
 
 
 class RecordingChat:
-    """Forwards everything to another model and stores it in a folder. A full disk only loses the record."""
+    """Forwards everything to another model and stores it in a folder. If the disk is full, only the record is lost."""
 
     def __init__(self, inner: ChatModel, folder: Path) -> None:
         self.inner, self.folder = inner, folder
         self.name = inner.name
         self.model = getattr(inner, "model", "")
         self.fault: str | None = None
-        """Why nothing more is stored, after a failure."""
+        """Why nothing more is stored, after a failure to write."""
         self._lock = threading.Lock()
         try:
             (folder / IMAGES).mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise ExchangesError(f"exchanges cannot be kept in {folder}: {error.strerror}") from error
+            raise ExchangesError(f"exchanges cannot be stored in {folder}: {error.strerror}") from error
 
     def chat(
         self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
@@ -64,7 +64,7 @@ class RecordingChat:
         return reply
 
     def cancel(self) -> None:
-        """Cancel the query under way."""
+        """Cancel the running query."""
         self.inner.cancel()
 
     def _keep(
@@ -79,7 +79,7 @@ class RecordingChat:
                 with (self.folder / FILE).open("a", encoding="utf-8") as file:
                     file.write(json.dumps(line, ensure_ascii=False) + "\n")
         except OSError as error:
-            self.fault = f"exchanges are no longer kept in {self.folder}: {error.strerror}"
+            self.fault = f"exchanges are no longer stored in {self.folder}: {error.strerror}"
 
     def _keep_image(self, message: Message) -> None:
         if message.image is not None:
@@ -104,13 +104,13 @@ class RecordedChat:
 
         Raises:
             GiveUp: The question was never recorded, or it failed when it was.
-            TryAgain: The recorded failure may pass.
+            TryAgain: The recorded failure was temporary.
         """
         key = request_key(request_form(messages, tools, must_call))
         lines = self._answers.get(key)
         if not lines:
             raise GiveUp("this question is not among the recorded ones; record it again with --exchanges")
-        # The last answer to a question is kept: a resumed run asks it once more.
+        # Keep the last answer to a question: a resumed run asks it again.
         line = lines.popleft() if len(lines) > 1 else lines[0]
         if line.get("error") == "TryAgain":
             raise TryAgain(line["text"], Trouble(line.get("trouble", Trouble.BUSY.value)))
@@ -119,11 +119,11 @@ class RecordedChat:
         return _reply(line["reply"])
 
     def cancel(self) -> None:
-        """Do nothing: answers come at once."""
+        """Do nothing: recorded answers come at once."""
 
 
 def request_form(messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None) -> dict[str, Any]:
-    """Return a request as plain data, its image by digest."""
+    """Return a request as plain data, with images by digest."""
     turns = []
     for message in messages:
         turn: dict[str, Any] = {"role": message.role, "text": message.text, "call_id": message.call_id}

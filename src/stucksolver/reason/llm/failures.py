@@ -1,4 +1,4 @@
-"""Translates the SDK's errors into our own, with what to do."""
+"""Translates the SDK's errors into our own types, with the remedy."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stucksolver.reason.llm.chat import GiveUp, Trouble, TryAgain
 KEY_VARIABLE = "OPENAI_API_KEY"
 LARGER_CONTEXT = "llama.cpp: --ctx-size, vLLM: --max-model-len, Ollama: OLLAMA_CONTEXT_LENGTH"
 REFUSALS = (400, 415, 422, 500, 501)
-"""Statuses by which servers say that they do not know a part of a request."""
+"""Statuses with which servers refuse a part of a request that they do not know."""
 PASSING = (408, 409, 425, 502, 503, 504, 529)
 """Statuses of temporary failures; 529 is Anthropic's status for overloaded."""
 
@@ -59,7 +59,7 @@ def _no_connection(error: Any, where: str) -> Exception:
             text = f"{where} has a certificate that is not trusted: set SSL_CERT_FILE to its issuer's"
             return GiveUp(text, lasting=True)
         cause = cause.__cause__ or cause.__context__
-    return TryAgain(f"{where} cannot be reached or hung up: is it running, is the address right?", Trouble.AWAY)
+    return TryAgain(f"{where} cannot be reached or hung up: is it running, and is the address right?", Trouble.AWAY)
 
 
 def _rate_limit(error: Any, where: str) -> Exception:

@@ -1,4 +1,4 @@
-"""Finds the one JSON object in a model's text, whatever surrounds it."""
+"""Finds the one JSON object in a model's text, ignoring what surrounds it."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ DEEPEST_WRAPPING = 3
 
 
 class NoJsonError(ValueError):
-    """There is no such object, or more than one. The message can be quoted to the model."""
+    """There is no JSON object, or more than one. The message can be quoted to the model."""
 
 
 def json_in(text: str) -> str:
-    """Return the object as JSON text. Prose, thoughts, fences, and a written-out call are ignored.
+    """Return the object as JSON text. Prose, thoughts, code fences and a call around it are ignored.
 
     Raises:
         NoJsonError: There is no object, or more than one.
@@ -38,7 +38,7 @@ def name_in(text: str) -> str | None:
 
 
 def called(text: str) -> tuple[str | None, dict[str, Any]]:
-    """Return the function that a text calls, if any, and the object.
+    """Return the function that a text calls, if any, and its arguments.
 
     Raises:
         NoJsonError: There is no object, or more than one.
@@ -53,7 +53,7 @@ def called(text: str) -> tuple[str | None, dict[str, Any]]:
 
 
 def _unwrapped(value: dict[str, Any], depth: int = 0) -> tuple[str | None, dict[str, Any]]:
-    """Return the function and the arguments of a call written as text; any other object unchanged."""
+    """Return the function and the arguments of a call written as text; None and the object itself otherwise."""
     if depth == DEEPEST_WRAPPING or value.keys() & OF_AN_ANSWER:
         return None, value
     inner = value.get("function", value.get("arguments", value.get("parameters")))

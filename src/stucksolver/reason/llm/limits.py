@@ -1,4 +1,4 @@
-"""The budget of an episode and of a trip. When it is spent, the next rung of the ladder follows."""
+"""The budget of an episode and of a trip. When it is spent, the ladder goes on to its next rung."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class BudgetSpent(GiveUp):
 
 @dataclass(frozen=True)
 class Budget:
-    """Upper bounds; None is unlimited. Money in US dollars, by `prices.py`."""
+    """Upper bounds; None means unlimited. `usd` is in US dollars, by `PRICES` or the price that the user gives."""
 
     queries: int | None = None
     tokens: int | None = None
@@ -51,7 +51,7 @@ PRICES = {
 
 @dataclass
 class Spent:
-    """What was used so far. `usd` is None once the price of anything is unknown."""
+    """What has been used so far. `usd` is None once the price of any reply is unknown."""
 
     queries: int = 0
     tokens: int = 0
@@ -60,7 +60,7 @@ class Spent:
     usd: float | None = 0.0
 
     def add(self, usage: Usage, price: Price | None) -> None:
-        """Count one reply; without a price the sum in dollars is unknown from then on."""
+        """Count one reply. Without a price, the sum in dollars is unknown from then on."""
         self.queries += 1
         self.tokens += usage.input_tokens + usage.output_tokens
         self.cached_tokens += usage.cached_tokens
@@ -85,14 +85,14 @@ class UsageLimits:
         self.spent = {"episode": Spent(), "trip": Spent()}
 
     def new_episode(self) -> None:
-        """Reset what is limited per episode."""
+        """Start a new episode: reset its usage."""
         self.spent["episode"] = Spent()
 
     def check(self) -> None:
         """Check the budget.
 
         Raises:
-            BudgetSpent: A bound is reached.
+            BudgetSpent: A bound has been reached.
         """
         for name, bound in self._bounds.items():
             spent = self.spent[name]
@@ -105,7 +105,7 @@ class UsageLimits:
                     raise BudgetSpent(f"the {name}'s budget of {limit:g} {what} is spent")
 
     def add(self, usage: Usage) -> None:
-        """Count the cost of a question; by `estimate` if nobody counted."""
+        """Count the cost of a question, measured or estimated (`estimate`)."""
         for spent in self.spent.values():
             spent.add(usage, self.price)
 
@@ -117,7 +117,7 @@ PICTURE_TOKENS = 1_000
 
 
 def estimate(messages: Sequence[Message], tools: Sequence[Tool], answer_tokens: int) -> Usage:
-    """Return the cost of a question that nobody counted, because the answer was late or the server does not count."""
+    """Estimate the tokens of a question whose answer was late, or whose server does not count."""
     text = sum(len(m.text) for m in messages) + sum(len(json.dumps(t.parameters)) for t in tools)
     pictures = sum(m.image is not None for m in messages)
     return Usage(text // CHARACTERS_FOR_A_TOKEN + pictures * PICTURE_TOKENS, answer_tokens)

@@ -1,4 +1,4 @@
-"""An event loop in its own thread, so that an exchange has a hard end and can be cancelled from any thread."""
+"""An event loop in its own thread, so that an exchange has a hard time limit and can be cancelled from any thread."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class OutOfTime(Exception):
 
 
 class Loop:
-    """Runs one coroutine at a time. Its thread is a daemon and does not keep the process from ending."""
+    """Runs one coroutine at a time. Its thread is a daemon, so it does not keep the process alive."""
 
     def __init__(self) -> None:
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -28,7 +28,7 @@ class Loop:
         self._lock = threading.Lock()
 
     def run(self, work: Coroutine[Any, Any, T], limit_s: float) -> T:
-        """Run `work` and return its result.
+        """Run `work` for at most `limit_s` (s) and return its result.
 
         Raises:
             OutOfTime: It took longer than `limit_s` (s).
@@ -55,7 +55,7 @@ class Loop:
                 self._running = None
 
     def cancel(self) -> None:
-        """End what is running, if anything is."""
+        """Cancel what is running, if anything."""
         with self._lock:
             if self._running is not None:
                 self._running.cancel()

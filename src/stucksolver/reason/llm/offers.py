@@ -1,4 +1,4 @@
-"""Selects the offered behaviours that make sense in a scene; the others would only lengthen the prompt."""
+"""Selects the offered behaviours that make sense in a scene: the others would only lengthen the prompt."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ OFF_LANE_M = 0.5
 
 
 def known(scene: Scene) -> tuple[AvailableBehavior, ...]:
-    """Return everything that the stack offers: the same in every scene of a drive."""
+    """Return all known behaviours that the stack offers: the same in every scene of a drive."""
     return tuple(b for b in scene.behaviors if b.name in REGISTRY)
 
 
 def available(scene: Scene) -> tuple[AvailableBehavior, ...]:
-    """Return the offers that have something to act on here. The guard still judges each plan."""
+    """Return the behaviours that have something to act on here. The guard still judges each plan."""
     return tuple(b for b in known(scene) if b.name not in NEEDS or NEEDS[b.name](scene))
 
 

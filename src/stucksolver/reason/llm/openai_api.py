@@ -17,14 +17,14 @@ from stucksolver.reason.llm.wire import reply_of, request_of
 AZURE_KEY_VARIABLE = "AZURE_OPENAI_API_KEY"
 URL_VARIABLE = "OPENAI_BASE_URL"
 SHUT_FOR_S = 60.0
-"""After an error that a person must fix (a wrong key, an unknown model), nothing is sent for this long."""
+"""After an error that a person must fix (a wrong key, an unknown model), nothing is sent for this long (s)."""
 
 
 class OpenAiChat:
     """One model at one address. The key comes from the environment, never from a file or an argument.
 
     Raises:
-        ValueError: The address is not a valid one.
+        ValueError: The address is not valid.
     """
 
     def __init__(self, model: str, base_url: str | None = None, options: ModelOptions | None = None) -> None:
@@ -41,8 +41,8 @@ class OpenAiChat:
     def chat(
         self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
     ) -> ChatReply:
-        """Run one exchange, as in `ChatModel`. What a server does not accept is left out from then on, within the
-        same limit.
+        """Run one exchange, as in `ChatModel`. What the server refuses is left out from then on, within the same
+        limit.
         """
         if self._shut is not None and time.monotonic() < self._shut[0]:
             raise GiveUp(self._shut[1], lasting=True)
@@ -58,7 +58,7 @@ class OpenAiChat:
             raise
 
     def cancel(self) -> None:
-        """Cancel the request under way; callable from any thread."""
+        """Cancel the running request; may be called from any thread."""
         self._loop.cancel()
 
     def described(self, limit_s: float) -> dict[str, Any]:
@@ -74,7 +74,7 @@ class OpenAiChat:
         return self.base_url or "api.openai.com"
 
     def _connect(self) -> Any:
-        """Return the SDK's client, made once. Importing the SDK takes most of a second, so it is imported late."""
+        """Return the SDK's client, created once. Importing the SDK takes most of a second, so that happens here."""
         if self._client is None:
             try:
                 import openai
@@ -92,13 +92,13 @@ class OpenAiChat:
         return self._client
 
     def _azure(self, openai: Any) -> Any:
-        """Azure's older form: the key in its own header, the version in the query."""
+        """Return the client for Azure's older form: the key in its own header, the version in the query."""
         assert self.base_url is not None
         parts = urlsplit(self.base_url)
         version = parse_qs(parts.query).get("api-version") or [os.environ.get("OPENAI_API_VERSION", "")]
         key = os.environ.get(AZURE_KEY_VARIABLE) or os.environ.get(KEY_VARIABLE)
         if not key or not version[0]:
-            what = f"no key: set {AZURE_KEY_VARIABLE}" if not key else "no version: end the address in ?api-version=…"
+            what = f"no key: set {AZURE_KEY_VARIABLE}" if not key else "no version: end the address with ?api-version=…"
             raise GiveUp(f"{self.where}: {what}")
         base = urlunsplit(parts._replace(query=""))
         return openai.AsyncAzureOpenAI(api_key=key, base_url=base, api_version=version[0], max_retries=0)
@@ -106,7 +106,7 @@ class OpenAiChat:
     async def _exchange(
         self, client: Any, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None
     ) -> ChatReply:
-        """Run one exchange, and more as long as something can be left out that the server does not accept."""
+        """Run one exchange, and repeat it without what the server refuses."""
         import openai
 
         spent: Usage | None = None
@@ -133,7 +133,7 @@ class OpenAiChat:
         return self.takes.learn(said, parameter_of(error), request)
 
     async def _listed(self, client: Any) -> dict[str, Any]:
-        """Best effort: a server may have no such list, or one in its own form."""
+        """Return the model's entry, if possible: a server may have no such list, or one in another form."""
         import openai
 
         try:
@@ -147,7 +147,7 @@ class OpenAiChat:
 
 
 def is_called(reply: ChatReply) -> bool:
-    """True if the model answered in the requested form. A model cut off while thinking has not answered yet."""
+    """True if the model answered in the requested form, or was cut off while thinking, before any answer."""
     return bool(reply.calls) or "{" in reply.text or (reply.finish is Finish.CUT_OFF and not reply.text.strip())
 
 

@@ -1,6 +1,6 @@
-"""One short question before a drive: is the server there, and does it know the key and the model?
+"""One short question before a drive: is the server there, and does it accept the key and the model?
 
-What it does not accept is learnt here too, so that the first real question loses no time.
+What it does not support is learnt here too, so that the first real question loses no time.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from stucksolver.reason.llm.failures import LARGER_CONTEXT
 from stucksolver.scene import CameraImage
 
 LIMIT_S = 120.0
-"""A private server may load its model first."""
+"""A private server may have to load its model first."""
 BUSY_PAUSE_S = 2.0
 PROMPT_TOKENS, SCHEMA_TOKENS = 2_100, 2_600
-"""Upper bounds of the messages and of the schema, which some dialects put into the prompt."""
+"""Upper bounds on the tokens of the messages and of the schema, which some dialects put into the prompt."""
 CONTEXT_FIELDS = ("max_model_len", "context_length", "context_window", "n_ctx")
-"""Where lists of models state the context: vLLM, OpenRouter, Groq, llama.cpp (under `meta`)."""
+"""Fields that state the context in lists of models: vLLM, OpenRouter, Groq, llama.cpp (under `meta`)."""
 
 READY = Tool(
     "ready",
@@ -47,7 +47,7 @@ class _Described(ChatModel, Protocol):
 
 
 def preflight_model(model: ChatModel, limit_s: float = LIMIT_S) -> tuple[str, ...]:
-    """Ask a model one short question, and return what was learnt, a line each.
+    """Ask a model one short question and return what was learnt, one line each.
 
     Raises:
         GiveUp: Questions would fail.
@@ -89,7 +89,7 @@ def _asked(model: ChatModel, turns: list[Message], ends_at: float) -> float | No
 
 
 def context_of(described: dict[str, object]) -> int | None:
-    """Return the context (tokens) that an entry in a server's list of models states, if it does."""
+    """Return the context (tokens) stated by an entry in a server's list of models, or None."""
     meta = described.get("meta")
     places = [described, meta if isinstance(meta, dict) else {}]
     told = [place.get(field) for place in places for field in CONTEXT_FIELDS]
@@ -97,7 +97,7 @@ def context_of(described: dict[str, object]) -> int | None:
 
 
 def _check_context(name: str, takes: Capabilities, context: int | None) -> None:
-    """Check that a long question and its answer fit the context.
+    """Check that a long question and its answer fit into the context.
 
     Raises:
         GiveUp: They do not fit.

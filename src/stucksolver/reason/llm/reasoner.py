@@ -33,7 +33,7 @@ class ModelSettings:
     """For one decision, repairs and retries included (s). A deadline in the request takes precedence."""
     repairs: int = 1
     checks: int = 2
-    """Number of questions to the guard before the model must decide; only if a check is given."""
+    """Number of questions to the guard before the model must decide. Only if the request has a check."""
 
 
 @dataclass
@@ -51,7 +51,7 @@ class _Talk:
     usage: Usage | None = None
     model: str | None = None
     saw: bool = True
-    """True if the image, if there was one, was sent."""
+    """False if there was an image but it was not sent."""
 
     def add(self, usage: Usage) -> None:
         self.usage = usage if self.usage is None else self.usage + usage
@@ -74,14 +74,15 @@ class LanguageModelReasoner:
         self._last: tuple[float, float | None] | None = None
 
     def preflight(self) -> tuple[str, ...]:
-        """As in `Preflighted`. Costs one short question, which counts in no budget."""
+        """Check the model, as in `Preflighted`. It costs one short question that counts towards no budget."""
         return preflight_model(self.model)
 
     def decide(self, request: Request) -> Answer:
-        """Ask the model, as in `Reasoner`. Without a deadline in the request, that of the settings counts.
+        """Ask the model, as in `Reasoner`. Without a deadline in the request, that of the settings applies.
 
         Raises:
-            ReasonerError: There was no answer in time, the budget is spent, or the answer stays invalid.
+            ReasonerError: There was no answer in time, the budget is spent, or the answer is still invalid after
+                repair.
         """
         scene = request.scene
         self._cancelled.clear()
@@ -129,7 +130,7 @@ class LanguageModelReasoner:
                 self._repair(talk, reply, error)
 
     def _ask(self, talk: _Talk) -> ChatReply:
-        """Run one exchange, and retry after a pause while the failure may pass and the deadline allows."""
+        """Run one exchange, and retry after a pause if the failure may be temporary and the deadline allows."""
         pause, broken = FIRST_PAUSE_S, False
         tools = self._tools(talk)
         must = DECIDE if len(tools) == 1 else None
@@ -141,7 +142,7 @@ class LanguageModelReasoner:
             except TryAgain as error:
                 self._failed(talk, tools, error)
                 if broken and error.trouble is Trouble.BROKEN:
-                    raise ReasonerError(f"{error}; twice running") from error
+                    raise ReasonerError(f"{error}; twice in a row") from error
                 broken = error.trouble is Trouble.BROKEN
                 wait = max(pause, error.after_s or 0.0)
                 if talk.left_s() <= wait:
@@ -159,7 +160,7 @@ class LanguageModelReasoner:
             return reply
 
     def _failed(self, talk: _Talk, tools: list[Tool], error: TryAgain | GiveUp) -> None:
-        """Count a question that was sent, even if nobody waited for its answer."""
+        """Count a question that was sent, even if its answer came too late."""
         paid = error.paid if isinstance(error, GiveUp) else error.trouble is Trouble.LATE
         if paid:
             talk.add(estimate(talk.turns, tools, MOST_TOKENS))
@@ -195,7 +196,7 @@ class LanguageModelReasoner:
     def _repair(self, talk: _Talk, reply: ChatReply, error: AnswerError) -> None:
         """Quote the error to the model once; after that it is a failure."""
         if talk.repairs_left == 0:
-            raise ReasonerError(f"{self.model.name} answered what cannot be used: {error}") from error
+            raise ReasonerError(f"{self.model.name} gave an unusable answer: {error}") from error
         talk.repairs_left -= 1
         self.purse.check()
         talk.turns += _told(reply, f"That answer cannot be used: {error}. Answer again, complete and corrected.")
@@ -212,8 +213,9 @@ class LanguageModelReasoner:
 
 
 def _chosen(reply: ChatReply) -> tuple[str, bool]:
-    """Return the answer's text, and whether it asks the guard. A call of the wrong tool is parsed like any answer
-    and fails.
+    """Return the answer's text, and whether it asks the guard.
+
+    A call to an unknown function is parsed like any answer and fails.
     """
     for call in reply.calls:
         if call.name in (DECIDE, CHECK_PLAN):
@@ -223,15 +225,15 @@ def _chosen(reply: ChatReply) -> tuple[str, bool]:
 
 
 def _cut_off(reply: ChatReply) -> str:
-    """Return why an answer has no end; one that never began was all thoughts."""
-    count = f"{reply.usage.output_tokens} tokens" if reply.usage else "the limit of tokens"
+    """Return why an answer was cut off; if it had not begun, the model was still thinking."""
+    count = f"{reply.usage.output_tokens} tokens" if reply.usage else "the token limit"
     if not reply.calls and not reply.text.strip():
         return f"it was cut off at {count} before it began, while the model was thinking; allow more with #tokens=N"
     return f"it was cut off at {count}; say less in each text and list"
 
 
 def _told(reply: ChatReply, text: str) -> list[Message]:
-    """Return the reply and our answer to it in the protocol's form: each call is answered, or the text is."""
+    """Return the reply and our answer to it in the protocol's form, which answers each call, or else the text."""
     said = Message("assistant", reply.text, calls=reply.calls)
     if reply.calls:
         return [said, *(Message("tool", text, call_id=call.id) for call in reply.calls)]

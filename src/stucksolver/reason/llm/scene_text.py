@@ -7,12 +7,12 @@ import json
 from stucksolver.scene import CandidateWaypoint, LaneDirection, LaneKind, Scene, SceneLane, SceneObject, TrafficControl
 
 MOST_CHARACTERS = 1300
-"""Together with the system's words it keeps the prompt below 2,100 tokens (dense numbers: two characters per token)."""
+"""With the system's text, this keeps the prompt below 2,100 tokens (dense numbers take two characters per token)."""
 LEAST_OBJECTS = 4
 
 
 def scene_text(scene: Scene) -> str:
-    """Return what the model is told about this scene. Deterministic; metres, seconds, m/s; left is positive.
+    """Return what the model is told about this scene, in m, s and m/s, left positive. Deterministic.
 
     If the text is too long, the farthest objects are left out, and their number is stated.
     """
@@ -28,7 +28,7 @@ def _controls(scene: Scene) -> list[str]:
 
 
 def _starts(scene: Scene) -> list[str]:
-    """One group for each lane; ids that begin with their lane's id are listed without it."""
+    """Return the route starts, one group per lane. Ids that begin with their lane's id are listed without it."""
     if not scene.waypoints:
         return []
     lanes = dict.fromkeys(w.lane_id for w in scene.waypoints)
@@ -43,7 +43,7 @@ def _failed(scene: Scene) -> list[str]:
 
 
 def _said(scene: Scene) -> list[str]:
-    """As a JSON string: whatever was said stays inside the quotes."""
+    """Return the passenger's words as a JSON string, so that they cannot leave their quotes."""
     if scene.guidance is None:
         return []
     return [f"passenger says {scene.time_s - scene.guidance.time_s:.0f} s ago: {json.dumps(scene.guidance.text)}"]
@@ -69,7 +69,7 @@ def _importance(o: SceneObject) -> float:
 
 
 def _matters(lane: SceneLane) -> bool:
-    """Leave out lanes that nobody may drive on or stop in, such as sidewalks and the far edge of the road."""
+    """True for lanes that the ego may use: not sidewalks, nor what is not driven on at the far side of the road."""
     other_side = lane.direction is LaneDirection.OPPOSITE and lane.kind is not LaneKind.DRIVING
     return lane.kind is not LaneKind.SIDEWALK and not other_side
 

@@ -1,9 +1,10 @@
-"""The one function that a model calls, derived from the decision's types, the offered behaviours and the scene's ids.
+"""The functions that a model may call, derived from the decision's types, the offered behaviours and the scene's ids.
 
-It cannot express an unavailable behaviour, an unknown object or an unknown waypoint. It stays within the subset of JSON
-Schema for strict structured output (every field required, no others, no defaults), except `maxLength`, which is removed
-if a server refuses it. What differs between scenes is in the definitions at the end, so that prompt caches match the
-part before. Lists and texts are bounded: a small model may repeat one item until its tokens are used up.
+They cannot express an unavailable behaviour, an unknown object or an unknown waypoint. They stay within the subset of
+JSON Schema for strict structured output (every field required, no others, no defaults), except for `maxLength`, which
+is removed for servers that refuse it. What differs between scenes is in the definitions at the end, so that prompt
+caches match the part before. Lists and texts are bounded, since a small model may repeat one item until its tokens
+are used up.
 """
 
 from __future__ import annotations
@@ -22,13 +23,13 @@ MOST_BEHAVIORS = 6
 MOST_CONTROLS = 6
 MOST_PARTICIPANTS = 8
 MOST_TEXT = 240
-"""Characters of a text; one or two sentences."""
+"""Longest text (characters): one or two sentences."""
 
 Schema = dict[str, Any]
 
 
 def decide_tool(scene: Scene) -> Tool:
-    """The final answer: observation, analysis, decision, in the order of the chain."""
+    """Return the function for the final answer: observation, analysis and decision, in the order of the chain."""
     parameters = _object(
         {"observation": _observation(), "analysis": _analysis(), "decision": _decision()},
     )
@@ -37,7 +38,7 @@ def decide_tool(scene: Scene) -> Tool:
 
 
 def check_tool(scene: Scene) -> Tool:
-    """A question to the guard about a plan, before committing to it."""
+    """Return the function that asks the guard about a plan before the model commits to it."""
     parameters = _object({"behaviors": _plan()})
     parameters["$defs"] = _definitions(scene)
     return Tool(CHECK_PLAN, "Ask whether the safety guard would accept these behaviors now.", parameters)
@@ -111,9 +112,9 @@ def _start(scene: Scene) -> Schema:
 
 
 def _definitions(scene: Scene) -> Schema:
-    """The definitions: first those that are the same in every scene of a stack, then the others.
+    """Return the definitions: first those that are the same in every scene of a stack, then the others.
 
-    An empty list offers a word that no id has, since an enumeration must not be empty.
+    An enumeration must not be empty, so an empty list offers a word that is no id.
     """
     offered = {b.name for b in available(scene)}
     return {

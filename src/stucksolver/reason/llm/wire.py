@@ -1,4 +1,4 @@
-"""Converts our messages to OpenAI's chat completions, and its answers to ours."""
+"""Converts our messages to OpenAI's chat completions format, and its answers to ours."""
 
 from __future__ import annotations
 
@@ -79,7 +79,9 @@ def _turn(message: Message, pictures: bool) -> dict[str, Any]:
     if message.image is not None and pictures:
         jpeg = message.image.jpeg
         if len(jpeg) > LARGEST_IMAGE_BYTES:
-            raise GiveUp(f"the image has {len(jpeg)} bytes, more than {LARGEST_IMAGE_BYTES}; set a smaller camera")
+            raise GiveUp(
+                f"the image has {len(jpeg)} bytes, more than {LARGEST_IMAGE_BYTES}; use a smaller camera image"
+            )
         url = "data:image/jpeg;base64," + base64.b64encode(jpeg).decode()
         turn["content"] = [
             {"type": "text", "text": message.text},
@@ -89,7 +91,7 @@ def _turn(message: Message, pictures: bool) -> dict[str, Any]:
 
 
 def reply_of(answer: Any, asked: str, saw: bool) -> ChatReply:
-    """Read an SDK object; whatever a server left out counts as absent.
+    """Read an SDK object; what a server left out counts as absent.
 
     Raises:
         TryAgain: The answer has no choice.
@@ -117,7 +119,7 @@ def reply_of(answer: Any, asked: str, saw: bool) -> ChatReply:
 
 
 def _text(value: Any) -> str:
-    """Some servers return arguments as an object instead of a text."""
+    """Return a text; some servers return arguments as an object instead."""
     if value is None:
         return ""
     return value if isinstance(value, str) else json.dumps(value)

@@ -25,7 +25,7 @@ class RuleReasoner:
         self._limits = limits or WaitLimits()
 
     def decide(self, request: Request) -> Answer:
-        """Return what follows from the scene. Deterministic."""
+        """Return the decision that follows from the scene. Deterministic."""
         return Answer(after_a_stop(request.scene, self._decide), self.name)
 
     def _decide(self, scene: Scene) -> Decision:

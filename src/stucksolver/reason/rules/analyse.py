@@ -1,4 +1,4 @@
-"""Step 2: is the vehicle immobilized, and by what, or is waiting right? With guidance: what is asked for?"""
+"""Step 2: is the vehicle immobilized and by what, or is waiting right? With guidance: what does it ask for?"""
 
 from __future__ import annotations
 
@@ -56,19 +56,19 @@ def _with_guidance(scene: Scene, limits: WaitLimits) -> Analysis:
     wanted = GuidanceIntent.UNCLEAR if reading is None else reading.intent
     step = _step("S2.1", wanted in REQUESTS, f'"{scene.guidance.text}" is read as: {said(reading)}')
     stuck = scene.ego.speed_mps < MOVING_MPS and not scene.ego.at_destination
-    # No words release the vehicle from a light, a stop line, or people ahead.
+    # Whatever the passenger says, the vehicle waits at lights and stop lines, and for people ahead.
     hold = _held_by_control(scene, limits) or _held_by_people(scene, limits)
     return Analysis(
         steps=(step,),
         immobilized=stuck and hold is None,
         wait=hold.reason if hold else None,
         guidance_intent=wanted,
-        reason=f"the passenger asks: {said(reading)}" + (f"; but {hold.evidence}" if hold else ""),
+        reason=f"the passenger asks for: {said(reading)}" + (f"; but {hold.evidence}" if hold else ""),
     )
 
 
 def said(reading: Reading | None) -> str:
-    """Return a reading in words; words that nobody has read are not understood."""
+    """Return a reading in words."""
     if reading is None:
         return "nothing (the words were not read)"
     side = "" if reading.side is None else f" on the {reading.side.value}"
@@ -86,10 +86,10 @@ def _without_guidance(scene: Scene, observation: Observation, limits: WaitLimits
     steps.append(_step("S2.3", moving and not looping, motion))
     if moving:
         cause = CauseCode.LOOP if looping else None
-        reason = "it moves but makes no progress" if looping else "it is moving"
+        reason = "it is moving but makes no progress" if looping else "it is moving"
         return Analysis(steps=tuple(steps), immobilized=looping, cause=cause, reason=reason)
     hold = find_hold(scene, limits)
-    steps.append(_step("S2.4", hold is not None, hold.evidence if hold else "nothing holds it in its own lane"))
+    steps.append(_step("S2.4", hold is not None, hold.evidence if hold else "nothing holds it up in its own lane"))
     if hold is not None:
         return _waiting(steps, hold)
     cause, evidence = find_cause(scene, limits)
@@ -103,7 +103,7 @@ def _step(name: str, answer: bool, evidence: str) -> AnalysisStep:
 
 def _destination(scene: Scene) -> str:
     left = scene.ego.distance_to_destination_m
-    return "destination beyond the known road" if left is None else f"{left:.0f} m to go"
+    return "the destination is beyond the known road" if left is None else f"{left:.0f} m to go"
 
 
 def _waiting(steps: list[AnalysisStep], hold: Hold) -> Analysis:
@@ -128,12 +128,12 @@ def _held_by_control(scene: Scene, limits: WaitLimits) -> Hold | None:
             return Hold(WaitReason.STOP_SIGN, f"stop sign {whereabouts(control.distance_m)}")
     gate = blocker(scene)
     if gate is not None and gate.kind is ObjectKind.CROSSING_GATE and scene.ego.stopped_for_s <= limits.light_s:
-        return Hold(WaitReason.LIGHT, f"the gate of a level crossing is shut {whereabouts(gate.gap_m or 0.0)}")
+        return Hold(WaitReason.LIGHT, f"the gate of a level crossing is closed {whereabouts(gate.gap_m or 0.0)}")
     return None
 
 
 def red_light_within(scene: Scene, way_m: float) -> str | None:
-    """Return a red or yellow light whose line is within this distance ahead, in words; a plan must not cross it."""
+    """Return, in words, a red or yellow light whose line is within `way_m` ahead (m); a plan must not cross it."""
     for control in scene.controls:
         lit = control.kind is ControlKind.TRAFFIC_LIGHT and control.state in (LightState.RED, LightState.YELLOW)
         if lit and control.state and control.applies is not False and -1.0 < control.distance_m < way_m:
@@ -142,7 +142,9 @@ def red_light_within(scene: Scene, way_m: float) -> str | None:
 
 
 def _blocked_before(scene: Scene, distance_m: float) -> bool:
-    """True if something that is not traffic (a parked car, cones) stands between us and the stop line."""
+    """True if something that is not traffic, such as a parked car or cones, is between the ego and the stop line
+    (m).
+    """
     lead = blocker(scene)
     if lead is None or lead.gap_m is None or lead.gap_m > distance_m - 2.0:
         return False
@@ -166,7 +168,7 @@ def _held_by_vehicle(scene: Scene, limits: WaitLimits) -> Hold | None:
     if patient and (lead is None or _drives_across(lead)):
         first = goes_first(scene)
         if first is not None:
-            return Hold(WaitReason.YIELD, f"{first.kind.value} {first.id} comes into the way ahead")
+            return Hold(WaitReason.YIELD, f"{first.kind.value} {first.id} is about to enter the path ahead")
     if lead is None or lead.kind not in VEHICLES:
         return None
     if no_gap_to_join(scene, lead) is not None:
@@ -175,7 +177,7 @@ def _held_by_vehicle(scene: Scene, limits: WaitLimits) -> Hold | None:
         return Hold(WaitReason.QUEUE, f"{lead.kind.value} {lead.id} ahead is moving")
     what = intent(scene, lead, limits)
     if what is Intent.QUEUEING:
-        return Hold(WaitReason.QUEUE, f"{lead.kind.value} {lead.id} ahead waits in a queue")
+        return Hold(WaitReason.QUEUE, f"{lead.kind.value} {lead.id} ahead is waiting in a queue")
     stays = lead.hazard_lights or what is Intent.PARKED or Claim.LONG_STAY in scene.claims
     needed = limits.hazard_or_parked_s if stays else limits.unknown_vehicle_s
     seen = lead.stationary_s or 0.0
@@ -186,16 +188,16 @@ def _held_by_vehicle(scene: Scene, limits: WaitLimits) -> Hold | None:
 
 
 def _drives_across(lead: SceneObject) -> bool:
-    """True if a vehicle in the path drives, but not along it."""
+    """True if a vehicle in the path is moving, but not along it."""
     return drives(lead) and lead.speed_along_mps < 0.5
 
 
 NEAR_M = 25.0
-"""Objects further ahead do not hold the vehicle up."""
+"""Objects further ahead do not hold the vehicle up (m)."""
 
 
 def blocker(scene: Scene) -> SceneObject | None:
-    """Return the nearest object in the path ahead."""
+    """Return the nearest object in the path ahead, or None."""
     return next(iter(scene.in_path_ahead(NEAR_M)), None)
 
 
@@ -205,15 +207,15 @@ def find_cause(scene: Scene, limits: WaitLimits) -> tuple[CauseCode, str]:
     if lead is None:
         return CauseCode.UNKNOWN, f"stopped for {scene.ego.stopped_for_s:.0f} s with nothing in the path"
     if _drives_across(lead):
-        return CauseCode.UNKNOWN, f"stopped for {scene.ego.stopped_for_s:.0f} s before those who drive across the path"
+        return CauseCode.UNKNOWN, f"stopped for {scene.ego.stopped_for_s:.0f} s by traffic that crosses the path"
     joining = no_gap_to_join(scene, lead)
     if joining is not None:
         since = f"for {scene.ego.stopped_for_s:.0f} s"
-        return CauseCode.BLOCKED_ROAD, f"{joining.kind.value} {joining.id} and others leave no gap to join them {since}"
+        return CauseCode.BLOCKED_ROAD, f"{joining.kind.value} {joining.id} and others have left no gap {since}"
     seen = f"{lead.kind.value} {lead.id}, {lead.gap_m:.1f} m ahead"
     if lead.kind in VEHICLES:
-        since = f"has stood for {lead.stationary_s or 0.0:.0f} s"
+        since = f"stationary for {lead.stationary_s or 0.0:.0f} s"
         if lead.hazard_lights:
             return CauseCode.DISABLED_VEHICLE, f"{seen}, {since} with hazard lights"
-        return CauseCode.PARKED_VEHICLE, f"{seen}, {since} and belongs to no queue"
-    return CauseCode.STATIC_OBSTACLE, f"{seen}, stands in the lane"
+        return CauseCode.PARKED_VEHICLE, f"{seen}, {since} and not in a queue"
+    return CauseCode.STATIC_OBSTACLE, f"{seen}, is in the lane"

@@ -10,12 +10,12 @@ REMEMBERED_S = 30.0
 
 
 def was_tried(scene: Scene, name: str) -> bool:
-    """True if a plan with this behaviour led to nothing in the last half minute."""
+    """True if a plan with this behaviour failed in the last `REMEMBERED_S`."""
     return any(name in attempt.behaviors for attempt in _recent(scene))
 
 
 def failed_for(scene: Scene, *why: RejectCode | PlanFailure) -> bool:
-    """True if a plan of the last half minute was refused or given up for one of these reasons."""
+    """True if a plan was refused or given up for one of these reasons in the last `REMEMBERED_S`."""
     return any(one in (*attempt.codes, *attempt.failures) for attempt in _recent(scene) for one in why)
 
 

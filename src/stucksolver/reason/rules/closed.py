@@ -1,4 +1,4 @@
-"""Leaves a road that is closed from kerb to kerb for another one."""
+"""Takes another road if this one is closed from kerb to kerb."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from stucksolver.reason.rules.past import Way
 from stucksolver.scene import CandidateWaypoint, LaneKind, LaneRelation, ObjectKind, Scene, SceneObject
 
 CLOSING = frozenset({ObjectKind.BARRIER, ObjectKind.CONE})
-"""Objects with which roads are closed."""
+"""Objects that close a road."""
 GAP_M = 1.5
-"""Too narrow a gap between two objects of a row for any car."""
+"""A gap between two objects of a row that is too narrow for any car (m)."""
 SIDE_M = 0.9
-"""Free width that a closing row may leave at either edge of the road."""
+"""Free width that such a row may leave at either edge of the road (m)."""
 
 
 def by_another_road(scene: Scene, lead: SceneObject) -> Way | None:
-    """Return the shortest other way to the destination that can be reached from here; None if there is none.
+    """Return a plan to take the shortest other route to the destination; None if there is none.
 
-    A passenger's words are about the way past and are not answered with another route.
+    A passenger who speaks wants to get past, and is not answered with another route.
     """
     if (
         not scene.offers("replan")
@@ -34,11 +34,11 @@ def by_another_road(scene: Scene, lead: SceneObject) -> Way | None:
     if start is None:
         return None
     plan = RecoveryPlan(behaviors=(ReplanRoute(route_start=start.id),))
-    return plan, (None, f"the road is closed from kerb to kerb by {lead.kind.value} {lead.id}: go on by another road")
+    return plan, (None, f"the road is closed from kerb to kerb by {lead.kind.value} {lead.id}: take another road")
 
 
 def is_closed(scene: Scene, lead: SceneObject) -> bool:
-    """True if the lead and others of its kind stand in a row without a gap across all known lanes."""
+    """True if `lead` and others like it form a row without a gap across all known lanes."""
     row = _row(scene, lead)
     if not row:
         return False
@@ -48,7 +48,7 @@ def is_closed(scene: Scene, lead: SceneObject) -> bool:
 
 
 def _row(scene: Scene, lead: SceneObject) -> list[SceneObject]:
-    """Return what closes the road with the lead: each too near to the next for a car in between."""
+    """Return the row that closes the road, `lead` included: no car fits between one and the next."""
     others = [o for o in scene.objects if o.kind in CLOSING and o.id != lead.id]
     row = [lead] if lead.kind in CLOSING else []
     for member in row:
@@ -64,7 +64,7 @@ def _gap_m(one: SceneObject, other: SceneObject) -> float:
 
 
 def _edges_m(scene: Scene) -> tuple[float, float]:
-    """Return the left and right edge of the lanes known here, from the centre of the own lane (m, left positive)."""
+    """Return the left and right edge of the known lanes, from the centre of the ego's lane (m, left positive)."""
     widths = dict.fromkeys(LaneRelation, 0.0)
     for lane in scene.lanes:
         if lane.kind is LaneKind.DRIVING:
@@ -74,7 +74,7 @@ def _edges_m(scene: Scene) -> tuple[float, float]:
 
 
 def elsewhere(scene: Scene) -> list[CandidateWaypoint]:
-    """Return the candidates beside the route from which the destination can be reached."""
+    """Return the candidate waypoints ahead, on other roads, from which the destination can be reached."""
     known = {lane.id for lane in scene.lanes}
     return [
         w

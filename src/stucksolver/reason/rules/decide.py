@@ -1,4 +1,4 @@
-"""Step 3: which behaviours get the vehicle moving, and whether the route must be planned again."""
+"""Step 3: which behaviours get the vehicle moving, and whether the route must be replanned."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from stucksolver.scene import REQUESTS, VEHICLES, ObjectKind, RejectCode, Scene,
 LEAD_RANGE_M = 45.0
 SAME_MOMENT_S = 0.5
 NO_WAY_S = 120.0
-"""After this long without a safe way a person is asked."""
+"""After this long without a safe plan, a person is asked for help (s)."""
 FOR_US = (
     GuidanceIntent.PULL_OVER,
     GuidanceIntent.LET_ME_OUT,
@@ -35,7 +35,7 @@ FOR_US = (
     GuidanceIntent.REROUTE,
     GuidanceIntent.TURN_ROUND,
 )
-"""Words that ask for something that needs nothing ahead."""
+"""Requests that do not concern an object ahead."""
 
 
 def decide(scene: Scene, observation: Observation, analysis: Analysis, limits: WaitLimits) -> Decision:
@@ -56,7 +56,7 @@ def decide(scene: Scene, observation: Observation, analysis: Analysis, limits: W
 
 
 def _why_nothing(analysis: Analysis) -> str | None:
-    """Return why nothing should be done at all, or None if something should."""
+    """Return why nothing should be done, or None if something should."""
     if analysis.wait is not None:
         return f"waiting is right: {analysis.reason}"
     wanted = analysis.guidance_intent
@@ -71,7 +71,7 @@ def _way_on(scene: Scene, analysis: Analysis) -> Way:
     if lead is None:
         return without_lead(scene, analysis)
     if lead.kind is ObjectKind.CROSSING_GATE:
-        return None, (WaitReason.LIGHT, f"nobody may drive around the gate {lead.id}")
+        return None, (WaitReason.LIGHT, f"the gate {lead.id} must not be driven around")
     over = over_it(scene, lead)
     if over is not None:
         return over
@@ -100,25 +100,25 @@ def _way_on(scene: Scene, analysis: Analysis) -> Way:
 
 
 def _is_followed(lead: SceneObject, analysis: Analysis) -> str | None:
-    """A moving vehicle is passed only if the passenger asks to pass, not for other words."""
+    """Return why to follow a moving vehicle, or None: it is passed only if the passenger asks to overtake."""
     asked = analysis.guidance_intent
     if asked in (None, GuidanceIntent.OVERTAKE) or lead.kind not in VEHICLES or lead.speed_along_mps <= 0.5:
         return None
-    return f"{lead.kind.value} {lead.id} moves: it is followed"
+    return f"{lead.kind.value} {lead.id} is moving: follow it"
 
 
 def _lead(scene: Scene, analysis: Analysis) -> SceneObject | None:
-    """Return what should be passed, or None if there is nothing."""
+    """Return the object that should be passed, or None."""
     if analysis.guidance_intent is not None:
         return next(iter(scene.in_path_ahead(LEAD_RANGE_M)), None)
     return None if analysis.cause in (CauseCode.UNKNOWN, CauseCode.LOOP) else blocker(scene)
 
 
 def _just_refused(scene: Scene, plan: RecoveryPlan) -> str | None:
-    """Return why the same plan was refused a moment ago; a rule has no better idea at the same instant.
+    """Return why the same plan was refused a moment ago, or None: so soon, the rules have no better idea.
 
-    A plan at walking pace, after a refusal for being too near or too fast, is another plan. So is a faster one if a
-    passenger asks to pass, after a refusal for insufficient sight of the oncoming lane.
+    After a refusal for lack of clearance, a plan at walking pace counts as a new plan. So does a faster one after a
+    refusal for oncoming traffic or lack of sight, if the passenger asks to overtake.
     """
     names = tuple(b.name for b in plan.behaviors)
     same = [a for a in scene.attempts if a.behaviors == names and scene.time_s - a.time_s < SAME_MOMENT_S]
@@ -130,7 +130,7 @@ def _just_refused(scene: Scene, plan: RecoveryPlan) -> str | None:
 
 
 def _call(scene: Scene, wait: WaitReason | None, why: str, limits: WaitLimits) -> RecoveryPlan | None:
-    """Return a call for help if nothing legal is left: a light that stays red, or no safe way for long."""
+    """Return a call for help if nothing legal is left: a light stays red, or there has been no safe plan for long."""
     if not scene.offers("request_assistance"):
         return None
     after = {WaitReason.LIGHT: limits.light_s, WaitReason.NO_SAFE_WAY: NO_WAY_S}

@@ -1,4 +1,4 @@
-"""What to do with nothing ahead: a loop, a dark light, or a passenger's request."""
+"""What to do if nothing is ahead: a loop, a dark light, or a passenger's request."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ CROSS_M = 20.0
 CREEP_MPS = 2.2
 LIGHT_AHEAD_M = 20.0
 GET_OUT_S = 30.0
-"""The vehicle stands this long while someone gets out. Ours; "drive on" ends it sooner."""
+"""How long the vehicle stays stopped while someone gets out (s). Ours; "drive on" ends it sooner."""
 
 
 def without_lead(scene: Scene, analysis: Analysis) -> Way:
-    """Leave a loop by a new route, creep over the line of a dark light after a stop, or drive on along a free lane."""
+    """Leave a loop by a new route, creep past a dark light after a stop, or drive on along a free lane."""
     light = red_light_within(scene, LIGHT_AHEAD_M)
     if light is not None:
         return across_stuck_light(scene) or (None, (WaitReason.LIGHT, light))
     if analysis.cause is CauseCode.LOOP:
         if was_tried(scene, "replan"):
             return None, (None, "a new route has led nowhere")
-        return _one(scene, ReplanRoute(), "it goes in circles: replan the route")
+        return _one(scene, ReplanRoute(), "the vehicle is driving in circles: replan the route")
     if analysis.guidance_intent is None and _all_way_stop(scene):
         onward = KeepLane(distance_m=CROSS_M, speed_mps=CREEP_MPS)
         return _one(scene, onward, "the light is out: stop first, then creep across when nobody is coming")
@@ -41,11 +41,10 @@ def without_lead(scene: Scene, analysis: Analysis) -> Way:
 
 
 def across_stuck_light(scene: Scene) -> Way | None:
-    """Creep across a light that stays red. The guard refuses that without an operator's approval, which is then asked
-    for.
+    """Creep past a light that stays red. The guard refuses this without an operator's approval, so one is asked.
 
-    It is called when waiting is no longer right: the light has been red for too long, or a passenger knows that it is
-    broken. None away from its line, for a yellow light, and if this led to nothing a moment ago.
+    It is called when waiting is no longer right: the light has been red for too long, or a passenger says that it is
+    broken. None away from its line, for a yellow light, and if this has just failed.
     """
     stuck = any(
         c.kind is ControlKind.TRAFFIC_LIGHT
@@ -57,19 +56,23 @@ def across_stuck_light(scene: Scene) -> Way | None:
     if not stuck or scene.ego.stopped_for_s < LOOKED_S or was_tried(scene, "keep_lane"):
         return None
     return _one(
-        scene, KeepLane(distance_m=CROSS_M, speed_mps=CREEP_MPS), "the light stays red: creep across if released"
+        scene,
+        KeepLane(distance_m=CROSS_M, speed_mps=CREEP_MPS),
+        "the light stays red: creep past it if an operator approves",
     )
 
 
 def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
-    """Do what a passenger asks for that needs nothing ahead."""
+    """Do what a passenger asks for if it does not concern an object ahead."""
     light = red_light_within(scene, LIGHT_AHEAD_M)
     if wanted is GuidanceIntent.BACK_UP:
         return _one(scene, BackUp(distance_m=3.0), "the passenger asks to back up")
     lead = blocker(scene)
-    # "Another street" before an impassable obstacle, with none to turn into, lies behind.
+    # If the passenger wants another street and there is none to turn into ahead, it is behind.
     back = wanted is GuidanceIntent.REROUTE and lead is not None and not elsewhere(scene)
-    turn = turning_round(scene, lead, "a person asks for it") if back or wanted is GuidanceIntent.TURN_ROUND else None
+    turn = (
+        turning_round(scene, lead, "the passenger asks for it") if back or wanted is GuidanceIntent.TURN_ROUND else None
+    )
     if turn is not None:
         return turn
     if wanted in (GuidanceIntent.REROUTE, GuidanceIntent.TURN_ROUND):
@@ -79,18 +82,18 @@ def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
             return None, (None, "no other road leads to the destination")
         start = min(elsewhere(scene), key=lambda w: w.route_length_m or math.inf, default=None)
         return _one(
-            scene, ReplanRoute(route_start=None if start is None else start.id), "a person asks for another way"
+            scene, ReplanRoute(route_start=None if start is None else start.id), "the passenger asks for another route"
         )
     if light is not None:
         return None, (WaitReason.LIGHT, light)
     if wanted is GuidanceIntent.LET_ME_OUT and scene.offers("pull_over", "wait"):
         stop = RecoveryPlan(behaviors=(PullOver(), Wait(duration_s=GET_OUT_S)))
-        return stop, (None, "the passenger wants to get out: pull over, and stand there")
+        return stop, (None, "the passenger wants to get out: pull over and stay stopped")
     return _one(scene, PullOver(), "the passenger asks to pull over")
 
 
 def _no_way_back(scene: Scene) -> bool:
-    """True if every way back is known to lead past here again."""
+    """True if every route back is known to pass this place again."""
     return any(w.x_m < 0.0 and w.reaches_destination is False for w in scene.waypoints)
 
 

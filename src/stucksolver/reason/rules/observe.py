@@ -25,32 +25,32 @@ from stucksolver.scene.wording import whereabouts
 MOVING_MPS = 0.5
 CROSSING_MPS = 0.3
 KERB_ZONE_M = 2.0
-"""People this near to the path may step into it."""
+"""People this near to the path may step into it (m)."""
 PARKED_OFFSET_M = 0.4
-"""A vehicle this far from the lane's centre stands beside the traffic, not in it."""
+"""A vehicle further than this from the lane's centre is beside the traffic, not in it (m)."""
 AHEAD_M = 60.0
 ACROSS_SIN = 0.6
-"""Sine of the smallest angle to our way at which a vehicle stands across it."""
+"""Sine of the smallest angle to the path at which a vehicle counts as standing across it."""
 JOINS_M, JOINS_RAD, JOINS_AHEAD_M, CRAWLS_MPS = 1.0, 0.08, 8.0, 3.0
-"""A vehicle this far aside and turned this far towards our way, no further ahead and no faster, crawls into our
-lane.
+"""Smallest lateral offset (m) and angle (rad) towards the path, greatest distance ahead (m) and speed (m/s) of a
+vehicle that crawls into the ego's lane.
 """
 LET_IN_S = 20.0
-"""A vehicle that is not let in for this long must show that it wants to go."""
+"""If the ego is not let in for this long, it must show that it wants to go (s)."""
 WAVED_S = 3.0
-"""The same if a passenger has seen that it is let in: the time for which a vehicle with hazard lights is watched."""
+"""The same if a passenger says that it is let in: as long as a vehicle with hazard lights is watched (s)."""
 SAME_WAY_COS = 0.9
 SAME_LANE_M = 1.5
 QUEUE_GAP_M = 8.0
 YIELD_AHEAD_M, YIELD_S, YIELD_BESIDE_M = 42.0, 5.0, 2.0
-"""Traffic that comes this near to this much of the route ahead within this time goes first; below a lane's width
-away.
+"""Traffic that comes nearer than the last of these (m), less than a lane's width, to this length of the route ahead
+(m) within this time (s) goes first.
 """
 
 ALONG_TAN = 0.35
 """Tangent of the largest angle to the road (about 20 degrees) at which a vehicle changes lanes."""
 ROAD_HALF_WIDTH_M = 15.0
-"""Further aside than any lane of our road."""
+"""Further to the side than any lane of the route's road (m)."""
 
 
 def observe(scene: Scene, limits: WaitLimits) -> Observation:
@@ -68,7 +68,7 @@ def observe(scene: Scene, limits: WaitLimits) -> Observation:
 
 
 def matters(o: SceneObject) -> bool:
-    """True if it is in the path ahead, near it on foot, or moving in a lane that we might use."""
+    """True if it is in the path ahead, near it on foot, or moving in a lane that the ego might use."""
     gap = o.gap_m if o.gap_m is not None else 0.0
     if o.in_path and -1.0 < gap < AHEAD_M:
         return True
@@ -84,7 +84,7 @@ def matters(o: SceneObject) -> bool:
 
 
 def near_path(o: SceneObject) -> bool:
-    """True within a step of the ego's lane."""
+    """True if it is within a step of the ego's lane."""
     return o.right_edge_m < KERB_ZONE_M + 1.0 and o.left_edge_m > -KERB_ZONE_M - 1.0
 
 
@@ -108,17 +108,17 @@ def intent(scene: Scene, o: SceneObject, limits: WaitLimits) -> Intent:
 
 
 def beside_lane_centre(o: SceneObject) -> bool:
-    """True if it stands off the middle of the lane, as parked vehicles do."""
+    """True if it is off the middle of the lane, as parked vehicles are."""
     return abs(o.left_edge_m + o.right_edge_m) / 2 > PARKED_OFFSET_M
 
 
 def crosses(o: SceneObject) -> bool:
-    """True if a vehicle stands across our way, as on a crossing road."""
+    """True if a vehicle is turned across the path, as on a crossing road."""
     return o.kind in MOTOR_VEHICLES and abs(math.sin(o.yaw_rad)) > ACROSS_SIN
 
 
 def joins(scene: Scene, o: SceneObject) -> bool:
-    """True if a vehicle beside us or just ahead crawls into our lane from the side."""
+    """True if a vehicle alongside or just ahead crawls into the ego's lane from the side."""
     gap = o.gap_m if o.gap_m is not None else math.inf
     beside = (o.left_edge_m + o.right_edge_m) / 2
     converges = abs(beside) > JOINS_M and math.sin(o.yaw_rad) * beside < 0.0 and abs(o.yaw_rad) > JOINS_RAD
@@ -127,7 +127,9 @@ def joins(scene: Scene, o: SceneObject) -> bool:
 
 
 def no_gap_to_join(scene: Scene, lead: SceneObject) -> SceneObject | None:
-    """Return who keeps joining the lane that we want to merge into, if we have stood too long to be in their queue."""
+    """Return a vehicle that merges ahead of the ego, if the ego has waited too long to be merely queueing; else
+    None.
+    """
     crawls = MOVING_MPS < lead.speed_along_mps < CRAWLS_MPS
     let_in_s = LET_IN_S if Claim.WAVED_THROUGH not in scene.claims else WAVED_S
     if not crawls or scene.ego.stopped_for_s < let_in_s:
@@ -136,8 +138,9 @@ def no_gap_to_join(scene: Scene, lead: SceneObject) -> SceneObject | None:
 
 
 def goes_first(scene: Scene) -> SceneObject | None:
-    """Return who drives across the route just ahead or into it from the side, faster than a crawl, on a steady
-    course.
+    """Return a vehicle that will cross the route just ahead or enter it from the side, faster than a crawl; else None.
+
+    Its course is assumed to be steady.
     """
     route = [(0.0, 0.0), *((w.x_m, w.y_m) for w in scene.waypoints if on_route(scene, w))]
     if len(route) < 2:
@@ -153,25 +156,25 @@ def goes_first(scene: Scene) -> SceneObject | None:
 
 
 def _course(o: SceneObject) -> LineString:
-    """Course straight on in the ego frame, for vehicles that cross our road."""
+    """Return its course straight on in the ego frame (m), for a vehicle that crosses the route's road."""
     return LineString([(o.x_m, o.y_m), (o.x_m + o.vx_mps * YIELD_S, o.y_m + o.vy_mps * YIELD_S)])
 
 
 def _keeps_to_road(o: SceneObject) -> bool:
-    """True if a vehicle drives along our road, in any lane and direction, and not across it."""
+    """True if a vehicle drives along the route's road, in any lane and direction, and not across it."""
     near = o.gap_m is not None and abs(o.left_edge_m + o.right_edge_m) / 2 < ROAD_HALF_WIDTH_M
     return near and abs(o.speed_across_mps) < ALONG_TAN * abs(o.speed_along_mps)
 
 
 def _course_along(scene: Scene, o: SceneObject) -> LineString:
-    """Course along the bends of the road: (from the ego's centre along it, to the left of the route's lane) (m)."""
-    # The gap counts from bumper to bumper, or to the rear if it lies behind: plus or minus half a body.
+    """Return its course along the bends of the road: (from the ego's centre along it, left of the route's lane) (m)."""
+    # The gap is measured from bumper to bumper: add half of each body.
     s, d = (o.gap_m or 0.0) + (scene.ego.length_m + o.length_m) / 2, (o.left_edge_m + o.right_edge_m) / 2
     return LineString([(s, d), (s + o.speed_along_mps * YIELD_S, d + o.speed_across_mps * YIELD_S)])
 
 
 def _way_along(scene: Scene) -> LineString:
-    """The ego's way ahead in the same coordinates, in its present lane."""
+    """Return the ego's path ahead in the same coordinates, in its present lane."""
     own = next((lane for lane in scene.lanes if lane.id == scene.ego.lane_id), None)
     d = 0.0 if own is not None and own.relation is LaneRelation.EGO else scene.ego.lateral_offset_m
     reach = max(w.distance_m for w in scene.waypoints if on_route(scene, w))
@@ -184,12 +187,12 @@ def drives(o: SceneObject) -> bool:
 
 
 def on_route(scene: Scene, waypoint: CandidateWaypoint) -> bool:
-    """True if a candidate waypoint is on the ego's own way, and near enough to matter for who goes first there."""
+    """True if a candidate waypoint is in the ego's lane, and near enough to matter for who goes first."""
     return waypoint.lane_id == scene.ego.lane_id and waypoint.distance_m < YIELD_AHEAD_M
 
 
 def _in_queue_across(scene: Scene, o: SceneObject) -> bool:
-    """True if a vehicle of its own direction stands close ahead of it."""
+    """True if another vehicle that points the same way is close ahead of it."""
     cos, sin = math.cos(o.yaw_rad), math.sin(o.yaw_rad)
     for other in scene.objects:
         ahead, aside = other.x_m - o.x_m, other.y_m - o.y_m
@@ -209,7 +212,7 @@ def _on_foot(o: SceneObject) -> Intent:
 
 
 def _in_queue(scene: Scene, o: SceneObject, limits: WaitLimits) -> bool:
-    """True if it moved lately, or has a light, a stop line or a standing queue ahead of it."""
+    """True if it has moved recently, or has a light, a stop sign or a vehicle that has moved recently ahead of it."""
     if o.moved_s_ago is not None and o.moved_s_ago < limits.queue_moved_within_s:
         return True
     front = (o.gap_m or 0.0) + o.length_m
@@ -240,4 +243,4 @@ def _summary(scene: Scene, participants: tuple[Participant, ...]) -> str:
         for c in scene.controls
         if c.kind is ControlKind.TRAFFIC_LIGHT and c.state is not None and c.applies is not False
     ]
-    return "; ".join(lights + parts) or "nothing that matters in sight"
+    return "; ".join(lights + parts) or "nothing relevant in sight"

@@ -1,4 +1,4 @@
-"""Drive on along the free lane: the vehicle stands although nothing is in its way and nothing says to wait."""
+"""Drives on along the free lane: the vehicle has stopped although nothing is in its way and nothing says to wait."""
 
 from __future__ import annotations
 
@@ -19,29 +19,29 @@ from stucksolver.scene import (
 )
 
 STANDS_S = 8.0
-"""The driver is left this long to set off by itself, as crossing traffic is (`standoff.FIRST_TURN_S`)."""
+"""The stack is given this long to set off by itself, as crossing traffic is (`standoff.FIRST_TURN_S`) (s)."""
 FREE_M = 50.0
-"""Nothing may be in the path up to this distance; the exit of a junction ahead is then free as well."""
+"""Nothing may be in the path up to this distance, so that the exit of a junction ahead is free too (m)."""
 ON_M, ON_MPS = 25.0, 5.5
-"""Distance and speed on an open road: more than the 15 m of progress that count as recovered."""
+"""Distance and speed on an open road: more than the 15 m of progress that count as a recovery."""
 SLOWLY_M, SLOWLY_MPS = 20.0, 2.2
 """The same near stop lines, people and traffic: across a junction, at walking pace."""
 CREEP_M = 5.0
-"""If even that was refused: a short distance, to see more."""
+"""If even that was refused: a short distance, to see more (m)."""
 LINE_M, PEOPLE_M = 30.0, 25.0
-"""A stop line or people nearer than this ahead require walking pace."""
+"""A stop line or people nearer than this ahead require walking pace (m)."""
 SCENE_M, SCENE_BESIDE_M = 45.0, 8.0
-"""A person who directs traffic, or a vehicle passed only with approval, counts up to here (`guard.rules`)."""
+"""A flagger, gate or school bus counts up to this distance ahead and to the side (m), as in `guard.rules`."""
 SCENES = frozenset({ObjectKind.FLAGGER, ObjectKind.CROSSING_GATE, ObjectKind.SCHOOL_BUS})
 SIREN_M = 80.0
-"""A moving emergency vehicle with its lights on within this distance passes first."""
+"""A moving emergency vehicle with its lights on within this distance goes first (m)."""
 
 
 def along_the_free_lane(scene: Scene) -> Way | None:
-    """Drive on in the lane, or back into it; None if the vehicle has not stood long, or something is in its path.
+    """Drive on in the lane, or back into it; None if the stop has been short, or something is in the path.
 
-    Queues, crossing people and traffic that goes first are reasons to wait and are checked before. A passenger's words
-    may ask for it, too.
+    Queues, crossing people and traffic that goes first are reasons to wait, and have been checked before. A passenger
+    may also ask for it.
     """
     asked = None if scene.guidance is None or scene.guidance.reading is None else scene.guidance.reading.intent
     if asked not in (None, GuidanceIntent.GO) or scene.in_path_ahead(FREE_M):
@@ -71,7 +71,7 @@ def _onward(scene: Scene) -> AnyBehavior:
 
 
 def _may_hold(scene: Scene) -> str | None:
-    """Return who may rightly hold the vehicle without being in its path, in words."""
+    """Return, in words, who may rightly hold the vehicle up without being in its path, or None."""
     for control in scene.controls:
         lit = control.kind is ControlKind.TRAFFIC_LIGHT and control.state not in (LightState.GREEN, LightState.OFF)
         if lit and control.applies is not False and -1.0 < control.distance_m < LINE_M:
@@ -79,12 +79,12 @@ def _may_hold(scene: Scene) -> str | None:
     for o in scene.objects:
         aside_m = min(abs(o.left_edge_m), abs(o.right_edge_m))
         if o.kind in SCENES and -10.0 < (o.gap_m or 0.0) < SCENE_M and aside_m < SCENE_BESIDE_M:
-            return f"{o.kind.value} {o.id} may hold the traffic"
+            return f"{o.kind.value} {o.id} may be holding up the traffic"
         if o.kind is ObjectKind.EMERGENCY and o.emergency_lights and drives(o) and _away_m(o) < SIREN_M:
-            return f"{o.kind.value} {o.id} is let by"
+            return f"{o.kind.value} {o.id} has its lights on and goes first"
         comes = o.speed_across_mps * (o.left_edge_m + o.right_edge_m) < 0.0
         if _crosses(o) and comes:
-            return f"{o.kind.value} {o.id} comes from the side and goes first"
+            return f"{o.kind.value} {o.id} is coming from the side and goes first"
     return None
 
 
@@ -97,7 +97,7 @@ def _away_m(o: SceneObject) -> float:
 
 
 def _open_road(scene: Scene) -> bool:
-    """True if there is only road: no line, no people, and no vehicle across the road ahead."""
+    """True if there is only road ahead: no stop line, no people and no crossing vehicle."""
     if any(c.applies is not False and -1.0 < c.distance_m < LINE_M for c in scene.controls):
         return False
     for o in scene.objects:

@@ -12,25 +12,27 @@ MOST_MPS = 11.0
 """Just under the 40 km/h of a pass."""
 STEP_MPS = 0.5
 USUAL_LIMIT_MPS = 50 / 3.6
-"""Used if no limit is given: the usual one in towns."""
+"""Used if no limit is known: the common limit in towns."""
 MARGIN_M, MARGIN_S = 12.0, 0.75
-"""Sight left when we are back, plus this time at the speed above `RECOVERY_MPS`. The guard requires a little less."""
+"""Sight that must remain on return, plus this time at the excess over `RECOVERY_MPS`. The guard requires a bit less."""
 PEOPLE_ASIDE_M = 4.5
-"""With people nearer beside the way it is no faster than a recovery: more than the guard requires."""
+"""If people are nearer to the path than this, the pass is no faster than a recovery: more than the guard requires
+(m).
+"""
 
 
 def pass_speed(scene: Scene, lane: SceneLane, target: PassTarget, speed_mps: float) -> float:
     """Return the speed to ask for (m/s).
 
-    A faster pass is over sooner and needs less sight. The slowest one with enough sight is the safest; without any, the
-    one that lacks the least. Only past standing objects, over a broken line, with nobody on foot or on two wheels near,
-    and within the limit.
+    A faster pass is over sooner and needs less sight. The slowest speed with enough sight is the safest; if there is
+    none, the one that lacks the least. More than `speed_mps` is asked for only past stationary objects, across a broken
+    line, with nobody on foot or on a bicycle near, and within the limit.
 
     Args:
         scene: The scene.
         lane: The oncoming lane.
         target: What is passed.
-        speed_mps: The speed unless there is a reason for more (m/s).
+        speed_mps: The speed to use unless there is a reason for more (m/s).
     """
     if speed_mps < RECOVERY_MPS or target.speed_mps > 0.1 or lane.line is LineKind.SOLID or lane.sight_ahead_m is None:
         return speed_mps

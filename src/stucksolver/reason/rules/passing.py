@@ -1,4 +1,4 @@
-"""What must be passed, how long that takes, and who is in the way meanwhile."""
+"""What must be passed, how long that takes, and who is in the way during that time."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from stucksolver.scene import (
 from stucksolver.scene.wording import whereabouts
 
 GROUP_GAP_M = 16.0
-"""Objects nearer to each other than this are passed together: a longer gap has room to return and stand."""
+"""Objects nearer to each other than this are passed together: a longer gap has room to return and stop (m)."""
 WIDE_GROUP_GAP_M = 18.0
-"""The same after a plan that found no room to return."""
+"""The same after a plan that found no room to return (m)."""
 MERGE_ROOM_M, TIGHT_MERGE_ROOM_M = 12.0, 4.0
-"""Kept before what was passed on the return; less if the return met a queue or the end of the lane."""
+"""Distance ahead of what was passed at the return (m); the second if the return met a queue or the lane's end."""
 BESIDE_M, EDGE_M = 0.5, 0.1
-"""Smallest gap beside standing objects, and at the far edge of the road."""
+"""Smallest gap beside stationary objects, and to the far edge of the road (m)."""
 ACCELERATION_MPS2 = 1.2
 FLOWING_MPS = 2.0
-"""Faster traffic in the lane beside passes by; the guard finds the moment after it."""
+"""Faster traffic in the adjacent lane passes by; the guard waits for the moment after it (m/s)."""
 PASSED_M = 2.0
-"""Oncoming traffic whose rear is less than this ahead of our front bumper will have passed before we are beside it."""
+"""Oncoming traffic whose rear is less than this ahead of the ego's front bumper will have passed in time (m)."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class PassTarget:
 
     @property
     def far(self) -> SceneObject:
-        """The object that ends last along the route."""
+        """The object whose far end is furthest along the route."""
         return max(self.objects, key=end_of)
 
     @property
@@ -57,15 +57,15 @@ class PassTarget:
 
 
 def end_of(o: SceneObject) -> float:
-    """Return the distance from the ego's front bumper to the far side of an object (m)."""
+    """Return the distance from the ego's front bumper to the far end of an object (m)."""
     return (o.gap_m or 0.0) + o.length_m
 
 
 def group_of(scene: Scene, lead: SceneObject) -> PassTarget:
-    """Return the lead and everything in the path that follows it too closely to return in between.
+    """Return the lead and everything in the path that is too close beyond it to return in between.
 
-    Moving traffic beyond a standing obstruction will be gone by then. A vehicle that only waits there is not part of
-    the obstruction: the ego returns before it, however little room it leaves for a vehicle.
+    Moving traffic beyond a stationary obstruction will be gone by then. A vehicle that is only waiting there is not
+    part of the obstruction: the ego returns before it if it fits at all.
     """
     gap_m = WIDE_GROUP_GAP_M if failed_for(scene, PlanFailure.NO_ROOM_TO_COME_BACK) else GROUP_GAP_M
     ahead = sorted((o for o in scene.objects if o.in_path and o.gap_m is not None), key=lambda o: o.gap_m or 0.0)
@@ -80,9 +80,9 @@ def group_of(scene: Scene, lead: SceneObject) -> PassTarget:
 
 
 def _only_waits(lead: SceneObject, o: SceneObject) -> bool:
-    """True if a vehicle beyond an obstruction only waits there: in its lane, and without lights that say more.
+    """True if a vehicle beyond an obstruction is only waiting: in its lane, without hazard or emergency lights.
 
-    An obstruction is recognized by its lights, by standing beside the lane's centre, or by not being a vehicle.
+    An obstruction is recognized by its lights, by being off the lane's centre, or by not being a motor vehicle.
     """
     obstructs = lead.kind not in MOTOR_VEHICLES or _warns(lead) or beside_lane_centre(lead)
     return obstructs and o.kind in MOTOR_VEHICLES and not (_warns(o) or beside_lane_centre(o))
@@ -108,9 +108,9 @@ def _merge_room_m(scene: Scene) -> float:
 
 
 def in_lane_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: float) -> tuple[SceneObject, ...]:
-    """Return what stands or crawls in the way in a lane of our direction, nearest first.
+    """Return what is stationary or crawls in the way in an adjacent lane in the ego's direction, nearest first.
 
-    Moving traffic there is judged when the time comes.
+    Faster traffic there is left to the guard. `speed`: of the pass (m/s).
     """
     way, time = way_to_pass_m(scene, target, speed)
     found = []
@@ -124,17 +124,17 @@ def in_lane_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: flo
 
 
 def said_of(blocking: SceneObject) -> str:
-    """Return in words that it blocks the lane beside."""
-    return f"{blocking.kind.value} {blocking.id} blocks the lane beside, {whereabouts(blocking.gap_m or 0.0)}"
+    """Return in words that an object blocks the adjacent lane."""
+    return f"{blocking.kind.value} {blocking.id} blocks the adjacent lane, {whereabouts(blocking.gap_m or 0.0)}"
 
 
 def stays(o: SceneObject) -> bool:
-    """True if it will still be there however long one waits: an object, or a broken-down vehicle."""
+    """True if it will still be there however long the ego waits: a thing, or a broken-down vehicle."""
     return bool(o.hazard_lights) or o.kind not in MOTOR_VEHICLES | VULNERABLE
 
 
 def too_narrow(scene: Scene, lane: SceneLane, target: PassTarget) -> str | None:
-    """Return in words that the lane beside leaves too little room to pass the target, or None."""
+    """Return in words that the adjacent lane leaves too little room to pass the target, or None."""
     own = next((x.width_m for x in scene.lanes if x.relation is LaneRelation.EGO), None)
     if own is None:
         return None
@@ -143,11 +143,11 @@ def too_narrow(scene: Scene, lane: SceneLane, target: PassTarget) -> str | None:
     needed = scene.ego.width_m + BESIDE_M + EDGE_M
     if free >= needed:
         return None
-    return f"beside {widest.kind.value} {widest.id} the road is {free:.1f} m wide, {needed:.1f} m are needed"
+    return f"only {free:.1f} m of the road are free beside {widest.kind.value} {widest.id}; {needed:.1f} m are needed"
 
 
 def oncoming_blocked(scene: Scene, lane: SceneLane, target: PassTarget, speed: float) -> str | None:
-    """Return who comes, or stands, in the oncoming lane before we would be back."""
+    """Return, in words, who would be in the way in the oncoming lane before the ego is back, or None."""
     way, time = way_to_pass_m(scene, target, speed)
     for o in scene.objects:
         coming = max(-o.speed_along_mps, 0.0)

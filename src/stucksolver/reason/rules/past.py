@@ -1,4 +1,4 @@
-"""Ways past an obstacle: a lane of our direction on the left or on the right, or the oncoming lane."""
+"""Ways past an obstacle: a lane in the ego's direction on the left or right, or the oncoming lane."""
 
 from __future__ import annotations
 
@@ -37,17 +37,17 @@ from stucksolver.scene import (
 )
 
 RECOVERY_SPEED_MPS = 5.5
-"""Just under the 20 km/h of all recoveries: a shorter pass needs less sight of the oncoming lane."""
+"""Just under the 20 km/h of a recovery: a faster pass is shorter and needs less sight of the oncoming lane (m/s)."""
 GUIDED_SPEED_MPS = 11.0
 LEAST_SPEED_MPS = 2.0
 SLOW_MPS = 2.2
 OVER_HEIGHT_M = 0.15
 OVER_SEEN_S = 1.0
 OVER_CONFIDENCE, CONFIRMED_CONFIDENCE = 0.8, 0.5
-"""Smallest confidence of its class; the second if a passenger says that it is only a bag. The guard's own bounds."""
+"""Smallest confidence of its class; the second if a passenger says that it is only a bag. Both as in the guard."""
 LIVING_M = 2.5
 BEFORE_OVER_M, BEYOND_OVER_M = 6.0, 2.0
-"""The ego is in its lane this far before an object that it drives over, and its rear is free this far behind it."""
+"""The ego is in its lane this far before an object that it drives over, and its rear is this far past it after (m)."""
 
 
 Why = tuple[WaitReason | None, str]
@@ -56,25 +56,25 @@ Way = tuple[RecoveryPlan | None, Why]
 
 
 def asked(scene: Scene) -> Reading | None:
-    """Return what the passenger asked for, as it was read."""
+    """Return the reading of what the passenger said, or None."""
     return None if scene.guidance is None else scene.guidance.reading
 
 
 def speed_for(scene: Scene, target: PassTarget) -> float:
-    """Return walking pace if more was refused for lack of clearance; faster past moving traffic if asked to pass."""
+    """Return the speed of a pass (m/s): walking pace after a refusal for clearance, more if asked to overtake."""
     if failed_for(scene, RejectCode.CLEARANCE, RejectCode.DOOR):
         return SLOW_MPS
     reading = asked(scene)
     if reading is None or reading.intent is not GuidanceIntent.OVERTAKE:
         return RECOVERY_SPEED_MPS
-    # A faster pass is over sooner, so less of the oncoming lane must be seen free.
+    # A faster pass is over sooner, so less of the oncoming lane must be seen to be free.
     if target.speed_mps < 0.5 and not failed_for(scene, RejectCode.ONCOMING_SIGHT, RejectCode.ONCOMING_GAP):
         return RECOVERY_SPEED_MPS
     return round(min(max(scene.speed_limit_mps or 8.0, LEAST_SPEED_MPS), GUIDED_SPEED_MPS), 1)
 
 
 def may_be_driven_over(scene: Scene, o: SceneObject) -> bool:
-    """True if it is soft, low, seen long enough and away from everybody, and driving over it has not just failed."""
+    """True if it is soft, low, seen long enough and away from everyone, and driving over it has not just failed."""
     needed = CONFIRMED_CONFIDENCE if Claim.SOFT_OBJECT in scene.claims else OVER_CONFIDENCE
     sure = o.kind in PASSABLE_KINDS and (o.kind_confidence or 0.0) >= needed
     low = o.height_m <= OVER_HEIGHT_M and (o.seen_for_s or 0.0) >= OVER_SEEN_S
@@ -86,7 +86,7 @@ def may_be_driven_over(scene: Scene, o: SceneObject) -> bool:
 
 
 def way_past(scene: Scene, target: PassTarget, speed: float) -> Way:
-    """Return the first way past that is open."""
+    """Return the first way past that is open, or why there is none. `speed`: of the pass (m/s)."""
     light = red_light_within(scene, way_to_pass_m(scene, target, speed)[0])
     if light is not None:
         return None, (WaitReason.LIGHT, light)
@@ -96,7 +96,7 @@ def way_past(scene: Scene, target: PassTarget, speed: float) -> Way:
     reading = asked(scene)
     side = reading.side if reading is not None and reading.intent is GuidanceIntent.OVERTAKE else None
     where_asked = "" if side is None else f" on the {side.value}, as the passenger asks"
-    why: Why = (WaitReason.NO_SAFE_WAY, f"there is no lane to go round in{where_asked}")
+    why: Why = (WaitReason.NO_SAFE_WAY, f"there is no lane to pass in{where_asked}")
     if scene.offers("change_lane"):
         for where in (LaneRelation.LEFT, LaneRelation.RIGHT):
             if side is not None and where.value != side.value:
@@ -123,12 +123,12 @@ def way_past(scene: Scene, target: PassTarget, speed: float) -> Way:
 
 
 def lane_of(scene: Scene, where: LaneRelation) -> SceneLane | None:
-    """Return the nearest lane in a relation (lists keep the stack's order: from the route outwards)."""
+    """Return the nearest lane with a relation to the route, or None. Lanes are listed from the route outwards."""
     return next((lane for lane in scene.lanes if lane.relation is where), None)
 
 
 def _why_not_beside(ahead: tuple[SceneObject, ...]) -> Why:
-    """Waiting helps only against what will move on by itself."""
+    """Return why the adjacent lane is blocked. Waiting helps only if everything there will move on by itself."""
     lasting = next((o for o in ahead if stays(o) and o.kind not in PASSABLE_KINDS), None)
     lasting = lasting or next((o for o in ahead if stays(o)), None)
     return (WaitReason.YIELD, said_of(ahead[0])) if lasting is None else (WaitReason.NO_SAFE_WAY, said_of(lasting))
@@ -137,7 +137,7 @@ def _why_not_beside(ahead: tuple[SceneObject, ...]) -> Why:
 def _by_lane_change(
     scene: Scene, lane: SceneLane, target: PassTarget, speed: float, over: tuple[SceneObject, ...] = ()
 ) -> Way:
-    """Out, past the target, over what may be driven over there, and back."""
+    """Return a plan to change lanes, pass the target, drive over what may be driven over there, and return."""
     way, _ = way_to_pass_m(scene, target, speed)
     side: Literal["left", "right"] = "left" if lane.relation is LaneRelation.LEFT else "right"
     who = ", ".join(f"{o.kind.value} {o.id}" for o in target.objects)
@@ -154,7 +154,7 @@ def _by_lane_change(
 def _out_and_over(
     scene: Scene, side: Literal["left", "right"], way_m: float, speed: float, over: tuple[SceneObject, ...]
 ) -> tuple[AnyBehavior, ...]:
-    """Into the lane beside and along it; step by step at walking pace if it leads over something."""
+    """Return the behaviours into the adjacent lane and along it; at walking pace if they drive over something."""
     if not over:
         return (ChangeLane(side=side, distance_m=round(min(max(way_m, 20.0), 150.0), 1), speed_mps=speed),)
     before = round(min(max((over[0].gap_m or 0.0) - BEFORE_OVER_M, 15.0), 150.0), 1)
@@ -165,7 +165,7 @@ def _out_and_over(
 
 
 def _lane_beside_the_route(scene: Scene) -> SceneLane | None:
-    """Return the lane of our direction beside the route's in which the ego is, or None if it is in another one."""
+    """Return the lane that the ego is in if it is adjacent to the route's in the same direction, else None."""
     return next(
         (
             lane
@@ -177,7 +177,7 @@ def _lane_beside_the_route(scene: Scene) -> SceneLane | None:
 
 
 def _go_on_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: float) -> Way:
-    """The ego is half-way past: go on in the lane beside until there is room to return."""
+    """Return a plan for an ego that is half-way past: go on in the adjacent lane until there is room to return."""
     ahead = in_lane_beside(scene, lane, target, speed)
     if ahead:
         return None, _why_not_beside(ahead)
@@ -185,9 +185,9 @@ def _go_on_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: floa
     on = KeepLane(distance_m=round(min(max(way, 5.0), 150.0), 1), speed_mps=speed)
     who = ", ".join(f"{o.kind.value} {o.id}" for o in target.objects)
     if _return_was_refused(scene):
-        return RecoveryPlan(behaviors=(on,)), (None, f"go on past {who} in the lane beside")
+        return RecoveryPlan(behaviors=(on,)), (None, f"go on past {who} in the adjacent lane")
     back = ChangeLane(side="right" if lane.relation is LaneRelation.LEFT else "left", distance_m=25.0, speed_mps=speed)
-    return RecoveryPlan(behaviors=(on, back)), (None, f"go on past {who} in the lane beside, then return")
+    return RecoveryPlan(behaviors=(on, back)), (None, f"go on past {who} in the adjacent lane, then return")
 
 
 def _return_was_refused(scene: Scene) -> bool:
@@ -196,7 +196,7 @@ def _return_was_refused(scene: Scene) -> bool:
 
 
 def _waypoint_in(scene: Scene, lane: SceneLane, distance_m: float) -> CandidateWaypoint | None:
-    """Return the first candidate for a new route that lies in a lane beyond a distance."""
+    """Return the first candidate waypoint in a lane beyond a distance (m), or None."""
     fitting = [
         w
         for w in scene.waypoints

@@ -14,9 +14,9 @@ from stucksolver.scene import VULNERABLE, LaneRelation, PlanFailure, Scene, Scen
 SWING_M, ROOM_M = 4.5, 7.0
 """If the obstacle is nearer than the first distance, the ego backs up to the second before it swings out."""
 MORE_M, ENOUGH_M = 4.0, 12.0
-"""If that was still too near, it backs up by this much more, up to the second."""
+"""If that was still too near, it backs up by the first distance more, up to the second."""
 REAR_MARGIN_M, LOOK_REAR_MARGIN_M = 2.5, 8.0
-"""Distance kept behind when backing up for room, and to see more. The guard checks for traffic."""
+"""Distance kept behind when backing up for room, and to see more (m). The guard checks for traffic."""
 BESIDE_M = 0.55
 LOOK_M = 6.0
 LOOK_ROOM_M = 9.0
@@ -29,14 +29,14 @@ SWING_OUT_M = 10.0
 
 
 def over_it(scene: Scene, lead: SceneObject) -> Way | None:
-    """Over what is soft, low, seen long enough, and away from everybody."""
+    """Return a plan to drive over what is soft, low, seen long enough and away from everyone; None otherwise."""
     if not may_be_driven_over(scene, lead):
         return None
     return RecoveryPlan(behaviors=(DriveOver(object_id=lead.id),)), (None, f"drive over {lead.kind.value} {lead.id}")
 
 
 def within_the_lane(scene: Scene, target: PassTarget) -> Way | None:
-    """Past an obstacle that leaves enough of the own lane free, without leaving the lane."""
+    """Return a plan past an obstacle within the ego's lane; None if it leaves too little of the lane free."""
     lane = lane_of(scene, LaneRelation.EGO)
     distance = target.end_m + scene.ego.length_m + 1.0
     if lane is None or not scene.offers("nudge") or target.speed_mps > 0.1 or not 3.0 <= distance <= 40.0:
@@ -109,7 +109,7 @@ def to_see_more(scene: Scene, target: PassTarget, plan: RecoveryPlan) -> Way | N
 
 
 def _hides_from_aside(scene: Scene, target: PassTarget) -> bool:
-    """True if the target hides the oncoming lane even from the left border of the own one. Only distance then helps."""
+    """True if the target hides the oncoming lane even from the lane's left border: then only distance helps."""
     lane = lane_of(scene, LaneRelation.EGO)
     if lane is None:
         return True
@@ -118,7 +118,7 @@ def _hides_from_aside(scene: Scene, target: PassTarget) -> bool:
 
 
 def may_back_up(scene: Scene, way_m: float, margin_m: float) -> bool:
-    """True if this much of the own lane is free behind."""
+    """True if the ego's lane is free behind for `way_m` plus a margin (m)."""
     lane = lane_of(scene, LaneRelation.EGO)
     free = None if lane is None else lane.free_behind_m
     return scene.offers("back_up") and free is not None and free >= way_m + margin_m

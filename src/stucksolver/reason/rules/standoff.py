@@ -1,4 +1,4 @@
-"""Deadlocks: show crossing traffic that we mean to go, and make room for a vehicle that faces us."""
+"""Deadlocks: show crossing traffic that the ego means to go, and make room for a vehicle that faces it."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from stucksolver.reason.rules.room import may_back_up
 from stucksolver.scene import MOTOR_VEHICLES, Claim, Scene, SceneObject
 
 FIRST_TURN_S = 8.0
-"""Crossing traffic is left this long to go first."""
+"""Crossing traffic is given this long to go first (s)."""
 SHORT_OF_M, LEAST_M, MOST_M, STEP_M = 0.4, 2.0, 5.0, 0.5
-"""Gap left to it; the shortest and longest way up to there, in whole steps of a path."""
+"""Gap left to it, and the shortest and longest distance to creep towards it, in whole steps of a path (m)."""
 CREEP_MPS = 1.5
 LIGHT_AHEAD_M = 20.0
 NOSE_M, LEAST_NOSE_M, NOSE_CLEAR_M = 3.0, 0.6, 0.32
-"""The furthest and shortest way to nose in, and the gap left beside crawling traffic."""
+"""The longest and shortest distance to nose in, and the gap left beside crawling traffic (m)."""
 FACES_COS = -0.7
 BACK_M = 8.0
 LEAST_BACK_M = 3.0
@@ -29,9 +29,9 @@ GIVES_WAY_S = 10.0
 
 
 def towards_who_crosses(scene: Scene, lead: SceneObject) -> Way | None:
-    """Creep up to a vehicle that stands across our way and goes no further: someone has to begin.
+    """Creep up to a vehicle that has stopped across the path and does not go: someone has to begin.
 
-    None if nobody crosses, or if there is no room left.
+    None if the lead is not across the path, or if there is no room left.
     """
     if not crosses(lead) or lead.hazard_lights or not scene.offers("keep_lane"):
         return None
@@ -40,18 +40,18 @@ def towards_who_crosses(scene: Scene, lead: SceneObject) -> Way | None:
         return None, (WaitReason.LIGHT, light)
     who = f"{lead.kind.value} {lead.id}"
     if drives(lead):
-        return None, (WaitReason.YIELD, f"{who} drives across our way and goes first")
+        return None, (WaitReason.YIELD, f"{who} is crossing the path and goes first")
     if scene.ego.stopped_for_s < FIRST_TURN_S and Claim.WAVED_THROUGH not in scene.claims:
         return None, (WaitReason.YIELD, f"{who} comes from a crossing road and may go first")
     way = STEP_M * math.floor(((lead.gap_m or 0.0) - SHORT_OF_M) / STEP_M)
     if way < LEAST_M or was_tried(scene, "keep_lane"):
         return None
     creep = KeepLane(distance_m=min(way, MOST_M), speed_mps=CREEP_MPS)
-    return RecoveryPlan(behaviors=(creep,)), (None, f"{who} crosses and does not go: creep, to show who begins")
+    return RecoveryPlan(behaviors=(creep,)), (None, f"{who} is across the path and does not go: creep to go first")
 
 
 def into_who_joins(scene: Scene, lead: SceneObject) -> Way | None:
-    """Nose up to a crawling stream that leaves no gap. None if there is no such stream, or no room."""
+    """Nose into a crawling stream of traffic that leaves no gap. None if there is no such stream, or no room."""
     joining = no_gap_to_join(scene, lead)
     if joining is None or not scene.offers("keep_lane"):
         return None
@@ -63,12 +63,13 @@ def into_who_joins(scene: Scene, lead: SceneObject) -> Way | None:
     if way < LEAST_NOSE_M:
         return None
     nose = KeepLane(distance_m=min(way, NOSE_M), speed_mps=CREEP_MPS)
-    return RecoveryPlan(behaviors=(nose,)), (None, f"{who} and others crawl by without a gap: nose in, to be let in")
+    return RecoveryPlan(behaviors=(nose,)), (None, f"{who} and others crawl by without a gap: nose in to be let in")
 
 
 def _free_before(scene: Scene, o: SceneObject) -> float:
-    """Return the distance straight on until our front corner is as near to a vehicle's way as allowed, in tenths
-    of a metre.
+    """Return how far the ego may go straight on until its front corner is as near to a vehicle's path as allowed (m).
+
+    Rounded down to tenths of a metre.
     """
     side = math.copysign(1.0, o.y_m)
     cos, sin = math.cos(o.yaw_rad), math.sin(o.yaw_rad)
@@ -78,9 +79,9 @@ def _free_before(scene: Scene, o: SceneObject) -> float:
 
 
 def away_from_who_faces(scene: Scene, lead: SceneObject) -> Way | None:
-    """Back up from an oncoming vehicle that there is no room to pass, and let it pass or turn off.
+    """Back up from an oncoming vehicle if there is no room to pass it, and let it pass or turn off.
 
-    None if nobody faces us, or if the way behind is not free.
+    None if the lead does not face the ego, or if there is no room behind.
     """
     faces = lead.kind in MOTOR_VEHICLES and math.cos(lead.yaw_rad) < FACES_COS and not lead.hazard_lights
     if not faces or scene.ego.speed_mps > 0.2 or was_tried(scene, "back_up"):

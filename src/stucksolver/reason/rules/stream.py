@@ -1,8 +1,8 @@
-"""Cross an endless stream: when the wait has outlived its reason, take the first gap that can be proven.
+"""Crosses an endless stream of traffic: after a long enough wait, it takes the first gap that can be proven.
 
-The rules only propose the way across. The guard checks it on every tick and lets it begin in a gap in which it meets no
-traffic that continues or brakes; without such a gap it never begins. The plan never leads into the lane of a stream: at
-20 km/h, traffic that does not brake would catch up behind the end of what is proven.
+The rules only propose the path across. The guard checks it on every tick and lets it begin in a gap in which no traffic
+that continues or brakes would hit the ego; without such a gap it never begins. The plan never leads into the lane of
+the stream: at 20 km/h, traffic that does not brake would catch up beyond the end of what is proven.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from stucksolver.reason.rules.past import Way
 from stucksolver.scene import ControlKind, Scene, SceneObject
 
 ACROSS_M, ACROSS_MPS = 30.0, 5.5
-"""Across a street of four lanes, and out of the way; 20 km/h at most. The faster, the shorter the gap needed."""
+"""Far enough to clear a street of four lanes, at just under 20 km/h. The faster, the shorter the gap needed."""
 OVER_LINE_M, CREEP_MPS = 2.0, 2.2
-"""Over a stop line it creeps until the bumper is this far past it: the guard's bound, and a little more."""
+"""The ego creeps over a stop line until its bumper is this far past it (m): a little more than the guard requires."""
 LINE_AHEAD_M = 8.0
 SAME_WAY_COS, LANE_M = 0.5, 4.0
-"""Traffic that goes the way of the route by less than 60 degrees and passes within a lane's width of it."""
+"""Traffic that heads within 60 degrees of the route's direction and passes within a lane's width of it (m)."""
 AGAIN_S = 12.0
-"""After a futile wait for a gap, a person is considered before the next one: longer than such a wait (`hold_s`)."""
+"""Pause after a wait for a gap that failed, so that a person can be asked: longer than such a wait (`hold_s`) (s)."""
 
 
 def into_the_stream(scene: Scene) -> Way | None:
-    """On along the route in the first proven gap, or the reason to wait on; None if nobody goes first."""
+    """Return a plan to drive on in the first proven gap, or why to wait; None if nobody has to go first."""
     first = goes_first(scene)
     if first is None or scene.guidance is not None or not scene.offers("keep_lane"):
         return None
@@ -35,14 +35,14 @@ def into_the_stream(scene: Scene) -> Way | None:
     if any("keep_lane" in a.behaviors and scene.time_s - a.time_s < AGAIN_S for a in scene.attempts):
         return None, (WaitReason.YIELD, f"{who} leave no gap")
     if any(_shares_the_way_on(scene, o) for o in scene.objects):
-        return None, (WaitReason.YIELD, f"{who} drive on where the route leads: there is no gap that is long enough")
+        return None, (WaitReason.YIELD, f"{who} drive on where the route leads: no gap is long enough")
     plan = RecoveryPlan(behaviors=(*_over_the_line(scene), KeepLane(distance_m=ACROSS_M, speed_mps=ACROSS_MPS)))
     stood = f"{scene.ego.stopped_for_s:.0f} s"
     return plan, (None, f"{who} have left no gap for {stood}: go in the first one that is long enough")
 
 
 def _shares_the_way_on(scene: Scene, o: SceneObject) -> bool:
-    """True if a vehicle drives to where the route continues beyond the conflict, in that direction and lane."""
+    """True if a vehicle drives where the route continues beyond the crossing, in the same direction and lane."""
     route = [(w.x_m, w.y_m) for w in scene.waypoints if on_route(scene, w)]
     if len(route) < 2 or not drives(o):
         return False
@@ -55,7 +55,7 @@ def _shares_the_way_on(scene: Scene, o: SceneObject) -> bool:
 
 
 def _over_the_line(scene: Scene) -> tuple[AnyBehavior, ...]:
-    """Creep over the line of a stop sign at which the vehicle stands; dark lights are crossed at a creep anyway."""
+    """Return a creep over the line of a stop sign just ahead, if any; dark lights are crossed at a creep anyway."""
     for control in scene.controls:
         binds = control.applies is not False and control.kind is ControlKind.STOP_SIGN
         if binds and 0.0 <= control.distance_m < LINE_AHEAD_M:
