@@ -1,22 +1,22 @@
 #!/bin/sh
-# Drives Bench2Drive's own evaluator, unmodified, with the entry of stucksolver_bridge. Goes on where it was after a kill.
+# Runs Bench2Drive's unmodified evaluator with the entry of stucksolver_bridge. Resumes after an interruption.
 #
 #   results/bench2drive.sh alone|timers|rules|guided|blind SEED OUT
 #
-# `guided` takes the routes on which nobody says anything from `rules`, where that has been driven.
+# `guided` copies the routes on which nobody says anything from `rules`, if that has been driven.
 #
-# Each route is a run of its own, so that one that hangs costs itself only. Wants in the environment:
+# Each route is a separate run, so that a route that hangs affects no other. Environment:
 #
 #   BENCH2DRIVE   a checkout of Bench2Drive 0.0.4
 #   CARLA_AGENTS  the folder that holds CARLA's `agents`
-#   CARLA_ROOT    a CARLA installation, or what `carlette --as-carla-root` wrote
+#   CARLA_ROOT    a CARLA installation, or the folder that `carlette --as-carla-root` wrote
 #   EVALUATOR     Python 3.8 with carla 0.9.15 and what the leaderboard requires
 #   SOLVER        Python 3.10 to 3.12 with stucksolver
-#   ROUTES        route ids; those of Town01, Town02, Town04 and Town10HD unless told
-#   PORT          of the simulator (2000); the TrafficManager's is 6000 above. Give runs at the same time ports 10 apart
-#   GPU_RANK      which GPU CARLA renders on (0). After a crash the evaluator kills all simulators of the same rank, so
-#                 that runs at the same time need one each; carlette renders on none, and takes the port for it
-#   ROUTES_FILE   another file of routes in leaderboard/data (bench2drive220); ROUTES must name some of it then
+#   ROUTES        route ids (default: those of Town01, Town02, Town04 and Town10HD)
+#   PORT          port of the simulator (2000); the TrafficManager's is 6000 higher. Parallel runs need ports 10 apart
+#   GPU_RANK      the GPU on which CARLA renders (0). After a crash the evaluator kills all simulators of the same rank,
+#                 so parallel runs need different ranks; carlette uses no GPU, and its rank defaults to the port
+#   ROUTES_FILE   another file of routes in leaderboard/data (bench2drive220); ROUTES must then name routes in it
 set -eu
 arm=$1 seed=$2
 here=$(cd "$(dirname "$0")" && pwd)
@@ -39,7 +39,7 @@ guided) config="\"recovery\": \"rules\", \"guidance\": \"$here/bench2drive-guida
     exit 2
     ;;
 esac
-# Nobody looks at the camera and the LiDAR here, and they cost most of the time.
+# Nothing uses the camera and the LiDAR here, and they would take most of the time.
 echo "{$config, \"sensors\": false, \"python\": \"$SOLVER\", \"events\": \"$out/events\", \"record\": \"$out/record\"}" >"$out/config"
 
 code=$BENCH2DRIVE/leaderboard:$BENCH2DRIVE/scenario_runner
@@ -49,10 +49,10 @@ mkdir -p "$out/records" "$out/logs"
 cd "$BENCH2DRIVE"
 for route in $ROUTES; do
     file=$out/records/$route.json
-    # What crashed is driven again.
+    # Routes that crashed are driven again.
     grep -s '"status": "\(Completed\|Failed\|Perfect\)' "$file" | grep -qv crashed && continue
     rm -f "$file"
-    # Where nobody says a word, guidance changes nothing: the run without it stands for both.
+    # If nobody speaks, guidance changes nothing: the run without it is used for both.
     same=$out/../rules-$seed/records/$route.json
     if [ "$arm" = guided ] && ! grep -q "\"$route\"" "$here/bench2drive-guidance.json" && [ -s "$same" ]; then
         cp "$same" "$file"

@@ -1,10 +1,10 @@
 #!/bin/sh
-# Drives what results/*.md report. Goes on where it was after a kill.
+# Runs the drives that results/*.md report. Resumes after an interruption.
 #
 #   results/run.sh bench220|dev|immobilized|sweep|wrong|wrong220|heedless|latency OUT
 #
-# Wants `stucksolver` on the path; OUT takes one folder for each arm. `latency` wants Python to be that of the
-# project's environment, since it starts the tests' model server.
+# `stucksolver` must be on the path; OUT gets one folder for each arm. `latency` needs the Python of the project's
+# environment, because it starts the tests' model server.
 set -eu
 part=$1 out=$2
 mkdir -p "$out"
@@ -13,7 +13,7 @@ arm() {
     name=$1
     shift
     echo "== $part: $name"
-    # A route that fails to run is told in the table; the other arms go on.
+    # The table reports routes that fail to run; the other arms continue.
     stucksolver evaluate --out "$out/$name" --resume --replays none "$@" >"$out/$name.txt" 2>"$out/$name.log" ||
         tail -n 3 "$out/$name.log"
 }
@@ -49,7 +49,7 @@ wrong)
     done
     ;;
 heedless)
-    # Without the driver's own braking on a plan's path, and with it; `types` is one route of each type of immobilized.
+    # With and without the driver's own braking on a plan's path; `types` is one route of each type of immobilized.
     types=$(seq -s, 3000 10 3240)
     for braking in "" -heedless; do
         for who in random late always_drive_over always_left; do
@@ -62,7 +62,7 @@ heedless)
     ;;
 wrong220)
     arm bench220-alone --suite bench220 --recovery none
-    wrong bench220 "${3:?name the worst reasoner}"
+    wrong bench220 "${3:?give the worst reasoner}"
     ;;
 latency)
     patient=$out/patient.toml

@@ -1,4 +1,4 @@
-"""Makes the pages of `results/` from the data kept there: `python -m stucksolver_eval.pages.NAME`, in a checkout."""
+"""Generates the pages of `results/` from the data stored there: `python -m stucksolver_eval.pages.NAME`."""
 
 from __future__ import annotations
 

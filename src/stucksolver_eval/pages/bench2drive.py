@@ -1,10 +1,10 @@
-"""The tables of `results/bench2drive.sh`. Three commands of `python -m stucksolver_eval.pages.bench2drive`:
+"""Tables of the runs of `results/bench2drive.sh`. Three commands of `python -m stucksolver_eval.pages.bench2drive`:
 
-    table OUT                                       # of one folder: all arms, all seeds
-    keep OUT NAME --commit C --agents A [--note N]  # into results/bench2drive/NAME.json
-    page > results/bench2drive.md                   # of what is kept, side by side
+    table OUT                                       # print the table of one folder: all arms, all seeds
+    keep OUT NAME --commit C --agents A [--note N]  # store the runs in results/bench2drive/NAME.json
+    page > results/bench2drive.md                   # print the page: all stored runs side by side
 
-They read the checkpoint files that Bench2Drive's evaluator wrote. Of several seeds the mean stands, and the range where
+They read the checkpoint files of Bench2Drive's evaluator. For several seeds, a cell shows the mean, and the range if
 they differ.
 """
 
@@ -24,11 +24,11 @@ from stucksolver_eval.pages import RESULTS
 KEPT = RESULTS / "bench2drive"
 ARMS = ("alone", "blind", "timers", "rules", "guided")
 OUTCOMES = {"Agent crashed": "crashed", "TickRuntime": "stood", "Agent timed out": "slow", "Agent got blocked": "stood"}
-"""What a route that was not driven to its end came to; the evaluator gives up after 4,000 ticks, which are 200 s."""
+"""Short names of the reasons for which a route failed; the evaluator gives up after 4,000 ticks, or 200 s."""
 
 
 class Run(NamedTuple):
-    """One route, driven once."""
+    """One drive of one route. Scores are 0 to 100; times are in seconds."""
 
     arm: str
     seed: int
@@ -43,7 +43,7 @@ class Run(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """Runs of one commit, with what else one must know of them."""
+    """The stored runs of one commit, with the version of `agents` and a note."""
 
     name: str
     commit: str
@@ -53,7 +53,7 @@ class Kept(NamedTuple):
 
 
 def read(out: Path) -> list[Run]:
-    """All that is there."""
+    """Return all runs in a folder."""
     found = []
     for file in sorted(out.glob("*-*/records/*.json")):
         arm, _, seed = file.parent.parent.name.rpartition("-")
@@ -77,7 +77,7 @@ def read(out: Path) -> list[Run]:
 
 
 def keep(out: Path, name: str, commit: str, agents: str, note: str) -> Path:
-    """Writes the runs of a folder, one a line, without the wall times, which say nothing of another machine."""
+    """Store the runs of a folder, one per line, without wall times, which depend on the machine. Returns the file."""
     head = {"commit": commit, "agents": agents, "note": note}
     rows = [json.dumps(run._replace(wall_s=0.0)) for run in read(out)]
     path = KEPT / f"{name}.json"
@@ -87,7 +87,7 @@ def keep(out: Path, name: str, commit: str, agents: str, note: str) -> Path:
 
 
 def kept() -> list[Kept]:
-    """All that is kept, by name."""
+    """Return all stored runs, sorted by name."""
     found = []
     for path in sorted(KEPT.glob("*.json")):
         data = json.loads(path.read_text(encoding="utf-8"))
@@ -101,7 +101,7 @@ Columns = dict[str, dict[str, list[Run]]]
 
 
 def table(columns: Columns, *, wall: bool = False) -> str:
-    """Markdown: a row for each route, then means over the routes that every column has."""
+    """Return a Markdown table: a row for each route, then means over the routes that all columns share."""
     routes = sorted({route for runs in columns.values() for route in runs})
     lines = ["| route | scenario | " + " | ".join(columns) + " |", "|---" * (len(columns) + 2) + "|"]
     for route in routes:
@@ -117,7 +117,7 @@ def table(columns: Columns, *, wall: bool = False) -> str:
 
 
 def by_arm(runs: Iterable[Run]) -> Columns:
-    """A column for each arm that was driven, in the usual order."""
+    """Group runs into a column for each arm, in the order of `ARMS`."""
     found: Columns = defaultdict(lambda: defaultdict(list))
     for run in sorted(runs, key=lambda run: (ARMS.index(run.arm), run.route, run.seed)):
         found[run.arm][run.route].append(run)
@@ -125,7 +125,7 @@ def by_arm(runs: Iterable[Run]) -> Columns:
 
 
 def page(tables: list[Kept]) -> str:
-    """All that is kept beside each other: the arms in turn, of each arm one column a table."""
+    """Return the page with all stored runs side by side: grouped by arm, with one column per stored file."""
     columns: Columns = {}
     for arm in ARMS:
         for one in tables:
@@ -157,7 +157,7 @@ def _score(routes: list[list[Run]]) -> float:
 
 
 def _success(routes: list[list[Run]]) -> float:
-    """As Bench2Drive counts it: to the end, and without an infraction but that for slowness, which costs no points."""
+    """Return Bench2Drive's success rate (%): completed without infractions other than those for slowness."""
     return 100.0 * mean(mean(run.score > 99.99 for run in runs) for runs in routes)
 
 
@@ -170,7 +170,7 @@ def _wall(routes: list[list[Run]]) -> float:
 
 
 def main() -> None:
-    """As the module's first lines say."""
+    """Run one of the commands in the module's docstring."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
     commands.add_parser("table").add_argument("out", type=Path)

@@ -1,6 +1,6 @@
 """Drives the demonstration on six maps and prints a table: `python -m stucksolver_eval.pages.demo OUT`.
 
-Wants `STUCKSOLVER_MAPS` to name a folder with CARLA's towns. About seven minutes; what was driven stays in OUT.
+`STUCKSOLVER_MAPS` must name a folder with CARLA's towns. This takes about seven minutes; the drives are stored in OUT.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ HEAD = "| map | street | who drives | ended | route % | infractions | stopped s 
 
 
 def main(out: Path) -> None:
-    """Raises what `demo` raises; what was driven before stays."""
+    """Drive all streets and print the table. Raises the errors of `demo`; completed drives stay in `out`."""
     print(HEAD, "|" + "---|" * HEAD.count(" | ") + "---|", sep="\n", flush=True)
     for town, road, oncoming in STREETS:
         spec = DemoSpec(map_name=town, road=road, oncoming=oncoming, out=out / f"{town}-{road}-{oncoming}")

@@ -1,9 +1,9 @@
-"""Writes results/guided.md: what a person's words gained and cost, by the sort of help.
+"""Writes results/guided.md: what guidance gains and costs, by kind of help.
 
     python -m stucksolver_eval.pages.guided bench220=OUT/rules,OUT/guided immobilized=OUT2/rules,OUT2/guided
 
-Each pair of folders holds the same routes with the same seeds, driven with `--recovery rules`, the second with
-`--guidance shipped`. Routes on which nothing was said are left out of the rows; they are the same in both arms.
+Both folders of a pair contain the same routes with the same seeds, driven with `--recovery rules`; the second with
+`--guidance shipped`. The rows leave out routes on which nothing was said, which are the same in both arms.
 """
 
 from __future__ import annotations
@@ -17,26 +17,26 @@ from stucksolver_eval.scores.by_help import HelpFigures, help_figures
 from stucksolver_eval.scores.statistics import Difference
 from stucksolver_eval.scores.summary import Summary, summarize
 
-TITLE = "# What a person's words gain, and what they cost"
+TITLE = "# What guidance gains, and what it costs"
 ABOUT = """Routes and words were drawn by seed and scenario type (`python -m stucksolver_eval.guidance.draw`), and
-committed before anything was driven with them. Each row is guided less unguided on the routes on which that was
-said, paired; brackets hold 95 % of a bootstrap over routes. `won` and `lost` are drives that are a success in one
-arm only; `harm` is infractions and near misses more, of all drives together. Bold rows have all sorts of one kind.
-Driven with `--recovery rules`, ladder `evaluation`, simulator carlette, commit 5d065b7, on the routes with words
-alone (`--routes` with the ids in `suites/data/guidance-SUITE.json`), both arms with that commit. The aim was 5 points
-of driving score and 10 of success. `immobilized` reaches it on these routes, through the red light that is
-broken; over all of its 125 routes that is 2.7 and 4.0 points. `bench220` does not: what its failed routes lack is
-sight of the oncoming lane or a gap in a stream, which no words replace. The four routes with a rock have no other
-street to their destination."""
+committed before anything was driven with them. Each row is the paired difference, guided minus unguided, on the routes
+on which that was said; brackets are 95 % intervals of a bootstrap over routes. `won` and `lost` are drives that succeed
+in one arm only. `harm` is the number of additional infractions and near misses in all drives together. Bold rows sum up
+one kind. Both arms were driven with `--recovery rules`, ladder `evaluation`, simulator carlette, commit 5d065b7, and
+only on the routes with words (`--routes` with the ids in `suites/data/guidance-SUITE.json`). The goal was 5 points of
+driving score and 10 of success rate. `immobilized` reaches it on these routes, because of the broken red light;
+over all its 125 routes the gain is 2.7 and 4.0 points. `bench220` does not reach it: its failed routes lack sight
+of the oncoming lane or a gap in traffic, and words cannot replace either. On the four routes with a rock there is no
+other street to the destination."""
 HEAD = "| kind | what was said | drives | DS | SR, points | won | lost | harm |\n|---|---|---|---|---|---|---|---|"
 
 
 class UsageError(ValueError):
-    """The arguments are not what they should be; the message says how they look."""
+    """The arguments are wrong; the message shows the correct form."""
 
 
 def pairs_of(arguments: list[str]) -> dict[str, tuple[Path, Path]]:
-    """Folders by name of the suite. Raises `UsageError`."""
+    """Parse the pairs of folders, by suite name. Raises `UsageError`."""
     found = {}
     for one in arguments:
         name, _, folders = one.partition("=")
@@ -45,12 +45,12 @@ def pairs_of(arguments: list[str]) -> dict[str, tuple[Path, Path]]:
             raise UsageError(f"{one!r} is not a pair; write SUITE=UNGUIDED,GUIDED")
         found[name] = (Path(both[0]), Path(both[1]))
     if not found:
-        raise UsageError("name at least one pair: SUITE=UNGUIDED,GUIDED")
+        raise UsageError("give at least one pair: SUITE=UNGUIDED,GUIDED")
     return found
 
 
 def page(pairs: dict[str, tuple[Path, Path]]) -> str:
-    """The page's text. Raises `StoreError` for a folder that holds no evaluation."""
+    """Return the page. Raises `StoreError` if a folder contains no evaluation."""
     parts = [TITLE, "", ABOUT]
     for name, folders in pairs.items():
         unguided, guided = (summarize(Store(folder)) for folder in folders)
@@ -63,7 +63,7 @@ def _whole(unguided: Summary, guided: Summary) -> str:
     seeds = ", ".join(map(str, guided.manifest.seeds))
     scores = [f"{one.driving_score:.1f} / {one.success_rate:.1f}" for one in (unguided, guided)]
     return (
-        f"{len(guided.rows)} drives, seed {seeds}. Driving score / success rate over all of them: "
+        f"{len(guided.rows)} drives, seed {seeds}. Driving score / success rate over all drives: "
         f"{scores[0]} unguided, {scores[1]} guided."
     )
 
@@ -81,7 +81,7 @@ def _told(paired: Difference) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Writes the page; 2 where the arguments are wrong."""
+    """Write the page. Returns 2 if the arguments are wrong, else 0."""
     try:
         pairs = pairs_of(arguments)
     except UsageError as error:

@@ -1,8 +1,8 @@
 """Copies the summaries of evaluations into `results`: `python -m stucksolver_eval.pages.keep OUT/latency latency`.
 
-Only what is small and repeatable: `summary.json` and `routes.csv` of each arm, without wall times and paths. One entry
-is added, `plans`: how many plans moved the vehicle, and what happened from their start to 10 s after their end, and on
-the whole routes. `python -m stucksolver_eval.pages.tables latency` shows what is kept.
+It copies only small and repeatable files: `summary.json` and `routes.csv` of each arm, without wall times and paths. It
+adds one entry, `plans`: how many plans moved the vehicle, and what happened from their start to 10 s after their end,
+and on the whole routes. `python -m stucksolver_eval.pages.tables latency` prints the tables.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ KINDS = ("collisions", "others", "near")
 
 
 def keep(out: Path, name: str) -> list[str]:
-    """The arms that were copied."""
+    """Copy the summaries of all arms in `out` to `results/NAME`. Returns the names of the arms."""
     done = []
     for summary in sorted(out.glob("*/summary.json")):
         arm = summary.parent.name
@@ -41,9 +41,10 @@ def keep(out: Path, name: str) -> list[str]:
 
 
 def _plans(arm: Path) -> dict[str, int]:
-    """Counts of collisions, other infractions and near misses: of plans that move, of waits, and of whole routes.
+    """Count collisions, other infractions and near misses: during plans that move, during waits, and on whole routes.
 
-    Who waits may be hit as well; so beside it stands what befell the driver alone in the same time, if that was driven.
+    A waiting vehicle may be hit too. For comparison, the events of the driver alone in the same time spans are counted,
+    if it was driven.
     """
     alone = arm.parent / f"{arm.name.split('-')[0]}-alone"
     wheres = ("", "_route", "_waits", "_waits_alone")

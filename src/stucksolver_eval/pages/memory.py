@@ -1,9 +1,9 @@
-"""What a memory is worth: held-out places before lessons, after each of them, and after one bad advice, as a table.
+"""Measures the value of a memory: held-out places before lessons, after each of them, and after one bad advice.
 
     python -m stucksolver_eval.pages.memory OUT          # writes results/memory.md
 
 A passenger helps at three places where rocks lie from kerb to kerb ("please take another street"). After each of these
-lessons the car drives at two other places, with other seeds, and nobody says a word. What was driven stays in OUT.
+lessons the car drives at two other places with other seeds, and nobody speaks. The drives are stored in OUT.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ DESTINATIONS = {
 }
 """Routes of the suite along streets with four lanes, and destinations (m, CARLA's frame) 60 m beyond the next junction.
 
-The suite's own destinations lie in the street itself, to which no other way leads.
+The suite's own destinations are in the street itself, which cannot be reached any other way.
 """
 LESSONS = 3
 """Places at which the passenger helps; the others are held out."""
@@ -63,7 +63,7 @@ propose after two ([docs/privacy.md](../docs/privacy.md)).
 
 @dataclass(frozen=True)
 class Outcome:
-    """Of one drive: did it arrive, how many questions were put to the passenger, calls for help, its score (0-100)."""
+    """The result of one drive: arrived, questions to the passenger, calls for help, and driving score (0 to 100)."""
 
     arrived: bool
     questions: int
@@ -72,7 +72,7 @@ class Outcome:
 
 
 def main(out: Path) -> None:
-    """Drive it all and write the page. Raises `RunError` and `OutputError`; what was driven before stays."""
+    """Drive everything and write the page. Raises `RunError` and `OutputError`; completed drives stay in `out`."""
     places = {route.id: route for route in suite(SUITE).routes}
     routes = [_with_rocks(places[name], *end) for name, end in DESTINATIONS.items()]
     lessons, held_out = routes[:LESSONS], routes[LESSONS:]
@@ -84,7 +84,7 @@ def main(out: Path) -> None:
         memory = _copy(taught, out / f"after-{count}.db")
         rows.append(_row(f"lessons: {count}", _drives(out / f"after-{count}", held_out, memory)))
         if count == 1:
-            # Later the car knows what to do and asks nobody, so that bad advice could not be given.
+            # Later the car knows what to do and asks nobody, so there would be no chance for bad advice.
             misled = _copy(taught, out / "misled.db")
             _drive(out / "misled", lessons[1], BAD_SEED, misled, HARMS)
             _drive(out / "misled", lessons[2], LESSON_SEED, misled, HELPS)
@@ -95,7 +95,7 @@ def main(out: Path) -> None:
 
 
 def page(rows: Sequence[str]) -> str:
-    """The page with the rows of its table."""
+    """Return the page with these rows."""
     line = "|" + "---|" * HEAD.count(" | ") + "---|"
     return "\n".join([ABOUT, "", HEAD, line, *rows, ""])
 
@@ -114,7 +114,7 @@ def _with_rocks(route: Route, x_m: float, y_m: float) -> Route:
 
 
 def _copy(memory: Path, to: Path) -> Path:
-    """Each column learns by itself from the same beginning."""
+    """Copy a memory, so that drives with the copy do not change it. Returns the copy."""
     with sqlite3.connect(memory) as source, sqlite3.connect(to) as copy:
         source.backup(copy)
     return to

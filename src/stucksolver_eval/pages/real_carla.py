@@ -1,12 +1,11 @@
-"""Holds drives on carlette to the same agent's published drives on real CARLA.
+"""Compares drives on carlette with the same agent's published drives on real CARLA.
 
     python -m stucksolver_eval.pages.real_carla keep results/real_carla.json windows=DIR linux=DIR before=DIR after=DIR
     python -m stucksolver_eval.pages.real_carla table results/real_carla.json
 
 `keep` reads the checkpoint files (`*.json` with `_checkpoint.records`) of Bench2Drive's evaluator in each folder,
-however deep, and keeps of each record a handful of facts: status, driving score, success, game time. What the file has
-under other names stays there. `table` compares every other name with the first one kept. docs/real-carla.md has the
-procedure.
+recursively, and stores status, driving score, success and game time of each record. Entries of the file under other
+names are kept. `table` compares every other name with the first one stored. docs/real-carla.md has the procedure.
 """
 
 from __future__ import annotations
@@ -22,16 +21,16 @@ from typing import Any, NamedTuple
 
 TOWNS = ("Town01", "Town02", "Town04", "Town10HD")
 SCORE_WITHIN = 3.0
-"""Driving scores no farther apart than this agree."""
+"""Driving scores agree if they differ by at most this much."""
 CLOSE, CLOSE_S, NEAR = 0.05, 1.0, 0.15
-"""Times agree closely within this share or these seconds, and nearly within the other share."""
+"""Times agree closely if they differ by at most this share or this many seconds, and roughly within the other share."""
 FORGIVEN = "min_speed_infractions"
-"""No failure in Bench2Drive's success rate."""
+"""Infractions of this kind do not count as a failure in Bench2Drive's success rate."""
 HALVES = ("tuning", "test")
 
 
 class Drive(NamedTuple):
-    """One route, driven once."""
+    """One drive of one route: driving score 0 to 100, game time in seconds."""
 
     status: str
     score: float
@@ -40,7 +39,7 @@ class Drive(NamedTuple):
 
 
 class RealRoute(NamedTuple):
-    """One route and all who drove it, by name."""
+    """One route and its drives, by name."""
 
     town: str
     scenario: str
@@ -52,12 +51,12 @@ Routes = dict[str, RealRoute]
 
 
 def half(route: str) -> str:
-    """Which half of the routes it is in, as chance has it: fixed before anything was tuned."""
+    """Return the half to which a route belongs, `tuning` or `test`, by its hash; it was fixed before any tuning."""
     return HALVES[hashlib.sha256(route.encode()).digest()[0] % 2]
 
 
 def records(folder: Path) -> Iterator[tuple[str, Any]]:
-    """Route id and record. Raises `SystemExit` where there is none."""
+    """Yield route id and record. Raises `SystemExit` if there is none."""
     found = 0
     for file in sorted(folder.rglob("*.json")):
         content = json.loads(file.read_text(encoding="utf-8"))
@@ -68,11 +67,11 @@ def records(folder: Path) -> Iterator[tuple[str, Any]]:
                     found += 1
                     yield number.group(), record
     if not found:
-        raise SystemExit(f"{folder} has no checkpoint file with records; name a folder of result files")
+        raise SystemExit(f"{folder} has no checkpoint file with records; give a folder of result files")
 
 
 def drive_of(record: Any) -> Drive:
-    """The facts of a record that are kept."""
+    """Return the facts of a record that are stored."""
     failures = [kind for kind, texts in record["infractions"].items() if texts and kind != FORGIVEN]
     success = record["status"] in ("Completed", "Perfect") and not failures
     score, game_s = record["scores"]["score_composed"], record["meta"]["duration_game"]
@@ -80,7 +79,7 @@ def drive_of(record: Any) -> Drive:
 
 
 def load(file: Path) -> Routes:
-    """What `keep` wrote; nothing where there is no such file."""
+    """Return what `keep` wrote; empty if there is no such file."""
     kept = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
     return {
         key: RealRoute(one["town"], one["scenario"], {name: Drive(*facts) for name, facts in one["drives"].items()})
@@ -89,7 +88,7 @@ def load(file: Path) -> Routes:
 
 
 def keep(file: Path, sources: Iterable[tuple[str, Path]]) -> None:
-    """Adds the drives of each named folder to `file`; those of the same name are replaced."""
+    """Add the drives of each named folder to `file`, replacing those of the same name."""
     routes = load(file)
     for name, folder in sources:
         for route in routes.values():
@@ -104,7 +103,7 @@ def keep(file: Path, sources: Iterable[tuple[str, Path]]) -> None:
 
 
 def table(routes: Routes) -> str:
-    """Markdown: how far all others agree with the first, in both halves and together; then each route."""
+    """Return Markdown tables: how well all others agree with the first, by half and in total; then each route."""
     names = list(dict.fromkeys(name for one in routes.values() for name in one.drives))
     real, others = names[0], names[1:]
     head = f"| | routes | success as {real} | score within 3 | time within 5 % or 1 s | within 15 % | median ratio |"
@@ -146,7 +145,7 @@ def _cell(drive: Drive | None, real: Drive | None, is_real: bool) -> str:
 
 
 def main(arguments: list[str]) -> None:
-    """See the module's own words."""
+    """Run one of the commands in the module's docstring."""
     if len(arguments) >= 3 and arguments[0] == "keep" and all("=" in one for one in arguments[2:]):
         keep(
             Path(arguments[1]),

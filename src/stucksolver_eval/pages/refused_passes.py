@@ -1,9 +1,9 @@
-"""Each pass still refused, with the sight needed and seen, from the records of an evaluation.
+"""Prints the passes that were refused for lack of sight, from the records of an evaluation.
 
     python -m stucksolver_eval.pages.refused_passes OUT
 
-`OUT` is the folder of an evaluation that was driven with `--record`. Printed is, for each route, the refusal that
-lacked the least sight.
+`OUT` is the folder of an evaluation that was driven with `--record`. For each route, the refusal that came closest to
+the required sight is printed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,14 @@ FACTS = ("needed_m", "seen_m", "time_s")
 
 @dataclass(frozen=True)
 class RefusedPass:
-    """A pass refused for want of sight: of which route, the sight needed and seen (m), and for how long (s)."""
+    """A pass that was refused for lack of sight.
+
+    Attributes:
+        route: Id of the route.
+        needed_m: Sight that the guard requires (m).
+        seen_m: Sight that there was (m).
+        unseen_s: Time in which traffic may come out of the unseen area (s).
+    """
 
     route: str
     needed_m: float
@@ -28,7 +35,7 @@ class RefusedPass:
 
 
 def nearest_of(folder: Path) -> tuple[RefusedPass, ...]:
-    """For each route with such a refusal the one that lacked the least, by route. Raises `FileNotFoundError`."""
+    """Return the refusal that came closest to the required sight for each route. Raises `FileNotFoundError`."""
     files = sorted(folder.rglob("intervention-*.jsonl"))
     if not files:
         raise FileNotFoundError(f"{folder} has no record of an intervention: drive with evaluate --record")
@@ -50,7 +57,7 @@ def _refusals(file: Path) -> Iterator[RefusedPass]:
 
 
 def _rejects(value: object) -> Iterator[dict[str, float]]:
-    """All reasons for want of sight in a line of a record, wherever they stand in it."""
+    """Yield all rejects for lack of sight in a line of a record, at any depth."""
     if isinstance(value, dict):
         if value.get("code") == "oncoming_sight" and all(value.get(name) is not None for name in FACTS):
             yield value
@@ -62,14 +69,14 @@ def _rejects(value: object) -> Iterator[dict[str, float]]:
 
 
 def table(passes: tuple[RefusedPass, ...]) -> str:
-    """The passes as a Markdown table."""
+    """Return the passes as a Markdown table."""
     rows = [f"| {p.route} | {p.needed_m:.0f} | {p.seen_m:.0f} | {p.unseen_s:.1f} |" for p in passes]
     return "\n".join(["| route | sight needed, m | seen, m | time, s |", "|---|---|---|---|", *rows])
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Print the table; 2 where there are no records."""
-    parser = argparse.ArgumentParser(description="each pass still refused, with the sight needed and seen")
+    """Print the table. Exits with 2 if there are no records."""
+    parser = argparse.ArgumentParser(description="Prints the passes that were refused for lack of sight.")
     parser.add_argument("out", type=Path, help="folder of an evaluation driven with --record")
     try:
         print(table(nearest_of(parser.parse_args(arguments).out)))

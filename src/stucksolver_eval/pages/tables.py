@@ -1,8 +1,9 @@
-"""Prints kept figures as tables: `python -m stucksolver_eval.pages.tables NAME`.
+"""Prints stored results as tables: `python -m stucksolver_eval.pages.tables NAME`.
 
 Names are `wrong`, `bench220`, `dev`, `immobilized` and `latency`.
 
-Two names compare what both have driven, seed for seed: `python -m stucksolver_eval.pages.tables dev dev-now`.
+Given two names, it compares the drives that both contain, seed by seed:
+`python -m stucksolver_eval.pages.tables dev dev-now`.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ Summary = dict[str, Any]
 
 
 def scores(arms: dict[str, Summary]) -> list[list[str]]:
-    """What Bench2Drive scores, one arm a row."""
+    """Return the table of Bench2Drive's scores, one row per arm."""
     head = _cells("arm | DS | SR % | route % | infractions | efficiency | (corrected) | comfort | (corrected)")
     keys = "driving_score success_rate route_completion infraction_score efficiency efficiency_corrected comfort"
     rows = []
@@ -32,7 +33,7 @@ def scores(arms: dict[str, Summary]) -> list[list[str]]:
 
 
 def abilities(arms: dict[str, Summary]) -> list[list[str]]:
-    """Bench2Drive's abilities in per cent."""
+    """Return the table of Bench2Drive's abilities (%)."""
     names = list(next(iter(arms.values()))["abilities"])
     return [
         ["arm", *(name.replace("_", " ") for name in names)],
@@ -41,7 +42,7 @@ def abilities(arms: dict[str, Summary]) -> list[list[str]]:
 
 
 def recovery(arms: dict[str, Summary]) -> list[list[str]]:
-    """What a recovery module is for; harm is that of plans, from their start to 10 s after their end."""
+    """Return the table of recovery figures; harm is counted from the start of a plan to 10 s after its end."""
     head = _cells(
         "arm | met | left | median s | p95 s | plans | recovered | by rung"
         " | false | missed | harm | right | queries | lost s"
@@ -61,8 +62,8 @@ def recovery(arms: dict[str, Summary]) -> list[list[str]]:
 
 
 def differences(folder: Path, arms: dict[str, Summary]) -> list[list[str]]:
-    """Means with the bounds that cover 95 % of a bootstrap over routes, and the difference to the driver alone."""
-    rows = [_cells("arm | DS | less alone | p | SR % | less alone | p")]
+    """Return means with 95 % intervals of a bootstrap over routes, and the differences from the driver alone."""
+    rows = [_cells("arm | DS | vs. alone | p | SR % | vs. alone | p")]
     alone = _by_route(folder / "alone" / "routes.csv")
     for name in arms:
         cells = [name]
@@ -81,7 +82,7 @@ def differences(folder: Path, arms: dict[str, Summary]) -> list[list[str]]:
 
 
 def _by_route(path: Path) -> dict[str, dict[str, dict[str, str]]]:
-    """The rows of a file of results by route and seed."""
+    """Return the rows of a CSV file by route and seed."""
     found: dict[str, dict[str, dict[str, str]]] = {}
     for row in csv.DictReader(path.read_text(encoding="utf-8").splitlines()):
         found.setdefault(row["route_id"], {})[row["seed"]] = row
@@ -89,13 +90,13 @@ def _by_route(path: Path) -> dict[str, dict[str, dict[str, str]]]:
 
 
 def _between(interval: Interval) -> str:
-    # Adding 0.0 takes the sign off a zero.
+    # Adding 0.0 turns -0.0 into 0.0.
     mean, low, high = (round(value, 1) + 0.0 for value in (interval.mean, interval.low, interval.high))
     return f"{mean:.1f} [{low:.1f}, {high:.1f}]"
 
 
 def moved(before: Path, after: Path) -> list[list[str]]:
-    """The drives that both folders have: their means, and the routes on which the outcome differs."""
+    """Compare the drives that both folders contain: means, and the routes on which the outcome differs."""
     rows = [_cells("arm | drives | DS | SR % | plans | lost | won")]
     for path in sorted(after.glob("*/routes.csv")):
         arm = path.parent.name
@@ -119,7 +120,7 @@ def _drives(path: Path) -> dict[tuple[str, str], dict[str, str]]:
 
 
 def harm(arms: dict[str, Summary]) -> list[list[str]]:
-    """During plans that move; in brackets on the whole route."""
+    """Return the table of events during plans that move; in brackets, on the whole route."""
     head = _cells("arm | DS | SR % | plans that move | collisions | other infractions | near misses | false | missed")
     rows = []
     for name, one in arms.items():
@@ -144,7 +145,7 @@ def _printed(rows: list[list[str]]) -> str:
 
 
 def main(name: str, later: str | None = None) -> None:
-    """Prints the tables of one folder of results, or what has moved between two."""
+    """Print the tables of one folder of results, or the comparison of two."""
     if later:
         print(_printed(moved(RESULTS / name, RESULTS / later)), end="")
         return
@@ -153,7 +154,7 @@ def main(name: str, later: str | None = None) -> None:
         for path in sorted((RESULTS / name).glob("*/summary.json"))
     }
     if not arms:
-        raise SystemExit(f"there is no summary in {RESULTS / name}: drive some (results/run.sh) and keep them")
+        raise SystemExit(f"no summary in {RESULTS / name}: run results/run.sh, then stucksolver_eval.pages.keep")
     if name.startswith("wrong"):
         for suite in dict.fromkeys(arm.split("-")[0] for arm in arms):
             print(f"## `{suite}`\n")

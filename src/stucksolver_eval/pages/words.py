@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Writes results/words.md: how well the reader understands the blind sentences, beside the patterns it replaced.
+"""Writes results/words.md: how well the reader understands the blind sentences, compared with simple patterns.
 
     python -m stucksolver_eval.pages.words
 
-Needs `pip install 'stucksolver[words]'`. The sentences in results/words were written by people who had seen neither the
-grammar nor the training sentences.
+Needs `pip install 'stucksolver[words]'`. The authors of the sentences in results/words had seen neither the grammar nor
+the training sentences.
 """
 
 from __future__ import annotations
@@ -32,23 +32,23 @@ PATTERNS = (
     ("overtake", r"\b(left|right)\b"),
     ("go", r"\b(go|drive|move|edge|creep|continue|proceed)\b"),
 )
-"""What read the words before; no pattern of theirs told small talk from an unclear request."""
+"""The patterns that read the words earlier. They did not distinguish small talk from unclear requests."""
 
 TITLE = "# What the reader of words understands"
-ABOUT = """Three sets of 500 sentences, written by three authors who had seen neither the grammar nor the training
-sentences; none of them was trained on. The misses of the first two were known when the training
-sentences grew from 10,800 to 21,900; those have not changed since, so that the third set and the weights
-know nothing of each other. The thresholds of doubt follow the 1,149 training sentences kept apart.
-Only that of reroute, 0.85, was chosen after looking at these sets: two more true ones and no more false ones.
-"Understood" is the likeliest intent. "Acted on as meant" is what is left after doubt: a reading that
-would move the vehicle counts only where it is sure enough ([docs/words.md](../docs/words.md)), else the
-passenger is asked back. "Moves wrongly" counts the readings that may move the vehicle where the sentence
-asked for no motion, or forbade that one. The guard decides after that."""
+ABOUT = """There are three sets of 500 sentences, written by three authors who had seen neither the grammar nor the
+training sentences. None of these sentences was used for training. The misses of the first two sets were known when the
+training set grew from 10,800 to 21,900 sentences. It has not changed since, so the third set is independent of the
+weights. The confidence thresholds were set on 1,149 held-out training sentences. Only the one of reroute, 0.85, was
+chosen after looking at these sets: it gave two more true positives and no more false positives.
+"Understood": the most likely intent is the intended one. "Acted on as meant": so is the intent after the confidence
+threshold. A reading that would move the vehicle counts only if it is confident enough
+([docs/words.md](../docs/words.md)); otherwise the passenger is asked again. "Moves wrongly" counts readings that may
+move the vehicle although the sentence asked for no motion, or forbade that one. The guard still decides after that."""
 
 
 @dataclass(frozen=True)
 class Read:
-    """A blind sentence with what was made of it."""
+    """A blind sentence with its reading, and the intent that the patterns find."""
 
     said: dict[str, object]
     reading: Reading
@@ -61,35 +61,35 @@ class Read:
 
     @property
     def understood(self) -> bool:
-        """Whether the likeliest reading is what was meant."""
+        """True if the most likely intent is the intended one."""
         return self.reading.likely.value == self.meant
 
     @property
     def acted(self) -> bool:
-        """Whether the reading that is acted on is what was meant."""
+        """True if the intent that is acted on is the intended one."""
         return self.reading.intent.value == self.meant
 
     @property
     def moved_wrongly(self) -> bool:
-        """Does the reading ask for a motion, where the sentence asked for none or forbade just that?"""
+        """True if the reading asks for a motion although the sentence asked for none or forbade this one."""
         wrong = GuidanceIntent(self.meant) not in MOVES or self.reading.intent.value in self.said["unsafe_if"]  # type: ignore[operator]
         return self.reading.intent in MOVES and not self.acted and wrong
 
 
 def pattern_intent(text: str) -> str:
-    """What the patterns make of a sentence."""
+    """Return the intent that the patterns find in a sentence."""
     return next((intent for intent, pattern in PATTERNS if re.search(pattern, text.lower())), "unclear")
 
 
 def read_set(name: str, reader: NetworkReader) -> list[Read]:
-    """A blind set, read."""
+    """Read a blind set with the reader and the patterns."""
     lines = (RESULTS / "words" / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()
     said = [json.loads(line) for line in lines]
     return [Read(s, reader.read(s["text"], s["situation"]), pattern_intent(s["text"])) for s in said]
 
 
 def by_class(reads: list[Read]) -> list[str]:
-    """The table of one set."""
+    """Return the table of one set, a row per class."""
     rows = [
         "| class | sentences | understood | acted on as meant | asked back | moves wrongly | patterns |",
         "|---|---|---|---|---|---|---|",
@@ -106,7 +106,7 @@ def by_class(reads: list[Read]) -> list[str]:
 
 
 def calibration(reads: list[Read]) -> list[str]:
-    """How often a reading is right that is so sure."""
+    """Return the calibration table: how often readings of each confidence are right."""
     rows = ["| confidence | readings | mean confidence | right |", "|---|---|---|---|"]
     for low, high in BINS:
         some = [r for r in reads if low <= r.reading.confidence < high]
@@ -118,7 +118,7 @@ def calibration(reads: list[Read]) -> list[str]:
 
 
 def fields(reads: list[Read]) -> str:
-    """The other fields, over all sentences."""
+    """Return the accuracy of the other fields over all sentences."""
     n = len(reads)
     side = sum((r.reading.side.value if r.reading.side else None) == r.said["side"] for r in reads)
     negated = sum(r.reading.negated == r.said["negated"] for r in reads)
@@ -132,7 +132,7 @@ def fields(reads: list[Read]) -> str:
 
 
 def misses(reads: list[Read]) -> list[str]:
-    """Every sentence that is not acted on as meant."""
+    """Return a table of all sentences that are not acted on as meant."""
     rows = ["| meant | read as | confidence | words | situation |", "|---|---|---|---|---|"]
     for r in sorted((r for r in reads if not r.acted), key=lambda r: (r.meant, str(r.said["id"]))):
         read = r.reading.likely.value
@@ -145,9 +145,10 @@ def misses(reads: list[Read]) -> list[str]:
 
 
 def main() -> None:
-    """Prints the page."""
+    """Write the page."""
     reader = NetworkReader()
-    parts = [TITLE, "", f"Made by `python -m stucksolver_eval.pages.words` with the weights {reader.name}. {ABOUT}"]
+    made = f"Generated by `python -m stucksolver_eval.pages.words` with the weights {reader.name}. {ABOUT}"
+    parts = [TITLE, "", made]
     every: list[Read] = []
     for name in SETS:
         reads = read_set(name, reader)
