@@ -1,4 +1,4 @@
-"""People on board of a drive: what they see of it, and how it keeps to their time."""
+"""Passengers on board a drive: what they see of it, and pacing the simulation to real time."""
 
 from stucksolver_eval.aboard.aboard import Aboard, PassengerSpec
 from stucksolver_eval.aboard.pace import Pace

@@ -1,4 +1,4 @@
-"""A drive of the runner's with people who talk to it."""
+"""Connects a drive of the runner to the passenger's page."""
 
 from __future__ import annotations
 
@@ -18,7 +18,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PassengerSpec:
-    """`address`: of the passenger server, as desks find it. `vehicle`, `name`: what the car is called there."""
+    """How to reach the passenger server.
+
+    Attributes:
+        address: The server's address file.
+        vehicle: The car's id on the server.
+        name: The car's name on the page.
+    """
 
     address: Path
     vehicle: str
@@ -26,7 +32,7 @@ class PassengerSpec:
 
 
 class Aboard:
-    """From the begin of a drive to its end; the drive then goes at the pace of the clock on the wall."""
+    """Serves the page from the start of a drive to its end, and slows the drive down to real time."""
 
     def __init__(self, spec: PassengerSpec, setting: Setting, arm: SolverArm) -> None:
         self._spec, self._arm = spec, arm
@@ -39,14 +45,14 @@ class Aboard:
         self._pace = Pace(setting.dt_s)
 
     def tick(self, time_s: float, directive: Directive | None) -> None:
-        """After the arm's step; sleeps until the next tick of the world is due."""
+        """Update the page after the arm's step, then sleep until the next tick is due. `time_s`: since the start."""
         status = self._arm.stack.status()
         self._seat.tick(status, self._arm.stack.scene)
         self._view.tick(time_s, status.speed_mps, directive)
         self._pace.wait()
 
     def close(self) -> None:
-        """The drive is over; the page stays."""
+        """End the drive. The page stays open."""
         self._pictures.close()
         self._seat.end()
         self._desk.leave(self._spec.vehicle)

@@ -1,4 +1,4 @@
-"""Keeps a simulation at the pace of the clock on the wall, and says how well."""
+"""Paces a simulation to real time, and measures how late its ticks are."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import time
 from collections.abc import Callable
 
 LATE_S = 0.025
-"""A tick that begins this much after its time is late: half a tick of 20 Hz."""
+"""A tick that starts at least this much after it was due counts as late: half a tick at 20 Hz."""
 
 
 class Pace:
-    """Call `wait` before each tick. `dt_s`: seconds from tick to tick."""
+    """Call `wait` before each tick. `dt_s` is the tick's length (s)."""
 
     def __init__(
         self, dt_s: float, clock: Callable[[], float] = time.monotonic, sleep: Callable[[float], None] = time.sleep
@@ -22,10 +22,10 @@ class Pace:
         self.ticks = 0
         self.late = 0
         self.behind_s: list[float] = []
-        """How much after its time each tick began."""
+        """Delay of each tick (s)."""
 
     def wait(self) -> None:
-        """Sleep until the next tick is due. After a tick that came late the beat begins anew from it."""
+        """Sleep until the next tick is due. A late tick moves the schedule, so that delays do not add up."""
         now = self._clock()
         if self._due_s is None:
             self._due_s = now
@@ -42,5 +42,5 @@ class Pace:
 
     @property
     def worst_s(self) -> float:
-        """The most that a tick began after its time."""
+        """Longest delay of a tick (s)."""
         return max(self.behind_s, default=0.0)

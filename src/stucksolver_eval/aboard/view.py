@@ -1,4 +1,4 @@
-"""What a page is shown of a ride: the view from above, live, and the front camera's picture."""
+"""What the page shows of a ride: a live top view and the front camera's pictures."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stucksolver.passenger import Desk
 from stucksolver.stacks.carla_stack.camera import FrontCamera
 from stucksolver_eval.replay.logger import RunLogger
 from stucksolver_eval.replay.mapview import map_view
-from stucksolver_eval.results.runlog import ActorInfo, ActorRole, Frame
+from stucksolver_eval.results.runlog import ActorRole, Frame
 from stucksolver_eval.routes.line import RouteLine
 
 if TYPE_CHECKING:
@@ -22,20 +22,20 @@ PICTURE_EVERY_S = 0.2
 
 
 class LiveView:
-    """Sends a frame of the view from above ten times a second."""
+    """Sends a frame of the top view ten times a second. Positions are in metres, y to the left of x, yaw in degrees."""
 
     def __init__(self, desk: Desk, vehicle: str, world: carla.World, hero: carla.Vehicle) -> None:
         self._desk, self._vehicle, self._world = desk, vehicle, world
         self._logger = RunLogger(world, hero, self._role, FRAME_EVERY_S)
 
     def show_scenery(self, carla_map: carla.Map, line: RouteLine) -> None:
-        """The road along the route; it stands still."""
+        """Send the static scenery once: the road along the route."""
         places = [(w.transform.location.x, -w.transform.location.y) for w in line.waypoints]
         scenery = map_view(carla_map, places).model_dump(mode="json")
         self._desk.show_scenery(self._vehicle, {**scenery, "route": [[round(x, 2), round(y, 2)] for x, y in places]})
 
     def tick(self, time_s: float, speed_mps: float, directive: Directive | None) -> None:
-        """`time_s` counts from the ride's start."""
+        """Send the next frame, if one is due. `time_s` counts from the ride's start."""
         self._logger.directive(time_s, directive or CONTINUE)
         self._logger.frame(time_s, speed_mps)
         if self._logger.frames:
@@ -43,7 +43,7 @@ class LiveView:
         self._logger.events.clear()
 
     def _packed(self, frame: Frame) -> dict[str, Any]:
-        """Everything that moves, whole: a page may miss frames."""
+        """Return a complete frame, not a difference, because a page may miss frames."""
         actors = self._logger.actors
         return {
             "time": frame.time_s,
@@ -73,12 +73,8 @@ class LiveView:
         return "scenario" if role == "scenario" else "prop"
 
 
-def _about(actor: ActorInfo) -> tuple[str, str, float, float]:
-    return actor.kind, actor.role, actor.length_m, actor.width_m
-
-
 class Pictures:
-    """Sends the front camera's picture five times a second, from a thread of its own: encoding takes milliseconds."""
+    """Sends the front camera's picture five times a second, in a separate thread because encoding is slow."""
 
     def __init__(self, show: Callable[[bytes], None], hero: carla.Vehicle) -> None:
         self._show = show
@@ -96,7 +92,7 @@ class Pictures:
                 self._show(last)
 
     def close(self) -> None:
-        """End the camera."""
+        """Stop the thread and remove the camera."""
         self._over.set()
         self._thread.join()
         self._camera.close()

@@ -1,4 +1,4 @@
-"""The actors of an evaluation run: spawned and staged, read once a tick, driven, and written once a tick."""
+"""The actors of an evaluation run. Their states are read and their commands are sent once per tick."""
 
 from stucksolver_eval.actors.cars import Car, Cars
 from stucksolver_eval.actors.path import LanePath

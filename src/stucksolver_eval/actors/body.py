@@ -1,4 +1,4 @@
-"""How a vehicle is steered along a line and how its pedals are pressed, whatever its kind."""
+"""Steering and pedal control for vehicles of any kind."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     import carla
 
 _SLIP_SHARE = 0.72
-"""Of the path that the wheels point along: CARLA's cars drive wider than a bicycle model without slip."""
+"""Curvature that a car reaches, as a share of that of a bicycle model without slip: CARLA's cars turn wider."""
 _WHEELBASE_PER_LENGTH = 0.6
 
 
 class BodyPedals:
-    """Tracks a wanted acceleration by a PI law on the speed it leads to, strong enough for a bicycle's engine, too."""
+    """Tracks a target acceleration with a PI controller on the resulting speed; its gains also suit weak engines."""
 
     _FULL_THROTTLE_MPS2, _FULL_BRAKE_MPS2 = 5.5, 9.0
     _GAIN_P, _GAIN_I = 0.35, 0.3
@@ -29,7 +29,7 @@ class BodyPedals:
         self._integral_m = 0.0
 
     def step(self, acceleration: float, speed_mps: float, dt_s: float) -> tuple[float, float]:
-        """Throttle and brake for an acceleration (m/s²)."""
+        """Return throttle and brake, each in [0, 1], for a target acceleration (m/s²)."""
         if speed_mps < self._STANDING_MPS and acceleration <= 0.0:
             self._reference_mps, self._integral_m = speed_mps, 0.0
             return 0.0, 0.5
@@ -37,7 +37,7 @@ class BodyPedals:
         self._reference_mps = min(max(wanted, speed_mps - self._MOST_LAG_MPS), speed_mps + self._MOST_LAG_MPS)
         error = self._reference_mps - speed_mps
         if acceleration * self._integral_m < 0.0:
-            self._integral_m *= 0.8  # what helped one way hinders the other
+            self._integral_m *= 0.8  # an integral of the opposite sign would delay the response
         limit = self._MOST_INTEGRAL_M
         self._integral_m = min(max(self._integral_m + error * dt_s, -limit), limit)
         full = self._FULL_THROTTLE_MPS2 if acceleration > 0.0 else self._FULL_BRAKE_MPS2
@@ -47,7 +47,7 @@ class BodyPedals:
 
 @dataclass(frozen=True)
 class Steering:
-    """Lengths in metres, angles in radians, speeds in m/s."""
+    """A vehicle's steering: wheelbase, largest wheel angle, and the share of it that CARLA allows at each speed."""
 
     wheelbase_m: float
     lock_rad: float
@@ -56,7 +56,7 @@ class Steering:
 
     @staticmethod
     def of(vehicle: carla.Vehicle, half_length_m: float) -> Steering:
-        """Asks the server for a `carla.Vehicle`'s physics control."""
+        """Read the steering of a vehicle from its physics control; this queries the server."""
         physics = vehicle.get_physics_control()
         lock_deg = max((abs(wheel.max_steer_angle) for wheel in physics.wheels), default=70.0) or 70.0
         curve = sorted((point.x / 3.6, point.y) for point in physics.steering_curve) or [(0.0, 1.0)]
@@ -68,7 +68,7 @@ class Steering:
         )
 
     def steer(self, curvature: float, speed_mps: float) -> float:
-        """The input in [-1, 1] that drives a circle of this curvature (1/m, right positive)."""
+        """Return the steering input in [-1, 1] for a circle of this curvature (1/m, positive to the right)."""
         share = float(np.interp(speed_mps, self.curve_mps, self.curve_share))
         angle = math.atan(self.wheelbase_m * curvature / _SLIP_SHARE)
         return min(max(angle / (self.lock_rad * max(share, 0.1)), -1.0), 1.0)

@@ -1,10 +1,10 @@
-"""Cars of ours that drive: along a `LanePath`, at a wished speed, behind whoever is ahead.
+"""Simulated cars: each follows a `LanePath` at a target speed and keeps a distance to the vehicle ahead.
 
-The client's TrafficManager is not used: a tick with it waits for several calls to the server, and its lost wake-up
-would cost the promise that the same seed gives the same run. Following is the Intelligent Driver Model (Treiber,
-Hennecke, Helbing 2000) with a linear free road, steering is pure pursuit (Coulter 1992). A `constant` car holds its
-speed whatever is in its way, as the flows of CARLA's scenario_runner do, until it has touched the hero: then it
-drives like the others. The others let it by at junctions.
+CARLA's TrafficManager is not used. It needs several calls to the server per tick, and a race in its wake-up would break
+the promise that the same seed gives the same run. Car following is the Intelligent Driver Model (Treiber, Hennecke,
+Helbing 2000) with a linear free-road term; steering is pure pursuit (Coulter 1992). A `constant` car holds its speed
+whatever is in its way, like the flows of CARLA's scenario_runner, until it has touched the hero. After that it drives
+like the others. The others give way to it at junctions.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from stucksolver_eval.actors.reservations import JunctionReservations
 
 HORIZON_M = 56.0
 LEADERS_EVERY = 3
-"""Ticks between two looks for who is ahead; in between the gap shrinks by the closing speed."""
+"""Ticks between two searches for the leader; in between, its gap is extrapolated with the closing speed."""
 MOST_MPS2 = 2.2
 SOFT_MPS2 = 2.5
 HARD_MPS2 = 8.0
@@ -35,35 +35,35 @@ STOP_LINE_GAP_M = 1.5
 _YELLOW_MPS2 = 3.0
 _CLAIM_M = 10.0
 _PRESSES_S = 6.0
-"""Nobody begins to cross a junction before a constant car that will be there so soon."""
+"""A constant car reserves a junction this long before it arrives; nobody else may enter then."""
 _LIGHT_WITHIN_M = 3.0
-"""A stop line may lie so far beyond where its junction begins."""
+"""A stop line may be this far inside its junction."""
 _TOUCH_M = 0.05
 _SPEED_GAIN = 1.2
 _LOW_M = 0.4
-"""What is lower is driven over."""
+"""Lower objects are driven over."""
 
 
 @dataclass(eq=False)
 class Car:
-    """One of them. Whoever owns it may write the wishes at any time."""
+    """One car. Its owner may change the target speed and the flags at any time. Arc lengths `s` are in metres."""
 
     member: ScenarioActor
     path: LanePath
     steering: Steering
     wish_mps: float
-    """Speed it wants; at 0 it brakes and waits."""
+    """Target speed (m/s); at 0 the car brakes and waits."""
     brakes_hard: bool = False
-    """With a wish of 0: an emergency stop."""
+    """With a target speed of 0: brake as in an emergency."""
     constant: bool = False
     obeys_lights: bool = True
     yields: bool = True
-    """Heeds who is ahead and who is in the junction."""
+    """Reacts to vehicles ahead and in the junction."""
     stand_gap_m: float = STAND_GAP_M
     start_road: int = 0
-    """The road that its line began on."""
+    """Id of the road on which its path starts."""
     number: int = 0
-    """How many set off before it; unlike its id the same in every world."""
+    """Number of cars that started before it; unlike the actor's id, it is the same in every run."""
     hit_hero: bool = False
     s: float = 0.0
     state: ActorState = field(default_factory=lambda: ActorState(0, 0, 0, 0, 0, 0, 0))
@@ -73,23 +73,23 @@ class Car:
 
     @property
     def done(self) -> bool:
-        """Whether it has come to the end of its line."""
+        """True if it has reached the end of its path."""
         return self.path.ended and self.path.s[-1] - self.s < 1.0
 
     @property
     def speed_mps(self) -> float:
-        """Speed on the ground (m/s)."""
+        """Speed along its heading (m/s)."""
         return self.state.speed_mps
 
     @property
     def in_junction(self) -> bool:
-        """Whether any part of it is in a junction on its line."""
+        """True if any part of it is in a junction of its path."""
         half = self.member.half_length_m
         return any(c.enter_s - half < self.s < c.leave_s + half for c in self.path.crossings)
 
 
 class Cars:
-    """All cars of a run. `step` moves them; call it once a tick after everyone has said their wishes."""
+    """All cars of a run. Call `step` once per tick, after target speeds have been set."""
 
     def __init__(self, cast: ActorPool, dt_s: float) -> None:
         self._cast, self._dt_s = cast, dt_s
@@ -120,9 +120,9 @@ class Cars:
         yields: bool = True,
         begin: bool = True,
     ) -> Car:
-        """Let a vehicle drive from a `carla.Waypoint` (or along several); see `LanePath` and `Car`.
+        """Let a vehicle drive from a `carla.Waypoint`, or along several; see `LanePath` and `Car`.
 
-        With `begin` it has its speed at once, else it sets off from where it stands.
+        With `begin` it starts at its target speed, otherwise from rest.
         """
         waypoints = list(start) if isinstance(start, Sequence) else [start]
         path = LanePath(waypoints, onward, offset_m, merge, ends, self.stops)
@@ -149,46 +149,46 @@ class Cars:
         return car
 
     def redirect(self, car: Car, start: Any, merge: tuple[float, float] = (0.0, 0.0), **path: Any) -> None:
-        """Give a car another line, which it comes over to as `merge` of `LanePath` says."""
+        """Give a car another path. `merge` says how it moves over to it; see `LanePath`."""
         car.path = LanePath([start], merge=merge, stops=self.stops, **path)
         car.path.grow(HORIZON_M)
         self.claims.drop(car)
 
     def change_lane(self, car: Car, onto: Any, over_m: float) -> None:
-        """Come over to the lane of a waypoint beside the car within `over_m` metres."""
+        """Change to the lane of the waypoint `onto`, which is beside the car, within `over_m` metres."""
         place, yaw = onto.transform.location, math.radians(onto.transform.rotation.yaw)
         here = car.state
         right_m = -(here.x - place.x) * math.sin(yaw) + (here.y - place.y) * math.cos(yaw)
         self.redirect(car, onto, (right_m, over_m))
 
     def let_go(self, car: Car) -> None:
-        """Stop steering a car; it keeps its last control and loses its constant velocity."""
+        """Stop controlling a car. It keeps its last control; a constant velocity is switched off."""
         self._cars.pop(car.member.id, None)
         self.claims.drop(car)
         if car.constant:
             car.member.actor.disable_constant_velocity()
 
     def remove(self, cars: Sequence[Car]) -> None:
-        """Take cars off the road."""
+        """Remove cars from the world."""
         for car in cars:
             self._cars.pop(car.member.id, None)
             self.claims.drop(car)
         self._cast.remove([car.member for car in cars])
 
     def relax(self, car: Car) -> None:
-        """A constant car becomes one that brakes for what is ahead."""
+        """Turn a constant car into one that brakes for vehicles ahead."""
         if car.constant:
             car.constant, car.yields = False, True
             car.member.actor.disable_constant_velocity()
 
     def slow(self, car: Car, speed_mps: float) -> None:
-        """Another speed for a car; the constant ones keep it at once."""
+        """Set a car's target speed (m/s); a constant car has it at once."""
         if car.constant and car.wish_mps != speed_mps:
             car.member.actor.enable_constant_velocity(carla.Vector3D(speed_mps, 0.0, 0.0))
         car.wish_mps = speed_mps
 
     def step(self) -> None:
-        """Steer and pedal every car by this tick's snapshot."""
+        """Compute and send every car's control from this tick's snapshot."""
         self._ticks += 1
         cars = list(self._cars.values())
         for car in cars:
@@ -204,7 +204,7 @@ class Cars:
             self._control(car)
 
     def _push(self, car: Car, speed_mps: float) -> None:
-        """Begin at speed instead of from rest."""
+        """Give a car its initial speed."""
         yaw = car.state.yaw_rad
         velocity = carla.Vector3D(speed_mps * math.cos(yaw), speed_mps * math.sin(yaw), 0.0)
         self._cast.send(carla.command.ApplyTargetVelocity(car.member.id, velocity))
@@ -216,7 +216,7 @@ class Cars:
         self.find_leaders([car for car in cars if (car.number + self._ticks) % LEADERS_EVERY == 0])
 
     def find_leaders(self, cars: Sequence[Car]) -> None:
-        """Look who is ahead of each of these cars, and set their `leader`."""
+        """Find the vehicle ahead of each of these cars, and set their `leader`."""
         if cars:
             others = [self._cast.hero_member, *self._cast.members.values()]
             heeded = [one for one in others if not one.is_staged and 2.0 * one.half_height_m > _LOW_M]
@@ -224,7 +224,7 @@ class Cars:
             find_leaders(cars, bodies)
 
     def _press_on(self, car: Car) -> None:
-        """Others keep out of the junctions that a constant car will soon pass, as it will not brake for them."""
+        """Reserve the junctions that a constant car will soon pass, because it will not brake for others."""
         front, rear = car.s + car.member.half_length_m, car.s - car.member.half_length_m
         for crossing in car.path.crossings:
             if crossing.leave_s < rear - 1.0:
@@ -233,7 +233,7 @@ class Cars:
                 self.claims.insist(car, crossing)
 
     def _feel(self, car: Car) -> None:
-        """A flow car that has touched the hero stops pressing on."""
+        """Turn a constant car that has touched the hero into an ordinary one."""
         hero, state = self._cast.hero, car.state
         if state.distance_m(hero.x, hero.y) > 8.0:
             return
@@ -268,7 +268,7 @@ class Cars:
         return steering.steer(2.0 * lateral / max(dx * dx + dy * dy, 4.0), abs(speed))
 
     def _acceleration(self, car: Car, speed: float) -> float:
-        """IDM behind the leader, and to a stop at lines; m/s²."""
+        """Return the acceleration (m/s²): IDM behind the leader, and towards stop lines."""
         wish = min(car.wish_mps, car.path.speed_limit())
         if wish < 0.1:
             brake = HARD_MPS2 if car.brakes_hard else SOFT_MPS2
@@ -284,7 +284,7 @@ class Cars:
         return max(wanted, -HARD_MPS2)
 
     def _stop_in(self, car: Car, speed: float) -> float | None:
-        """Distance from the bumper to where it must stop: a light, or a junction that is not free."""
+        """Return the distance from the bumper to where it must stop (m): a light, or a junction that is not free."""
         front = car.s + car.member.half_length_m + STOP_LINE_GAP_M
         found: list[float] = []
         if car.obeys_lights:
@@ -303,7 +303,10 @@ class Cars:
         return bool(state == carla.TrafficLightState.Yellow and speed * speed < 2.0 * _YELLOW_MPS2 * max(ahead_m, 0.1))
 
     def _waits(self, car: Car, front: float, speed: float, held_m: float) -> float | None:
-        """Distance to a junction that others have claimed. Whom a light holds so far ahead claims nothing beyond."""
+        """Return the distance to a junction that others have reserved (m), or None.
+
+        A car that waits at a light, `held_m` ahead, reserves nothing beyond it.
+        """
         near_m = _CLAIM_M + 0.5 * speed * speed / SOFT_MPS2
         for crossing in car.path.crossings:
             if crossing.leave_s < car.s - car.member.half_length_m - 1.0:

@@ -1,4 +1,4 @@
-"""Who is ahead of a car on its line, and who touches whom."""
+"""Finds the vehicle ahead of a car on its path, and checks whether two vehicles touch."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from stucksolver_eval.actors.cars import Car
 
 LOOK_POINTS = 24
-"""Points of the line that are looked at, two metres apart."""
+"""Number of path points, 2 m apart, that are searched for a leader."""
 _SIDE_M = 0.3
 _SAME_LEVEL_M = 4.0
 
@@ -24,45 +24,45 @@ Array = NDArray[np.float64]
 
 
 class Leader(NamedTuple):
-    """The nearest body on a car's line: bumper gap (m) and its speed along the line (m/s)."""
+    """The nearest body on a car's path: bumper gap (m), and its speed along the path (m/s)."""
 
     gap_m: float
     speed_mps: float
 
     def after(self, dt_s: float, own_mps: float) -> Leader:
-        """A tick later, if nothing else changed."""
+        """Return the leader `dt_s` later, at constant speeds."""
         return Leader(self.gap_m + (self.speed_mps - own_mps) * dt_s, self.speed_mps)
 
 
 def find_leaders(cars: Sequence[Car], bodies: Sequence[tuple[ScenarioActor, ActorState]]) -> None:
-    """Set each car's `leader`. A body counts as circles along its length, as wide as it is."""
+    """Set each car's `leader`. A body is approximated by circles along its length, as wide as the body."""
     circles, owner = _circles(bodies)
     for car in cars:
         car.leader = _leader(car, bodies, circles, owner)
 
 
 def boxes_touch(one: ScenarioActor, at: ActorState, other: ScenarioActor, there: ActorState, margin_m: float) -> bool:
-    """Whether two oriented boxes come nearer than a margin."""
+    """Return True if two oriented boxes are at most `margin_m` apart."""
     first, second = ((*_middle(a, s), s.yaw_rad) for a, s in ((one, at), (other, there)))
     halves = ((a.half_length_m, a.half_width_m) for a in (one, other))
     return bool(separation(first, next(halves), second, next(halves)) <= margin_m)
 
 
 def _middle(member: ScenarioActor, state: ActorState) -> tuple[float, float]:
-    """Where the middle of a body's box is in the world."""
+    """Return the centre of a body's box in CARLA's world frame (m)."""
     ahead, right = member.middle_m
     cos, sin = math.cos(state.yaw_rad), math.sin(state.yaw_rad)
     return state.x + ahead * cos - right * sin, state.y + ahead * sin + right * cos
 
 
 def _circles(bodies: Sequence[tuple[ScenarioActor, ActorState]]) -> tuple[Array, NDArray[np.int64]]:
-    """Rows of x, y, z, radius, and the index of the body each belongs to."""
+    """Return rows of x, y, z, radius (m), shape (n, 4), and the index of each row's body, shape (n,)."""
     rows: list[tuple[float, float, float, float]] = []
     owner: list[int] = []
     for index, (member, state) in enumerate(bodies):
         radius = min(member.half_width_m, member.half_length_m)
         reach = max(member.half_length_m, member.half_width_m) - radius
-        # A prop may lie across.
+        # A prop may be wider than long.
         x, y = _middle(member, state)
         yaw = state.yaw_rad + (math.pi / 2 if member.half_width_m > member.half_length_m else 0.0)
         count = max(1, math.ceil(2.0 * reach / 2.5) + 1) if reach > 0.2 else 1

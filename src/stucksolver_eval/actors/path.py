@@ -1,4 +1,4 @@
-"""The line that a car of ours follows: lane centres, grown as the car moves on, with what it must heed on the way."""
+"""The path that a simulated car follows: lane centres, extended as it drives, with its junctions and traffic lights."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _LATERAL_MPS2 = 2.5
 _SLOWING_MPS2 = 2.0
 
 Chooser = Callable[[Sequence[Any]], Any]
-"""Picks one of the waypoints (`carla.Waypoint`) that a lane leads to."""
+"""Picks one of the `carla.Waypoint`s that follow a lane."""
 
 
 class Crossing(NamedTuple):
@@ -26,7 +26,7 @@ class Crossing(NamedTuple):
 
 
 class StopOnPath(NamedTuple):
-    """Where a traffic light (`carla.TrafficLight`) stops a lane."""
+    """The point at which a traffic light stops a lane, in CARLA's world frame (m)."""
 
     light: carla.TrafficLight
     x: float
@@ -34,18 +34,18 @@ class StopOnPath(NamedTuple):
 
 
 class StopAt(NamedTuple):
-    """A traffic light (`carla.TrafficLight`) and the arc length of its line."""
+    """A traffic light and the arc length of its stop line on a path (m)."""
 
     light: carla.TrafficLight
     s: float
 
 
 StopLines = dict[tuple[int, int], StopOnPath]
-"""By road and lane."""
+"""Stop points by road id and lane id."""
 
 
 def stop_lines(lights: Sequence[carla.TrafficLight]) -> StopLines:
-    """The stop lines of `carla.TrafficLight`s."""
+    """Return the stop points of the traffic lights."""
     found: StopLines = {}
     for light in lights:
         for waypoint in light.get_stop_waypoints():
@@ -55,11 +55,15 @@ def stop_lines(lights: Sequence[carla.TrafficLight]) -> StopLines:
 
 
 class LanePath:
-    """A line along lanes, beginning at a waypoint.
+    """A path along lane centres that starts at a waypoint. World frame of CARLA; metres and radians.
 
-    `offset_m` shifts it to the right of the lane's centre. `merge` = (offset, over): the line begins that far to the
-    right instead and comes over within so many metres. `onward` chooses at forks (straight on by default); with
-    `waypoints` the line runs through those first. It ends where the lanes end, or after the last of them if `ends`.
+    Args:
+        waypoints: The path runs through these first.
+        onward: Chooses the lane at forks; straight on by default.
+        offset_m: Shifts the path to the right of the lane's centre.
+        merge: (offset, length): the path starts with this offset to the right, and reaches `offset_m` within `length`.
+        ends: True if the path ends at the last of `waypoints`; otherwise it ends where the lanes end.
+        stops: Stop points of traffic lights.
     """
 
     def __init__(
@@ -85,23 +89,23 @@ class LanePath:
         self.lights: list[StopAt] = []
         self.crossings: list[Crossing] = []
         self.at = 0
-        """Index of the point that the car has come nearest to."""
+        """Index of the path point nearest to the car."""
         for waypoint in waypoints:
             self._append(waypoint)
         self._ended = ends
 
     @property
     def waypoint(self) -> carla.Waypoint:
-        """The last waypoint of what is known of the line."""
+        """The last known waypoint of the path."""
         return self._last
 
     @property
     def ended(self) -> bool:
-        """Whether nothing more will come."""
+        """True if the path cannot be extended."""
         return self._ended
 
     def advance(self, x: float, y: float) -> float:
-        """Note where the car is; returns its arc length."""
+        """Update the car's position and return its arc length (m)."""
         i, n = self.at, len(self.x)
         here = (self.x[i] - x) ** 2 + (self.y[i] - y) ** 2
         while i + 1 < n:
@@ -113,7 +117,7 @@ class LanePath:
         return self.s[i] + (x - self.x[i]) * math.cos(self.yaw[i]) + (y - self.y[i]) * math.sin(self.yaw[i])
 
     def grow(self, until_s: float) -> None:
-        """Make sure that the line is known that far."""
+        """Extend the path to this arc length (m), if the lanes go that far."""
         while not self._ended and self.s[-1] < until_s:
             options = self._last.next(STEP_M)
             if not options:
@@ -122,7 +126,7 @@ class LanePath:
             self._append(options[0] if len(options) == 1 else self._onward(options))
 
     def point(self, s: float) -> tuple[float, float]:
-        """The place at an arc length, straight on beyond the ends."""
+        """Return the position at an arc length (m); it is extrapolated straight beyond the ends."""
         i = self.at
         n = len(self.s)
         while i + 1 < n and self.s[i + 1] < s:
@@ -134,7 +138,7 @@ class LanePath:
         return self.x[i] + over * math.cos(self.yaw[i]), self.y[i] + over * math.sin(self.yaw[i])
 
     def speed_limit(self) -> float:
-        """Fastest that the bends ahead let it be here (m/s)."""
+        """Return the highest speed here that suits the bends ahead (m/s)."""
         i = min(self.at + 1, len(self.limit_mps) - 1)
         return self.limit_mps[i]
 
@@ -199,7 +203,7 @@ class LanePath:
 
 
 def straightest(options: Sequence[carla.Waypoint]) -> carla.Waypoint:
-    """The way on with the least change of heading over the next ten metres."""
+    """Return the option with the least change of heading over the next 10 m."""
     return min(options, key=_turn)
 
 

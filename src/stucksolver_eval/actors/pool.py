@@ -1,4 +1,4 @@
-"""Everyone a run puts into the world. One snapshot is read and one batch is written in a tick, shared by all."""
+"""All actors that a run spawns. Per tick, one snapshot is read and one batch of commands is sent for all of them."""
 
 from __future__ import annotations
 
@@ -13,38 +13,38 @@ from typing import Any, NamedTuple
 import carla
 
 LIFT_M = 0.2
-"""Vehicles are put down from a little above the road, as CARLA's own scenarios do."""
+"""Vehicles are spawned slightly above the road, as in CARLA's own scenarios."""
 DEPOT_M, DEPOT_SPACING_M, DEPOT_DEPTH_M = 1500.0, 20.0, 100.0
-"""Staged actors wait below the ground and far aside, so that nobody's sensing meets them."""
+"""Staged actors wait below the ground and far away, so that no sensor sees them."""
 
 
 class CastError(RuntimeError):
-    """An actor that a scenario cannot do without could not be put into the world."""
+    """An actor that a scenario requires could not be spawned."""
 
 
 @dataclass(eq=False)
 class ScenarioActor:
-    """One actor of ours; sizes are half sizes of its box in metres."""
+    """One spawned actor, with the half sizes of its bounding box (m)."""
 
     id: int
     type_id: str
     actor: Any
-    """The `carla.Actor`, of whichever kind."""
+    """The `carla.Actor`."""
     half_length_m: float
     half_width_m: float
     half_height_m: float
     middle_m: tuple[float, float] = (0.0, 0.0)
-    """Of the box, ahead and right of the actor's origin."""
+    """Centre of the box relative to the actor's origin: forward, right (m)."""
     is_staged: bool = False
 
     @property
     def is_walker(self) -> bool:
-        """Whether it walks: a person or an animal."""
+        """True for walkers: people and animals."""
         return self.type_id.startswith("walker.")
 
 
 class ActorState(NamedTuple):
-    """Where an actor is in CARLA's world frame (metres, radians, m/s); `speed_mps` along its heading."""
+    """Pose and velocity in CARLA's left-handed world frame (m, rad, m/s); `speed_mps` is along the heading."""
 
     x: float
     y: float
@@ -55,11 +55,11 @@ class ActorState(NamedTuple):
     speed_mps: float
 
     def distance_m(self, x: float, y: float) -> float:
-        """Distance to a place (m)."""
+        """Return the distance to a position in the plane (m)."""
         return math.hypot(self.x - x, self.y - y)
 
     def ahead_m(self, x: float, y: float) -> float:
-        """How far a place lies ahead of it."""
+        """Return how far a position is ahead of the actor (m); negative behind it."""
         return (x - self.x) * math.cos(self.yaw_rad) + (y - self.y) * math.sin(self.yaw_rad)
 
 
@@ -76,32 +76,32 @@ class ActorPool:
         self._depot_places = 0
         self.members: dict[int, ScenarioActor] = {}
         self.doors_open: set[int] = set()
-        """Ids of those of which `open_door` has opened a door; the client cannot be asked."""
+        """Ids of the vehicles with a door opened by `open_door`; the client API cannot report it."""
         self.hero_member = _member(hero, hero.bounding_box)
 
     def look(self) -> None:
-        """Take this tick's snapshot; what was read from the last one is forgotten."""
+        """Take this tick's snapshot and discard the states of the last one."""
         self._snapshot = self._world.get_snapshot()
         self._states.clear()
 
     def flush(self) -> None:
-        """Send this tick's commands, all at once and without waiting."""
+        """Send this tick's commands in one batch, without waiting for the result."""
         if self._commands:
             self._client.apply_batch(self._commands)
             self._commands = []
 
     @property
     def time_s(self) -> float:
-        """The simulator's time (s)."""
+        """Simulation time (s)."""
         return float(self._snapshot.timestamp.elapsed_seconds)
 
     @property
     def hero(self) -> ActorState:
-        """The vehicle under test, in this tick."""
+        """State of the vehicle under test at this tick."""
         return self.state(self.hero_member)
 
     def state(self, member: ScenarioActor) -> ActorState:
-        """Of this tick's snapshot. For an actor that is not in it yet, where it was put."""
+        """Return an actor's state in this tick's snapshot, or its spawn pose if it is not in the snapshot yet."""
         known = self._states.get(member.id)
         if known is None:
             shot = self._snapshot.find(member.id)
@@ -110,11 +110,11 @@ class ActorPool:
         return known
 
     def knows(self, blueprint: str) -> bool:
-        """Whether the library has this blueprint."""
+        """Return True if the blueprint library has this blueprint."""
         return blueprint in self._ids
 
     def kinds(self, **attributes: str) -> tuple[str, ...]:
-        """Ids of the vehicles that have these attributes, in the order of their names."""
+        """Return the ids of the vehicle blueprints with these attributes, sorted."""
         return tuple(
             definition.id
             for definition in sorted(self._library.filter("vehicle.*"), key=lambda one: str(one.id))
@@ -123,12 +123,12 @@ class ActorPool:
 
     @cached_property
     def car_kinds(self) -> tuple[str, ...]:
-        """Ordinary cars with lights: what traffic is made of."""
+        """Blueprint ids of ordinary cars with lights, which traffic consists of."""
         emergency = set(self.kinds(special_type="emergency"))
         return tuple(one for one in self.kinds(base_type="car", has_lights="true") if one not in emergency)
 
     def some_car(self, chance: Random) -> str:
-        """One of the ordinary cars."""
+        """Return a random one of `car_kinds`."""
         return chance.choice(self.car_kinds)
 
     def spawn(
@@ -139,7 +139,7 @@ class ActorPool:
         lift_m: float = LIFT_M,
         **attributes: str,
     ) -> ScenarioActor | None:
-        """Put an actor down at a `carla.Transform`; None where something is there already."""
+        """Spawn an actor `lift_m` above a pose. Returns None if the place is occupied."""
         definition = self._library.find(blueprint)
         definition.set_attribute("role_name", role)
         for name, value in attributes.items():
@@ -149,17 +149,17 @@ class ActorPool:
         return None if actor is None else self._enter(actor, place)
 
     def must_spawn(self, blueprint: str, transform: carla.Transform, **options: Any) -> ScenarioActor:
-        """The same, but raises `CastError` where it does not fit."""
+        """Spawn an actor like `spawn`. Raises `CastError` if the place is occupied."""
         member = self.spawn(blueprint, transform, **options)
         if member is None:
             at = transform.location
             raise CastError(
-                f"{blueprint} could not be put at ({at.x:.1f}, {at.y:.1f}): something is there; move the trigger point"
+                f"{blueprint} could not be spawned at ({at.x:.1f}, {at.y:.1f}): it is occupied; move the trigger point"
             )
         return member
 
     def keep_below(self, blueprint: str, **options: Any) -> ScenarioActor:
-        """Spawn an actor that waits below the ground until `bring` calls it. Raises `CastError`."""
+        """Spawn an actor that waits below the ground until `bring` places it. Raises `CastError`."""
         self._depot_places += 1
         place = carla.Location(DEPOT_M, DEPOT_SPACING_M * self._depot_places, -DEPOT_DEPTH_M)
         member = self.must_spawn(blueprint, carla.Transform(place), lift_m=0.0, **options)
@@ -168,7 +168,7 @@ class ActorPool:
         return member
 
     def bring(self, member: ScenarioActor, transform: carla.Transform, lift_m: float = LIFT_M) -> None:
-        """Raise an actor that waits below the ground to its place."""
+        """Move a staged actor to its place in the world and switch on its physics."""
         place = carla.Transform(_lifted(transform.location, lift_m), transform.rotation)
         self.send(carla.command.ApplyTransform(member.id, place))
         if not member.type_id.startswith("static."):
@@ -177,21 +177,21 @@ class ActorPool:
         self._states[member.id] = _pose_state(place)
 
     def place(self, member: ScenarioActor, transform: carla.Transform) -> None:
-        """Move an actor to a place at once."""
+        """Teleport an actor to a pose."""
         self.send(carla.command.ApplyTransform(member.id, transform))
         self._states[member.id] = _pose_state(transform)
 
     def hold(self, member: ScenarioActor) -> None:
-        """Hand brake on: a vehicle that stays."""
+        """Apply the hand brake, so that a vehicle stays where it is."""
         self.send(carla.command.ApplyVehicleControl(member.id, carla.VehicleControl(hand_brake=True, brake=1.0)))
 
     def walk(self, member: ScenarioActor, x: float, y: float, speed_mps: float) -> None:
-        """Let a walker go in a direction of the world until it is told otherwise; 0 stops it."""
+        """Let a walker go in direction (`x`, `y`) of the world frame until further notice; speed 0 stops it."""
         control = carla.WalkerControl(carla.Vector3D(x, y, 0.0), speed_mps, False)
         self.send(carla.command.ApplyWalkerControl(member.id, control))
 
     def open_door(self, member: ScenarioActor, door: carla.VehicleDoor) -> None:
-        """Open a door of a vehicle; it stays open."""
+        """Open a door of a vehicle permanently."""
         member.actor.open_door(door)
         self.doors_open.add(member.id)
 
@@ -204,13 +204,13 @@ class ActorPool:
         self._commands.append(command)
 
     def remove(self, members: Sequence[ScenarioActor]) -> None:
-        """Take actors off the world with this tick's batch."""
+        """Destroy actors with this tick's batch."""
         for member in members:
             if self.members.pop(member.id, None) is not None:
                 self.send(carla.command.DestroyActor(member.id))
 
     def close(self) -> None:
-        """Take everyone off the world. A server that is gone has done so."""
+        """Destroy all actors. Errors are ignored because the server may already be gone."""
         self.remove(list(self.members.values()))
         with contextlib.suppress(RuntimeError):
             self.flush()
@@ -230,7 +230,7 @@ class ActorPool:
 
 
 def lamps(*names: str) -> carla.VehicleLightState:
-    """Vehicle lights by name: `lamps("LeftBlinker", "RightBlinker")` are hazard lights."""
+    """Return vehicle lights by name: `lamps("LeftBlinker", "RightBlinker")` are the hazard lights."""
     value = 0
     for name in names:
         value |= int(getattr(carla.VehicleLightState, name))

@@ -1,4 +1,4 @@
-"""Who may be in a junction: ways that would meet are given out one after the other, first come, first served."""
+"""Reservations of paths through junctions: conflicting paths are granted one at a time, first come, first served."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ Way = NDArray[np.float64]
 
 
 class JunctionReservations:
-    """Ways through junctions that are in use. The hero's counts before all others while it is in the junction."""
+    """The reserved paths through junctions. The hero's path has priority while it is in the junction."""
 
     def __init__(self) -> None:
         self._claimed: dict[int, dict[int, Way]] = {}
         self._hero: tuple[int, Way] | None = None
 
     def hero(self, junction: int | None, way: Way | None) -> None:
-        """The hero's way through the junction that it is in or about to enter; None where there is none."""
+        """Set the hero's path through the junction that it is in or about to enter, shape (n, 2) in m, or None."""
         self._hero = None if junction is None or way is None else (junction, way)
 
     def claim(self, car: Car, crossing: Crossing) -> bool:
-        """Take the way through a junction, or keep it; False while it would meet another's."""
+        """Reserve or keep a path through a junction. Returns False while it conflicts with another reservation."""
         taken = self._claimed.setdefault(crossing.junction, {})
         if car.member.id in taken:
             return True
@@ -44,17 +44,17 @@ class JunctionReservations:
         return True
 
     def insist(self, car: Car, crossing: Crossing) -> None:
-        """Take the way through a junction whoever is in it: nothing makes a car brake that holds its speed."""
+        """Reserve a path through a junction regardless of conflicts, for a car that does not brake."""
         taken = self._claimed.setdefault(crossing.junction, {})
         if car.member.id not in taken:
             taken[car.member.id] = _way(car, crossing)
 
     def release(self, car: Car, crossing: Crossing) -> None:
-        """The car has left the junction."""
+        """Release a reservation after the car has left the junction."""
         self._claimed.get(crossing.junction, {}).pop(car.member.id, None)
 
     def drop(self, car: Car) -> None:
-        """The car is gone, or goes another way."""
+        """Release all reservations of a car that is removed or takes another path."""
         for taken in self._claimed.values():
             taken.pop(car.member.id, None)
 

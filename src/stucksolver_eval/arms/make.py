@@ -12,7 +12,7 @@ from stucksolver.reason import Reasoner
 from stucksolver.reason.faulty import FAULTY, make_faulty
 from stucksolver.reason.make import make_reasoner, preflight, sees
 from stucksolver.reason.registry import ReasonerNameError
-from stucksolver.record import Recorder
+from stucksolver.record import QuestionLog, Recorder
 from stucksolver.solver import StuckSolver
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.carla_stack.camera import FrontCamera, GivesPicture
@@ -55,9 +55,9 @@ def check_arm(spec: ArmSpec) -> None:
     if spec.recovery not in (NONE, TIMERS):
         _reasoner(spec.recovery, 0)
     elif not spec.guarded:
-        raise ArmError(f"--unguarded is for a recovery that has a guard, not for {spec.recovery!r}")
+        raise ArmError(f"--unguarded needs a recovery with a guard; {spec.recovery!r} has none")
     elif spec.reasoner:
-        raise ArmError(f"--reasoner {spec.reasoner} goes with a recovery that asks it, not with {spec.recovery!r}")
+        raise ArmError(f"--reasoner {spec.reasoner} needs a recovery that uses it; {spec.recovery!r} does not")
     if spec.reasoner:
         _reasoner(spec.reasoner, 0)
 
@@ -66,7 +66,7 @@ def _check_perception(spec: ArmSpec) -> None:
     if spec.perception == SENSORS:
         from stucksolver.perception.perceiver import why_not_here
 
-        # All weights are loaded once before the drive.
+        # This loads all weights once, so that errors show before the drive.
         why = why_not_here()
         if why:
             raise ArmError(f"--perception sensors: {why}")
@@ -74,7 +74,7 @@ def _check_perception(spec: ArmSpec) -> None:
         from stucksolver.stacks.sensed.faults import FAULTS
 
         if spec.perception != SENSORS:
-            raise ArmError("--sensor-fault goes with --perception sensors")
+            raise ArmError("--sensor-fault needs --perception sensors")
         if spec.sensor_fault not in FAULTS:
             raise ArmError(f"unknown sensor fault {spec.sensor_fault!r}; choose from {', '.join(FAULTS)}")
 
@@ -91,10 +91,10 @@ def _check_memory(spec: ArmSpec) -> None:
 
 
 def preflight_arm(spec: ArmSpec) -> tuple[str, ...]:
-    """Check once that each reasoner can be asked, and return what a person should know, a line each.
+    """Check once that each reasoner responds. Returns notes for the user, one line each.
 
     Raises:
-        ArmError: One cannot be asked.
+        ArmError: A reasoner does not respond.
     """
     words = [one for one in (spec.recovery, spec.reasoner) if one not in ("", NONE, TIMERS)]
     try:
@@ -156,7 +156,7 @@ def make_arm(
             detector=DetectorSettings(**spec.detector),
             clock=spec.clock,
             on_event=listener if memory is None else memory.ear(VEHICLE, listener),
-            record=recorder,
+            record=recorder if spec.questions is None else QuestionLog(spec.questions),
         )
 
     return SolverArm(stack, [rules] if model is None else [rules, model], make, recorder, camera, memory)

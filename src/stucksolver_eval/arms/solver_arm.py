@@ -19,7 +19,7 @@ from stucksolver_eval.results.outcome import InterventionRecord, QueryOutcome, Q
 
 Listener = Callable[[Event], None]
 ASKING = "request_assistance"
-"""The behaviour that calls for help."""
+"""Name of the behaviour that calls for help."""
 
 
 class SolverArm:

@@ -39,6 +39,9 @@ class ArmSpec:
     heedless: bool = False
     camera: bool = False
     """Carry the front camera even if no reasoner looks at it, to show what was seen."""
+    questions: Path | None = None
+    """File that takes each question to a reasoner with the surroundings, instead of a record; None: they are not kept.
+    """
 
     @property
     def name(self) -> str:

@@ -1,7 +1,7 @@
-"""The usual baseline: a car that stands for too long tries one thing after the other, looking at nothing.
+"""The timer-based baseline: a car that has stood for too long tries one action after another, without looking.
 
-After 8 s at a standstill it waits, after 15 s it reverses, after 30 s it overtakes on the left, after 60 s on the
-right; then it begins again. It knows no cause; only its driver's own brakes prevent collisions.
+After 8 s at a standstill it waits, after 15 s it reverses, after 30 s it overtakes on the left, and after 60 s on the
+right; then it starts again. It does not know the cause. Only its driver's own braking prevents collisions.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stucksolver.decision import Directive
 from stucksolver.stacks.carla_stack.interface import EgoVehicle
@@ -19,9 +19,6 @@ from stucksolver_eval.criteria.base import STANDING_MPS
 from stucksolver_eval.drivers import RouteDriver
 from stucksolver_eval.results.outcome import InterventionRecord
 from stucksolver_eval.routes.line import RouteLine
-
-if TYPE_CHECKING:
-    pass
 
 WAIT_S = 8.0
 REVERSE_S = 15.0
@@ -66,10 +63,10 @@ class TimersArm:
         self.directive: Directive | None = None
 
     def say(self, text: str) -> None:
-        """Timers ignore words."""
+        """Ignore the words."""
 
     def step(self, now: Now) -> Any:
-        """Run one tick of the timers and perform their order."""
+        """Run one tick of the timers and return the driver's control."""
         self._watch(now)
         if self._running is not None:
             self._go_on(self._running, now)
@@ -78,7 +75,7 @@ class TimersArm:
         return self._driver.run_step()
 
     def close(self, time_s: float) -> None:
-        """Do nothing."""
+        """Log the running action as unfinished, if there is one."""
         if self._running is not None:
             self._end(self._running, time_s, False, "the route ended")
 
@@ -129,7 +126,7 @@ class TimersArm:
         return [DrivePoint(x - k * math.cos(yaw), y - k * math.sin(yaw), REVERSE_MPS) for k in steps]
 
     def _beside(self, side: float) -> Path:
-        """Return a path over by one lane along the route and back; `side` is 1 for the right. It looks at nothing."""
+        """Return a path along the route that moves over by one lane and back; `side` is 1 for right, -1 for left."""
         here = self._line.project(self._ego.get_location())
         start_m = float(self._line.s_m[here])
         path = []

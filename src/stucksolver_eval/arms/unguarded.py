@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from stucksolver.decision.behaviors import REGISTRY, Behavior, CannotPlan, Release
 from stucksolver.decision.manoeuvre import Manoeuvre
-from stucksolver.guard import NOBODY, OK, Approvals, Guard, GuardPolicy, Proven, Verdict, no_path
+from stucksolver.guard import NOBODY, OK, Approvals, GivingWay, Guard, GuardPolicy, Proven, Verdict, no_path
 from stucksolver.scene.view import FrenetScene
 
 
@@ -38,7 +38,7 @@ class Unguarded(Guard):
         """Always True."""
         return True
 
-    def recheck(self, proven: Proven, view: FrenetScene, giving_way: bool = False) -> Verdict:
+    def recheck(self, proven: Proven, view: FrenetScene, giving_way: GivingWay = False) -> Verdict:
         """Always accept."""
         return OK
 

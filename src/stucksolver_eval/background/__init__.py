@@ -1,4 +1,4 @@
-"""The traffic around the hero, and the hooks by which scenarios shape it."""
+"""Background traffic around the hero, and the hooks with which scenarios control it."""
 
 from stucksolver_eval.background.background import Background
 

@@ -1,7 +1,7 @@
-"""Background traffic: cars around the hero on its road, in the oncoming lanes, and at the junctions it comes to.
+"""Background traffic: cars around the hero on its road, in the oncoming lanes, and at the junctions ahead.
 
-The numbers are those of the CARLA leaderboard's background activity as Bench2Drive uses it; what is simpler here
-stands in docs/scenarios.md.
+The numbers are those of the CARLA leaderboard's background activity as Bench2Drive uses it. docs/scenarios.md lists the
+simplifications.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ if TYPE_CHECKING:
     from stucksolver_eval.setting import Setting
 
 EVERY = 5
-"""Ticks between two looks at who comes and goes."""
+"""Ticks between two updates of spawning, removal and speeds."""
 _CLAIM_M = 8.0
 _CLAIM_MPS = 1.0
 
 
 class Background:
-    """All of it. `populate` once, `tick` after every tick of the world; the rest are the scenarios' hooks."""
+    """All background traffic. Call `populate` once and `tick` after every tick; the rest are hooks for scenarios."""
 
     def __init__(self, setting: Setting, empty: bool = False) -> None:
-        """With `empty` nobody comes, and the hooks find nobody."""
+        """With `empty` there is no traffic, and the hooks have no effect."""
         self._setting, self._empty = setting, empty
         self._seen = Seen(setting)
         self._junctions = route_junctions(setting.route)
@@ -41,7 +41,7 @@ class Background:
         self.crossing = CrossingTraffic(self._seen)
 
     def populate(self) -> None:
-        """The first cars around the hero."""
+        """Spawn the first cars around the hero."""
         if self._empty:
             return
         hero = self._setting.hero.get_location()
@@ -50,7 +50,7 @@ class Background:
         self.road.populate()
 
     def tick(self, time_s: float, hero_s_m: float) -> None:
-        """Let cars come, go and choose their speeds."""
+        """Spawn and remove cars, and set their speeds. `hero_s_m` is the hero's arc length on the route (m)."""
         self._ticks += 1
         if self._empty or self._ticks % EVERY:
             return
@@ -62,36 +62,36 @@ class Background:
         for car in self.crossing.hand_over():
             self.road.adopt(car)
 
-    # What scenarios may ask for.
+    # Hooks for scenarios.
 
     def leave_space_in_front(self, space_m: float) -> None:
-        """Move the cars ahead on so that the nearest is at least so far away."""
+        """Move the cars ahead forward, so that the nearest is at least `space_m` away."""
         self.road.leave_space(space_m)
 
     def remove_road_lane(self, waypoint: carla.Waypoint) -> None:
-        """No traffic in the lane of a waypoint of the hero's road until `readd_road_lane`."""
+        """Keep the lane of this waypoint, on the hero's road, free of traffic until `readd_road_lane`."""
         self.road.close_lane(waypoint)
 
     def readd_road_lane(self, waypoint: carla.Waypoint) -> None:
-        """Opens a lane again that was taken out of the road's traffic."""
+        """Reopen a lane that `remove_road_lane` closed."""
         self.road.open_lane(waypoint)
 
     def set_max_speed(self, speed_mps: float | None) -> None:
-        """A cap on everyone's speed; None takes it away."""
+        """Limit the speed of the traffic on the hero's road in both directions; None removes the limit."""
         self.road.cap_mps = self.oncoming.cap_mps = speed_mps
 
     def change_road_behavior(self, spawn_m: float | None = None, extra_space_m: float | None = None) -> None:
-        """Spacing of new cars behind the hero, and room that cars ahead may gain on it; None is the usual."""
+        """Set the spacing of new cars behind the hero, and extra distance for cars ahead; None is the default."""
         self.road.spacing_m = self.road.SPACING_M if spawn_m is None else spawn_m
         self.road.extra_space_m = 0.0 if extra_space_m is None else extra_space_m
 
     def change_opposite_behavior(self, active: bool = True, spawn_m: float | None = None) -> None:
-        """Oncoming traffic on or off (those that are there drive on), and its spacing; None is the usual."""
+        """Switch new oncoming traffic on or off (existing cars drive on), and set its spacing; None is the default."""
         self.oncoming.active = active
         self.oncoming.spacing_m = self.oncoming.SPACING_M if spawn_m is None else spawn_m
 
     def clear_opposite(self) -> None:
-        """Take the oncoming cars away."""
+        """Remove the oncoming cars."""
         self.oncoming.clear()
 
     def handle_junction_scenario(
@@ -105,8 +105,13 @@ class Background:
     ) -> None:
         """Make room at the hero's next junction for a scenario's own traffic.
 
-        Nobody in the middle of it or ahead of the hero, nobody on the roads of the entry and exit waypoints given,
-        and no new ones from elsewhere with `stop_entries`. `extend_exit_m` keeps so much of the hero's exit free.
+        Args:
+            clear_middle: Remove cars inside the junction.
+            clear_ego_entry: Remove cars ahead of the hero.
+            remove_entries: Waypoints of entry roads to clear.
+            remove_exits: Waypoints of exit roads to clear.
+            stop_entries: Spawn no new cars on the other entries.
+            extend_exit_m: Keep this much of the hero's exit free (m).
         """
         self.crossing.quiet(clear_middle, {w.road_id for w in (*remove_entries, *remove_exits)}, stop_entries)
         if clear_ego_entry:
@@ -115,31 +120,31 @@ class Background:
             self.crossing.exit_gap_m = extend_exit_m
 
     def switch_route_sources(self, enabled: bool) -> None:
-        """Whether new cars come from behind on the hero's road."""
+        """Switch the spawning of cars behind the hero on or off."""
         self.road.sources = enabled
 
     def stop_front(self) -> None:
-        """The cars ahead brake and stand."""
+        """Make the cars ahead brake hard and stop."""
         self.road.front_stopped = True
 
     def start_front(self) -> None:
-        """Lets the cars ahead drive again."""
+        """Let the cars ahead drive again."""
         self.road.front_stopped = False
 
     def stop_back(self) -> None:
-        """The cars behind stop."""
+        """Make the cars behind stop."""
         self.road.back_stopped = True
 
     def start_back(self) -> None:
-        """Lets the cars behind drive again."""
+        """Let the cars behind drive again."""
         self.road.back_stopped = False
 
     def remove_behind(self) -> None:
-        """Take away the cars behind the hero in its own lane."""
+        """Remove the cars behind the hero in its own lane."""
         self.road.remove_behind()
 
     def leave_crossing_space(self, x: float, y: float) -> None:
-        """Nobody in the oncoming lanes within 20 m of a crossing, and those within 30 m stand."""
+        """Remove oncoming cars within 20 m of a crossing, and stop those that approach it within 30 m."""
         self.oncoming.keep_off(x, y)
 
     def _look(self, hero_s_m: float) -> None:
@@ -153,7 +158,7 @@ class Background:
             seen.junction_in_m = max(float(setting.route.s_m[seen.junction.first]) - hero_s_m, 0.0)
 
     def _claim_for_hero(self) -> None:
-        """Our cars keep out of the hero's way through a junction once it is about to enter."""
+        """Reserve the hero's path through a junction once it is about to enter, so that our cars give way."""
         seen, claims = self._seen, self._setting.cars.claims
         junction = seen.junction
         coming = seen.junction_in_m < _CLAIM_M and seen.speed_mps > _CLAIM_MPS

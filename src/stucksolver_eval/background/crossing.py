@@ -1,4 +1,4 @@
-"""Cars that come to the hero's next junction on its other roads."""
+"""Traffic on the other roads of the hero's next junction."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class _Source:
 
 
 class CrossingTraffic:
-    """Once the hero is near: sources up to 40 m up the other entries, and two cars on the hero's exit."""
+    """When the hero is near, cars spawn up to 40 m before the other entries, and two on each lane of its exit."""
 
     SPACING_M: ClassVar[float] = 15.0
     SOURCE_M: ClassVar[float] = 40.0
@@ -52,7 +52,7 @@ class CrossingTraffic:
         return list(self._cars)
 
     def tick(self) -> None:
-        """Let cars come and go."""
+        """Spawn and remove cars, and set their speeds."""
         seen = self._seen
         if self._junction is not None and seen.junction is not self._junction:
             self._leave()
@@ -66,7 +66,7 @@ class CrossingTraffic:
         self._retire()
 
     def hand_over(self) -> list[Car]:
-        """New cars on the hero's exit: they belong to its road."""
+        """Return new cars on the hero's exit, once; from now on they belong to the road's traffic."""
         cars, self._exit_cars = self._exit_cars, []
         return cars
 
@@ -92,7 +92,7 @@ class CrossingTraffic:
         self._fill_exit(junction)
 
     def _fill_exit(self, junction: RouteJunction) -> None:
-        """Two cars on each lane of the hero's exit, waiting for it."""
+        """Spawn two waiting cars on each lane of the hero's exit."""
         seen, route = self._seen, self._seen.setting.route
         if junction.last + 1 >= len(route.waypoints) or (self._quiet and self.exit_gap_m == self.EXIT_GAP_M):
             return

@@ -1,4 +1,4 @@
-"""Lanes beside a route and ways across its junctions, read from the map."""
+"""Lanes next to a route and entries of its junctions, read from the map."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MOST_LANES = 6
 
 @dataclass(frozen=True)
 class RouteJunction:
-    """A junction that the route goes through: indices of its first and last waypoint inside, and its id."""
+    """A junction on the route: indices of the first and last route waypoint inside, and the junction's id."""
 
     first: int
     last: int
@@ -24,7 +24,7 @@ class RouteJunction:
 
 
 def route_junctions(route: RouteLine) -> list[RouteJunction]:
-    """In driving order."""
+    """Return the junctions of a route in driving order."""
     found: list[RouteJunction] = []
     for index, waypoint in enumerate(route.waypoints):
         if not waypoint.is_junction:
@@ -38,17 +38,17 @@ def route_junctions(route: RouteLine) -> list[RouteJunction]:
 
 
 def is_driving(waypoint: carla.Waypoint | None) -> TypeGuard[carla.Waypoint]:
-    """Whether there is a driving lane wide enough for traffic."""
+    """Return True for a waypoint on a driving lane that is wide enough for traffic."""
     return waypoint is not None and waypoint.lane_type == carla.LaneType.Driving and waypoint.lane_width >= NARROWEST_M
 
 
 def same_way(one: carla.Waypoint, other: carla.Waypoint) -> bool:
-    """Whether two lanes of one road have the same direction."""
+    """Return True if two lanes of the same road have the same direction."""
     return bool(one.lane_id * other.lane_id > 0)
 
 
 def beside(waypoint: carla.Waypoint, slot: int) -> carla.Waypoint | None:
-    """The driving lane so many to the right (negative: left) with the same direction, or None."""
+    """Return the driving lane `slot` lanes to the right (negative: left) with the same direction, or None."""
     here = waypoint
     for _ in range(abs(slot)):
         there = here.get_right_lane() if slot > 0 else here.get_left_lane()
@@ -59,7 +59,7 @@ def beside(waypoint: carla.Waypoint, slot: int) -> carla.Waypoint | None:
 
 
 def slots(waypoint: carla.Waypoint) -> list[int]:
-    """Which places to the left and right of a lane are driving lanes of its direction, its own (0) among them."""
+    """Return the slots (see `beside`) of all driving lanes with this direction, including its own, 0."""
     found = [0]
     for sign in (-1, 1):
         for k in range(1, MOST_LANES):
@@ -70,7 +70,7 @@ def slots(waypoint: carla.Waypoint) -> list[int]:
 
 
 def oncoming_lanes(waypoint: carla.Waypoint) -> list[carla.Waypoint]:
-    """The driving lanes of the other direction on the same road, the nearest first."""
+    """Return the driving lanes of the opposite direction on the same road, nearest first."""
     here = waypoint.get_left_lane()
     found: list[carla.Waypoint] = []
     for _ in range(2 * MOST_LANES):
@@ -86,7 +86,7 @@ def oncoming_lanes(waypoint: carla.Waypoint) -> list[carla.Waypoint]:
 
 
 def back(waypoint: carla.Waypoint, distance_m: float, step_m: float = 5.0) -> Any | None:
-    """The place so far back along the lane, never in a junction; None where there is none."""
+    """Return the waypoint `distance_m` back along the lane; None if the lane ends or a junction is in between."""
     here, gone = waypoint, 0.0
     while gone < distance_m:
         step = min(step_m, distance_m - gone)
@@ -98,7 +98,7 @@ def back(waypoint: carla.Waypoint, distance_m: float, step_m: float = 5.0) -> An
 
 
 def entries(waypoint_in_junction: Any) -> Iterator[Any]:
-    """The last waypoint of every driving lane that leads into the junction of a waypoint, each once."""
+    """Yield the last waypoint of every driving lane that leads into the waypoint's junction, each once."""
     seen: set[tuple[int, int]] = set()
     for start, _ in waypoint_in_junction.get_junction().get_waypoints(carla.LaneType.Driving):
         for before in start.previous(1.0):

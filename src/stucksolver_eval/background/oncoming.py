@@ -1,4 +1,4 @@
-"""Cars in the oncoming lanes of the hero's road."""
+"""Traffic in the oncoming lanes of the hero's road."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stucksolver_eval.background.seen import Seen
 
 
 class OncomingTraffic:
-    """New ones come from 80 m ahead; those 80 m behind are taken away. They heed neither lights nor signs."""
+    """New cars spawn 80 m ahead; cars more than 80 m behind are removed. They ignore traffic lights and signs."""
 
     SPACING_M: ClassVar[float] = 40.0
     SOURCE_M: ClassVar[float] = 80.0
@@ -26,7 +26,7 @@ class OncomingTraffic:
         self._keep_off: tuple[float, float] | None = None
 
     def tick(self) -> None:
-        """Let cars come and go."""
+        """Spawn and remove cars, and set their speeds."""
         self._retire()
         if self.active:
             self._source()
@@ -35,12 +35,12 @@ class OncomingTraffic:
             car.wish_mps = 0.0 if self._stands(car) else speed
 
     def clear(self) -> None:
-        """Take all of them away."""
+        """Remove all cars."""
         self._seen.setting.cars.remove(self._cars)
         self._cars = []
 
     def keep_off(self, x: float, y: float) -> None:
-        """Nobody within 20 m of a place, and those within 30 m stand, from now on."""
+        """Remove cars within 20 m of a position; from now on, those that approach it within 30 m stop."""
         self._keep_off = (x, y)
         near = [car for car in self._cars if car.state.distance_m(x, y) < 20.0]
         self._seen.setting.cars.remove(near)

@@ -1,4 +1,4 @@
-"""Cars on the hero's own road, ahead of it and behind, in all lanes of its direction."""
+"""Traffic on the hero's own road, ahead of it and behind it, in all lanes of its direction."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ class _RoadCar:
     car: Car
     ahead_m: float = 0.0
     slot: int = 0
-    """How many lanes right of the route's."""
+    """Lanes to the right of the route's lane; negative to the left."""
 
 
 class RoadTraffic:
-    """Two cars ahead and two behind in each lane, 15 m apart; a source follows the hero at least 30 m behind."""
+    """Two cars ahead and two behind in each lane, 15 m apart; new cars spawn at least 30 m behind the hero."""
 
     SPACING_M: ClassVar[float] = 15.0
     AHEAD: ClassVar[int] = 2
@@ -53,11 +53,11 @@ class RoadTraffic:
 
     @property
     def ahead(self) -> list[Car]:
-        """Those ahead of the hero."""
+        """The cars ahead of the hero."""
         return [one.car for one in self._cars if one.ahead_m > 0.0]
 
     def populate(self) -> None:
-        """The first cars."""
+        """Spawn the first cars."""
         for slot in slots(self._seen.waypoint):
             lane = beside(self._seen.waypoint, slot)
             if lane is None or self._is_closed(lane):
@@ -75,7 +75,7 @@ class RoadTraffic:
                     self._spawn(behind, slot, 0.0)
 
     def tick(self) -> None:
-        """Let cars come and go, and choose their speeds."""
+        """Spawn and remove cars, and set their speeds."""
         self._place()
         self._retire()
         if self.sources:
@@ -85,18 +85,18 @@ class RoadTraffic:
             one.car.brakes_hard = self.front_stopped and one.ahead_m > 0.0
 
     def adopt(self, car: Car) -> None:
-        """A car that has come onto the hero's road."""
+        """Take over a car that has turned onto the hero's road."""
         self._cars.append(_RoadCar(car))
 
     def leave_space(self, space_m: float) -> None:
-        """Move cars ahead on by what the nearest lacks; those with no road to go to are taken away."""
+        """Move the cars ahead forward until the nearest is `space_m` away; remove those that do not fit on the road."""
         self._place()
         ahead = [one for one in self._cars if one.ahead_m > 0.0]
         lacking = space_m - min((one.ahead_m for one in ahead), default=space_m)
         if lacking <= 0.0:
             return
         cast, cars, route = self._seen.setting.cast, self._seen.setting.cars, self._seen.setting.route
-        # The farthest first, so that nobody is put where another still stands.
+        # Start with the farthest, so that no car is placed onto another.
         for one in sorted(ahead, key=lambda other: -other.ahead_m):
             s = self._seen.s_m + one.ahead_m + lacking
             there = beside(route.at(s), one.slot) if s < route.length_m else None
@@ -109,29 +109,28 @@ class RoadTraffic:
             cars.redirect(one.car, there, onward=self._route_chooser())
 
     def close_lane(self, waypoint: carla.Waypoint) -> None:
-        """Empty a lane, and keep it so."""
+        """Remove the cars of a lane, and keep it empty."""
         slot = self._slot_of(waypoint)
         self._closed_slots.add(slot)
         self._place()
         self._remove([one for one in self._cars if one.slot == slot])
 
     def open_lane(self, waypoint: carla.Waypoint) -> None:
-        """Opens a lane again that was closed."""
+        """Reopen a closed lane."""
         self._closed_slots.discard(self._slot_of(waypoint))
 
     def remove_ahead(self) -> None:
-        """Take the cars ahead away."""
+        """Remove the cars ahead."""
         self._place()
         self._remove([one for one in self._cars if one.ahead_m > 0.0])
 
     def remove_behind(self) -> None:
-        """Take the cars behind in the hero's lane away."""
+        """Remove the cars behind in the hero's lane."""
         self._place()
         self._remove([one for one in self._cars if one.ahead_m <= 0.0 and one.slot == 0])
 
     def _wish(self, one: _RoadCar) -> float:
-        """Cars ahead wait for the hero, though never in a junction, where all others would wait for them; those behind
-        catch up."""
+        """Return a car's target speed (m/s): ahead it waits for the hero, except in junctions; behind it catches up."""
         seen = self._seen
         near_m = 2.0 * self.SPACING_M + 1.7 * seen.speed_mps + self.extra_space_m
         share = (abs(one.ahead_m) - near_m) / self.SPACING_M
@@ -214,7 +213,7 @@ class RoadTraffic:
         return bool(from_m < seen.junction_in_m <= from_m + by_m)
 
     def _route_chooser(self) -> Chooser:
-        """At forks along the route where a lane does so, else straight on."""
+        """Return a chooser that follows the route at forks where possible, and goes straight on otherwise."""
         lanes = self._seen.route_lanes
 
         def choose(options: Sequence[Any]) -> Any:
@@ -225,7 +224,7 @@ class RoadTraffic:
 
 
 def _onward(waypoint: carla.Waypoint, distance_m: float) -> Any | None:
-    """So far ahead on the lane, before any junction."""
+    """Return the waypoint `distance_m` ahead on the lane, or None if a junction or fork is in between."""
     here = waypoint
     for _ in range(max(round(distance_m / 5.0), 1)):
         after = here.next(5.0)

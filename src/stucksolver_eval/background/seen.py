@@ -1,4 +1,4 @@
-"""What the parts of the traffic know of the hero, looked up a few times a second."""
+"""What the traffic knows about the hero, updated a few times a second."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ JUNCTION_NEAR_M = 30.0
 JUNCTION_NEAR_S = 1.5
 ROLE = "background"
 _BEHIND, _AHEAD = 130, 160
-"""Waypoints of the route within which cars are placed along it."""
+"""Number of route waypoints behind and ahead of the hero within which cars are located on the route."""
 
 
 @dataclass
 class Seen:
-    """The hero on its route. Speeds in m/s; `limit_mps` is the hero's speed limit, which all traffic goes by."""
+    """The hero on its route. `limit_mps` is the speed limit at the hero, which all background traffic uses."""
 
     setting: Setting
     index: int = 0
@@ -33,32 +33,32 @@ class Seen:
     speed_mps: float = 0.0
     limit_mps: float = 8.3
     junction: RouteJunction | None = None
-    """The one it is in or comes to next."""
+    """The junction that the hero is in or reaches next."""
     junction_in_m: float = math.inf
 
     @cached_property
     def route_lanes(self) -> frozenset[tuple[int, int]]:
-        """Road and lane of all that the route drives on."""
+        """Road id and lane id of all lanes on the route."""
         return frozenset((w.road_id, w.lane_id) for w in self.setting.route.waypoints)
 
     @property
     def waypoint(self) -> Any:
-        """The route's waypoint that the vehicle has reached."""
+        """The route waypoint that the hero has reached."""
         return self.setting.route.waypoints[self.index]
 
     @property
     def near_junction(self) -> bool:
-        """Whether the next junction counts already."""
+        """True if the next junction is near enough for its traffic to appear."""
         return self.junction_in_m < JUNCTION_NEAR_M + JUNCTION_NEAR_S * self.speed_mps
 
     def spawn(self, waypoint: carla.Waypoint, speed_mps: float, **driving: Any) -> Car | None:
-        """A background car on a lane, under way; None where there is no room."""
+        """Spawn a moving background car on a lane. Returns None if the place is occupied."""
         cast, cars = self.setting.cast, self.setting.cars
         member = cast.spawn(cast.some_car(self.setting.random), waypoint.transform, role=ROLE)
         return None if member is None else cars.drive(member, waypoint, speed_mps, **driving)
 
     def along(self, car: Car) -> tuple[float, float]:
-        """(metres ahead of the hero along the route, metres right of the route) of a car near the route."""
+        """Return a car's distance ahead of the hero along the route, and to the right of the route (m)."""
         route, state = self.setting.route, self.setting.cast.state(car.member)
         first = max(self.index - _BEHIND, 0)
         best = first + nearest_index(route.xyz[first : self.index + _AHEAD], state.x, state.y)

@@ -17,12 +17,12 @@ BEYOND_M = 70
 
 
 class CaseError(ValueError):
-    """A case has no place on this map; the message says what is missing."""
+    """The map has no suitable place for a case; the message says what is missing."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """`carla.Waypoint`s a metre apart, from the start to the destination, and the scenario's parameters."""
+    """Waypoints 1 m apart, from the start to the destination, and the scenario's parameters."""
 
     waypoints: tuple[carla.Waypoint, ...]
     parameters: dict[str, float]
@@ -30,31 +30,33 @@ class Place:
 
 @dataclass(frozen=True)
 class Case:
-    """One case of the figure. `words`: what a passenger says, and when."""
+    """One case of the figure. `words`: when a passenger speaks (s since the start), and the words."""
 
     name: str
     title: str
     type: str
     find: Callable[[Any, Any], Place]
-    """In a `carla.World` and its `carla.Map`. Raises `CaseError` and `StreetError`."""
+    """Finds the place in a `carla.World` and its `carla.Map`. Raises `CaseError` and `StreetError`."""
     words: tuple[float, str] | None = None
     drive_s: float = 60.0
     shown_from_s: float = 0.0
-    """Decisions before this time are not the ones to show."""
+    """The figure shows no decision before this time (s)."""
 
 
 def _before_a_light(world: carla.World, carla_map: carla.Map) -> Place:
-    """A light before whose stop line the lane goes straight for a while."""
+    """Find a traffic light with `APPROACH_M` of the same road before its stop line."""
     for light in sorted(world.get_actors().filter("traffic.traffic_light"), key=lambda one: one.id):
         for stop in light.get_stop_waypoints():
             before = stop.previous(float(APPROACH_M))
             if len(before) == 1 and not before[0].is_junction and before[0].road_id == stop.road_id:
                 return Place(_onward(before[0], APPROACH_M + BEYOND_M), {})
-    raise CaseError(f"map {carla_map.name} has no traffic light with {APPROACH_M} m of street before it; use another")
+    raise CaseError(
+        f"map {carla_map.name} has no traffic light with {APPROACH_M} m of street before it; use another map"
+    )
 
 
 def _several_lanes(length_m: int, with_obstacle: bool) -> Callable[[Any, Any], Place]:
-    """A street with a lane of our direction to the left, with something half-way along it or not."""
+    """Return a finder of a street with a second lane of the same direction, with or without an obstacle on it."""
 
     def find(world: carla.World, carla_map: carla.Map) -> Place:
         street = choose_street(carla_map, "multi_lane", 1, length_m)
@@ -64,7 +66,7 @@ def _several_lanes(length_m: int, with_obstacle: bool) -> Callable[[Any, Any], P
 
 
 def _onward(waypoint: carla.Waypoint, distance_m: int) -> tuple[carla.Waypoint, ...]:
-    """As straight on as the junctions permit, a waypoint each metre."""
+    """Return waypoints 1 m apart, as straight ahead as the junctions permit."""
     found = [waypoint]
     while len(found) <= distance_m and (options := found[-1].next(1.0)):
         found.append(straightest(options))

@@ -1,4 +1,4 @@
-"""The figure: a row for each case, what the camera saw on the left, the chain of decisions on the right."""
+"""The figure of the cases: one row per case, with the camera image on the left and the reasoning on the right."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LINE_H = 20
 
 
 def draw_figure(results: list[CaseResult], path: Path) -> None:
-    """Write a PNG of 1,714 pixels across. Raises `OSError`."""
+    """Write a PNG that is 1,714 pixels wide. Raises `OSError`."""
     row_h = IMAGE_H + HEAD_H + 2 * MARGIN
     canvas = Image.new("RGB", (IMAGE_W + TEXT_W + 3 * MARGIN, row_h * len(results)), PAPER)
     for k, result in enumerate(results):
@@ -83,7 +83,7 @@ def _observed(decision: Decision) -> list[str]:
 
 
 def _analysed(decision: Decision) -> list[str]:
-    words = {True: "yes", False: "no", None: "cannot be told"}
+    words = {True: "yes", False: "no", None: "unknown"}
     steps = [f"{s.id} {s.question} {words[s.answer]}: {s.evidence}" for s in decision.analysis.steps]
     return [line for text in [*steps, decision.analysis.reason] for line in textwrap.wrap(text, COLUMNS)][:8]
 

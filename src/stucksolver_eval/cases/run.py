@@ -1,4 +1,4 @@
-"""Drives the cases: from the scene through the reasoner and the guard to the drive."""
+"""Drives the cases: scene, reasoner, guard and execution."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from stucksolver_eval.streets.routes import Where, look_on_map, street_route
 
 SEED = 1
 DEADLINE_S, TRIES = 30.0, 20
-"""For an answer, and answers in a row that lead nowhere, where nobody says otherwise."""
+"""Defaults: time limit for an answer (s), and failed attempts in a row before giving up."""
 LADDER = """
 [[rung]]
 kind = "model"
@@ -31,14 +31,14 @@ deadline_s = {deadline_s}
 tries = {tries}
 cooldown_s = 3.0
 """
-"""No rules look before the model: the figure shows what the model itself makes of each scene."""
+"""No rung of rules comes before the model, because the figure shows how the model itself judges each scene."""
 ANSWERED = (EventKind.DECIDED, EventKind.FAILED)
 RUNS, LADDER_FILE = "runs", "ladder.toml"
 
 
 @dataclass(frozen=True)
 class Positions:
-    """Where everyone is, in m along the ego's heading at the start, seen from there. `time_s`: since the start."""
+    """Positions of ego and others along the ego's initial heading, from its initial position (m), at a time (s)."""
 
     time_s: float
     ego_m: float
@@ -47,41 +47,41 @@ class Positions:
 
 @dataclass(frozen=True)
 class CaseResult:
-    """`decided`: the first decision that a plan came of, else the first of all; None where none was made."""
+    """The result of a case. `decided` is the first decision with an accepted plan, else the first decision, or None."""
 
     case: Case
     decided: Event | None
     events: tuple[Event, ...]
-    """Times since the start."""
+    """The solver's events, with times since the start (s)."""
     progress_m: float
-    """Along the route, from the moment of the decision to the end."""
+    """Progress along the route from the decision to the end (m)."""
     collisions: int
     moments: tuple[Positions, ...] = ()
-    """One for each frame of the replay."""
+    """The positions in each frame of the replay."""
 
     @property
     def questions(self) -> int:
-        """How many were put to the reasoner."""
+        """Number of questions to the reasoner."""
         return sum(event.kind in ANSWERED for event in self.events)
 
     @property
     def unanswered(self) -> int:
-        """How many of them it had no usable answer to."""
+        """Number of questions without a usable answer."""
         return sum(event.kind is EventKind.FAILED for event in self.events)
 
     @property
     def ending(self) -> str:
-        """How it ended, in a few words."""
+        """The outcome in a few words."""
         kinds = [event.kind for event in self.events]
         touched = f", {self.collisions} collisions" if self.collisions else ", no collision"
         if EventKind.FINISHED in kinds:
-            return f"the plan was carried out, {self.progress_m:.0f} m on{touched}"
+            return f"the plan was completed, {self.progress_m:.0f} m of progress{touched}"
         if EventKind.ABORTED in kinds:
             last = next(e for e in reversed(self.events) if e.kind is EventKind.ABORTED)
-            return f"the plan was given up: {last.text}{touched}"
+            return f"the plan was aborted: {last.text}{touched}"
         if EventKind.FAILED in kinds and self.decided is None:
             return next(e.text for e in self.events if e.kind is EventKind.FAILED)
-        return f"it waited, and drove on by itself: {self.progress_m:.0f} m{touched}"
+        return f"it waited, then drove on by itself: {self.progress_m:.0f} m of progress{touched}"
 
 
 def run_cases(
@@ -98,16 +98,32 @@ def run_cases(
     record: bool = False,
     say: Callable[[str], None] = lambda text: None,
 ) -> list[CaseResult]:
-    """Drive each case in a simulator of its own. `deadline_s`, `tries`: as in the ladder's rung `model`.
+    """Drive each case in a separate simulator, and return the results in order.
 
-    `reasoner` is named as on the command line; without `pictures` there is no camera, for reasoners that look at
-    none. With `record` the records of interventions and all exchanges with a model are kept. All files go to `out`.
+    Args:
+        cases: The cases.
+        reasoner: Name of the reasoner, as on the command line.
+        out: Folder for all files.
+        map_name: Name of a town, or an OpenDRIVE file.
+        maps: Folders to search for towns, separated by ":".
+        clock: Clock of the solver, as on the command line.
+        deadline_s: Time limit for an answer (s); see the ladder's rung `model`.
+        tries: Failed attempts in a row before giving up; see the ladder's rung `model`.
+        pictures: Carry a camera.
+        record: Keep records of interventions and all exchanges with a model.
+        say: Gets progress messages.
 
-    Raises `CaseError`, `StreetError`, `ServerError`, `LadderError`, `RunError` and `OutputError`.
+    Raises:
+        CaseError: The map has no place for a case.
+        StreetError: The map has no suitable street.
+        ServerError: The simulator did not start or ended.
+        LadderError: The deadline or the number of tries is not allowed.
+        RunError: A drive failed.
+        OutputError: A file cannot be written.
     """
-    # The evaluation profile with one rung.
-    rules_of_the_house = profile_text("evaluation").split("[[rung]]")[0]
-    ladder = rules_of_the_house + LADDER.format(deadline_s=deadline_s, tries=tries)
+    # The evaluation profile with a single rung.
+    head = profile_text("evaluation").split("[[rung]]")[0]
+    ladder = head + LADDER.format(deadline_s=deadline_s, tries=tries)
     parse_ladder(ladder, "cases")
     write_text(out / LADDER_FILE, ladder)
     arm = ArmSpec(recovery="rules", reasoner=reasoner, clock=clock, ladder=out / LADDER_FILE, camera=pictures)
@@ -138,7 +154,7 @@ def _job(case: Case, route: Route, arm: ArmSpec, maps: str | None, records: Path
 
 
 def _driven(case: Case, job: RouteJob, folder: Path) -> CaseResult:
-    """Drive it. Raises `RunError` where that is not possible."""
+    """Drive a case and return its result. Raises `RunError`."""
     outcome = drive_task(Task(job, folder))
     store = Store(folder)
     events = store.events(job.route, job.seed)
@@ -154,14 +170,14 @@ def _driven(case: Case, job: RouteJob, folder: Path) -> CaseResult:
 
 
 def _telling(events: tuple[Event, ...], from_s: float) -> Event | None:
-    """The decision to show: the first with a plan that was accepted, else the first."""
+    """Return the decision to show: the first with an accepted plan, else the first, or None."""
     made = [event for event in events if event.kind is EventKind.DECIDED and event.time_s >= from_s]
     accepted = [e for e in made if e.verdict is not None and e.verdict.accepted and e.decision and e.decision.plan]
     return next(iter(accepted or made), None)
 
 
 def _progress_m(outcome: RouteOutcome, since_s: float) -> float:
-    """From the last second before a time to the end."""
+    """Return the progress from the last track point before `since_s` to the end (m)."""
     begun_m = max((place_m for time_s, place_m in outcome.track if time_s <= since_s), default=0.0)
     return max(outcome.track[-1][1] - begun_m, 0.0) if outcome.track else 0.0
 
@@ -173,7 +189,7 @@ def _moments(log: RunLog) -> tuple[Positions, ...]:
     ahead_m: dict[int, float] = {}
     found = []
     for frame in log.frames:
-        # Who is out of sight for a while is where it was seen last.
+        # An actor that is missing in a frame keeps its last position.
         ahead_m |= {k: (x - x_m) * cos + (y - y_m) * sin for k, x, y, _ in frame.poses}
         found.append(Positions(frame.time_s, ahead_m[0], tuple(ahead_m.get(k, 0.0) for k in others)))
     return tuple(found)

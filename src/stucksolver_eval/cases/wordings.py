@@ -1,4 +1,4 @@
-"""One case driven once with each of many sentences of a passenger, and a picture of what each did."""
+"""Drives one case once with each of several sentences of a passenger, and draws what each did."""
 
 from __future__ import annotations
 
@@ -18,35 +18,35 @@ from stucksolver_eval.cases.figure import GREY, INK, PAPER
 from stucksolver_eval.cases.run import CaseResult
 
 DRIVE_S = 66.0
-"""Then the street of the shipped map ends, for who has stayed behind the cyclists."""
+"""A vehicle that stays behind the cyclists reaches the end of the shipped map's street about then."""
 TEXT_W = 470
 READ_W = 290
 CHART_W = 420
 END_W = 300
-"""Widths of the four columns, in pixels, as everything below."""
+"""Widths of the four columns. All sizes of the picture are in pixels."""
 ROW_H = 58
 HEAD_H = 66
 MARGIN = 16
 REACH_M = 40.0
-"""The chart shows so much of the lane behind the first rider and before them."""
+"""The chart shows this much of the lane behind and ahead of the first cyclist."""
 ASCII = 0x7F
-"""The last sign that a font of English may be asked for."""
+"""Highest code point that Pillow's own font can draw."""
 LATIN = 0x2000
-"""The same of European languages."""
+"""Code points from here on need a font with Chinese characters."""
 LINE = (214, 217, 222)
 PASSED, STAYED, HIT = (24, 128, 74), (36, 92, 170), (190, 40, 40)
 
 
 @dataclass(frozen=True)
 class Wording:
-    """A sentence. `meant`: the intent that its author gave it, where one is known."""
+    """A sentence. `meant` is the intent that its author gave, or None if unknown."""
 
     text: str
     meant: str | None = None
 
 
 def worded(wordings: Sequence[Wording]) -> tuple[Case, ...]:
-    """The cyclists' case with each sentence, to be driven to its end."""
+    """Return the cyclists' case once with each sentence."""
     case = next(one for one in CASES if one.words is not None)
     assert case.words is not None
     at_s = case.words[0]
@@ -57,12 +57,12 @@ def worded(wordings: Sequence[Wording]) -> tuple[Case, ...]:
 
 
 def read_as(result: CaseResult) -> Reading | None:
-    """What the sentence was read as."""
+    """Return how the sentence was interpreted, or None if it was not."""
     return next((event.reading for event in result.events if event.reading is not None), None)
 
 
 def passed_s(result: CaseResult) -> float | None:
-    """Seconds from the sentence to the moment from which the ego is ahead of everyone; None: it is not, in the end."""
+    """Return the time from the sentence until the ego is ahead of all cyclists for good (s); None if it never is."""
     assert result.case.words is not None
     ahead_from: float | None = None
     for moment in result.moments:
@@ -72,7 +72,7 @@ def passed_s(result: CaseResult) -> float | None:
 
 
 def outcome(result: CaseResult) -> str:
-    """How it ended, in a few words."""
+    """Return the outcome in a few words."""
     after_s = passed_s(result)
     touched = f", {result.collisions} collisions" if result.collisions else ""
     if after_s is not None:
@@ -82,11 +82,14 @@ def outcome(result: CaseResult) -> str:
 
 
 def draw_wordings(wordings: Sequence[Wording], results: Sequence[CaseResult], path: Path) -> None:
-    """Write a PNG with a row for each sentence. Raises `OSError`."""
+    """Write a PNG with one row per sentence. Raises `OSError`."""
     width = TEXT_W + READ_W + CHART_W + END_W + 2 * MARGIN
     canvas = Image.new("RGB", (width, HEAD_H + ROW_H * len(results) + MARGIN), PAPER)
     draw = ImageDraw.Draw(canvas)
-    left, columns = MARGIN, ("What the passenger says", "Read as", "Place beside the cyclists", "What the vehicle does")
+    left, columns = (
+        MARGIN,
+        ("What the passenger says", "Read as", "Position relative to the cyclists", "What the vehicle does"),
+    )
     for title, size in zip(columns, (TEXT_W, READ_W, CHART_W, END_W), strict=True):
         draw.text((left, MARGIN), title, INK, font=ImageFont.load_default(17))
         left += size
@@ -115,7 +118,7 @@ def _row(draw: ImageDraw.ImageDraw, top: int, wording: Wording, result: CaseResu
 
 
 def _chart(draw: ImageDraw.ImageDraw, left: int, top: int, result: CaseResult) -> None:
-    """The ego's way beside the first rider over time; the riders are the grey band."""
+    """Draw the ego's position relative to the first cyclist over time; the grey band shows the cyclists."""
 
     def at(time_s: float, ahead_m: float) -> tuple[float, float]:
         inside = min(max(ahead_m, -REACH_M), REACH_M)
@@ -132,7 +135,7 @@ def _chart(draw: ImageDraw.ImageDraw, left: int, top: int, result: CaseResult) -
 
 
 def _font(text: str, size: int) -> ImageFont.ImageFont | ImageFont.FreeTypeFont:
-    """Pillow's own font knows English only; matplotlib's has accents, and a font of the system may have Chinese."""
+    """Return a font for the text: Pillow's own has only ASCII, matplotlib's has accents, a system font may have CJK."""
     highest = max(map(ord, text), default=0)
     wide = ("NotoSansCJK-Regular.ttc", "wqy-zenhei.ttc", "DroidSansFallbackFull.ttf")
     names = wide if highest > LATIN else _accented() if highest > ASCII else ()

@@ -61,11 +61,11 @@ class Criterion(ABC):
     def update(self, moment: Moment) -> None:
         """Judge one tick."""
 
-    def finish(self) -> None:  # noqa: B027 (few have anything to add)
+    def finish(self) -> None:  # noqa: B027 (most criteria need nothing here)
         """Judge what is known only at the end of the route."""
 
     def close(self) -> None:  # noqa: B027
-        """Release what was taken from the world."""
+        """Destroy sensors, if there are any."""
 
     def note(self, time_s: float, text: str, percentage: float | None = None) -> None:
         """Add an infraction. `percentage` is the part of the route that it covers, if its penalty depends on that."""

@@ -64,7 +64,7 @@ class StopSigns(Criterion):
         return any(abs(s.center.x - place.x) < reach and abs(s.center.y - place.y) < reach for s in self._signs)
 
     def _lane_ahead(self, place: carla.Location) -> list[carla.Waypoint]:
-        """Where the lane is from the ego on, in steps of half a metre."""
+        """Return waypoints of the lane from the ego on, 0.5 m apart, up to 4 m ahead."""
         here = self._map.get_waypoint(place)
         found = [here]
         for _ in range(STEPS):
@@ -85,7 +85,7 @@ class StopSigns(Criterion):
 
 
 def affects(sign: StopSign, lane: list[carla.Waypoint]) -> bool:
-    """Is the ego's place on its lane near the sign, and does the lane from there on enter its box?"""
+    """Return True if the ego's lane point is within 4 m of the sign's box and the lane ahead enters the box."""
     if sign.center.distance(lane[0].transform.location) > NEAR_M:
         return False
     places = (waypoint.transform.location for waypoint in lane)

@@ -1,4 +1,4 @@
-"""Who drives: our own driver, or an agent of the user's, by name."""
+"""The drivers, by name: our own, or an agent of the user's."""
 
 from stucksolver_eval.drivers.agent import Agent, AgentError, RouteDriver
 from stucksolver_eval.drivers.make import DriverNameError, carries_sensors, check_driver, make_driver

@@ -1,4 +1,4 @@
-"""What the evaluation asks of a driver, and the little that it asks of an agent of the user's."""
+"""The interfaces of a driver and of a user's agent in an evaluation."""
 
 from __future__ import annotations
 
@@ -13,41 +13,41 @@ if TYPE_CHECKING:
 
 
 class AgentError(RuntimeError):
-    """An agent of the user's did what no agent may; the message names it, what it did and what is asked for."""
+    """A user's agent violated its interface. The message names the agent, what it did and what is required."""
 
 
 class Agent(Protocol):
-    """An agent that drives a route, made as `Class(vehicle, carla_map)` once the ego stands at the route's start.
+    """An agent that drives a route. It is created as `Class(vehicle, carla_map)` with the ego at the route's start.
 
-    With `MODULE:CLASS@FILE` it is made as `Class(vehicle, carla_map, FILE)`, the file's name as it was given.
-    A method `close()` is called at the end, where there is one.
+    With `MODULE:CLASS@FILE` it is created as `Class(vehicle, carla_map, FILE)`, with the file name as given. If it has
+    a method `close()`, that is called at the end.
     """
 
     def set_route(self, route: Sequence[RoutePoint]) -> None:
-        """Before the first step, and whenever the route is planned anew: a point about each metre."""
+        """Take a route, about one point per metre. Called before the first step and whenever the route changes."""
 
     def run_step(self) -> Any:
-        """This tick's `carla.VehicleControl`, not applied. Not called while a recovery plan is driven."""
+        """Return this tick's `carla.VehicleControl` without applying it. Not called while a recovery plan runs."""
 
 
 class RouteDriver(Driver, Protocol):
-    """A driver that takes a route, and tells how much is left of a path."""
+    """A driver that takes a route, and knows how much of a path is left."""
 
     @property
     def path_left_m(self) -> float:
-        """Length of the line being driven that is still ahead."""
+        """Remaining length of the path that is being driven (m)."""
 
     def set_route(self, route: Sequence[RoutePoint]) -> None:
-        """Drive a route planned elsewhere."""
+        """Drive this route."""
 
 
 def checked(control: carla.VehicleControl, who: str) -> Any:
-    """A control that can be applied. Raises `AgentError`."""
+    """Return the control if its values are finite numbers. Raises `AgentError`, which names `who`."""
     values = {part: getattr(control, part, None) for part in ("throttle", "steer", "brake")}
     if all(isinstance(value, int | float) and math.isfinite(value) for value in values.values()):
         return control
     given = ", ".join(f"{part} {value}" for part, value in values.items())
     raise AgentError(
-        f"{who}.run_step gave a {type(control).__name__} with {given}: "
-        "it must give a carla.VehicleControl with finite throttle, steer and brake"
+        f"{who}.run_step returned a {type(control).__name__} with {given}: "
+        "it must return a carla.VehicleControl with finite throttle, steer and brake"
     )

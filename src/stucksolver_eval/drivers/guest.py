@@ -1,4 +1,4 @@
-"""An agent of the user's as a driver: it drives the route, and ours drives the paths of recovery plans."""
+"""A user's agent as a driver: the agent drives the route, and our driver follows the paths of recovery plans."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from stucksolver_eval.drivers.agent import Agent, checked
 
 
 class GuestDriver:
-    """See `Driver`. `helper` keeps the route, and drives while the agent is told to follow a path or to hold.
+    """Implements `RouteDriver`. `helper` keeps the route, and drives while a path is followed or the vehicle is held.
 
-    An agent knows nothing of paths that others have planned, so it is not asked for a control meanwhile.
+    The agent cannot follow paths that others have planned, so its `run_step` is not called in the meantime.
     """
 
     def __init__(self, agent: Agent, name: str, helper: BehaviorDriver) -> None:
         self._agent, self._name, self._helper = agent, name, helper
         self._told = False
-        """Is a path followed, or a stop held?"""
+        """True while the helper follows a path or holds the vehicle."""
 
     @property
     def route(self) -> Sequence[RoutePoint]:
@@ -27,52 +27,52 @@ class GuestDriver:
 
     @property
     def path_left_m(self) -> float:
-        """What is left of a plan's path (m)."""
+        """Remaining length of a plan's path (m)."""
         return self._helper.path_left_m
 
     @property
     def acceleration_mps2(self) -> float:
-        """Of whoever drives the paths."""
+        """Acceleration of the driver that follows the paths (m/s²)."""
         return self._helper.acceleration_mps2
 
     def set_destination(self, destination: Any, start: Any | None = None) -> None:
-        """Traces a route and gives it to the agent."""
+        """Plan a route and pass it to the agent."""
         self._helper.set_destination(destination, start)
         self._agent.set_route(self._helper.route)
 
     def set_route(self, route: Sequence[RoutePoint]) -> None:
-        """Drive a route planned elsewhere."""
+        """Drive this route."""
         self._helper.set_route(route)
         self._agent.set_route(self._helper.route)
 
     def run_step(self) -> Any:
-        """The agent's control; while a plan is driven, that of our own controller."""
+        """Return the agent's control, or the helper's while a plan runs. Raises `AgentError`."""
         if self._told:
             return self._helper.run_step()
         self._helper.keep_up()
         return checked(self._agent.run_step(), self._name)
 
     def done(self) -> bool:
-        """Whether the route is driven."""
+        """Return True if the route is completed."""
         return self._helper.done()
 
     def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
-        """Drives a plan's path; the agent is not asked until `release`."""
+        """Follow a plan's path; the agent does not drive until `release`."""
         self._helper.follow(path, reverse, ignore)
         self._told = True
 
     def hold(self, brake_mps2: float | None = None) -> None:
-        """Stops and stands until `release`."""
+        """Stop and stand until `release`."""
         self._helper.hold(brake_mps2)
         self._told = True
 
     def release(self) -> None:
-        """Gives the vehicle back to the agent."""
+        """Return the vehicle to the agent."""
         self._helper.release()
         self._told = False
 
     def close(self) -> None:
-        """The drive is over."""
+        """Close the agent, if it can be closed."""
         close = getattr(self._agent, "close", None)
         if close is not None:
             close()

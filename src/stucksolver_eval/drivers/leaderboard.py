@@ -1,6 +1,6 @@
-"""An agent written for the CARLA leaderboard (a subclass of its `AutonomousAgent`), driven without the leaderboard.
+"""Runs an agent written for the CARLA leaderboard (a subclass of `AutonomousAgent`) without the leaderboard.
 
-What it is given is what the leaderboard's documentation promises: its sensors' data by id, a route in world and GNSS
+The agent gets what the leaderboard's documentation promises: its sensors' data by id, a route in world and GNSS
 coordinates, and the time since the start.
 """
 
@@ -24,10 +24,10 @@ from stucksolver.stacks.driver import RoutePoint
 from stucksolver_eval.drivers.agent import AgentError
 
 PICTURES_LIMIT_S = 60.0
-"""For the data of all sensors of a tick; the first pictures of a town take longest."""
+"""Wall time limit for the data of all sensors of a tick; the first images of a town take longest."""
 PLACE = ("x", "y", "z", "roll", "pitch", "yaw")
 NAMES = {"width": "image_size_x", "height": "image_size_y"}
-"""Fields of a sensor's description that a blueprint calls otherwise."""
+"""Fields of a sensor's description that have another name in the blueprint."""
 GIVEN: dict[str, dict[str, float]] = {
     "sensor.lidar.ray_cast": {
         "channels": 64,
@@ -44,13 +44,13 @@ GIVEN: dict[str, dict[str, float]] = {
     "sensor.other.imu": {f"noise_{kind}_stddev_{axis}": 0.001 for kind in ("accel", "gyro") for axis in "xyz"},
     "sensor.other.gnss": {f"noise_{axis}_stddev": 0.000005 for axis in ("lat", "lon", "alt")},
 }
-"""What CARLA's leaderboard sets by itself, by the sensor's type: agents have no say in it."""
+"""Attributes by sensor type that the CARLA leaderboard fixes; agents cannot change them."""
 SPEED, TOWN = "sensor.speedometer", "sensor.opendrive_map"
-"""Sensors of the leaderboard's own, of which the simulator knows nothing."""
+"""Pseudo-sensors of the leaderboard that the simulator does not have."""
 
 
 class RoadOption(enum.IntEnum):
-    """As in CARLA's `agents` package, for where it is not installed."""
+    """The enumeration of CARLA's `agents` package, used if that is not installed."""
 
     VOID = -1
     LEFT = 1
@@ -72,12 +72,12 @@ OPTIONS = {
 
 
 def is_leaderboard_agent(made: Any) -> bool:
-    """Does a class have what the leaderboard asks of an agent?"""
+    """Return True if a class has the methods of a leaderboard agent."""
     return all(hasattr(made, part) for part in ("setup", "sensors", "run_step", "set_global_plan"))
 
 
 class LeaderboardAgent:
-    """See `Agent`. `config`: the path that `setup` is given."""
+    """Implements `Agent`. `config` is the path that the agent's `setup` gets."""
 
     def __init__(self, made: Any, config: str, client: carla.Client, hero: carla.Vehicle, carla_map: carla.Map) -> None:
         self._hero, self._map = hero, carla_map
@@ -88,11 +88,11 @@ class LeaderboardAgent:
         self._agent = made("localhost", 0)
         self._agent.setup(config)
         self._since: int | None = None
-        """The frame in which its sensors were put up: there is data of later ones only."""
+        """The frame in which the sensors were spawned; they have data from the next frame on."""
         self._sensors: dict[str, _Sensor] = {}
 
     def set_route(self, route: Sequence[RoutePoint]) -> None:
-        """Also made known to the agent's sensors, which it names only now."""
+        """Pass the route to the agent, and spawn its sensors the first time. Raises `AgentError`."""
         option = _road_option()
         places = [(p.waypoint.transform, option[OPTIONS.get(p.command, "LANEFOLLOW")]) for p in route]
         gps = []
@@ -106,7 +106,7 @@ class LeaderboardAgent:
                 self._sensors[str(spec["id"])] = self._put(spec)
 
     def run_step(self) -> Any:
-        """Waits for the sensors' data of this tick and asks the agent, as the leaderboard does."""
+        """Wait for this tick's sensor data and return the agent's control. Raises `AgentError`."""
         snapshot = self._world.get_snapshot()
         _tell_time(snapshot)
         frame, now_s = int(snapshot.frame), float(snapshot.timestamp.elapsed_seconds)
@@ -117,7 +117,7 @@ class LeaderboardAgent:
         return self._agent.run_step(data, now_s - self._began_s)
 
     def close(self) -> None:
-        """End the agent, then its sensors."""
+        """Destroy the agent, then its sensors."""
         try:
             destroy = getattr(self._agent, "destroy", None)
             if destroy is not None:
@@ -150,14 +150,14 @@ class LeaderboardAgent:
 
 
 class _Sensor(ABC):
-    """One sensor's data, as the leaderboard hands it to agents."""
+    """Data of one sensor in the leaderboard's form."""
 
     @abstractmethod
     def read(self, frame: int, until_s: float) -> Any:
-        """Of a frame; waited for until `until_s` of the monotonic clock. Raises `AgentError`."""
+        """Return the data of a frame; waits until `until_s` on the monotonic clock. Raises `AgentError`."""
 
-    def close(self) -> None:  # noqa: B027 (most hold nothing)
-        """The drive is over."""
+    def close(self) -> None:  # noqa: B027 (most need nothing here)
+        """Release the sensor."""
 
 
 class _Speedometer(_Sensor):
@@ -178,7 +178,7 @@ class _TownMap(_Sensor):
 
 
 class _Listening(_Sensor):
-    """A sensor of the simulator, of which the latest data is kept: while a plan is driven nobody reads any."""
+    """A sensor of the simulator. Only its latest data is kept, because nobody reads it while a plan runs."""
 
     def __init__(self, actor: carla.Sensor, who: str) -> None:
         self._actor, self._who = actor, who
@@ -197,7 +197,7 @@ class _Listening(_Sensor):
                 return _as_array(self._latest)
         kind = self._actor.type_id
         raise AgentError(
-            f"{kind}, which {self._who} asks for, sent no data for frame {frame} in {PICTURES_LIMIT_S:.0f} s"
+            f"{kind}, which {self._who} requires, sent no data for frame {frame} within {PICTURES_LIMIT_S:.0f} s"
         )
 
     def _is_of(self, frame: int) -> bool:
@@ -210,13 +210,18 @@ class _Listening(_Sensor):
 
 
 def _as_array(data: Any) -> Any:
-    """Pictures (rows, columns, 4) BGRA; point clouds and radar (n, 4); GNSS (3,); IMU (7,), the compass last."""
+    """Return data as arrays: images (rows, columns, 4) in BGRA, LiDAR and radar (n, 4), GNSS (3,), IMU (7,).
+
+    GNSS is latitude, longitude (degrees) and altitude (m). IMU is acceleration (m/s²), rotation rate (rad/s) and
+    compass (rad). LiDAR is x, y, z (m) and intensity in the sensor's frame. Radar is depth (m), azimuth, altitude (rad)
+    and velocity (m/s).
+    """
     if isinstance(data, carla.Image):
         return np.frombuffer(data.raw_data, dtype=np.uint8).reshape(data.height, data.width, 4).copy()
     if isinstance(data, carla.LidarMeasurement):
         return np.frombuffer(data.raw_data, dtype=np.float32).reshape(-1, 4).copy()
     if isinstance(data, carla.RadarMeasurement):
-        # CARLA gives velocity, altitude, azimuth, depth; agents are given it the other way round.
+        # CARLA orders velocity, altitude, azimuth, depth; agents get the reverse.
         return np.frombuffer(data.raw_data, dtype=np.float32).reshape(-1, 4)[:, ::-1].copy()
     if isinstance(data, carla.GnssMeasurement):
         return np.array([data.latitude, data.longitude, data.altitude])
@@ -233,14 +238,14 @@ def _road_option() -> Any:
 
 
 def _data_provider() -> Any | None:
-    """Scenario runner's registry of the world, where the agent's own imports have brought scenario runner along."""
+    """Return scenario_runner's `CarlaDataProvider`, or None if the agent has not imported scenario_runner."""
     if "srunner" not in sys.modules:
         return None
     return importlib.import_module("srunner.scenariomanager.carla_data_provider").CarlaDataProvider
 
 
 def _introduce(client: carla.Client, world: carla.World, hero: carla.Vehicle) -> None:
-    """Bench2Drive's base class looks for the hero in the world that is known there, others among its actors."""
+    """Register client, world and hero with scenario_runner, where Bench2Drive's base class looks for them."""
     provider = _data_provider()
     if provider is None:
         return

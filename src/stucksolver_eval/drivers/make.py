@@ -1,4 +1,4 @@
-"""Drivers by name: ours as `behavior:PROFILE` or `planner:PROFILE`, or `MODULE:CLASS@FILE` of the user's."""
+"""Creates drivers by name: `behavior:PROFILE`, `planner:PROFILE`, or a user's agent as `MODULE:CLASS@FILE`."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ USUAL = "normal"
 
 
 class DriverNameError(ValueError):
-    """No such driver; the message says what is wrong with its name, or with its class."""
+    """There is no such driver; the message says what is wrong with its name or its class."""
 
 
 def check_driver(words: str) -> None:
-    """Raises `DriverNameError` for a driver that cannot be made, before anything is driven."""
+    """Check that a driver can be created. Raises `DriverNameError`."""
     name, _, rest = words.partition(":")
     if name in OURS:
         try:
@@ -39,7 +39,7 @@ def check_driver(words: str) -> None:
 
 
 def carries_sensors(words: str) -> bool:
-    """Does the driver of this name bring sensors of its own? Raises `DriverNameError`."""
+    """Return True if the driver of this name brings its own sensors. Raises `DriverNameError`."""
     return words.partition(":")[0] not in OURS and is_leaderboard_agent(_loaded(words)[0])
 
 
@@ -52,8 +52,15 @@ def make_driver(
     options: DriverOptions,
     sensed: SensedVehicle | None = None,
 ) -> RouteDriver:
-    """A driver with its route. Ours, and the one that drives plans for an agent, see by `sensed` where it is given; an
-    agent of the user's has the hero itself. Raises `DriverNameError`, `AgentError`, and whatever such an agent raises.
+    """Create a driver with its route.
+
+    Our drivers, including the one that follows plans for an agent, perceive through `sensed` if it is given. A user's
+    agent gets the hero itself.
+
+    Raises:
+        DriverNameError: There is no such driver.
+        AgentError: The agent violates its interface.
+        Exception: Whatever the user's agent raises.
     """
     name, _, profile = words.partition(":")
     ego: Any = sensed or hero
@@ -73,12 +80,12 @@ def make_driver(
 
 
 def _loaded(words: str) -> tuple[Any, str]:
-    """The class, and the name of its configuration file."""
+    """Return the class, and the name of its configuration file. Raises `DriverNameError`."""
     words, _, config = words.partition("@")
     module, _, name = words.partition(":")
     if not module or not name:
         raise DriverNameError(
-            f"unknown driver {words!r}: use behavior, planner, either with :PROFILE, or MODULE:CLASS of your own agent"
+            f"unknown driver {words!r}: use behavior or planner, each with :PROFILE, or your own agent as MODULE:CLASS"
         )
     try:
         made = getattr(importlib.import_module(module), name)

@@ -1,8 +1,8 @@
-"""Draws who says what on which routes of the suites that ship, by seed and scenario type.
+"""Draws what is said on which routes of the shipped suites, by seed and scenario type.
 
-    python -m stucksolver_eval.guidance.draw            # writes suites/data/guidance-*.json again, the same each time
+    python -m stucksolver_eval.guidance.draw            # rewrites suites/data/guidance-*.json; always the same result
 
-About 15 % of each suite's routes. Nothing here knows how a drive ends.
+About 15 % of each suite's routes are drawn. The results of drives play no part.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ SEED = 24
 
 
 def drawn(name: str, seed: int = SEED) -> Script:
-    """The script of a suite. Raises `ValueError` where it has too few routes of the types for a sort of help."""
+    """Return the script of a suite. Raises `ValueError` if it has too few routes for a kind of help."""
     left = {route.id: route for route in suite(name).routes}
     random = Random(f"{name}:{seed}")
     found: dict[str, tuple[Line, ...]] = {}
@@ -29,14 +29,14 @@ def drawn(name: str, seed: int = SEED) -> Script:
         wanted = one.routes.get(name, 0)
         fitting = [id for id, route in sorted(left.items()) if route.scenarios and route.scenarios[0].type in one.types]
         if len(fitting) < wanted:
-            raise ValueError(f"{name} has {len(fitting)} routes left for {one.name!r}, {wanted} are wanted")
+            raise ValueError(f"{name} has {len(fitting)} routes left for {one.name!r}; {wanted} are needed")
         for route_id in random.sample(fitting, wanted):
             found[route_id] = _lines(one, left.pop(route_id))
     return Script(routes=dict(sorted(found.items())))
 
 
 def _lines(one: Help, route: Route) -> tuple[Line, ...]:
-    """The lines of a sort; those by place count from the scenario's trigger."""
+    """Return the lines for a route; with `at_trigger`, positions count from the scenario's trigger."""
     if not one.at_trigger:
         return one.lines
     begin_m = _trigger_m(route)
@@ -45,13 +45,13 @@ def _lines(one: Help, route: Route) -> tuple[Line, ...]:
 
 
 def _trigger_m(route: Route) -> float:
-    """About how far along the route its first scenario begins (m); routes are straight up to there, or nearly."""
+    """Return roughly where on the route its first scenario starts (m); routes are nearly straight up to there."""
     start, trigger = route.waypoints[0], route.scenarios[0].trigger.position
     return round(math.dist((start.x_m, start.y_m), (trigger.x_m, trigger.y_m)), 1)
 
 
 def main() -> None:
-    """Writes the scripts."""
+    """Write the scripts."""
     for name in SUITES:
         lines = drawn(name).model_dump(mode="json", exclude_none=True, exclude_defaults=True)
         text = json.dumps({"version": 1, **lines}, indent=1) + "\n"

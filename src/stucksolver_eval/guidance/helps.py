@@ -1,7 +1,7 @@
-"""What a person may say or answer in which situation: sorts of help, and of harm, with their wordings.
+"""What a person may say or answer in which situation: kinds of help and of harmful advice, with their wordings.
 
-Written before anything was driven with them. Each sort names scenario types in which it can matter, and how often it is
-drawn for each suite (`draw.py`).
+They were written before anything was driven with them. Each kind lists the scenario types in which it can matter, and
+how often it is drawn for each suite (`draw.py`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ FLOWS = (
     "SignalizedJunctionRightTurn",
 )
 ANSWERS_S, LATE_S = 4.0, 24.0
-"""How long a person takes to answer, and one who is late: a question is withdrawn after 30 s."""
+"""Response times of a quick and of a late person; a question is withdrawn after 30 s."""
 PASS = (
     "Overtake them swiftly as soon as nobody is coming.",
     "Please go round that on the left when the other side is free.",
@@ -41,7 +41,7 @@ ANOTHER_STREET = (
 
 @dataclass(frozen=True)
 class Help:
-    """One sort. `routes`: on how many routes of which suite; `at_trigger`: places count from the scenario's trigger."""
+    """One kind. `routes`: number of routes by suite; `at_trigger`: positions count from the scenario's trigger."""
 
     name: str
     types: tuple[str, ...]
@@ -278,4 +278,4 @@ HELPS: tuple[Help, ...] = (
         immobilized=2,
     ),
 )
-"""Drawn in this order: a route that was drawn for one sort is not drawn for another."""
+"""Drawn in this order; a route is drawn for at most one kind."""

@@ -1,10 +1,10 @@
-"""Guidance scripts: JSON by route id. A wording is chosen by the seed, so that several seeds hear several.
+"""Guidance scripts: JSON by route id. The seed chooses the wording, so different seeds use different wordings.
 
     {"version": 1, "routes": {"2101": [
         {"when": {"stopped_s": 6}, "say": ["please overtake them", "go around the parked car"], "kind": "helpful"},
         {"when": {"asked": "operator", "after_s": 4}, "answer": "yes", "by": "operator", "help": "broken light"}]}}
 
-`when` has one of `time_s` (since the start), `stopped_s` (standing for so long), `place_m` (along the route) or `asked`
+`when` has one of `time_s` (since the start), `stopped_s` (time at a standstill), `place_m` (along the route) or `asked`
 (a question to that person has been open for `after_s`). A line says something, or answers a question with yes or no.
 """
 
@@ -28,14 +28,14 @@ class GuidanceError(ValueError):
 
 
 class When(Model):
-    """Exactly one of the first four."""
+    """When a line is due: exactly one of the first four fields is set."""
 
     time_s: float | None = Field(default=None, ge=0)
     stopped_s: float | None = Field(default=None, ge=0)
     place_m: float | None = Field(default=None, ge=0)
     asked: Person | None = None
     after_s: float = Field(default=3.0, ge=0)
-    """With `asked`: how long a person takes to answer."""
+    """With `asked`: the person's response time (s)."""
 
     @model_validator(mode="after")
     def _one(self) -> When:
@@ -53,7 +53,7 @@ class Line(Model):
     kind: Kind = "helpful"
     by: Person = "passenger"
     help: str = ""
-    """What sort of help it is, for the report; empty where none is meant."""
+    """Kind of help, for the report; empty if it is none."""
 
     @model_validator(mode="after")
     def _says_or_answers(self) -> Line:
@@ -64,7 +64,7 @@ class Line(Model):
         return self
 
     def wording(self, random: Random) -> str:
-        """One of its wordings; the answer where it is one."""
+        """Return a random one of its wordings, or its answer."""
         return random.choice(self.say) if self.say else str(self.answer)
 
 
@@ -75,16 +75,16 @@ class Script(Model):
     routes: dict[str, tuple[Line, ...]]
 
     def lines(self, route_id: str) -> tuple[Line, ...]:
-        """What is said on a route; nothing on a route that is not in the script."""
+        """Return the lines of a route; none for a route that is not in the script."""
         return self.routes.get(route_id, ())
 
 
 def read_script(path: Path, known: Collection[str] = ()) -> Script:
-    """Read a script; with `known` route ids, refuses one that speaks on none of them. Raises `GuidanceError`."""
+    """Read a script. With `known` route ids, at least one must be in the script. Raises `GuidanceError`."""
     try:
         script = Script.model_validate_json(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise GuidanceError(f"{path}: cannot be read: {error.strerror}; give a guidance script") from error
+        raise GuidanceError(f"{path} cannot be read: {error.strerror}; give a guidance script") from error
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"]) or "the file"

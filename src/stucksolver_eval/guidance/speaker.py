@@ -1,4 +1,4 @@
-"""Says the lines of a route, and answers its questions, when their time has come."""
+"""Says the lines of a route and answers questions when they are due."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from stucksolver_eval.guidance.script import Line
 
 
 class Speaker:
-    """Ask `due` once a tick; each line is said once."""
+    """Call `due` once per tick; each line is said once."""
 
     def __init__(self, lines: Sequence[Line], random: Random) -> None:
         self._left = [(line, line.wording(random)) for line in lines]
         self._moved_s: float | None = None
         self._question: tuple[str, float] | None = None
-        """Id of the open question, and since when it has been open."""
+        """Id of the open question, and the time at which it was asked (s)."""
 
     def due(
         self, time_s: float, place_m: float, speed_mps: float, question: Question | None = None
     ) -> list[tuple[Line, str]]:
-        """The lines to be said at this tick, with their wording. `question`: the one that is open now."""
+        """Return the lines that are due at this tick, with their wording. `question` is the open question."""
         if not self._left:
             return []
         if self._moved_s is None or speed_mps >= STANDING_MPS:
