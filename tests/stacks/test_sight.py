@@ -50,9 +50,10 @@ class Lookout:
         return {one.lane_id.split("@")[0]: (one.ahead_m, one.behind_m) for one in found}
 
 
-def test_on_a_straight_road_every_lane_is_seen_to_the_range():
+def test_on_a_straight_road_every_lane_and_the_shoulder_are_seen_to_the_range():
+    """The shoulder of our side: a vehicle that pulls over must see where it will stand, and on from there."""
     seen = Lookout(STRAIGHT, 250.0).seen()
-    assert set(seen) == {"own", "left1-oncoming", "left2-oncoming", "right1-driving"}
+    assert set(seen) == {"own", "left1-oncoming", "left2-oncoming", "right1-driving", "right2-shoulder"}
     for ahead, behind in seen.values():
         assert ahead == pytest.approx(150.0, abs=STEP_M)
         # The slice of an episode ends 60 m behind.

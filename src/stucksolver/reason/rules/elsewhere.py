@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from stucksolver.decision import Analysis, CauseCode, GuidanceIntent, RecoveryPlan, WaitReason
-from stucksolver.decision.behaviors import BackUp, KeepLane, PullOver, ReplanRoute, Wait
+from stucksolver.decision.behaviors import BackUp, KeepLane, PullOver, RejoinRoute, ReplanRoute, Wait
 from stucksolver.decision.behaviors.base import Behavior
 from stucksolver.reason.rules.analyse import blocker, red_light_within
 from stucksolver.reason.rules.attempts import was_tried
 from stucksolver.reason.rules.closed import elsewhere
-from stucksolver.reason.rules.onward import along_the_free_lane
+from stucksolver.reason.rules.onward import along_the_free_lane, siren_behind
 from stucksolver.reason.rules.past import Way
 from stucksolver.reason.rules.stream import into_the_stream
 from stucksolver.reason.rules.turning import turning_round
@@ -23,6 +23,8 @@ CREEP_MPS = 2.2
 LIGHT_AHEAD_M = 20.0
 GET_OUT_S = 30.0
 """How long the vehicle stays stopped while someone gets out (s). Ours; "drive on" ends it sooner."""
+LET_BY_S = 20.0
+"""The vehicle stands at most this long to let an emergency vehicle by. Ours: 80 m behind, at 15 km/h in a queue."""
 
 
 def without_lead(scene: Scene, analysis: Analysis) -> Way:
@@ -89,6 +91,10 @@ def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
     if wanted is GuidanceIntent.LET_ME_OUT and scene.offers("pull_over", "wait"):
         stop = RecoveryPlan(behaviors=(PullOver(), Wait(duration_s=GET_OUT_S)))
         return stop, (None, "the passenger wants to get out: pull over and stay stopped")
+    siren = siren_behind(scene)
+    if siren is not None and scene.offers("pull_over", "wait", "rejoin_route"):
+        let_by = RecoveryPlan(behaviors=(PullOver(), Wait(duration_s=LET_BY_S, until="passed"), RejoinRoute()))
+        return let_by, (None, f"pull over, let {siren.kind.value} {siren.id} by, and return when it has passed")
     return _one(scene, PullOver(), "the passenger asks to pull over")
 
 

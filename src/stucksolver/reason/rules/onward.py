@@ -80,12 +80,21 @@ def _may_hold(scene: Scene) -> str | None:
         aside_m = min(abs(o.left_edge_m), abs(o.right_edge_m))
         if o.kind in SCENES and -10.0 < (o.gap_m or 0.0) < SCENE_M and aside_m < SCENE_BESIDE_M:
             return f"{o.kind.value} {o.id} may be holding up the traffic"
-        if o.kind is ObjectKind.EMERGENCY and o.emergency_lights and drives(o) and _away_m(o) < SIREN_M:
+        if _sounds(o):
             return f"{o.kind.value} {o.id} has its lights on and goes first"
         comes = o.speed_across_mps * (o.left_edge_m + o.right_edge_m) < 0.0
         if _crosses(o) and comes:
             return f"{o.kind.value} {o.id} is coming from the side and goes first"
     return None
+
+
+def siren_behind(scene: Scene) -> SceneObject | None:
+    """Return an emergency vehicle with its lights on that comes up from behind, or None."""
+    return next((o for o in scene.objects if _sounds(o) and o.x_m < 0.0 and o.speed_along_mps > 0.0), None)
+
+
+def _sounds(o: SceneObject) -> bool:
+    return o.kind is ObjectKind.EMERGENCY and bool(o.emergency_lights) and drives(o) and _away_m(o) < SIREN_M
 
 
 def _crosses(o: SceneObject) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from stucksolver.scene import LaneDirection, LaneKind, LaneSight
+from stucksolver.scene import LaneDirection, LaneKind, LaneSight, LaneStrip
 from stucksolver.scene.frenet import RoadFrame
 from stucksolver.scene.objects import TrackedObject
 from stucksolver.scene.surroundings import EgoState
@@ -29,7 +29,7 @@ class SightLines:
         shapely.prepare(self._ground)
 
     def of_lanes(self, ego: EgoState, ego_s: float, objects: tuple[TrackedObject, ...]) -> tuple[LaneSight, ...]:
-        """Return, for each driving lane beside the ego, the length seen without a break, ahead and behind.
+        """Return, for each lane or roadside strip beside the ego, the length seen without a break, ahead and behind.
 
         This includes oncoming lanes that begin further on: seen along their line from here, through the junction
         between.
@@ -40,7 +40,7 @@ class SightLines:
         for lane in self._frame.lanes:
             further_on = lane.strip.direction is LaneDirection.OPPOSITE and lane.start_m < ego_s + self._range_m
             begins_m = ego_s if further_on else lane.start_m - 2.0
-            if lane.strip.kind is not LaneKind.DRIVING or not begins_m <= ego_s <= lane.end_m + 2.0:
+            if not may_stand_in(lane.strip) or not begins_m <= ego_s <= lane.end_m + 2.0:
                 continue
             ahead = np.arange(ego_s, min(lane.end_m, ego_s + self._range_m), STEP_M)
             behind = ego_s - BEHIND_M[ego_s - max(lane.start_m, ego_s - self._range_m) > BEHIND_M]
@@ -68,6 +68,12 @@ class SightLines:
         hidden = np.flatnonzero(~free[1:])
         last = int(hidden[0]) if len(hidden) else len(stations) - 1
         return round(float(abs(stations[last] - stations[0])), 1)
+
+
+def may_stand_in(strip: LaneStrip) -> bool:
+    """True for driving lanes, and for the strips beside them on which the ego may stand: the sight of these counts."""
+    beside = strip.kind in (LaneKind.PARKING, LaneKind.SHOULDER) and strip.direction is not LaneDirection.OPPOSITE
+    return strip.kind is LaneKind.DRIVING or beside
 
 
 def _ground(frame: RoadFrame) -> shapely.Geometry:

@@ -22,10 +22,11 @@ from stucksolver.perception.frames import points_into_vehicle
 from stucksolver.perception.measurements import Floats
 from stucksolver.perception.percept import Percept
 from stucksolver.perception.visibility import AZIMUTHS, SeenSpace
-from stucksolver.scene import LaneKind, LaneSight
+from stucksolver.scene import LaneSight
 from stucksolver.scene.frenet import Lane, RoadFrame
 from stucksolver.scene.objects import TrackedObject
 from stucksolver.scene.surroundings import EgoState
+from stucksolver.stacks.carla_stack.sight import may_stand_in
 
 if TYPE_CHECKING:
     from stucksolver.stacks.sensed.eyes import Eyes
@@ -57,13 +58,13 @@ class SensedSight:
         """What was seen of each lane recently, oldest first."""
 
     def of_lanes(self, ego: EgoState, ego_s: float, objects: tuple[TrackedObject, ...]) -> tuple[LaneSight, ...]:
-        """Return, for each driving lane beside the ego, the length seen without a break, ahead and behind."""
+        """Return, for each lane or roadside strip beside the ego, the length seen without a break, ahead and behind."""
         percept = self._eyes.percept
         if percept is None:
             return ()
         found = []
         for lane in self._frame.lanes:
-            if lane.strip.kind is not LaneKind.DRIVING or not lane.start_m - 2.0 <= ego_s <= lane.end_m + 2.0:
+            if not may_stand_in(lane.strip) or not lane.start_m - 2.0 <= ego_s <= lane.end_m + 2.0:
                 continue
             ahead = self._line(lane, np.arange(ego_s, min(lane.end_m, ego_s + RANGE_M), STEP_M))
             behind = self._line(lane, np.arange(ego_s, max(lane.start_m, ego_s - RANGE_M), -STEP_M))
