@@ -109,7 +109,7 @@ server = subprocess.Popen(
 )
 port = int(server.stdout.readline().split("listening on ")[1].split()[0].rpartition(":")[2])
 client = carla.Client("127.0.0.1", port)
-client.set_timeout(30.0)
+client.set_timeout(60.0)
 print(client.get_world().get_map().name)
 server.stdin.close()
 server.wait(10)

@@ -158,8 +158,9 @@ def test_a_safe_stop_is_kept_when_the_solver_is_gone(made):
 
 @pytest.mark.parametrize("end", ["silent", "trickles"])
 def test_where_the_world_waits_a_limit_ends_the_run_with_one_error(made, end):
-    one = made(LOCKSTEP, [DRIVE], end, answer_limit_s=0.3)
+    one = made(LOCKSTEP, [DRIVE], end)
     steps(one, 1)
+    one.solver._conversation._limit_s = 0.3  # from here on: a busy machine may need longer for a good answer
     with pytest.raises(SolverError, match=r"kept the world waiting: no answer within 0\.3 s.*answer_limit_s"):
         one.run_step()
     assert not one.solver.alive and one.fault

@@ -20,7 +20,7 @@ DT = 0.05
 def client():
     with running_server("--map", "demo_town") as port:
         client = carla.Client("127.0.0.1", port)
-        client.set_timeout(10.0)
+        client.set_timeout(60.0)
         yield client
 
 

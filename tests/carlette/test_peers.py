@@ -20,12 +20,13 @@ pytest.importorskip("carla")
 pytestmark = pytest.mark.integration
 
 WORLD_STREAM = 1
+USUAL_TICKS = 20
 RESET_ON_CLOSE = struct.pack("ii", 1, 0)
 
 DRIVES_FOR_EVER = """
 import carla, sys
 client = carla.Client("127.0.0.1", int(sys.argv[1]))
-client.set_timeout(10.0)
+client.set_timeout(60.0)
 world = client.get_world()
 settings = world.get_settings()
 settings.synchronous_mode, settings.fixed_delta_seconds = True, 0.05
@@ -47,6 +48,10 @@ def port() -> Iterator[int]:
 def raw(port: int) -> Iterator[Raw]:
     client = Raw(port)
     client.call("set_episode_settings", SYNCHRONOUS)
+    began = time.monotonic()
+    for _ in range(USUAL_TICKS):
+        client.call("tick_cue")
+    client.usual_s = time.monotonic() - began
     yield client
     client.socket.close()
 
@@ -58,15 +63,19 @@ def free_port() -> int:
 
 
 def serves(client: Raw, ticks: int = 20) -> bool:
-    """True when ticks come without a gap, and none waits for another peer (a limit of seconds) but for a free core."""
+    """True when ticks come without a gap, and none waits for another peer, which takes seconds.
+
+    A busy machine is slow with every tick: with those before, too, when there were no other peers.
+    """
     start = time.monotonic()
     frames = [client.call("tick_cue")[1][0][1] for _ in range(ticks)]
-    return frames == list(range(frames[0], frames[0] + ticks)) and time.monotonic() - start < 1.0 + 0.05 * ticks
+    longest_s = 1.0 + 0.05 * ticks + 10.0 * client.usual_s * ticks / USUAL_TICKS
+    return frames == list(range(frames[0], frames[0] + ticks)) and time.monotonic() - start < longest_s
 
 
 def test_peers_that_are_gone_before_they_are_accepted(port: int, raw: Raw) -> None:
     for number in range(100):
-        sock = socket.create_connection(("127.0.0.1", port + number % 2), timeout=5)
+        sock = socket.create_connection(("127.0.0.1", port + number % 2), timeout=60)
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, RESET_ON_CLOSE)
         sock.close()
     assert serves(raw)
@@ -77,7 +86,7 @@ def test_peers_that_say_nothing_or_only_half(port: int, raw: Raw) -> None:
     halves = [(port, b""), (port, request[:5]), (port + 1, b""), (port + 1, b"\x01\x00")]
     socks = []
     for where, data in halves:
-        sock = socket.create_connection(("127.0.0.1", where), timeout=5)
+        sock = socket.create_connection(("127.0.0.1", where), timeout=60)
         sock.sendall(data)
         socks.append(sock)
     assert serves(raw)
@@ -95,13 +104,13 @@ LIST_AS_KEY = b"\x81\x90\x01"
 @pytest.mark.parametrize("noise", [*NOISE, LIST_AS_KEY])
 def test_peers_that_speak_something_else(port: int, raw: Raw, noise: bytes) -> None:
     for where in (port, port + 1):
-        with socket.create_connection(("127.0.0.1", where), timeout=5) as sock:
+        with socket.create_connection(("127.0.0.1", where), timeout=60) as sock:
             sock.sendall(noise)
     assert serves(raw)
 
 
 def test_peers_that_ask_and_never_read(port: int, raw: Raw) -> None:
-    deaf = socket.create_connection(("127.0.0.1", port), timeout=5)
+    deaf = socket.create_connection(("127.0.0.1", port), timeout=60)
     for number in range(100):
         deaf.sendall(msgpack.packb([0, number, "get_map_data", [[False]]]))
     stream = open_stream(port, WORLD_STREAM)

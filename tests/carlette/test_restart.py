@@ -18,7 +18,7 @@ import sys
 import carla
 
 def world_of(client):
-    client.set_timeout(3.0)
+    client.set_timeout(60.0)
     world = client.get_world()
     settings = world.get_settings()
     settings.synchronous_mode, settings.fixed_delta_seconds = True, 0.05
@@ -32,6 +32,7 @@ imu = world.spawn_actor(world.get_blueprint_library().find("sensor.other.imu"), 
 imu.listen(lambda measured: None)
 print("ticks", world.tick(), flush=True)
 input()
+client.set_timeout(1.0)
 try:
     world.tick()
 except RuntimeError as error:

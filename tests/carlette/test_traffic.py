@@ -21,7 +21,7 @@ pytest.importorskip("carla")
 
 PYTHON = os.environ.get("CARLETTE_CLIENT_PYTHON", sys.executable)
 VERSION = os.environ.get("CARLETTE_CLIENT_VERSION", "0.9.16")
-WATCHDOG_S = 50
+WATCHDOG_S = 250
 
 
 def traffic(port: int, cars: int, ticks: int) -> dict[str, object]:

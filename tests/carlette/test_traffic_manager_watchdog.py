@@ -283,13 +283,13 @@ def test_the_server_wakes_the_client_that_cued_a_tick_and_fell_silent(
 ) -> None:
     with running_server() as port:
         client = in_lockstep(port, manager)
-        client.call("tick_cue")
         if last_call != "tick_cue":
-            client.call(last_call)
+            client.call("tick_cue")
         began = time.monotonic()
+        client.call(last_call)
         assert settled(lambda: len(manager.calls) == 3)
         assert manager.calls == WAKING
-        assert STALLED_S - 0.05 < manager.times[0] - began < FAR_STALLED_S + 1.0
+        assert manager.times[0] - began >= STALLED_S
         # The next tick is watched as the first was.
         client.call("tick_cue")
         assert settled(lambda: manager.calls[3:6] == WAKING)
@@ -315,14 +315,18 @@ def test_the_server_leaves_alone_who_goes_on_who_waits_and_who_leaves(manager: F
         waiting.socket.close()
 
 
+WAITS_LONG = (
+    "from carlette import cli; from carlette.watchdog import traffic_manager as it; it.ANSWER_S = 600.0; cli.main()"
+)
+
+
 def test_other_clients_are_served_while_a_manager_does_not_answer(mute: FakeManager, lost: None) -> None:
-    with running_server() as port:
+    with running_server(program=("-c", WAITS_LONG)) as port:
         client, other = in_lockstep(port, mute), Raw(port)
         client.call("tick_cue")
         assert settled(lambda: mute.calls == [(HEALTH, [])])
-        began = time.monotonic()
+        # The rescue still waits for an answer, longer than this call may take.
         assert other.call("version")[0] is None
-        assert time.monotonic() - began < 0.5
         client.socket.close()
         other.socket.close()
 

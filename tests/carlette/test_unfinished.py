@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import random
 import socket
 from collections.abc import Iterator
@@ -221,12 +220,22 @@ def test_the_server_closes_an_endless_request_and_serves_on(port: int) -> None:
 
 
 def test_a_hundred_new_episodes_asked_for_at_once_do_not_keep_another_client_waiting(port: int) -> None:
+    # The server may be done with all of them before a busy machine lets us ask; but not each time.
+    assert any(is_answered_on_the_way(port) for _ in range(5))
+
+
+def is_answered_on_the_way(port: int) -> bool:
+    """Whether one client is answered before another's hundred episodes have all begun."""
     hog, other = Raw(port), Raw(port)
+    before = episode_of(other)
     asked = [msgpack.packb([0, i, "load_new_episode", [[False], "", True, 0]]) for i in range(100)]
     hog.socket.sendall(b"".join(asked))
-    assert other.call("version") == (None, [[1, "0.9.16"]])
-    hog.socket.setblocking(False)
-    with contextlib.suppress(BlockingIOError):
-        hog.unpacker.feed(hog.socket.recv(1 << 20))
-    assert len(list(hog.unpacker)) < 100
+    now = episode_of(other)
     hog.socket.close()
+    other.socket.close()
+    return now < before + 100
+
+
+def episode_of(client: Raw) -> int:
+    """The number of the episode in which the server answers."""
+    return int(client.call("get_episode_info")[1][0][1][0])

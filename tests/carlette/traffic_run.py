@@ -19,7 +19,7 @@ SAMPLE_TICKS = 10
 
 def main(port: int, manager_port: int, count: int, ticks: int) -> dict[str, object]:
     client = carla.Client("127.0.0.1", port)
-    client.set_timeout(20.0)
+    client.set_timeout(60.0)
     world = client.get_world()
     settings = world.get_settings()
     settings.synchronous_mode, settings.fixed_delta_seconds = True, DT

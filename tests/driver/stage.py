@@ -39,7 +39,7 @@ def simulator(map_file: Path) -> Iterator[Any]:
             port = re.search(r":(\d+) ", server.stdout.readline())
             assert port, "the simulator did not tell its port"
             client = carla.Client("127.0.0.1", int(port[1]))
-            client.set_timeout(20.0)
+            client.set_timeout(60.0)
             world = client.get_world()
             settings = world.get_settings()
             settings.synchronous_mode, settings.fixed_delta_seconds = True, TICK_S
@@ -48,7 +48,7 @@ def simulator(map_file: Path) -> Iterator[Any]:
             yield world
         finally:
             server.terminate()
-            server.wait(timeout=10.0)
+            server.wait(timeout=60.0)
 
 
 class Stage:

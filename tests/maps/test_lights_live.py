@@ -14,7 +14,7 @@ carla = pytest.importorskip("carla")
 def world():
     with running_server("--map", "grid_town") as port:
         client = carla.Client("127.0.0.1", port)
-        client.set_timeout(20.0)
+        client.set_timeout(60.0)
         yield client.get_world()
 
 

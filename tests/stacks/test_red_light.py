@@ -31,7 +31,7 @@ class Crossing:
 
     def __init__(self, server: Server) -> None:
         client = carla.Client(server.host, server.port)
-        client.set_timeout(15.0)
+        client.set_timeout(60.0)
         self.world = client.load_world("demo_town")
         settings = self.world.get_settings()
         settings.synchronous_mode, settings.fixed_delta_seconds = True, DT_S

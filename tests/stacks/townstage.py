@@ -20,7 +20,7 @@ class Stage:
 
     def __init__(self, host: str, port: int) -> None:
         self.client = carla.Client(host, port)
-        self.client.set_timeout(20.0)
+        self.client.set_timeout(60.0)
         self.world = self.client.get_world()
         settings = self.world.get_settings()
         settings.synchronous_mode, settings.fixed_delta_seconds = True, TICK_S

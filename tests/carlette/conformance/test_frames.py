@@ -52,11 +52,11 @@ def test_in_asynchronous_mode_the_world_ticks_by_itself_at_20_hz(world) -> None:
     settings = world.get_settings()
     settings.synchronous_mode, settings.fixed_delta_seconds = False, None
     world.apply_settings(settings)
-    first, start = world.wait_for_tick().frame, time.monotonic()
-    time.sleep(1.0)
-    passed = world.wait_for_tick().frame - first
+    start, first = time.monotonic(), world.wait_for_tick().frame
+    while (passed := world.wait_for_tick().frame - first) < 20:
+        pass
     # A busy machine may make it slower, but nothing makes it faster.
-    assert 2 <= passed < 24.0 * (time.monotonic() - start)
+    assert passed < 24.0 * (time.monotonic() - start)
 
 
 def test_in_synchronous_mode_it_does_not(world) -> None:

@@ -13,7 +13,7 @@ import carla
 
 def ticking(port: int) -> Any:
     client = carla.Client("127.0.0.1", port)
-    client.set_timeout(2.0)
+    client.set_timeout(60.0)
     world = client.get_world()
     settings = world.get_settings()
     settings.synchronous_mode, settings.fixed_delta_seconds = True, 0.05
@@ -25,6 +25,7 @@ def ticking(port: int) -> Any:
 def main(port: int) -> None:
     old = ticking(port)
     print("ticking", flush=True)
+    old[0].set_timeout(1.0)
     try:
         while True:
             old[1].tick()

@@ -47,7 +47,7 @@ def healthy(port: int) -> Iterator[Healthy]:
 @FUZZ
 @given(noise=frames_of_noise(), to_stream=st.booleans(), is_reset=st.booleans())
 def test_noise_on_either_port(port: int, healthy: Healthy, noise: bytes, to_stream: bool, is_reset: bool) -> None:
-    with socket.create_connection(("127.0.0.1", port + to_stream), timeout=5) as sock:
+    with socket.create_connection(("127.0.0.1", port + to_stream), timeout=60) as sock:
         if is_reset:
             resets(sock)
         sock.sendall(noise)

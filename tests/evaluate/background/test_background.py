@@ -26,7 +26,7 @@ TICK_S = 0.05
 def client() -> Iterator[Any]:
     with carlette_server("demo_town") as server:
         found = carla.Client(server.host, server.port)
-        found.set_timeout(20.0)
+        found.set_timeout(60.0)
         yield found
 
 

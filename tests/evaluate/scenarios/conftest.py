@@ -24,7 +24,7 @@ def theatre() -> Iterator[Theatre]:
             if town not in clients:
                 server = stack.enter_context(carlette_server(town))
                 clients[town] = carla.Client(server.host, server.port)
-                clients[town].set_timeout(20.0)
+                clients[town].set_timeout(60.0)
             return clients[town]
 
         yield Theatre(client_of)
