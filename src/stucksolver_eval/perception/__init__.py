@@ -1,1 +1,1 @@
-"""Collecting recordings, training on them, and the scores of perception."""
+"""Collects recordings, trains perception on them, and scores it."""

@@ -1,4 +1,4 @@
-"""Collects recordings: drives routes of a suite, or random ones in towns, and keeps what the sensors measured."""
+"""Collects recordings: drives routes of a suite, or random routes in towns, and records the sensor data."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from stucksolver_eval.runner.suite import load_routes
 from stucksolver_eval.runner.work import Task
 from stucksolver_eval.suites.weathers import PRESETS, weather, weather_name
 
-TEMPERS = ("cautious", "normal", "aggressive")
+PROFILES = ("cautious", "normal", "aggressive")
 LOG = ".drives"
-"""The folder of outcomes; a route that has one is done."""
+"""The folder of outcomes; a route with an outcome is done."""
 
 
 @dataclass(frozen=True)
 class CollectSpec:
-    """What is asked for: a `suite` (or route file) or `towns`, in each of which `drives` routes are laid at random."""
+    """What to record: a `suite` (or route file), or `drives` random routes in each of `towns`."""
 
     out: Path
     suite: str = ""
@@ -51,16 +51,22 @@ class CollectSpec:
 
 @dataclass(frozen=True)
 class Collected:
-    """How many drives there are now, and which failed, each with the reason."""
+    """The number of drives in the folder now, and a line for each that failed, with the reason."""
 
     done: int
     failed: tuple[str, ...]
 
 
 def collect(spec: CollectSpec, out: TextIO = sys.stderr) -> Collected:
-    """Drive what has not been recorded yet.
+    """Drive the routes that have not been recorded yet. Progress goes to `out`.
 
-    Raises `ArmError`, `SuiteError`, `RouteFileError`, `TownError`, `OutputError` and, of a server given, `ServerError`.
+    Raises:
+        ArmError: There is no such driver.
+        SuiteError: There is no such suite or route.
+        RouteFileError: The route file cannot be read.
+        TownError: A town has no suitable routes.
+        OutputError: The folder cannot be written to.
+        ServerError: The given server does not respond.
     """
     check_arm(ArmSpec(driver=spec.driver))
     routes = _routes(spec)
@@ -82,7 +88,7 @@ def collect(spec: CollectSpec, out: TextIO = sys.stderr) -> Collected:
 
 
 def recording_folder(spec: CollectSpec, route: Route) -> Path:
-    """Where the recording of a route lies."""
+    """Return the folder of a route's recording."""
     return spec.out / f"{route.town}-{route.id}-{spec.seed}"
 
 
@@ -112,7 +118,7 @@ def _job(spec: CollectSpec, route: Route) -> RouteJob:
         seed=spec.seed,
         arm=ArmSpec(driver=_driver(spec, route)),
         maps=spec.maps,
-        # A crowd brings its own traffic, of all kinds.
+        # A crowd has its own traffic, of all kinds.
         background=bool(spec.suite),
         limit_s=spec.limit_s,
         recording=recording,
@@ -122,11 +128,11 @@ def _job(spec: CollectSpec, route: Route) -> RouteJob:
 
 
 def _driver(spec: CollectSpec, route: Route) -> str:
-    """Random drives have a driver of each temper, and so different speeds."""
-    name, _, temper = spec.driver.partition(":")
-    if spec.suite or temper != USUAL:
+    """Return the driver of a route. Random drives use all profiles, for a range of speeds."""
+    name, _, profile = spec.driver.partition(":")
+    if spec.suite or profile != USUAL:
         return spec.driver
-    return f"{name}:{Random(f'{spec.seed}:{route.id}:temper').choice(TEMPERS)}"
+    return f"{name}:{Random(f'{spec.seed}:{route.id}:temper').choice(PROFILES)}"
 
 
 def _is_done(spec: CollectSpec, store: Store, route: Route) -> bool:

@@ -1,4 +1,4 @@
-"""Where far scenes put the ego, vehicles and people: places of a map from which one sees far along a road."""
+"""Poses of ego, vehicles and people for far scenes: places on a map with a long view along a road."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from numpy.typing import NDArray
 from stucksolver.perception.measurements import Floats
 
 GRID_M = 5.0
-"""Between the waypoints of which places are drawn."""
+"""Distance between the waypoints from which places are drawn."""
 NEAREST_M, FARTHEST_M = 22.0, 230.0
 CONE_RAD = math.radians(33.0)
-"""Half the camera's angle of view, nearly."""
+"""Slightly less than half the camera's field of view."""
 AXIS_RAD = math.radians(6.0)
-"""Lanes that stay within this angle ahead can be seen far along."""
+"""A road that stays within this angle ahead is visible over a long distance."""
 LONG_VIEW_SHARE = 0.85
-"""Of the egos stand where a road can be seen far along; the others anywhere."""
+"""Share of egos at places with a long view along a road; the others are anywhere."""
 AXIS_SHARE = 0.75
-"""Of the vehicles stand near the axis of view, where houses hide few of them."""
+"""Share of vehicles near the axis of view, where houses hide few of them."""
 PITCH_SIGMA_DEG = 0.1
-"""Of the ego's body with respect to the road, as when it brakes."""
+"""Standard deviation of the body's pitch relative to the road, as from braking."""
 APART_M = 7.5
 SPEEDS_MPS = (0.0, 4.0, 9.0, 14.0, 20.0)
 AWAY_M = 8000.0
-"""Those who take no part wait so far from the map's origin, out of every camera's reach."""
+"""Unused actors wait this far from the map's origin, out of sight of the camera."""
 
 
 @dataclass(frozen=True)
 class Posed:
-    """A place in CARLA's frame (left-handed, metres, degrees), and a speed along its heading."""
+    """A pose in CARLA's world frame (left-handed, metres, degrees), and a speed along the heading."""
 
     x: float
     y: float
@@ -43,12 +43,12 @@ class Posed:
     speed_mps: float = 0.0
 
     def transform(self) -> carla.Transform:
-        """For the client."""
+        """Return the pose as a `carla.Transform`."""
         rotation = carla.Rotation(pitch=self.pitch_deg, yaw=self.yaw_deg, roll=self.roll_deg)
         return carla.Transform(carla.Location(self.x, self.y, self.z), rotation)
 
     def moved(self, seconds: float) -> Posed:
-        """Some time later, straight ahead."""
+        """Return the pose after driving straight ahead for this time (s)."""
         way, yaw, pitch = self.speed_mps * seconds, math.radians(self.yaw_deg), math.radians(self.pitch_deg)
         return replace(
             self,
@@ -59,7 +59,7 @@ class Posed:
 
 
 class Places:
-    """Of one map; drawn at random."""
+    """Draws random poses on one map."""
 
     def __init__(self, carla_map: carla.Map, random: np.random.Generator) -> None:
         self._random = random
@@ -71,7 +71,7 @@ class Places:
         self._chances = self._long_views()
 
     def ego(self) -> Posed:
-        """On a lane, mostly one with a long view, not quite in its middle and not quite along it."""
+        """Draw the ego's pose: on a lane, mostly with a long view, with a small lateral offset and heading error."""
         random = self._random
         long = random.random() < LONG_VIEW_SHARE
         place = int(random.choice(len(self._rows), p=self._chances if long else None))
@@ -79,7 +79,7 @@ class Places:
         return replace(shifted, pitch_deg=shifted.pitch_deg + random.normal(0.0, PITCH_SIGMA_DEG))
 
     def vehicles(self, ego: Posed, total: int, most: int) -> list[Posed]:
-        """Poses for `total` vehicles, of which at most `most` are in view and the others away."""
+        """Draw poses for `total` vehicles, of which at most `most` are in view; the others are far away."""
         seen, bearing, distance = self._seen(ego)
         random = self._random
         taken: list[int] = []
@@ -97,7 +97,7 @@ class Places:
         return self._filled([self._vehicle(one) for one in taken], total)
 
     def walkers(self, ego: Posed, total: int, most: int) -> list[Posed]:
-        """People beside lanes and on them, within 120 m."""
+        """Draw poses for `total` people, of which at most `most` are within 120 m, on lanes or beside them."""
         seen, _, distance = self._seen(ego)
         near = seen[distance[seen] < 120.0]
         if not len(near):
@@ -120,7 +120,7 @@ class Places:
         return Posed(x + right_m * math.cos(side), y + right_m * math.sin(side), z, pitch, yaw + turned_deg, roll)
 
     def _seen(self, ego: Posed) -> tuple[NDArray[np.int64], Floats, Floats]:
-        """Indices of places in the camera's cone, and the bearing and distance of all places."""
+        """Return the indices of places in the camera's cone, and bearing (rad) and distance (m) of all places."""
         offset = self._rows[:, :2] - np.array([ego.x, ego.y])
         distance = np.hypot(offset[:, 0], offset[:, 1])
         bearing = np.arctan2(offset[:, 1], offset[:, 0]) - math.radians(ego.yaw_deg)
@@ -129,7 +129,7 @@ class Places:
         return np.flatnonzero(inside), bearing, distance
 
     def _long_views(self) -> Floats:
-        """The chance of each place to be the ego's: by how much road lies far ahead and near its axis."""
+        """Return each place's probability for the ego, by the amount of road far ahead and near the axis."""
         chances = np.zeros(len(self._rows))
         for k, (x, y, z, _, yaw, _) in enumerate(self._rows.tolist()):
             _, bearing, distance = self._seen(Posed(x, y, z, 0.0, yaw, 0.0))
@@ -138,6 +138,6 @@ class Places:
         return np.asarray(chances / chances.sum())
 
     def _filled(self, placed: list[Posed], total: int) -> list[Posed]:
-        """The rest waits far away, apart from each other."""
+        """Fill the list up to `total` poses with places far away and apart from each other."""
         away = [Posed(AWAY_M + 20.0 * k, AWAY_M, 0.0, 0.0, 0.0, 0.0) for k in range(len(placed), total)]
         return [*placed, *away]

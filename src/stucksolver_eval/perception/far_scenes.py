@@ -1,10 +1,10 @@
-"""Records scenes made up for the detector of far vehicles: 25 to 225 m ahead, both directions, any light and weather.
+"""Records synthetic scenes for the far detector: vehicles 25 to 225 m ahead, both directions, any light and weather.
 
 `python -m stucksolver_eval.perception.far_scenes --out DIR --drives 96 --seed 1 --jobs 16`
 
-A drive is one town in one weather. A scene puts the ego and its surroundings down anew, and takes two pictures of
-them half a second apart, so that it can be measured how much a second look adds. The recordings are ordinary ones
-without LiDAR points; scenes are `SCENE_S` apart in `time_s`, the two looks `LOOK_S`.
+A drive is one town in one weather. Each scene places the ego and its surroundings anew, and takes two images half a
+second apart, to measure how much a second look adds. The recordings have the usual format, without LiDAR points. In
+`time_s`, scenes are `SCENE_S` apart and the two looks `LOOK_S`.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ RAIN = ("MidRainyNoon", "HardRainNoon", "MidRainSunset", "SoftRainSunset")
 NIGHT = ("ClearNight", "CloudyNight", "WetNight")
 RAIN_NIGHT = ("MidRainyNight", "HardRainNight")
 FOG_DENSITIES = (15.0, 30.0, 50.0, 70.0)
-"""Of `carla.WeatherParameters.fog_density` (percent)."""
+"""Values of `carla.WeatherParameters.fog_density` (percent)."""
 KINDS_OF_WEATHER = ("day", "day", "day", "rain", "night", "night", "rain_night", "fog")
-"""Drawn from with equal chance."""
+"""Kinds of weather; each entry has the same probability."""
 SCENE_S = 10.0
 LOOK_S = 0.5
 STEP_S = 0.05
@@ -47,19 +47,19 @@ VEHICLES = 16
 TWO_WHEELERS = 4
 WALKERS = 4
 EMPTY_SHARE = 0.12
-"""Of the scenes nobody is in: the road itself must not be taken for a car."""
+"""Share of scenes without actors, from which the detector learns that the road is not a car."""
 CROWDS = (1, 2, 3, 4, 6, 8, 11, 15)
-"""How many vehicles a scene has at most; many hide each other."""
+"""Largest numbers of vehicles in a scene; many vehicles hide each other."""
 LIGHTS = carla.VehicleLightState
 LIT = int(LIGHTS.Position | LIGHTS.LowBeam)
 JPEG_QUALITY = 97
-"""Higher than in drives and without thinning out colours: far cars are a few pixels, and the car gets raw pictures."""
+"""Higher than in drives, and without chroma subsampling: far cars have few pixels, and the vehicle uses raw images."""
 CLIENT_LIMIT_S = 60.0
 
 
 @dataclass(frozen=True)
 class FarDrive:
-    """One drive to record; goes to another process."""
+    """One drive to record; it is passed to another process."""
 
     folder: Path
     town: str
@@ -69,7 +69,7 @@ class FarDrive:
 
 
 def record(drive: FarDrive) -> int:
-    """Record one drive; returns how many pictures it has. Raises `ServerError`, `SensorError`."""
+    """Record one drive and return the number of images. Raises `ServerError` and `SensorError`."""
     random = np.random.default_rng(drive.seed)
     with carlette_server(drive.town, drive.maps, drive.seed, scenery=True) as server:
         client = connect(server, CLIENT_LIMIT_S)
@@ -89,7 +89,7 @@ def record(drive: FarDrive) -> int:
 
 
 class _Stage:
-    """The actors of a drive, put down anew for each scene."""
+    """The actors of a drive, which are placed anew for each scene."""
 
     def __init__(self, client: Any, world: Any, random: np.random.Generator, *, dark: bool) -> None:
         self.rig = load_rig()
@@ -108,7 +108,7 @@ class _Stage:
         self._masks = _Camera(world, self._ego, "sensor.camera.instance_segmentation", self.rig.camera)
 
     def looks(self) -> Iterator[Any]:
-        """The two looks at a new scene: functions from the time to note to what is recorded."""
+        """Yield the two looks at a new scene, as functions from the time stamp (s) to the recorded data."""
         ego, others = self._new_scene()
         for _ in range(2):
             moves = [carla.command.ApplyTransform(self._ego, ego.transform())]
@@ -120,7 +120,7 @@ class _Stage:
             others = [one.moved(LOOK_S) for one in others]
 
     def close(self) -> None:
-        """Take the cameras off."""
+        """Destroy the cameras."""
         self._camera.close()
         self._masks.close()
 
@@ -153,7 +153,7 @@ class _Stage:
 
 
 class _Camera:
-    """A camera on the ego that measures in every tick."""
+    """A camera on the ego that takes an image in every tick."""
 
     def __init__(self, world: Any, ego: Any, kind: str, rig: CameraRig) -> None:
         blueprint, mount = world.get_blueprint_library().find(kind), rig.mount
@@ -166,25 +166,25 @@ class _Camera:
         self._actor.listen(self._came.put)
 
     def of(self, frame: int) -> Any:
-        """The picture of a frame. Raises `queue.Empty` where it does not come."""
+        """Return the image of a frame. Raises `queue.Empty` if it does not arrive."""
         while (image := self._came.get(timeout=CLIENT_LIMIT_S)).frame < frame:
             pass
         return image
 
     def close(self) -> None:
-        """Take it off."""
+        """Destroy the camera."""
         self._actor.stop()
         self._actor.destroy()
 
 
 def _ids(image: Any) -> NDArray[np.uint16]:
-    """(height, width): the actor at each pixel of an instance camera's picture; green is the id's low byte."""
+    """Return the actor id at each pixel of an instance image, shape (height, width); green is the id's low byte."""
     pixels = np.frombuffer(image.raw_data, np.uint8).reshape(image.height, image.width, 4).astype(np.uint16)
     return np.asarray(pixels[:, :, 1] | (pixels[:, :, 0] << 8), np.uint16)
 
 
 def _spawn(world: Any, blueprint: Any, number: int) -> Any:
-    """An actor without physics, first kept far away, where nobody sees it."""
+    """Spawn an actor without physics, far away and out of sight."""
     place = carla.Transform(carla.Location(x=AWAY_M + 20.0 * number, y=-AWAY_M))
     actor = world.spawn_actor(blueprint, place)
     actor.set_simulate_physics(False)
@@ -192,7 +192,7 @@ def _spawn(world: Any, blueprint: Any, number: int) -> Any:
 
 
 def _drawn(random: np.random.Generator, blueprints: Sequence[Any]) -> Any:
-    """One of them, with a random colour where there is a choice."""
+    """Return a random blueprint, with a random colour if it has several."""
     blueprint = blueprints[int(random.integers(len(blueprints)))]
     if blueprint.has_attribute("color"):
         colors = blueprint.get_attribute("color").recommended_values
@@ -201,7 +201,7 @@ def _drawn(random: np.random.Generator, blueprints: Sequence[Any]) -> Any:
 
 
 def _lamps(random: np.random.Generator, *, dark: bool) -> int:
-    """Most have their lamps on at night, many by day; some brake or blink."""
+    """Draw a vehicle's light state: most have their lamps on at night, many by day; some brake or blink."""
     state = LIT if random.random() < (0.85 if dark else 0.35) else 0
     if random.random() < 0.15:
         state |= int(LIGHTS.Brake)
@@ -213,7 +213,7 @@ def _lamps(random: np.random.Generator, *, dark: bool) -> int:
 
 
 def _weather(random: np.random.Generator) -> tuple[str, carla.WeatherParameters]:
-    """Its sort, and one of that sort."""
+    """Draw a kind of weather and its parameters."""
     sort = KINDS_OF_WEATHER[int(random.integers(len(KINDS_OF_WEATHER)))]
     presets = {"day": DAY, "rain": RAIN, "night": NIGHT, "rain_night": RAIN_NIGHT, "fog": DAY}[sort]
     weather = getattr(carla.WeatherParameters, presets[int(random.integers(len(presets)))])
@@ -237,14 +237,14 @@ def _jpeg(image: Any) -> bytes:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Record drives, several at a time; a drive that fails is named, and the others go on."""
+    """Record drives in parallel. A failed drive is reported, and the others continue. Returns 1 if any failed."""
     parser = argparse.ArgumentParser(description="Records scenes for the detector of far vehicles.")
-    parser.add_argument("--out", type=Path, required=True, help="a folder for the recordings")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
     parser.add_argument("--drives", type=int, default=24)
-    parser.add_argument("--scenes", type=int, default=50, help="of each drive; each gives two pictures")
+    parser.add_argument("--scenes", type=int, default=50, help="scenes in each drive, with two images each")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--towns", default=",".join(TOWNS), help="in turn, separated by commas")
+    parser.add_argument("--towns", default=",".join(TOWNS), help="towns to use in turn, separated by commas")
     parser.add_argument("--maps", default=os.environ.get("STUCKSOLVER_MAPS"), help="folders with towns")
     args = parser.parse_args(arguments)
     towns = args.towns.split(",")

@@ -1,7 +1,7 @@
-"""Drives each sensor fault on a few routes and counts what came of it: collisions, waits and requests for help.
+"""Drives each sensor fault on a few routes and counts the consequences: collisions, waits and requests for help.
 
-`python -m stucksolver_eval.perception.fault_campaign --suite dev --routes 1021,1063 --out DIR`. A fault begins 8 s
-after the start. Routes that are in DIR already are not driven again.
+`python -m stucksolver_eval.perception.fault_campaign --suite dev --routes 1021,1063 --out DIR`. A fault starts 8 s
+after the start of the drive. Routes that are already in DIR are not driven again.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ from stucksolver_eval.runner.work import Task
 from stucksolver_eval.suites import SuiteError
 
 HEALTHY = "none"
-"""The same routes with all sensors in order, to compare with."""
+"""The name of the baseline: the same routes without a fault."""
 STANDS_M = 0.3
-"""Whoever gets on by less in a second stands."""
+"""With less progress in a second, the ego counts as standing."""
 COLLISION = "collisions_"
-"""How the kinds of collisions begin; those that happen to a standing ego are not among them."""
+"""Prefix of the kinds of collisions; contacts of a standing ego are not among them."""
 
 
 class CampaignError(ValueError):
-    """A campaign cannot be driven as asked; the message says why and what to do."""
+    """A campaign cannot be driven as requested; the message says why and what to do."""
 
 
 @dataclass(frozen=True)
 class CampaignSpec:
-    """`limit_s`: of simulated time; a drive ends then. `faults`: names of `FAULTS`, and `none`."""
+    """A campaign. `faults` are names in `FAULTS`, or `none`; a drive ends after `limit_s` of simulated time."""
 
     out: Path
     suite: str = "dev"
@@ -58,26 +58,31 @@ class CampaignSpec:
 
 @dataclass(frozen=True)
 class FaultRow:
-    """What came of one fault, over all routes that were driven with it."""
+    """The consequences of one fault, over all routes that were driven with it."""
 
     fault: str
     routes: int
     crashed: int
-    """Drives that could not be made; they tell nothing."""
+    """Drives that crashed and are not counted otherwise."""
     collisions: tuple[str, ...]
-    """`ROUTE at TIME: WHAT` of each collision while the ego moved."""
+    """`ROUTE at TIME: WHAT` for each collision of the moving ego."""
     stood_s: float
     asked: int
-    """Drives on which help was asked for."""
+    """Drives with a request for help."""
     plans: int
-    """Plans that were driven and move the vehicle."""
+    """Executed plans that move the vehicle."""
     driven_m: float
 
 
 def campaign(spec: CampaignSpec, out: TextIO = sys.stderr) -> list[FaultRow]:
-    """Drive what is missing and count.
+    """Drive the missing routes and return a row for each fault. Progress goes to `out`.
 
-    Raises `CampaignError`, `ArmError`, `SuiteError`, `RouteFileError` and `OutputError`.
+    Raises:
+        CampaignError: A fault is unknown.
+        ArmError: The driver or the recovery does not exist, or perception by sensors does not work here.
+        SuiteError: There is no such suite or route.
+        RouteFileError: The route file cannot be read.
+        OutputError: The folder cannot be written to.
     """
     unknown = [fault for fault in spec.faults if fault not in (HEALTHY, *FAULTS)]
     if unknown:
@@ -99,7 +104,7 @@ def campaign(spec: CampaignSpec, out: TextIO = sys.stderr) -> list[FaultRow]:
 
 
 def counted(fault: str, outcomes: Sequence[RouteOutcome]) -> FaultRow:
-    """One row of the table."""
+    """Return the row of a fault from the outcomes of its drives."""
     driven = [one for one in outcomes if one.state == "driven"]
     hits = [
         f"{one.route_id} at {noted.time_s:.0f} s: {noted.text}"
@@ -120,7 +125,7 @@ def counted(fault: str, outcomes: Sequence[RouteOutcome]) -> FaultRow:
 
 
 def as_table(rows: Sequence[FaultRow]) -> str:
-    """In Markdown; below it every collision on a line of its own."""
+    """Return a Markdown table, followed by a line for each collision."""
     lines = [
         "| fault | routes | collisions | stood (s) | asked for help | plans | driven (m) |",
         "|---|---|---|---|---|---|---|",
@@ -142,7 +147,7 @@ def as_table(rows: Sequence[FaultRow]) -> str:
 
 
 def _stood_s(track: Sequence[tuple[float, float]]) -> float:
-    """Seconds without progress; `track` is (time, place) once a second."""
+    """Return the time without progress (s); `track` has (time, position) once per second."""
     return sum(later[0] - sooner[0] for sooner, later in pairwise(track) if later[1] - sooner[1] < STANDS_M)
 
 
@@ -162,16 +167,18 @@ def _arm(spec: CampaignSpec, fault: str) -> ArmSpec:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """0 where no drive crashed; 2, with one line, for what cannot be driven."""
+    """Run a campaign and print its table. Returns 1 if a drive crashed, 2 for a wrong request, else 0."""
     parser = argparse.ArgumentParser(description="Drives each sensor fault on a few routes.")
-    parser.add_argument("--out", type=Path, required=True, help="a folder for the drives")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the drives")
     parser.add_argument("--suite", default="dev")
     parser.add_argument("--routes", default="", metavar="ID,ID", help="only these routes of the suite")
-    parser.add_argument("--faults", default="", metavar="NAME,NAME", help="only these (default: none and all)")
+    parser.add_argument(
+        "--faults", default="", metavar="NAME,NAME", help="only these faults (default: all, and `none`)"
+    )
     parser.add_argument("--recovery", default="rules")
     parser.add_argument("--limit-s", type=float, default=60.0, help="simulated seconds after which a drive ends")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=1, help="drives at a time")
+    parser.add_argument("--jobs", type=int, default=1, help="number of drives in parallel")
     parser.add_argument("--maps", default=os.environ.get("STUCKSOLVER_MAPS"), help="folders with towns")
     args = parser.parse_args(arguments)
     spec = CampaignSpec(

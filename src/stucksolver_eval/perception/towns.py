@@ -1,4 +1,4 @@
-"""Random routes through towns, for drives that no suite has."""
+"""Random routes through towns, for drives outside the suites."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ if TYPE_CHECKING:
     import carla
 
 NEAREST_M, FARTHEST_M = 120.0, 400.0
-"""From the start of a route to its end, as the crow flies."""
+"""Straight-line distance from the start of a route to its end."""
 _TRIES = 200
 
 
 class TownError(RuntimeError):
-    """No route can be laid there; the message names the town and the remedy."""
+    """A town has no suitable route; the message names the town."""
 
 
 def town_routes(
     towns: tuple[str, ...], drives: int, seed: int, maps: str | None, host: str | None = None, port: int = 2000
 ) -> tuple[Route, ...]:
-    """So many routes in each town, the same for the same seed. Raises `TownError` and `ServerError`."""
+    """Return `drives` random routes in each town, always the same for a seed. Raises `TownError` and `ServerError`."""
     found: list[Route] = []
     for town in towns:
         with open_server(town, maps, seed, host, port) as server:
@@ -43,4 +43,4 @@ def _route(town: str, spots: list[carla.Transform], number: int, chance: Random)
         if NEAREST_M < math.hypot(start.x - end.x, start.y - end.y) < FARTHEST_M:
             waypoints = tuple(Position(float(p.x), float(p.y), float(p.z)) for p in (start, end))
             return Route(f"{town}_{number:03d}", town, waypoints)
-    raise TownError(f"{town}: its {len(spots)} spawn points give no route of {NEAREST_M:.0f} to {FARTHEST_M:.0f} m")
+    raise TownError(f"{town}: its {len(spots)} spawn points allow no route of {NEAREST_M:.0f} to {FARTHEST_M:.0f} m")

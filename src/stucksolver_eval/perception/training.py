@@ -1,4 +1,4 @@
-"""Starts the training of perception's networks, each in a process of its own, and puts what came out in its place."""
+"""Trains perception's networks, each in a separate process, and installs the results."""
 
 from __future__ import annotations
 
@@ -14,17 +14,23 @@ from stucksolver_eval.files import cannot_write
 
 
 class TrainingError(RuntimeError):
-    """It cannot be trained or exported; the message says why and what to do."""
+    """A network cannot be trained or exported; the message says why and what to do."""
 
 
 @dataclass(frozen=True)
 class Network:
-    """`module`: trains it. `files`: what the training leaves for use; empty where `exporter` makes them."""
+    """How to train a network.
+
+    Attributes:
+        module: The module that trains it.
+        files: The files of the training to install; empty if `exporter` creates them.
+        package: The package of `stucksolver.perception` with the shipped folder `data`.
+        exporter: The module that exports it, if any.
+    """
 
     module: str
     files: tuple[str, ...]
     package: str
-    """Holds the folder `data` that ships."""
     exporter: str = ""
 
 
@@ -37,7 +43,16 @@ NETWORKS = {
 
 @dataclass(frozen=True)
 class TrainSpec:
-    """`data`, `check`: folders of recordings; `out`: gets a folder for each network. Minutes are of learning alone."""
+    """What to train.
+
+    Attributes:
+        data: Folders of recordings for training.
+        check: Folders of recordings for validation.
+        out: Output folder; each network gets a folder in it.
+        only: Names of networks; all if empty.
+        minutes: Training time of each network, without loading and validation.
+        seed: Seed of the training.
+    """
 
     data: tuple[Path, ...]
     check: tuple[Path, ...]
@@ -48,7 +63,7 @@ class TrainSpec:
 
 
 def train_networks(spec: TrainSpec) -> None:
-    """One after the other; a network that fails ends it. Raises `TrainingError`."""
+    """Train the networks one after another. Raises `TrainingError` at the first that fails."""
     require_torch()
     for name in spec.only or NETWORKS:
         told = ["--data", *map(str, spec.data), "--check", *map(str, spec.check), "--out", str(spec.out / name)]
@@ -56,16 +71,16 @@ def train_networks(spec: TrainSpec) -> None:
 
 
 def export_networks(run: Path, check: Sequence[Path], to: Path | None, only: Sequence[str]) -> list[Path]:
-    """Put trained networks where perception looks for them, or into `to`; the folders that got them.
+    """Install trained networks where perception looks for them, or in `to`. Returns the folder of each network.
 
     Args:
         run: The `out` of a training.
-        check: Recordings held out, with which an exported network is compared.
-        to: Instead of the folders that ship.
-        only: Networks; without any all that `run` has.
+        check: Validation recordings, on which an exported network is compared with the original.
+        to: Folder to use instead of the shipped ones.
+        only: Names of networks; all in `run` if empty.
 
     Raises:
-        TrainingError: A network is not there, or is worse after its export.
+        TrainingError: A network is missing, or worse after its export.
         OutputError: The folder cannot be written to.
     """
     found = []
@@ -79,20 +94,20 @@ def export_networks(run: Path, check: Sequence[Path], to: Path | None, only: Seq
             _copy([run / name / file for file in network.files], target)
         found.append(target)
     if not found:
-        raise TrainingError(f"{run}: there is no trained network; train some with `stucksolver perception train`")
+        raise TrainingError(f"{run} contains no trained network; train some with `stucksolver perception train`")
     return found
 
 
 def require_torch() -> None:
-    """Raises `TrainingError` where torch is not installed."""
+    """Raise `TrainingError` if torch is not installed."""
     if find_spec("torch") is None:
-        raise TrainingError("torch is not installed, which training needs: pip install torch onnx")
+        raise TrainingError("training needs torch, which is not installed: pip install torch onnx")
 
 
 def _run(name: str, module: str, arguments: list[str]) -> None:
     code = subprocess.run([sys.executable, "-m", module, *arguments], check=False).returncode
     if code:
-        raise TrainingError(f"{name}: {module} ended with exit code {code}; what happened is printed above")
+        raise TrainingError(f"{name}: {module} ended with exit code {code}; see its output above")
 
 
 def _shipped(package: str) -> Path:
@@ -104,7 +119,7 @@ def _shipped(package: str) -> Path:
 def _copy(files: Sequence[Path], target: Path) -> None:
     missing = [file for file in files if not file.is_file()]
     if missing:
-        raise TrainingError(f"{missing[0]}: there is no such file; has this network been trained to the end?")
+        raise TrainingError(f"{missing[0]} does not exist; was the training of this network completed?")
     try:
         target.mkdir(parents=True, exist_ok=True)
         for file in files:

@@ -1,1 +1,1 @@
-"""Recordings of drives: the rig's sensors on the hero, the truth beside them, and a crowd to be seen."""
+"""Records drives: the rig's sensor data on the hero, the ground truth, and a crowd of varied objects."""

@@ -1,7 +1,7 @@
-"""Strews everything that a detector must know along a route: what is rare in traffic shall be frequent here.
+"""Scatters all kinds of objects that a detector must know along a route; kinds that are rare in traffic are frequent.
 
-Placed at random: vehicles of all blueprints that stand or drive, their lamps and doors, people, animals, and things on
-lanes, shoulders and sidewalks. All of it belongs to the run's cast, which takes it off the world in the end.
+It places vehicles of all blueprints, standing or driving, with random lamps and doors, people, animals, and objects on
+lanes, shoulders and sidewalks. They belong to the run's actor pool, which destroys them at the end.
 """
 
 from __future__ import annotations
@@ -22,27 +22,27 @@ from stucksolver_eval.scenarios.actions.crossing import WALKER_LIFT_M
 from stucksolver_eval.setting import Setting
 
 FIRST_M = 12.0
-"""Along the route, where the crowd begins."""
+"""Where on the route the crowd starts."""
 BESIDE_PER_M, IN_LANE_PER_M, LOW_PER_M = 0.28, 0.015, 0.06
-"""How many bodies stand beside the hero's lane, how many in it, and how many low things lie on the road."""
+"""Objects per metre of route: beside the hero's lane, in it, and low ones on the road."""
 HELD_UP_S, HELD_UP_MPS = 2.5, 0.7
-"""Whoever holds up the hero for so long is taken off the road, so that it gets to see other things."""
+"""If the hero is slower than this for so long, what blocks it is removed, so that it reaches other objects."""
 CLEARED_M, CLEARED_WIDE_M = 25.0, 2.5
-"""How far ahead of the hero, and how far to each side of its heading."""
+"""Objects are removed this far ahead of the hero, and this far to each side of its heading."""
 DRIVERS_EVERY_M = 25.0
 DOOR_ODDS = 0.5
-"""That a standing vehicle, where its kind has doors that open, has one open."""
+"""Probability that a standing vehicle with doors that can open has one open."""
 WALK_MPS = (0.0, 0.0, 0.6, 1.2, 1.8, 2.6)
 WISH_MPS = (0.0, 3.0, 5.0, 8.0, 11.0, 14.0)
 TURN_EVERY_S = 4.0
-"""Walkers choose another way, lamps another state."""
+"""Average interval at which walkers change direction and lamps change state."""
 CYCLE_S = (4.0, 14.0)
-"""How long a traffic light keeps its state."""
+"""Shortest and longest time for which a traffic light keeps its state."""
 _TRIES = 12
 _ABOVE_M = 2.0
-"""Bridges are higher."""
+"""Height above a place from which the ground is searched; lower than any bridge."""
 _LIFTS_M = (("static.", 0.0), ("walker.", WALKER_LIFT_M), ("animal.", WALKER_LIFT_M))
-"""What does not fall is put onto the ground; who walks has its origin in its middle."""
+"""Spawn heights by blueprint prefix: props do not fall, and the origin of walkers is at their centre."""
 _APART_M = 0.5
 _SMALL_REACH_M = 0.8
 Shares = Sequence[tuple[ObjectKind, float]]
@@ -64,7 +64,7 @@ _SHARES = (
     (ObjectKind.CROSSING_GATE, 0.3),
     (ObjectKind.PROP, 2.0),
 )
-"""How often a kind is put beside the road; within a kind all blueprints are alike."""
+"""Relative frequency of each kind beside the road; within a kind, all blueprints are equally likely."""
 _LAMPS: tuple[tuple[str, ...], ...] = (
     (),
     ("Brake",),
@@ -94,7 +94,7 @@ class _Signal:
 
 
 class Crowd:
-    """Make it once the hero stands; call `tick` on every tick. The same for the same seed."""
+    """Create it once the hero stands at the start; call `tick` on every tick. The same seed gives the same crowd."""
 
     def __init__(self, setting: Setting, seed: int) -> None:
         self._setting, self._cast = setting, setting.cast
@@ -112,12 +112,12 @@ class Crowd:
             signal.light.freeze(True)
         hero = setting.hero.get_location()
         self._taken.append((hero.x, hero.y, 6.0))
-        self._strew()
-        self._send_off()
+        self._scatter()
+        self._spawn_traffic()
         setting.cast.flush()
 
     def tick(self, time_s: float) -> None:
-        """Walkers turn, lamps and signals change; the commands go out with the cast's next batch."""
+        """Update walkers, lamps and traffic lights; commands are sent with the pool's next batch."""
         for walker in self._walkers:
             if time_s >= walker.next_s:
                 walker.next_s = time_s + self._random.uniform(0.5, 2.0) * TURN_EVERY_S
@@ -130,10 +130,10 @@ class Crowd:
             if time_s >= signal.next_s:
                 signal.next_s = time_s + self._random.uniform(*CYCLE_S)
                 signal.light.set_state(self._random.choice(_SIGNALS))
-        self._let_hero_on(time_s)
+        self._unblock_hero(time_s)
 
-    def _let_hero_on(self, time_s: float) -> None:
-        """Take off whoever holds up the hero, and give it a green light."""
+    def _unblock_hero(self, time_s: float) -> None:
+        """Remove what blocks the hero, and give it a green light."""
         hero = self._cast.hero
         if abs(hero.speed_mps) > HELD_UP_MPS:
             self._held_up_since_s = None
@@ -149,14 +149,14 @@ class Crowd:
             aside_m = abs((at.y - hero.y) * cos - (at.x - hero.x) * sin)
             reach_m = CLEARED_WIDE_M + member.half_width_m
             if 0.0 < hero.ahead_m(at.x, at.y) < CLEARED_M and aside_m < reach_m:
-                self._take_off(member)
+                self._remove(member)
         for signal in self._signals:
             near = self._setting.hero.get_traffic_light()
             if near is not None and near.id == signal.light.id:
                 signal.light.set_state(carla.TrafficLightState.Green)
                 signal.next_s = time_s + CYCLE_S[1]
 
-    def _take_off(self, member: ScenarioActor) -> None:
+    def _remove(self, member: ScenarioActor) -> None:
         self._walkers = [one for one in self._walkers if one.member is not member]
         self._lamped = [one for one in self._lamped if one.member is not member]
         car = self._cars.pop(member.id, None)
@@ -165,8 +165,8 @@ class Crowd:
         else:
             self._setting.cars.remove([car])
 
-    def _strew(self) -> None:
-        """Everything that stands or walks, at random places along the route."""
+    def _scatter(self) -> None:
+        """Place everything that stands or walks at random along the route."""
         line = self._setting.route
         along_m = max(line.length_m - FIRST_M, 0.0)
         for kind in self._deck(_SHARES, round(along_m * BESIDE_PER_M)):
@@ -182,9 +182,9 @@ class Crowd:
         return deal([(kind, share) for kind, share in shares if self._kinds.get(kind)], count, self._random)
 
     def _put(self, kind: ObjectKind, right_m: Callable[[carla.Waypoint], float]) -> None:
-        """Put one of a kind down where there is room; where there is none after some tries, nothing.
+        """Spawn one object of a kind where there is room; give up after some tries.
 
-        `right_m` draws how far to the right of the middle of a lane.
+        `right_m` draws the offset to the right of a lane's centre (m).
         """
         name = self._random.choice(self._kinds[kind])
         line, reach_m = self._setting.route, _REACH_M.get(kind, _SMALL_REACH_M)
@@ -202,18 +202,18 @@ class Crowd:
                 return
 
     def _spot(self, here: carla.Waypoint, right_m: float, kind: ObjectKind) -> carla.Transform:
-        """A place beside a waypoint; vehicles mostly stand along the road, everything else lies anyhow."""
+        """Return a pose next to a waypoint: vehicles mostly along the road, everything else with a random heading."""
         transform, aside = here.transform, here.transform.get_right_vector()
         shift = self._random.uniform(-3.0, 3.0)
         ahead = transform.get_forward_vector()
         at = self._grounded(transform.location + aside * right_m + ahead * shift)
         along = self._random.choice((0.0, 0.0, 0.0, 180.0)) + self._random.gauss(0.0, 6.0)
-        anyhow = self._random.uniform(-180.0, 180.0)
-        turn = along if kind in _ON_WHEELS and self._random.random() < 0.8 else anyhow
+        arbitrary = self._random.uniform(-180.0, 180.0)
+        turn = along if kind in _ON_WHEELS and self._random.random() < 0.8 else arbitrary
         return carla.Transform(at, carla.Rotation(yaw=transform.rotation.yaw + turn))
 
     def _grounded(self, at: Any) -> carla.Location:
-        """The ground there: a sidewalk is higher than the road; where there is neither, the height given."""
+        """Return the place at ground height (a sidewalk is higher than the road); unchanged if there is no ground."""
         above = carla.Location(at.x, at.y, at.z + _ABOVE_M)
         world: Any = self._setting.world  # the client's stub lacks this call
         met = world.ground_projection(above, 2.0 * _ABOVE_M)
@@ -223,7 +223,7 @@ class Crowd:
         return all(math.hypot(at.x - x, at.y - y) > reach_m + other + _APART_M for x, y, other in self._taken)
 
     def _settle(self, member: ScenarioActor, kind: ObjectKind) -> None:
-        """What somebody who was put down does from now on."""
+        """Set the behaviour of a spawned actor."""
         if kind in _ON_FEET:
             self._walkers.append(_Walker(member))
         elif kind in _ON_WHEELS:
@@ -232,8 +232,8 @@ class Crowd:
             if self._random.random() < DOOR_ODDS and member.actor.attributes.get("has_dynamic_doors") == "true":
                 self._cast.open_door(member, getattr(carla.VehicleDoor, self._random.choice(_DOORS)))
 
-    def _send_off(self) -> None:
-        """Vehicles of all blueprints that drive: on the route's lanes and on those of the other direction."""
+    def _spawn_traffic(self) -> None:
+        """Spawn driving vehicles of all blueprints on the route's lane and its neighbours."""
         setting, random = self._setting, self._random
         line = setting.route
         kinds = [kind for kind in _ON_WHEELS if self._kinds.get(kind)]
@@ -298,11 +298,11 @@ _REACH_M = {
     ObjectKind.BUS: 4.0,
     ObjectKind.SCHOOL_BUS: 4.5,
 }
-"""Room that a body needs, as a circle that is smaller than its length: bodies stand in rows."""
+"""Radius of the room that an object needs; smaller than half its length, because vehicles stand in rows."""
 
 
 def deal(shares: Shares, count: int, chance: Random) -> list[ObjectKind]:
-    """So many kinds in these shares, the largest bodies first, as they find room only while there is much."""
+    """Return about `count` kinds in these shares, largest first, because large objects need room that is still free."""
     total = sum(share for _, share in shares)
     deck: list[ObjectKind] = []
     for kind, share in shares:
@@ -313,7 +313,7 @@ def deal(shares: Shares, count: int, chance: Random) -> list[ObjectKind]:
 
 
 def _by_kind(library: Any) -> dict[ObjectKind, list[str]]:
-    """All blueprints with a body, by kind."""
+    """Return the names of all blueprints with a body, by kind."""
     found: dict[ObjectKind, list[str]] = {}
     for blueprint in sorted(library, key=lambda one: str(one.id)):
         name = str(blueprint.id)
@@ -325,7 +325,7 @@ def _by_kind(library: Any) -> dict[ObjectKind, list[str]]:
 
 
 def _public(blueprint: carla.ActorBlueprint) -> dict[str, str]:
-    """What a blueprint says of itself, as the attributes of its actors will."""
+    """Return the attributes of a blueprint that determine its kind."""
     names = ("special_type", "base_type", "number_of_wheels")
     return {name: _text(blueprint.get_attribute(name)) for name in names if blueprint.has_attribute(name)}
 

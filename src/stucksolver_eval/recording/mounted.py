@@ -1,4 +1,4 @@
-"""The rig's sensors on a vehicle in CARLA for a recording: all data of each tick, in the frames of our perception."""
+"""The rig's sensors on a vehicle in CARLA, for recording: all data of each tick, in the frames of our perception."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from stucksolver.stacks.sensed.mounting import (
 from stucksolver.stacks.sensed.readings import camera_pixels, camera_rgb, gnss_fix, imu_sample, lidar_points
 
 DATA_LIMIT_S = 60.0
-"""For a sensor's data of one tick; the first pictures of a town take longest."""
+"""Wall time limit for a sensor's data of one tick; the first images of a town take longest."""
 JPEG_QUALITY = 95
-"""And colours are not thinned out: a lamp is a few pixels, and a vehicle gets raw pictures."""
+"""High, and used without chroma subsampling: a lamp has few pixels, and the vehicle uses raw images."""
 INSTANCE_CAMERA = "sensor.camera.instance_segmentation"
 
 
 class MountedSensor:
-    """One sensor of the simulator; its measurements wait here, each with the number of its frame."""
+    """One sensor of the simulator, with a queue of its measurements. Raises `SensorError`."""
 
     def __init__(self, hero: carla.Vehicle, setup: SensorSetup) -> None:
         self.type_id = setup.type_id
@@ -43,37 +43,44 @@ class MountedSensor:
         self._actor.listen(self._data.put)
 
     def of(self, frame: int) -> Any:
-        """The measurement of a frame; older ones are dropped. Raises `SensorError` where it does not come."""
+        """Return the measurement of a frame and drop older ones. Raises `SensorError` if it does not arrive."""
         until_s = time.monotonic() + DATA_LIMIT_S
         while True:
             try:
                 data = self._data.get(timeout=max(until_s - time.monotonic(), 0.0))
             except queue.Empty:
                 raise SensorError(
-                    f"{self.type_id} sent no data for frame {frame} in {DATA_LIMIT_S:.0f} s; run again"
+                    f"{self.type_id} sent no data for frame {frame} within {DATA_LIMIT_S:.0f} s; run again"
                 ) from None
             if data.frame == frame:
                 return data
             if data.frame > frame:
-                raise SensorError(f"{self.type_id} left frame {frame} out; run again")
+                raise SensorError(f"{self.type_id} skipped frame {frame}; run again")
 
     def first_frame(self) -> int | None:
-        """The frame of the oldest measurement that waits, which is dropped; None where none does."""
+        """Drop the oldest measurement in the queue and return its frame; None if the queue is empty."""
         with contextlib.suppress(queue.Empty):
             return int(self._data.get_nowait().frame)
         return None
 
     def close(self) -> None:
-        """Take it off. The simulator may be gone already."""
+        """Destroy the sensor. Errors are ignored because the simulator may already be gone."""
         with contextlib.suppress(RuntimeError):
             self._actor.stop()
             self._actor.destroy()
 
 
 class RecordingSensors:
-    """All sensors of a rig on one vehicle, with an instance camera beside the camera.
+    """All sensors of a rig on one vehicle, and an instance camera at the camera's pose.
 
-    `picture_period_s`: between two pictures. `seed`: of the noise of LiDAR, IMU and GNSS. Raises `SensorError`.
+    All methods that take a frame raise `SensorError` if a measurement does not arrive.
+
+    Args:
+        hero: The vehicle.
+        rig: The rig.
+        carla_map: The map, for the geographic reference.
+        picture_period_s: Time between two images (s).
+        seed: Seed of the noise of LiDAR, IMU and GNSS.
     """
 
     def __init__(self, hero: carla.Vehicle, rig: Rig, carla_map: carla.Map, picture_period_s: float, seed: int) -> None:
@@ -86,39 +93,39 @@ class RecordingSensors:
         self._instances = MountedSensor(hero, camera_setup(rig, picture_period_s, INSTANCE_CAMERA))
 
     def first_picture(self) -> int | None:
-        """The frame of the first picture, once it has come; the next ones follow at the period."""
+        """Return the frame of the first image, or None if it has not arrived; the next ones follow periodically."""
         return self._camera.first_frame()
 
     def points(self, frame: int) -> Singles:
-        """(n, 4): the sweep of a frame in the vehicle frame, and its intensities."""
+        """Return a frame's sweep, shape (n, 4): x, y, z in the vehicle frame (m), and intensity."""
         return lidar_points(self._lidar.of(frame), self._to_vehicle)
 
     def imu(self, frame: int) -> Floats:
-        """(7,): accelerations, turn rates and compass of a frame, as `Recorded.imu`."""
+        """Return a frame's accelerations (m/s²), turn rates (rad/s) and compass (rad), shape (7,)."""
         sample = imu_sample(self._imu.of(frame), 0.0)
         return np.array([*sample.acceleration_mps2, *sample.rotation_rps, sample.compass_rad], np.float64)
 
     def gnss(self, frame: int) -> Floats:
-        """(3,): the fix of a frame in the local frame."""
+        """Return a frame's GNSS fix in the local frame (m), shape (3,)."""
         fix = gnss_fix(self._gnss.of(frame), self._geo, 0.0)
         return np.array([fix.x_m, fix.y_m, fix.z_m])
 
     def jpeg(self, frame: int) -> bytes:
-        """The picture of a frame that has one."""
+        """Return the image of a frame as JPEG; the frame must have one."""
         return encoded(self._camera.of(frame))
 
     def instances(self, frame: int) -> NDArray[np.uint16]:
-        """(height, width): the actor's id at each pixel of the same picture."""
+        """Return the actor id at each pixel of the same image, shape (height, width)."""
         return instance_ids(self._instances.of(frame))
 
     def close(self) -> None:
-        """Take all of them off."""
+        """Destroy all sensors."""
         for sensor in (self._lidar, self._imu, self._gnss, self._camera, self._instances):
             sensor.close()
 
 
 def encoded(image: carla.Image) -> bytes:
-    """A picture as a JPEG."""
+    """Encode an image as JPEG."""
     from PIL import Image
 
     file = io.BytesIO()
@@ -127,9 +134,9 @@ def encoded(image: carla.Image) -> bytes:
 
 
 def instance_ids(image: carla.Image) -> NDArray[np.uint16]:
-    """(height, width): an id's low byte is the picture's green, its high one the blue.
+    """Return the ids in an instance image, shape (height, width): green is the low byte, blue the high byte.
 
-    carlette's are ids of actors. CARLA numbers its objects itself: there nothing can be made of them.
+    carlette uses actor ids. CARLA uses object numbers of its own, which cannot be mapped to actors.
     """
     pixels = camera_pixels(image)
     return np.asarray(pixels[:, :, 1] + pixels[:, :, 0] * np.uint16(256), np.uint16)

@@ -1,4 +1,4 @@
-"""Records one drive: what the rig's sensors measure on the hero, and the truth beside it, window by window."""
+"""Records one drive: the rig's sensor data on the hero and the ground truth, in windows of ticks."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from stucksolver_eval.recording.truth import LightsReader, TruthReader, ego_pose
 from stucksolver_eval.setting import Setting
 
 SETTLE_S = 2.0
-"""Until everyone who was put down stands, and the first pictures have come."""
+"""Time after which spawned actors have settled and the first images have arrived."""
 PICTURE_S = 0.5
-"""Between two pictures where all ticks are kept."""
+"""Time between two images if all ticks are kept."""
 
 
 class DriveRecorder:
-    """Make it once everyone is there, call `tick` after every tick of the world, `close` in the end.
+    """Create it once all actors are spawned, call `tick` after every tick, and `close` at the end.
 
-    Raises `SensorError`, also from `tick`.
+    The constructor and `tick` raise `SensorError` if a sensor cannot be mounted or sends no data.
     """
 
     def __init__(self, spec: RecordingSpec, setting: Setting, seed: int, about: dict[str, object]) -> None:
@@ -42,7 +42,7 @@ class DriveRecorder:
         self._start_s = float(setting.world.get_snapshot().timestamp.elapsed_seconds)
 
     def tick(self) -> None:
-        """Keep the tick that was just made, if it is one to keep."""
+        """Record the current tick if it belongs to a window. Raises `SensorError`."""
         snapshot = self._setting.world.get_snapshot()
         frame, time_s = int(snapshot.frame), float(snapshot.timestamp.elapsed_seconds) - self._start_s
         if self._first_picture is None:
@@ -70,6 +70,6 @@ class DriveRecorder:
         )
 
     def close(self) -> None:
-        """Write the rest, and take the sensors off."""
+        """Destroy the sensors and write the rest."""
         self._sensors.close()
         self._writer.close()

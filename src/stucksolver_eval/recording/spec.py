@@ -1,4 +1,4 @@
-"""What is to be recorded of a drive."""
+"""What to record of a drive."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from stucksolver.perception.rig import SHIPPED
 
 @dataclass(frozen=True)
 class RecordingSpec:
-    """Asked of one drive; goes to another process with its job."""
+    """What to record of one drive; it is passed to another process with the job."""
 
     folder: Path
-    """Of this recording alone."""
+    """Folder of this recording alone."""
     rig_file: Path = SHIPPED
     every_s: float = 1.0
-    """A window of consecutive ticks is kept so often, its last tick with a picture; 0 keeps all ticks, and a picture
-    every 0.5 s."""
+    """Interval between windows of consecutive ticks (s); the last tick of each has an image. 0 keeps all ticks, with an
+    image every 0.5 s."""
     window_ticks: int = 12
-    """How many sweeps a detector may join: half a second of them, and one more."""
+    """Length of a window: the sweeps that a detector may join, which are half a second, and one or two more."""
     weather: str = ""
-    """What its weather is called, for whoever sorts recordings."""
+    """Name of the weather, for sorting recordings."""
     crowd: bool = False
-    """Strew vehicles, people, animals and things along the route."""
+    """Scatter vehicles, people, animals and objects along the route."""

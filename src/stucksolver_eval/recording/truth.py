@@ -1,4 +1,4 @@
-"""What was really there: bodies, lamps, doors and traffic lights around a vehicle, in the local frame."""
+"""Ground truth around a vehicle, in the local frame: objects, lamps, doors and traffic lights."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from stucksolver.stacks.driver.perception import BODILESS, Body, body_of
 RANGE_M = 250.0
 LIGHTS_WITHIN_M = 120.0
 _DEEP_M = 40.0
-"""Actors that wait for their entry are kept below the ground."""
+"""Staged actors wait farther below the ego than this."""
 _FLAGGER = "walker.flagger"
 _UNKNOWN_DOORS = -1
 _STATES = {
@@ -32,12 +32,12 @@ _STATES = {
 _UNKNOWN_STATE = 4
 
 DoorsOpen = Callable[[int], bool]
-"""Does a door of the vehicle with this id stand open? The client cannot be asked."""
+"""Returns True if the vehicle with this id has an open door; the client API cannot report it."""
 
 
 @dataclass(frozen=True)
 class _Known:
-    """What of an actor does not change."""
+    """The constant properties of an actor."""
 
     body: Body
     kind: int
@@ -46,14 +46,14 @@ class _Known:
 
 
 class TruthReader:
-    """Reads the world around one vehicle; asks the server for actors only when the set of ids changes."""
+    """Reads the world around one vehicle. The server is queried for actors only if the set of ids changes."""
 
     def __init__(self, world: carla.World, ego_id: int, doors_open: DoorsOpen | None = None) -> None:
         self._world, self._ego_id, self._doors_open = world, ego_id, doors_open
         self._known: dict[int, _Known | None] = {}
 
     def read(self, snapshot: carla.WorldSnapshot) -> Truth:
-        """Everything with a body within range of the ego, at a snapshot of the tick that was just made."""
+        """Return all objects within `RANGE_M` of the ego at the current tick's snapshot. Raises `RuntimeError`."""
         self._meet(snapshot)
         ego = in_snapshot(snapshot, self._ego_id).get_transform().location
         lamps = {int(actor): int(state) for actor, state in self._world.get_vehicles_light_states().items()}
@@ -86,7 +86,7 @@ class TruthReader:
             del self._known[gone]
         new = ids - self._known.keys()
         if new:
-            # An id that the server does not list yet is asked for again on the next tick.
+            # An id that the server does not list yet is queried again on the next tick.
             self._known.update({actor.id: self._measure(actor) for actor in self._world.get_actors(list(new))})
 
     def _measure(self, actor: carla.Actor) -> _Known | None:
@@ -100,14 +100,14 @@ class TruthReader:
 
 
 class LightsReader:
-    """The traffic lights of a world, whose heads are asked for once."""
+    """Reads the traffic lights of a world. Their heads are queried once."""
 
     def __init__(self, world: carla.World) -> None:
         lights = world.get_actors().filter("traffic.traffic_light*")
         self._lights = [(light, _heads(light)) for light in lights]
 
     def read(self, x_m: float, y_m: float) -> LightTruth:
-        """Those within reach of a place of the local frame."""
+        """Return the lights within `LIGHTS_WITHIN_M` of a position in the local frame (m)."""
         near = [(light, heads) for light, heads in self._lights if _reach(heads, x_m, y_m) < LIGHTS_WITHIN_M]
         return LightTruth(
             np.array([light.id for light, _ in near], np.int64),
@@ -117,15 +117,15 @@ class LightsReader:
 
 
 def in_snapshot(snapshot: carla.WorldSnapshot, actor_id: int) -> carla.ActorSnapshot:
-    """The state of an actor that must be there. Raises `RuntimeError`."""
+    """Return the state of an actor. Raises `RuntimeError` if it is missing."""
     found = snapshot.find(actor_id)
     if found is None:
-        raise RuntimeError(f"actor {actor_id} is gone from the world; the drive cannot be recorded any further")
+        raise RuntimeError(f"actor {actor_id} is gone from the world; the recording of the drive cannot continue")
     return found
 
 
 def ego_pose(actor: carla.ActorSnapshot) -> Floats:
-    """(9,): as `Recorded.pose`, of a vehicle's state in a snapshot; pitch grows as the nose goes down."""
+    """Return the pose of a vehicle in a snapshot as in `Recorded.pose`, shape (9,); pitch is positive nose down."""
     transform, velocity, turning = actor.get_transform(), actor.get_velocity(), actor.get_angular_velocity()
     place, turn = transform.location, transform.rotation
     x, y = to_local(place)
@@ -142,16 +142,16 @@ def ego_pose(actor: carla.ActorSnapshot) -> Floats:
 
 
 def _kind(actor: carla.Actor) -> ObjectKind:
-    """As the stack has it, but for one who controls traffic, whom a perceiver is to recognise."""
+    """Return the actor's kind as the stack does, except for flaggers, which perception must recognise."""
     if actor.type_id.startswith(_FLAGGER):
         return ObjectKind.FLAGGER
     return kind_of(actor.type_id, attributes_of(actor))
 
 
 def _row(body: Body, actor: carla.ActorSnapshot) -> tuple[float, ...]:
-    """As `BOX_COLUMNS`."""
+    """Return an object's row with the columns `BOX_COLUMNS`."""
     transform, velocity = actor.get_transform(), actor.get_velocity()
-    # The client's stub says that this takes and gives vectors; it gives a location for a location.
+    # The client's stub declares vectors; in fact a location is transformed to a location.
     middle: Any = transform.transform(carla.Location(*body.offset))
     x, y = to_local(middle)
     yaw = math.remainder(yaw_to_local(transform.rotation.yaw) - body.yaw, math.tau)

@@ -1,4 +1,4 @@
-"""The scenario types of the CARLA leaderboard, by their public names, over the `carla` client API."""
+"""The scenario types of the CARLA leaderboard under their public names, and our own, on the `carla` client API."""
 
 from stucksolver_eval.scenarios.base import Scenario, ScenarioError, Unsupported
 from stucksolver_eval.scenarios.play import Play, PlayEvent

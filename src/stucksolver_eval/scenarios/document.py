@@ -17,55 +17,55 @@ PAGE = Path(__file__).parents[3] / "docs" / "scenarios.md"
 
 _INTRODUCTION = """# Scenario types
 
-The 44 types of CARLA's leaderboard, by their public names, with their public parameters, over the `carla` client API
-alone. This page is written from the classes by `python -m stucksolver_eval.scenarios.document`.
+The 44 types of CARLA's leaderboard, under their public names and with their public parameters, using only the `carla`
+client API. This page is generated from the classes by `python -m stucksolver_eval.scenarios.document`.
 
-* A type is one small file in `stucksolver_eval/scenarios/types`: what the situation is, when it is triggered, and a
-  script that reads from top to bottom, one `yield` a tick. What types share is in `stucksolver_eval/scenarios/actions`.
-* A scenario begins when the hero's place on its route is less than 2 m before the trigger point. What comes later waits
-  below the ground until then.
-* "Limit" is the time after which the scenario counts as failed; while such a type runs, the test for being blocked is
-  off, as in the public benchmark. Where there is none, a hero that stands for a minute is blocked.
-* A map or blueprint library that lacks what a type needs makes it unsupported, with the reason; nothing is put in its
-  place.
+* A type is one small file in `stucksolver_eval/scenarios/types`: the situation, its trigger, and a script that reads
+  from top to bottom, with one `yield` per tick. Shared code is in `stucksolver_eval/scenarios/actions`.
+* A scenario starts when the hero's position on its route is less than 2 m before the trigger point. Actors that appear
+  later wait below the ground until then.
+* "Limit" is the time after which the scenario counts as failed. While a type with a limit runs, the test for being
+  blocked is suspended, as in the public benchmark. Without a limit, a hero that stands for a minute is blocked.
+* If a map or blueprint library lacks what a type needs, the type is unsupported there, with the reason; nothing
+  replaces it.
 * The same seed, map and hero give the same run.
-* "Driver alone" is what became of the driver without recovery (`behavior:normal`, seed 1) on a shipped route of the
-  type, as seen in the replay. Where a type is about being stuck it is stuck; where it tests the driver's own skill it
-  may pass or collide.
+* "Driver alone" is what happened to the driver without recovery (`behavior:normal`, seed 1) on a shipped route of the
+  type, as seen in the replay. In types about being stuck it is stuck; in types that test the driver's own skill it may
+  pass or collide.
 
 ## Traffic
 
-Cars of scenarios and of the background are driven by the run itself, not by the client's TrafficManager: Intelligent
-Driver Model, pure pursuit, stop lines of red and yellow lights, and junctions in which ways that meet are given out one
-after the other. A flow's cars hold their speed whatever the hero does, until one of them has touched it; at
-junctions all others let them by.
+The run itself drives the cars of scenarios and of the background, not the client's TrafficManager. They use the
+Intelligent Driver Model, pure pursuit, stop lines of red and yellow lights, and reservations at junctions, where
+conflicting paths are granted one after another. The cars of a flow hold their speed whatever the hero does, until one
+of them has touched it; at junctions all others give way to them.
 
 Background traffic has the public benchmark's numbers (two cars ahead and two behind in each lane, 15 m apart; cars
-ahead slow down to wait for the hero, cars behind hurry; oncoming cars every 40 m from 80 m ahead; other entries of a
-junction feed cars from 40 m up) with these differences:
+ahead slow down to wait for the hero, cars behind catch up; oncoming cars every 40 m from 80 m ahead; on other entries
+of a junction, cars spawn 40 m before it) with these differences:
 
-* at most 4 cars in each lane of the hero's road, 8 oncoming ones, and 10 at a junction, at most 6 from each entry;
+* there are at most 4 cars in each lane of the hero's road, 8 oncoming cars, and 10 at a junction, 6 from each entry;
 * the two cars on the exit of a junction wait for the hero like cars ahead do;
-* cars that leave a junction by another exit than the hero's drive on and are taken away 40 m beyond it, instead of
+* cars that leave a junction by another exit than the hero's drive on and are removed 40 m beyond it, instead of
   stopping there;
-* who cuts across whom at a junction without lights is first come, first served, and the hero before all others;
-  stop and yield signs bind nobody else;
-* all traffic goes by the hero's speed limit, also on other roads;
-* an oncoming lane belongs to the hero's own road in the map: carriageways that are roads of their own have none.
+* at a junction without lights the order is first come, first served, and the hero has priority; stop and yield signs
+  apply only to the hero;
+* all traffic uses the hero's speed limit, also on other roads;
+* oncoming lanes must belong to the hero's own road in the map: carriageways that are separate roads have none.
 
 """
 
 
 def page() -> str:
-    """The whole page."""
+    """Return the page."""
     load_all()
     return _INTRODUCTION + "\n".join((*_rows(), *_ours(), *_shown())) + "\n"
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs the script; 1 when `--check` finds a difference."""
+    """Write or check the page. Returns 1 if `--check` finds a difference, else 0."""
     parser = argparse.ArgumentParser(description="Writes docs/scenarios.md.")
-    parser.add_argument("--check", action="store_true", help="compare, do not write")
+    parser.add_argument("--check", action="store_true", help="compare only; do not write")
     if parser.parse_args(arguments).check:
         same = PAGE.read_text("utf-8") == page()
         if not same:
@@ -79,8 +79,8 @@ def _ours() -> Iterator[str]:
     yield ""
     yield "## Stuck situations of our own, and controls"
     yield ""
-    yield "Each states what is right (`recover`, `wait`, `ask` or `reroute`) and which criteria are off meanwhile."
-    yield "None has a time limit of its own. The types that use blueprints of carlette's own are unsupported on CARLA."
+    yield "Each states what is right (`recover`, `wait`, `ask` or `reroute`) and which criteria it suspends."
+    yield "None has a time limit. Types with blueprints that only carlette has are unsupported on CARLA."
     yield ""
     yield "| type | situation | right | what happens when | needs | suspends | simplified | driver alone |"
     yield "|---|---|---|---|---|---|---|---|"

@@ -1,4 +1,4 @@
-"""Parameters of a scenario type: declared as class attributes, read from the route file's elements when asked for.
+"""Parameters of a scenario type: declared as class attributes, and read from the route file's elements on access.
 
 distance_m = Number("distance", 120.0)      # <distance value="42"/>
 gap_m = Range("frequency", (20.0, 100.0))   # <frequency from="30" to="60"/>
@@ -20,10 +20,10 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Parameter(ABC, Generic[T]):
-    """A descriptor: on a scenario it gives the value, on its class itself. Raises `ScenarioError` for a bad value."""
+    """A descriptor: on a scenario it returns the value, on its class itself. Raises `ScenarioError` for a bad value."""
 
     name: str
-    """Of the XML element."""
+    """Name of the XML element."""
     default: T
     unit: str = ""
 
@@ -42,12 +42,12 @@ class Parameter(ABC, Generic[T]):
 
     @property
     def form(self) -> str:
-        """How the element is written."""
+        """The form of the element, for error messages."""
         return f'<{self.name} value="..."/>'
 
     @abstractmethod
     def read(self, element: Mapping[str, str]) -> T:
-        """The value. Raises `KeyError` or `ValueError`."""
+        """Parse the value. Raises `KeyError` or `ValueError`."""
 
 
 class Number(Parameter[float]):
@@ -109,7 +109,7 @@ class Place(Parameter["tuple[float, float, float] | None"]):
 
 
 def parameters_of(scenario: type[Scenario]) -> list[Parameter[Any]]:
-    """What a type declares, its bases' first."""
+    """Return the parameters of a type, those of its bases first."""
     found: dict[str, Parameter[Any]] = {}
     for cls in reversed(scenario.__mro__):
         for value in vars(cls).values():

@@ -21,8 +21,11 @@ OFF_ROUTE_M = 10.0
 
 @dataclass(frozen=True)
 class PlayEvent:
-    """Something the criteria or the log should know. Kinds: `started`, `ended`, `scenario_timeout`,
-    `yield_emergency_vehicle` (value: 1 where the ego gave way, 0 where not)."""
+    """An event for the criteria and the log, at a time since the start (s).
+
+    Kinds are `started`, `ended`, `scenario_timeout` and `yield_emergency_vehicle`, whose value is 1 if the ego gave
+    way, else 0.
+    """
 
     time_s: float
     kind: str
@@ -40,10 +43,11 @@ class _Part:
 
 
 class Play:
-    """All scenarios of one route, the background traffic, and the one reading and writing of the world each tick.
+    """All scenarios of one route and the background traffic. It reads and writes the world once per tick.
 
-    Raises `ScenarioError` for a type that does not exist, a parameter that cannot be read or a trigger point off the
-    route, and `Unsupported` where the map or the blueprint library cannot host a scenario.
+    Raises:
+        ScenarioError: A type does not exist, a parameter is invalid, or a trigger point is not on the route.
+        Unsupported: The map or the blueprint library does not support a scenario.
     """
 
     def __init__(self, specs: Sequence[ScenarioSpec], setting: Setting, background: Background | None = None) -> None:
@@ -61,22 +65,22 @@ class Play:
 
     @property
     def active(self) -> frozenset[str]:
-        """Types that run now."""
+        """Types of the scenarios that are running."""
         return frozenset(part.scenario.type for part in self._running)
 
     @property
     def finished(self) -> bool:
-        """Whether all are over."""
+        """True if all scenarios are over."""
         return all(part.over for part in self._parts)
 
     @property
     def expected(self) -> Expected | None:
-        """What the first scenario that is judged by it says is right: recover, wait, ask or reroute."""
+        """The right reaction according to the first scenario that is judged by it, or None."""
         return next((p.scenario.expected for p in self._parts if p.scenario.expected is not None), None)
 
     @property
     def suspended(self) -> frozenset[str]:
-        """Criteria that are switched off now: `blocked`, `wrong_lane`, `route_deviation`."""
+        """Criteria that are suspended now: `blocked`, `wrong_lane`, `route_deviation` and others."""
         off = {name for part in self._parts for name in part.scenario.suspended}
         if any(part.scenario.timeout_s is not None for part in self._running):
             off.add("blocked")
@@ -88,7 +92,12 @@ class Play:
         return frozenset(name for part in self._running for name in part.scenario.extra_criteria)
 
     def tick(self, time_s: float, hero_s_m: float) -> None:
-        """After each tick of the world, before the driver's step; moves the background, too."""
+        """Run scenarios and background. Call it after each tick of the world, before the driver's step.
+
+        Args:
+            time_s: Time since the start (s).
+            hero_s_m: The hero's arc length on the route (m).
+        """
         setting = self._setting
         setting.hero_s_m = hero_s_m
         setting.cast.look()
@@ -103,13 +112,13 @@ class Play:
         setting.cast.flush()
 
     def noise(self, control: carla.VehicleControl) -> carla.VehicleControl:
-        """The hero's control as the vehicle shall get it: `ControlLoss` disturbs it."""
+        """Return the control that the vehicle gets instead of the hero's: `ControlLoss` disturbs it."""
         for part in self._running:
             control = part.scenario.disturb(control)
         return control
 
     def close(self) -> None:
-        """End everything and take the cast off the world; may be called twice."""
+        """End everything and destroy the actors. It may be called twice."""
         if self._closed:
             return
         self._closed = True
@@ -162,7 +171,7 @@ def _built(spec: ScenarioSpec, setting: Setting, background: Background | None) 
     off_m = ((place.x - trigger.x_m) ** 2 + (place.y - trigger.y_m) ** 2) ** 0.5
     if off_m > OFF_ROUTE_M:
         raise ScenarioError(
-            f"{spec.name}: the trigger point ({trigger.x_m:.1f}, {trigger.y_m:.1f}) lies {off_m:.0f} m off the route; "
+            f"{spec.name}: the trigger point ({trigger.x_m:.1f}, {trigger.y_m:.1f}) is {off_m:.0f} m off the route; "
             "move it onto the route"
         )
     missing = [one for one in scenario.blueprints if not setting.cast.knows(one)]

@@ -10,13 +10,13 @@ from typing import TypeVar
 from stucksolver_eval.scenarios.base import Scenario, ScenarioError
 
 SCENARIOS: dict[str, type[Scenario]] = {}
-"""Every registered type; complete once `scenario_type` or `load_all` was called."""
+"""All registered types; complete after a call of `scenario_type` or `load_all`."""
 
 S = TypeVar("S", bound=type[Scenario])
 
 
 def scenario(cls: S) -> S:
-    """Register a type under its name. Raises `ValueError` where the name is taken."""
+    """Register a type under its name. Raises `ValueError` if the name is taken."""
     known = SCENARIOS.setdefault(cls.type, cls)
     if known is not cls:
         raise ValueError(f"two scenarios are called {cls.type!r}: {known.__module__} and {cls.__module__}")
@@ -24,7 +24,7 @@ def scenario(cls: S) -> S:
 
 
 def scenario_type(name: str) -> type[Scenario]:
-    """The type of that name. Raises `ScenarioError` that lists what exists."""
+    """Return the type of this name. Raises `ScenarioError`, which lists those that exist."""
     load_all()
     if name not in SCENARIOS:
         raise ScenarioError(f"unknown scenario type {name!r}; choose from {', '.join(sorted(SCENARIOS))}")
@@ -33,7 +33,7 @@ def scenario_type(name: str) -> type[Scenario]:
 
 @cache
 def load_all() -> None:
-    """Import every file of `scenarios.types`, which registers what is in it."""
+    """Import every file of `scenarios.types`, which registers its types."""
     from stucksolver_eval.scenarios import types
 
     for module in pkgutil.walk_packages(types.__path__, f"{types.__name__}."):

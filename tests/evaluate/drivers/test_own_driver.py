@@ -52,7 +52,7 @@ def driven(driver, folder):
         ("guests:Nobody", "no attribute 'Nobody'"),
         ("guests:AHEAD", "is not a class"),
         ("guests:Deaf", "it has no set_route"),
-        ("guests", "use behavior, planner, either with :PROFILE, or MODULE:CLASS"),
+        ("guests", "use behavior or planner, each with :PROFILE, or your own agent as MODULE:CLASS"),
         ("behavior:mad", "cautious, normal, aggressive"),
     ],
 )

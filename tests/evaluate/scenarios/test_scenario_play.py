@@ -192,7 +192,7 @@ def test_a_blueprint_that_is_missing_makes_it_unsupported(theatre):
 
 @pytest.mark.integration
 def test_an_obstacle_beyond_the_end_of_the_route_is_refused(theatre):
-    with pytest.raises(ScenarioError, match="900 m beyond the trigger point the route has ended"):
+    with pytest.raises(ScenarioError, match="the route ends less than 900 m beyond the trigger point"):
         begin(theatre, moved("Accident_1", parameters={"distance": value(900)}))
 
 

@@ -1,1 +1,1 @@
-"""Scores of perception: pure functions on arrays, one metric a file."""
+"""Metrics of perception: pure functions on arrays, one metric per file."""

@@ -1,7 +1,7 @@
-"""AMOTA: tracking accuracy averaged over recall, so that no threshold of confidence has to be chosen.
+"""AMOTA: tracking accuracy averaged over recall, which needs no choice of a confidence threshold.
 
-Weng et al., "AB3DMOT" (2020), as nuScenes scores tracking: at each level of recall r the misses that it allows are
-taken off, MOTAR = max(0, 1 - (switches + false positives + misses - (1 - r) P) / (r P)), with P objects.
+Weng et al., "AB3DMOT" (2020), in the form of nuScenes: at each recall level r the misses that it allows are
+subtracted, MOTAR = max(0, 1 - (switches + false positives + misses - (1 - r) P) / (r P)), with P objects.
 """
 
 from __future__ import annotations
@@ -16,7 +16,16 @@ LEVELS = 40
 
 
 def amota(drives: Sequence[Sequence[TrackedFrame]], within_m: float, levels: int = LEVELS) -> float | None:
-    """Of one label over several drives, 0 to 1; None without objects. Levels that are not reached count 0."""
+    """Return the AMOTA of one label over several drives, 0 to 1. Recall levels that are not reached count as 0.
+
+    Args:
+        drives: Frames of each drive, in order of time.
+        within_m: Largest distance between a track and its object (m).
+        levels: Number of recall levels.
+
+    Returns:
+        The AMOTA; None if there are no objects.
+    """
     curve = [counts for _, counts in thresholds(drives, within_m, levels)]
     objects = max((counts.objects for counts in curve), default=0)
     if objects == 0:
@@ -35,7 +44,7 @@ def amota(drives: Sequence[Sequence[TrackedFrame]], within_m: float, levels: int
 def thresholds(
     drives: Sequence[Sequence[TrackedFrame]], within_m: float, levels: int = LEVELS
 ) -> list[tuple[float, MotCounts]]:
-    """Counts at thresholds of the tracks' scores, the highest first."""
+    """Return pairs of a score threshold and the counts of the tracks at or above it, highest threshold first."""
     scores = [frame.score for drive in drives for frame in drive]
     every = np.concatenate([np.zeros(0), *scores])
     if not len(every):
@@ -51,7 +60,7 @@ def thresholds(
 def best_threshold(
     drives: Sequence[Sequence[TrackedFrame]], within_m: float, levels: int = LEVELS
 ) -> tuple[float, MotCounts] | None:
-    """The threshold with the highest MOTA, and its counts, as nuScenes tells MOTA; None without objects or tracks."""
+    """Return the threshold with the highest MOTA, and its counts, as nuScenes does; None without objects or tracks."""
     told = [(score, counts) for score, counts in thresholds(drives, within_m, levels) if counts.mota is not None]
     return max(told, key=lambda one: -np.inf if one[1].mota is None else one[1].mota, default=None)
 

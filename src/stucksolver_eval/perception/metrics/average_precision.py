@@ -1,4 +1,4 @@
-"""Average precision as nuScenes has it: the area below precision over recall, without what is below a tenth of either.
+"""Average precision of nuScenes: the normalised area under the precision-recall curve above 10 % recall and precision.
 
 Caesar et al., "nuScenes: A multimodal dataset for autonomous driving", CVPR 2020, section 3.3.
 """
@@ -12,18 +12,18 @@ from stucksolver_eval.perception.metrics.matching import Flags
 
 LEAST_RECALL, LEAST_PRECISION = 0.1, 0.1
 LEVELS = 101
-"""Of recall, from 0 to 1, between which the curve is straight."""
+"""Number of recall levels from 0 to 1; the curve is interpolated linearly between them."""
 
 
 def average_precision(right: Flags, wanted: int) -> float | None:
-    """Of detections in the order of falling score.
+    """Return the average precision of detections in order of decreasing score.
 
     Args:
-        right: (n,): Is each of them one of the objects?
-        wanted: How many objects there are.
+        right: Shape (n,): True for true positives.
+        wanted: Number of objects.
 
     Returns:
-        0 to 1; None where there is no object, so that nothing can be said.
+        0 to 1; None if there are no objects.
     """
     if wanted == 0:
         return None
@@ -34,7 +34,7 @@ def average_precision(right: Flags, wanted: int) -> float | None:
 
 
 def curve(right: Flags, wanted: int) -> tuple[Floats, Floats]:
-    """Recall and precision after each detection, both (n,); `([0], [0])` where there are none."""
+    """Return recall and precision after each detection, both of shape (n,); `([0], [0])` without detections."""
     if not len(right):
         return np.zeros(1), np.zeros(1)
     hits = np.cumsum(right)

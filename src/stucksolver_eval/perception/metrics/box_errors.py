@@ -1,7 +1,7 @@
-"""How far right boxes are off: place, size, heading, velocity (nuScenes' ATE, ASE, AOE, AVE).
+"""Errors of true positives in position, size, heading and velocity (nuScenes' ATE, ASE, AOE, AVE).
 
-Caesar et al., "nuScenes: A multimodal dataset for autonomous driving", CVPR 2020, section 3.3. As there each error is
-averaged over the levels of recall that are reached, from a tenth on, so that sure boxes weigh no more than others.
+Caesar et al., "nuScenes: A multimodal dataset for autonomous driving", CVPR 2020, section 3.3. As there, each error is
+averaged over the recall levels that are reached, from 10 % on, so that confident boxes weigh no more than others.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from stucksolver_eval.perception.metrics.matching import Matches, Reals
 
 @dataclass(frozen=True)
 class BoxErrors:
-    """Means; None where too few objects are found to say."""
+    """Mean errors; None if too few objects are found."""
 
     translation_m: float | None
     scale: float | None
-    """1 - intersection over union of the sizes, place and heading put right."""
+    """1 - intersection over union of the boxes after aligning position and heading."""
     orientation_rad: float | None
     velocity_mps: float | None
 
@@ -31,7 +31,14 @@ class BoxErrors:
 def box_errors(
     matches: Matches, found: Sequence[Detections], reals: Sequence[Reals], turns_alike: bool = False
 ) -> BoxErrors:
-    """Of the right ones among `matches`. `turns_alike`: the label looks the same from front and behind."""
+    """Return the errors of the true positives among `matches`.
+
+    Args:
+        matches: Matches of one label.
+        found: Detections of each sample, in the vehicle frame.
+        reals: Objects of the same samples.
+        turns_alike: True if the label looks the same from the front and from behind.
+    """
     hits = np.flatnonzero(matches.right)
     wanted = len(matches.real_range_m)
     rows = [errors_of(found, reals, matches, k, turns_alike) for k in hits.tolist()]
@@ -45,7 +52,7 @@ def box_errors(
 def errors_of(
     found: Sequence[Detections], reals: Sequence[Reals], matches: Matches, k: int, turns_alike: bool
 ) -> tuple[float, float, float, float]:
-    """Errors of one right detection, in the order of `BoxErrors`."""
+    """Return the errors of the true positive in row `k`, in the order of `BoxErrors`."""
     told, true = found[matches.sample[k]], reals[matches.sample[k]]
     i, j = int(matches.detection[k]), int(matches.real[k])
     return (
@@ -57,18 +64,18 @@ def errors_of(
 
 
 def size_overlap(one: Floats, other: Floats) -> float:
-    """Intersection over union of two boxes (3,) in the same place with the same heading."""
+    """Return the intersection over union of two box sizes, shape (3,), at the same position and heading."""
     common = float(np.prod(np.minimum(one, other)))
     return common / (float(np.prod(one)) + float(np.prod(other)) - common)
 
 
 def turn_between(one: float, other: float, period: float = math.tau) -> float:
-    """The smallest angle between two headings (rad) of which those a period apart are alike."""
+    """Return the smallest angle between two headings (rad), modulo `period` (rad)."""
     return abs(math.remainder(one - other, period))
 
 
 def _over_recall(errors: Floats, recall: Floats) -> float:
-    """The mean over levels of recall of the mean error up to each level."""
+    """Return the mean, over recall levels, of the mean error up to each level."""
     running = np.cumsum(errors) / np.arange(1, len(errors) + 1)
     levels = np.linspace(0.0, 1.0, LEVELS)
     levels = levels[(levels > LEAST_RECALL + 1e-9) & (levels <= recall[-1] + 1e-9)]

@@ -1,7 +1,7 @@
 """CLEAR MOT: how well tracks follow objects.
 
 Bernardin and Stiefelhagen, "Evaluating Multiple Object Tracking Performance: The CLEAR MOT Metrics" (2008). An object
-keeps the track that it had as long as that is near; the others are assigned such that the sum of distances is smallest.
+keeps its track as long as that is near; the others are assigned so that the sum of distances is smallest.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ _FAR = 1e6
 
 @dataclass(frozen=True, eq=False)
 class TrackedFrame:
-    """Objects and tracks of one label at one moment, places on the ground in one fixed frame (m)."""
+    """Objects and tracks of one label at one time; positions on the ground in a fixed frame (m)."""
 
     object_id: Indices
     object_xy: Floats
-    """(n, 2)."""
+    """Shape (n, 2)."""
     counted: Flags
-    """(n,): objects that could hardly be seen are neither missed nor wrong to follow."""
+    """Shape (n,): False for objects that are hardly visible; they count neither as misses nor as false positives."""
     track_id: Indices
     track_xy: Floats
-    """(m, 2)."""
+    """Shape (m, 2)."""
     score: Floats
-    """(m,): of each track, the same in all its frames."""
+    """Shape (m,): score of each track, the same in all its frames."""
 
     def at_least(self, score: float) -> TrackedFrame:
-        """Without the tracks below a score."""
+        """Return the frame without tracks below a score."""
         kept = self.score >= score
         tracks = (self.track_id[kept], self.track_xy[kept], self.score[kept])
         return TrackedFrame(self.object_id, self.object_xy, self.counted, *tracks)
@@ -41,31 +41,31 @@ class TrackedFrame:
 
 @dataclass(frozen=True)
 class MotCounts:
-    """Sums over frames."""
+    """Counts summed over frames."""
 
     objects: int = 0
     misses: int = 0
     false_positives: int = 0
     switches: int = 0
-    """An object is followed by another track than the last time."""
+    """Number of times that an object is followed by another track than before."""
     matches: int = 0
     distance_m: float = 0.0
-    """The sum over matches."""
+    """Sum of distances over all matches (m)."""
 
     @property
     def mota(self) -> float | None:
-        """Tracking accuracy, at most 1, below 0 where there are more errors than objects; None without objects."""
+        """Tracking accuracy, at most 1 and negative if there are more errors than objects; None without objects."""
         errors = self.misses + self.false_positives + self.switches
         return 1.0 - errors / self.objects if self.objects else None
 
     @property
     def motp_m(self) -> float | None:
-        """Tracking precision: the mean distance of a track to its object; None where nothing is followed."""
+        """Tracking precision: mean distance of a track to its object (m); None without matches."""
         return self.distance_m / self.matches if self.matches else None
 
     @property
     def recall(self) -> float | None:
-        """Share of the objects that are followed."""
+        """Share of the objects that are followed; None without objects."""
         return 1.0 - self.misses / self.objects if self.objects else None
 
     def __add__(self, other: MotCounts) -> MotCounts:
@@ -80,9 +80,9 @@ class MotCounts:
 
 
 def clear_mot(frames: Sequence[TrackedFrame], within_m: float) -> MotCounts:
-    """Count over the frames of one drive, in the order of time; `within_m`: a track farther away follows nothing."""
+    """Count over the frames of one drive in order of time. Tracks farther than `within_m` (m) follow nothing."""
     last: dict[int, int] = {}
-    """The track that followed each object last."""
+    """The last track of each object."""
     total = MotCounts()
     for frame in frames:
         pairs = assign(frame, last, within_m)
@@ -107,7 +107,7 @@ def clear_mot(frames: Sequence[TrackedFrame], within_m: float) -> MotCounts:
 
 
 def assign(frame: TrackedFrame, last: dict[int, int], within_m: float) -> list[tuple[int, int, float]]:
-    """(object, track, distance in m) of those that belong together; `last`: each object's track until now."""
+    """Return matched (object index, track index, distance in m). `last` is each object's track so far."""
     from scipy.optimize import linear_sum_assignment  # type: ignore[import-untyped]
 
     away = np.linalg.norm(frame.object_xy[:, None, :] - frame.track_xy[None, :, :], axis=2)

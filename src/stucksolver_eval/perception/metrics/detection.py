@@ -1,4 +1,4 @@
-"""Scores of a detector by class and by range: average precision at four distances, and errors of right boxes."""
+"""Scores of a detector by label and range: average precision at four distances, and errors of true positives."""
 
 from __future__ import annotations
 
@@ -18,40 +18,40 @@ ERRORS_WITHIN_M = 2.0
 RINGS_M = ((0.0, 20.0), (20.0, 40.0), (40.0, 60.0), (60.0, 80.0))
 FARTHEST_M = 80.0
 SURE = 0.5
-"""Detections with at least this score make precision and recall."""
+"""Score from which detections count for precision and recall."""
 _TURNS_ALIKE = ("barrier", "cone", "debris")
-"""Things without a front."""
+"""Labels without a front."""
 
 
 @dataclass(frozen=True)
 class LabelScores:
-    """Of one label in one ring."""
+    """Scores of one label in one range of distances."""
 
     objects: int
     found: int
-    """Detections, of whatever score."""
+    """Number of detections of any score."""
     average_precision: float | None
-    """The mean over `DISTANCES_M`; None without objects."""
+    """Mean over `DISTANCES_M`; None without objects."""
     at_distances: tuple[float | None, ...]
     precision: float | None
-    """Of detections with a score of at least `SURE`, within 2 m."""
+    """Precision of detections with a score of at least `SURE`, matched within 2 m."""
     recall: float | None
     errors: BoxErrors
 
 
 @dataclass(frozen=True)
 class DetectionScores:
-    """Everything; `by_ring` is keyed by (nearest, farthest) in metres."""
+    """All scores; the keys of `by_ring` are (nearest, farthest) in metres."""
 
     samples: int
     mean_average_precision: float | None
-    """Over the labels that there are."""
+    """Mean over the labels that have objects."""
     by_label: Mapping[str, LabelScores]
     by_ring: Mapping[tuple[float, float], Mapping[str, LabelScores]]
 
 
 def detection_scores(found: Sequence[Detections], reals: Sequence[Reals]) -> DetectionScores:
-    """Of detections and objects of the same samples; beyond `FARTHEST_M` nothing counts."""
+    """Score detections against objects of the same samples; nothing counts beyond `FARTHEST_M`."""
     by_label: dict[str, LabelScores] = {}
     by_ring: dict[tuple[float, float], dict[str, LabelScores]] = {ring: {} for ring in RINGS_M}
     for label, name in enumerate(LABELS):
@@ -64,7 +64,7 @@ def detection_scores(found: Sequence[Detections], reals: Sequence[Reals]) -> Det
 
 
 def mean_of(scores: Mapping[str, LabelScores]) -> float | None:
-    """Mean average precision over labels that have objects."""
+    """Return the mean average precision over labels that have objects; None if there are none."""
     known = [one.average_precision for one in scores.values() if one.average_precision is not None]
     return float(np.mean(known)) if known else None
 

@@ -1,7 +1,7 @@
-"""How a detector's errors change from look to look: what a tracker must assume of it.
+"""How a detector's errors change between looks: the noise that a tracker must assume.
 
-A box that is always found beside its true place makes nobody move; one whose error changes does. So errors of the same
-object are compared one look apart and one second apart, besides the errors themselves.
+A constant position error does not look like motion, but a changing error does. So besides the errors themselves, errors
+of the same object are compared one look apart and one second apart.
 """
 
 from __future__ import annotations
@@ -22,38 +22,39 @@ LOOKS_IN_SECOND = 10
 MOVES_MPS = 1.0
 SURE = 0.5
 MOST = 0.683
-"""Share of errors within the figures given: for a normal distribution, within one standard deviation."""
+"""Share of errors below the reported figures: for a normal distribution, those within one standard deviation."""
 _ALONG, _ACROSS, _YAW, _FLIPPED, _V_ALONG, _V_ACROSS, _SPEED = range(7)
 
 
 @dataclass(frozen=True)
 class LabelNoise:
-    """Of one label in one ring; None where there is nothing to measure. Along and across the object's axis."""
+    """Noise of one label in one range; None if unknown. Pairs are along and across the object's axis."""
 
     objects: int
     recall: float | None
-    """Share of the objects found in one look, whatever the score."""
+    """Share of objects found in one look, with any score."""
     false_per_look: float
-    """Detections that are nobody's,"""
+    """False positives per look."""
     sure_false_per_look: float
-    """and those with a score of at least `SURE`."""
+    """False positives per look with a score of at least `SURE`."""
     jitter_m: tuple[float | None, float | None]
-    """From one look to the next, by second differences."""
+    """Position noise between consecutive looks, from second differences (m)."""
     drift_m: tuple[float | None, float | None]
-    """Of the error within a second."""
+    """Change of the position error within a second (m)."""
     yaw_rad: float | None
-    """Where front and back are taken for the same."""
+    """Heading error modulo half a turn (rad)."""
     flipped: float | None
+    """Share of headings that point backwards."""
     standing_mps: tuple[float | None, float | None]
-    """Error of the velocity of what stands,"""
+    """Velocity error of standing objects (m/s)."""
     moving_mps: tuple[float | None, float | None]
-    """and of what moves."""
+    """Velocity error of moving objects (m/s)."""
 
 
 def detector_noise(
     drives: Sequence[tuple[Sequence[Detections], Sequence[Reals]]],
 ) -> Mapping[tuple[float, float], Mapping[str, LabelNoise]]:
-    """By ring and label, of drives whose looks follow each other at 10 Hz."""
+    """Return the noise by range and label. Each drive has detections and objects of consecutive looks at 10 Hz."""
     tables: dict[tuple[float, float], dict[str, LabelNoise]] = {ring: {} for ring in RINGS_M}
     looks = sum(len(found) for found, _ in drives)
     for label, name in enumerate(LABELS):
@@ -91,7 +92,7 @@ def _noise(
 
 
 def _errors(matched: Matches, found: Sequence[Detections], reals: Sequence[Reals]) -> dict[tuple[int, int], Floats]:
-    """(8,) for each object and look where it was found: the seven errors, and its distance."""
+    """Return, by (object id, look), the seven values of a true positive and its distance, shape (8,)."""
     told = {}
     for row in np.flatnonzero(matched.right).tolist():
         look, j, k = int(matched.sample[row]), int(matched.detection[row]), int(matched.real[row])
@@ -118,7 +119,7 @@ def _differences(
     weights: tuple[float, ...],
     apart: int,
 ) -> Floats:
-    """(n, 8): weighted sums of the errors of one object in looks that are `apart` from each other."""
+    """Return weighted sums of an object's errors in looks that are `apart` looks from each other, shape (n, 8)."""
     sums = []
     for known, wanted in zip(errors, here, strict=True):
         for identity, look in wanted:

@@ -1,4 +1,4 @@
-"""How long the stages of perception take."""
+"""Run times of the stages of perception."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Latency:
-    """Of one stage."""
+    """Run times of one stage (ms)."""
 
     runs: int
     median_ms: float
@@ -19,7 +19,7 @@ class Latency:
 
 
 def latency(taken_ms: Sequence[float]) -> Latency | None:
-    """Of the times of all runs; None without any."""
+    """Summarize the times of all runs (ms); None if there are none."""
     if not taken_ms:
         return None
     values = np.asarray(taken_ms, np.float64)

@@ -1,7 +1,7 @@
-"""Which detection is which object: greedily, the surest first, by the distance of centres on the ground.
+"""Matches detections with objects: greedily by decreasing score, by the distance of centres on the ground.
 
-After nuScenes (Caesar et al., "nuScenes: A multimodal dataset for autonomous driving", CVPR 2020). New here: objects
-that hardly could be detected are neither wanted nor counted against whoever finds them.
+It follows nuScenes (Caesar et al., "nuScenes: A multimodal dataset for autonomous driving", CVPR 2020), with one
+difference: objects that are hardly detectable count neither as misses nor, if detected, as false positives.
 """
 
 from __future__ import annotations
@@ -21,19 +21,20 @@ ANY_LABEL = -1
 
 @dataclass(frozen=True, eq=False)
 class Reals:
-    """What was really there at one moment, in the vehicle frame; equal lengths n."""
+    """Ground truth at one time, in the vehicle frame; all arrays have length n."""
 
     label: Indices
-    """Index into `LABELS`; -1 for what has no label: it is not counted, and may be taken for anything."""
+    """Index into `LABELS`; -1 for objects without a label, which are not counted and may be detected as anything."""
     center: Floats
-    """(n, 3), m."""
+    """Shape (n, 3) (m)."""
     size: Floats
-    """(n, 3): length, width, height (m)."""
+    """Shape (n, 3): length, width, height (m)."""
     yaw: Floats
+    """Shape (n,) (rad)."""
     velocity: Floats
-    """(n, 2): over ground, along the vehicle frame's axes (m/s)."""
+    """Shape (n, 2): velocity over ground along the vehicle frame's axes (m/s)."""
     counted: Flags
-    """Whoever has too few points is not counted."""
+    """False for objects with too few points."""
     identity: Indices
     """The actor's id."""
 
@@ -43,7 +44,7 @@ class Reals:
 
 @dataclass(frozen=True, eq=False)
 class Matches:
-    """Detections of one label in all samples, the surest first; equal lengths n."""
+    """Detections of one label in all samples by decreasing score; arrays have length n unless stated."""
 
     score: Floats
     right: Flags
@@ -51,14 +52,14 @@ class Matches:
     detection: Indices
     """Index of the detection in its sample."""
     real: Indices
-    """Index of the object in its sample; -1 where the detection is wrong."""
+    """Index of the object in its sample; -1 for false positives."""
     range_m: Floats
-    """From the ego: of the object where the detection is right, else of the detection."""
+    """Distance of the object from the ego (m); for false positives, that of the detection."""
     real_range_m: Floats
-    """(k,): of all objects that are counted, found or not."""
+    """Shape (k,): distances of all objects that are counted, found or not (m)."""
 
     def between(self, nearest_m: float, farthest_m: float) -> Matches:
-        """Those in a ring around the ego."""
+        """Return the matches in a range of distances from the ego (m)."""
         inside = (self.range_m >= nearest_m) & (self.range_m < farthest_m)
         wanted = (self.real_range_m >= nearest_m) & (self.real_range_m < farthest_m)
         return Matches(
@@ -82,7 +83,7 @@ def match(found: Sequence[Detections], reals: Sequence[Reals], label: int, withi
         within_m: Largest distance of the centres of a detection and its object.
 
     Returns:
-        One row for each detection, but for those that lie on an object that is not counted.
+        One row for each detection, except those on objects that are not counted.
     """
     rows: list[tuple[float, bool, int, int, int, float]] = []
     ranges: list[Floats] = [np.zeros(0)]

@@ -1,4 +1,4 @@
-"""How far estimated poses are off the true ones."""
+"""Errors of estimated poses."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from stucksolver.perception.measurements import Floats
 
 NINES = 95
 CHI_SQUARE_95 = 5.991
-"""Of two degrees of freedom: so large an error, in standard deviations squared, is exceeded once in twenty times."""
+"""95 % quantile of the chi-squared distribution with two degrees of freedom."""
 
 
 @dataclass(frozen=True)
 class PoseErrors:
-    """Over all moments; lateral: across the true heading."""
+    """Errors over all poses. Lateral errors are perpendicular to the true heading."""
 
     moments: int
     position_rms_m: float
@@ -25,19 +25,19 @@ class PoseErrors:
     yaw_rms_rad: float
     speed_rms_mps: float
     within_95: float
-    """Share of the positions within the 95 % ellipse that the estimate claims: below 0.95 it is too sure."""
+    """Share of positions within the estimate's own 95 % ellipse; below 0.95 the estimate is overconfident."""
 
 
 def pose_errors(estimated: Floats, true: Floats, covariance: Floats) -> PoseErrors | None:
-    """Of poses at the same moments.
+    """Return the errors of poses at the same times.
 
     Args:
-        estimated: (n, 4) x, y (m), yaw (rad), speed (m/s).
-        true: (n, 4), the same.
-        covariance: (n, 2, 2) of x and y (m²), as estimated.
+        estimated: Shape (n, 4): x, y (m), yaw (rad), speed (m/s).
+        true: Shape (n, 4): the same.
+        covariance: Shape (n, 2, 2): estimated covariance of x and y (m²).
 
     Returns:
-        The errors; None where there are no moments.
+        The errors; None without poses.
     """
     if not len(estimated):
         return None
@@ -59,5 +59,5 @@ def pose_errors(estimated: Floats, true: Floats, covariance: Floats) -> PoseErro
 
 
 def rms(values: Floats) -> float:
-    """The root of the mean square."""
+    """Return the root mean square."""
     return float(np.sqrt(np.mean(np.square(values))))

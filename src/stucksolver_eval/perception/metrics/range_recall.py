@@ -1,4 +1,4 @@
-"""Share of objects that are found, by how far away they are."""
+"""Recall by distance."""
 
 from __future__ import annotations
 
@@ -21,12 +21,19 @@ class RangeBin:
 
     @property
     def recall(self) -> float | None:
-        """None without objects."""
+        """Share of the objects that were found; None without objects."""
         return self.found / self.objects if self.objects else None
 
 
 def recall_by_range(range_m: Floats, found: Flags, step_m: float, farthest_m: float) -> tuple[RangeBin, ...]:
-    """Bins of `step_m` up to `farthest_m`, for objects at `range_m` (n,) of which `found` (n,) were found."""
+    """Return the recall by distance.
+
+    Args:
+        range_m: Shape (n,): distance of each object (m).
+        found: Shape (n,): True for objects that were found.
+        step_m: Width of a bin (m).
+        farthest_m: End of the last bin (m).
+    """
     edges = np.arange(0.0, farthest_m + 1e-9, step_m)
     bins = []
     for nearest, farthest in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):

@@ -1,4 +1,4 @@
-"""Rectangles in a picture: which found one is which wanted one."""
+"""Matches rectangles in an image."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from stucksolver_eval.perception.metrics.matching import Flags
 
 
 def overlaps(one: Floats, other: Floats) -> Floats:
-    """(n, m) intersection over union of rectangles (n, 4) and (m, 4): left, top, right, bottom (px)."""
+    """Return the intersection over union of rectangles of shapes (n, 4) and (m, 4), as shape (n, m).
+
+    A rectangle is left, top, right, bottom (px).
+    """
     low = np.maximum(one[:, None, :2], other[None, :, :2])
     high = np.minimum(one[:, None, 2:], other[None, :, 2:])
     common = np.prod(np.maximum(high - low, 0.0), axis=2)
@@ -19,9 +22,16 @@ def overlaps(one: Floats, other: Floats) -> Floats:
 
 
 def matched(found: Floats, score: Floats, wanted: Floats, least: float) -> tuple[Flags, Flags]:
-    """Greedily, the surest first: which of `found` (n, 4) are right, and which of `wanted` (m, 4) are found.
+    """Match rectangles greedily by decreasing score. A second match of the same rectangle is a false positive.
 
-    `least`: the overlap from which on a rectangle is the wanted one. One that overlaps another's object is wrong.
+    Args:
+        found: Shape (n, 4): detected rectangles (px).
+        score: Shape (n,).
+        wanted: Shape (m, 4): true rectangles (px).
+        least: Smallest intersection over union of a match.
+
+    Returns:
+        True positives among `found`, shape (n,), and those of `wanted` that were found, shape (m,).
     """
     right, taken = np.zeros(len(found), np.bool_), np.zeros(len(wanted), np.bool_)
     over = overlaps(found, wanted)

@@ -1,1 +1,1 @@
-"""Runs perception on recordings and scores it, part by part."""
+"""Runs perception on recordings and scores each part separately."""

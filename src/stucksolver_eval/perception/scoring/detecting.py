@@ -1,4 +1,4 @@
-"""Scores the LiDAR detector, once for each picture's moment."""
+"""Scores the LiDAR detector at the time of each image."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stucksolver_eval.perception.scoring.samples import reals_of, true_pose
 
 
 def score_lidar(given: Given) -> Part:
-    """Sweeps with true poses; raises `WeightsError`."""
+    """Score detection on sweeps that are joined with true poses. Raises `WeightsError`."""
     from stucksolver.perception.lidar.detector import LidarDetector
     from stucksolver.perception.lidar.sweeps import SweepBuffer
 
@@ -44,8 +44,8 @@ def _page(scores: DetectionScores) -> str:
     rings = [_ring(ring, one) for ring, one in scores.by_ring.items()]
     names = tuple(scores.by_label)
     return (
-        f"{scores.samples} samples; mAP {figure(scores.mean_average_precision)}. Recall and precision: of detections "
-        f"with a score of at least 0.5, within 2 m.\n\n{table(head, rows)}\n\n"
+        f"{scores.samples} samples; mAP {figure(scores.mean_average_precision)}. Recall and precision are those of "
+        f"detections with a score of at least 0.5, matched within 2 m.\n\n{table(head, rows)}\n\n"
         f"AP by range:\n\n{table(('range', 'mAP', *names), rings)}\n"
     )
 

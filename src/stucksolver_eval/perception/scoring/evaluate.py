@@ -1,4 +1,4 @@
-"""Scores perception on recordings: each part by itself, one JSON file and one page."""
+"""Scores perception on recordings, each part separately, and writes a JSON file and a page."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ PARTS: Mapping[str, tuple[str, Callable[[Given], Part]]] = {
 
 @dataclass(frozen=True)
 class Scored:
-    """Which parts were scored, and which were not, with the reason."""
+    """The parts that were scored, those that were left out with the reason, and the page."""
 
     done: tuple[str, ...]
     left_out: Mapping[str, str]
@@ -49,9 +49,13 @@ class Scored:
 def evaluate_perception(
     folder: Path, out: Path, only: Sequence[str], given: Given | None = None, err: TextIO = sys.stderr
 ) -> Scored:
-    """Score the parts named in `only`, or all of them. Raises `RecordingError` and `OutputError`.
+    """Score the parts named in `only`, or all if it is empty, on the recordings in `folder`; write the scores to `out`.
 
-    A part whose weights are missing, or for which the recordings have nothing, is left out with the reason.
+    A part is left out, with the reason, if its weights or packages are missing, or if the recordings lack its data.
+
+    Raises:
+        RecordingError: The recordings cannot be read.
+        OutputError: The scores cannot be written.
     """
     base = given or Given(())
     told = replace(base, recordings=recordings(folder), say=lambda line: print(line, file=err, flush=True))
@@ -80,7 +84,7 @@ def evaluate_perception(
 
 
 def _scored(part: Callable[[Given], Part], given: Given) -> Part | str:
-    """The scores of a part, or why there are none."""
+    """Return the scores of a part, or the reason why there are none."""
     try:
         return part(given)
     except (WeightsError, NothingToScore, ModuleNotFoundError) as error:
@@ -110,8 +114,8 @@ def _page(
         for name, one in stages.items()
     ]
     pieces.append(
-        f"## Time and memory\n\n{threads} threads for a network; the process took at most {memory_mib:.0f} MiB, "
-        f"recordings included.\n\n{table(('stage', 'runs', 'median ms', '95 % ms', 'worst ms'), rows)}\n"
+        f"## Time and memory\n\n{threads} threads per network; the process used at most {memory_mib:.0f} MiB, "
+        f"including the recordings.\n\n{table(('stage', 'runs', 'median ms', '95 % ms', 'worst ms'), rows)}\n"
     )
     if left_out:
         lines = "\n".join(f"* {name}: {reason}" for name, reason in left_out.items())

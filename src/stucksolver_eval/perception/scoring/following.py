@@ -1,4 +1,4 @@
-"""Scores tracking on recordings that have every tick: the detector and the tracker at 10 Hz, with true poses."""
+"""Scores tracking on recordings without gaps: detector and tracker at 10 Hz, with true poses."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from stucksolver_eval.perception.scoring.part import Given, NothingToScore, Part
 from stucksolver_eval.perception.scoring.samples import TURN_S, is_continuous, reals_of, true_pose
 
 EVERY = 2
-"""Ticks between two looks."""
+"""One look every so many ticks."""
 WITHIN_M = 2.0
 FARTHEST_M = 60.0
 _NOWHERE = np.zeros((0, 2))
@@ -25,25 +25,25 @@ _NOWHERE = np.zeros((0, 2))
 
 @dataclass(frozen=True)
 class LabelTracking:
-    """Of one label over all drives."""
+    """Tracking scores of one label over all drives."""
 
     counts: MotCounts
     mota: float | None
-    """Of all tracks that the tracker tells of."""
+    """MOTA of all tracks that the tracker reports."""
     best_mota: float | None
-    """At the threshold of confidence where it is highest, as nuScenes has it."""
+    """MOTA at the best score threshold, as in nuScenes."""
     best_at: float | None
-    """That threshold."""
+    """The best score threshold."""
     motp_m: float | None
     recall: float | None
     amota: float | None
     velocity_rms_mps: float | None
-    """Of tracks that follow an object."""
+    """RMS velocity error of tracks that follow an object (m/s)."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """Tracks and objects at one moment; tracks are rows (x, y, vx, vy, score)."""
+    """Tracks and objects at one time; tracks are rows of x, y (m), vx, vy (m/s) and score, in the local frame."""
 
     reals: Reals
     real_xy: Any
@@ -55,7 +55,7 @@ class _Look:
 
 
 def score_tracking(given: Given) -> Part:
-    """Raises `WeightsError`, and `NothingToScore` where all recordings have gaps."""
+    """Score tracking. Raises `WeightsError`, and `NothingToScore` if all recordings have gaps."""
     whole = [one for one in given.recordings if is_continuous(one)]
     if not whole:
         raise NothingToScore("tracking: all recordings have gaps; collect some with --every 0")
@@ -135,7 +135,7 @@ def _of_label(drives: Sequence[Sequence[_Look]], label: int) -> LabelTracking:
 
 
 def _frames(looks: Sequence[_Look], label: int) -> list[TrackedFrame]:
-    """Those of one label. Objects without a label may be followed by anybody."""
+    """Return the frames of one label. Any track may follow objects without a label."""
     sums: dict[int, list[float]] = {}
     for look in looks:
         for track, score in zip(look.track_id.tolist(), look.tracks[:, 4].tolist(), strict=True):
@@ -206,6 +206,6 @@ def _page(data: dict[str, Any]) -> str:
     ]
     return (
         f"{data['drives']} drives, objects up to {FARTHEST_M:.0f} m, matched within {WITHIN_M:.0f} m: "
-        f"MOTA {figure(total.mota)}, AMOTA {figure(data['amota'])}, {total.switches} switches of identity.\n\n"
+        f"MOTA {figure(total.mota)}, AMOTA {figure(data['amota'])}, {total.switches} identity switches.\n\n"
         f"{table(head, rows)}\n"
     )

@@ -1,4 +1,4 @@
-"""Scores the localiser on recordings that have every tick."""
+"""Scores the localiser on recordings without gaps."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from stucksolver_eval.perception.scoring.part import Given, NothingToScore, Part
 from stucksolver_eval.perception.scoring.samples import is_continuous
 
 SETTLE_S = 5.0
-"""The filter begins with a single fix: what it says until then is not counted."""
+"""The filter starts from a single fix; its estimates before this time are not counted."""
 
 
 def score_localisation(given: Given) -> Part:
-    """Raises `NothingToScore` where all recordings have gaps."""
+    """Score localisation. Raises `NothingToScore` if all recordings have gaps or are too short."""
     whole = [one for one in given.recordings if is_continuous(one)]
     if not whole:
         raise NothingToScore("localisation: all recordings have gaps; collect some with --every 0")
@@ -33,7 +33,7 @@ def score_localisation(given: Given) -> Part:
 
 
 def _followed(recording: Recording, watch: Watch) -> tuple[Any, Any, Any, Any]:
-    """Estimates, truth, covariances of places, and fixes of the moments that count."""
+    """Return estimates (n, 4), truth (n, 4), position covariances (n, 2, 2) and fixes (n, 2) after `SETTLE_S`."""
     from stucksolver.perception.localisation import Localiser
 
     localiser = Localiser(recording.rig)

@@ -1,4 +1,4 @@
-"""Measures the LiDAR detector's noise on recordings that have every tick: the numbers that the tracker assumes."""
+"""Measures the LiDAR detector's noise on recordings without gaps: the numbers that the tracker assumes."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from stucksolver_eval.perception.scoring.part import Given, NothingToScore, Part
 from stucksolver_eval.perception.scoring.samples import is_continuous, reals_of, true_pose
 
 EVERY = 2
-"""Ticks between two looks."""
+"""One look every so many ticks."""
 
 
 def score_noise(given: Given) -> Part:
-    """Raises `WeightsError`, and `NothingToScore` where all recordings have gaps."""
+    """Measure the noise. Raises `WeightsError`, and `NothingToScore` if all recordings have gaps."""
     whole = [one for one in given.recordings if is_continuous(one)]
     if not whole:
         raise NothingToScore("noise: all recordings have gaps; collect some with --every 0")
@@ -48,11 +48,11 @@ def _looks(given: Given, recording: Recording) -> tuple[list[Detections], list[R
 
 
 def _page(drives: int, noise: Mapping[tuple[float, float], Mapping[str, LabelNoise]]) -> str:
-    of_places = ("objects", "recall", "false a look", "of these sure", "jitter m", "drift in 1 s m")
+    of_places = ("objects", "recall", "false per look", "confident false per look", "jitter m", "drift in 1 s m")
     head = ("class", *of_places, "yaw rad", "flipped", "velocity m/s, standing", "moving")
     pieces = [
-        f"{drives} drives. Pairs are along and across the object's axis; 68 % of the errors are within what is given. "
-        "Jitter is between successive looks; drift is by how much an error changes within a second.\n"
+        f"{drives} drives. Pairs are along and across the object's axis; 68 % of the errors are below the figures. "
+        "Jitter is the noise between consecutive looks; drift is the change of an error within a second.\n"
     ]
     for ring, by_label in noise.items():
         rows = [_row(name, one) for name, one in by_label.items() if one.objects]

@@ -1,4 +1,4 @@
-"""What every part of the scoring gives."""
+"""Input and result of each part of the scoring."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from stucksolver.perception.recording import Recording
 
 
 class NothingToScore(ValueError):
-    """The recordings have nothing for a part; the message says what they lack and how to get it."""
+    """The recordings lack the data for a part; the message says what is missing and how to get it."""
 
 
 @dataclass(frozen=True)
 class Given:
-    """What a part is given. `weights`: where the networks lie; None = those that ship."""
+    """Input of a part. The weights are folders; None means the shipped ones. `threads` is per network."""
 
     recordings: Sequence[Recording]
     lidar_weights: Path | None = None
@@ -32,7 +32,7 @@ class Given:
 
 @dataclass(frozen=True)
 class Part:
-    """Scores as they are written: `data` to JSON, `page` to Markdown; `stages_ms`: all times of each stage."""
+    """Scores of a part: `data` for JSON, `page` in Markdown, and all run times of each stage (ms)."""
 
     data: Mapping[str, Any]
     page: str
@@ -40,7 +40,7 @@ class Part:
 
 
 class Watch:
-    """Times stages; `with watch("lidar"): ...`."""
+    """Measures run times of stages: `with watch("lidar"): ...`."""
 
     def __init__(self) -> None:
         self.stages_ms: dict[str, list[float]] = {}
@@ -53,23 +53,23 @@ class Watch:
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in Markdown."""
+    """Return a Markdown table."""
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)])
 
 
 def figure(value: float | None, digits: int = 3) -> str:
-    """A number, or a dash where there is none."""
+    """Format a number; None becomes a dash."""
     return "–" if value is None else f"{value:.{digits}f}"
 
 
 def percent(value: float | None) -> str:
-    """A share in percent."""
+    """Format a share as a percentage; None becomes a dash."""
     return "–" if value is None else f"{100.0 * value:.1f} %"
 
 
 def plain(value: Any) -> Any:
-    """As JSON takes it: dataclasses, arrays and mappings with keys of any kind."""
+    """Convert dataclasses, arrays and mappings with any keys to values that JSON supports."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {one.name: plain(getattr(value, one.name)) for one in dataclasses.fields(value)}
     if isinstance(value, np.ndarray):

@@ -1,4 +1,4 @@
-"""Scores what the camera reads: traffic lights, and kinds, lamps and doors of objects whose boxes are given."""
+"""Scores the camera's readers: traffic lights, and kinds, lamps and doors of objects with given boxes."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from stucksolver_eval.perception.scoring.part import Given, NothingToScore, Part
 from stucksolver_eval.perception.scoring.samples import body_boxes, in_body, mask_id, seen_rectangles
 
 LIGHTS = (LightState.RED, LightState.YELLOW, LightState.GREEN, LightState.OFF)
-"""By the number that a recording has for each."""
+"""Light states, in the order of their numbers in a recording."""
 LEAST_FACING = 0.35
-"""Cosine between the way a head shows and the way to the lens; who is beside a light is not told by it."""
+"""Least cosine between a head's direction and the direction to the lens: a head seen from the side shows nothing."""
 LAMPS_SHARE, LAMPS_PX = 0.35, 16
-"""Lamps can be read from this share of a vehicle's rectangle on, and this size of it."""
+"""Lamps are legible if a vehicle's pixels fill this share of its rectangle, and the rectangle has this size."""
 _BRAKE, _LEFT, _RIGHT, _SPECIAL = 8, 32, 16, 512 | 1024
 """Bits of `carla.VehicleLightState`."""
 LAMPS = ("brake_lights", "left_blinker", "right_blinker", "emergency_lights", "door_open")
@@ -31,7 +31,7 @@ Pair = tuple[str, str | None]
 
 
 def score_lights(given: Given) -> Part:
-    """Single looks at lights that face us and can be seen. Raises `WeightsError` and `NothingToScore`."""
+    """Score single looks at visible lights that face the camera. Raises `WeightsError` and `NothingToScore`."""
     from stucksolver.perception.camera.lights import LightReader
 
     reader, watch = LightReader(threads=given.threads, **_folder(given)), Watch()
@@ -48,13 +48,13 @@ def score_lights(given: Given) -> Part:
             pairs += [(so.value, _said(look[0])) for (so, _), look in zip(wanted, told, strict=True)]
         given.say(f"lights: {recording.folder.name}")
     if not pairs:
-        raise NothingToScore("lights: no picture shows a traffic light that faces us; collect drives in towns")
+        raise NothingToScore("lights: no image shows a traffic light that faces the camera; collect drives in towns")
     matrix = confusion([one.value for one in LIGHTS], pairs)
     return Part(plain({**_summary(matrix), "confusion": matrix}), _light_page(matrix), watch.stages_ms)
 
 
 def score_attributes(given: Given) -> Part:
-    """Single looks at objects that show enough, with their true boxes. Raises `WeightsError` and `NothingToScore`."""
+    """Score single looks at visible objects with their true boxes. Raises `WeightsError` and `NothingToScore`."""
     from stucksolver.perception.camera.attributes import AttributeReader
 
     reader, watch = AttributeReader(threads=given.threads, **_folder(given)), Watch()
@@ -79,7 +79,7 @@ def score_attributes(given: Given) -> Part:
                     lamps[name].append((_word(so), _word(getattr(answer, name))))
         given.say(f"attributes: {recording.folder.name}")
     if not kinds:
-        raise NothingToScore("attributes: no picture shows an object; collect drives with pictures")
+        raise NothingToScore("attributes: no image shows an object; collect drives with images")
     matrix = confusion([one.value for one in KINDS], kinds)
     each = {name: confusion((_YES, _NO), pairs) for name, pairs in lamps.items()}
     data = {"kind": {**_summary(matrix), "confusion": matrix}, "lamps": {k: _lamp(v) for k, v in each.items()}}
@@ -87,7 +87,14 @@ def score_attributes(given: Given) -> Part:
 
 
 def true_lamps(tick: Recorded, i: int, box: Floats, seen: dict[int, tuple[int, int, int, int]]) -> dict[str, bool]:
-    """Which lamps of a body can be seen, and whether they are on; `box` (7,) in the vehicle's body frame."""
+    """Return the lamps and doors of an object that are visible, with True if on or open.
+
+    Args:
+        tick: The recorded tick.
+        i: Index of the object in the truth.
+        box: Shape (7,): its box in the frame of the ego's body (m, rad).
+        seen: Visible rectangles by mask id (px); see `seen_rectangles`.
+    """
     kind, flags, doors = KINDS[int(tick.truth.kind[i])], int(tick.truth.lamps[i]), int(tick.truth.doors[i])
     actor = mask_id(int(tick.truth.actor_id[i]))
     left, top, right, bottom = seen[actor]
@@ -96,7 +103,7 @@ def true_lamps(tick: Recorded, i: int, box: Floats, seen: dict[int, tuple[int, i
     enough = max(right - left, bottom - top) >= LAMPS_PX and (part == actor).mean() >= LAMPS_SHARE
     if kind not in MOTOR_VEHICLES or not enough:
         return {}
-    # 0: the lens is ahead of the vehicle; 90: on its left.
+    # 0: the lens is ahead of the vehicle; 90: to its left.
     bearing = float(np.degrees(np.angle(np.exp(1j * (np.arctan2(-box[1], -box[0]) - box[6])))))
     found: dict[str, bool] = {}
     if flags >= 0:
@@ -114,7 +121,7 @@ def true_lamps(tick: Recorded, i: int, box: Floats, seen: dict[int, tuple[int, i
 
 
 def _lights(tick: Recorded, rig: CameraRig) -> list[tuple[LightState, Floats]]:
-    """State and heads of each light that is seen and of which a head faces us."""
+    """Return state and heads of each visible light with a head that faces the camera."""
     if tick.lights is None or tick.instances is None:
         return []
     seen = seen_rectangles(tick)
@@ -129,7 +136,7 @@ def _lights(tick: Recorded, rig: CameraRig) -> list[tuple[LightState, Floats]]:
 
 
 def _is_shown(tick: Recorded, light: int, head: Floats, rig: CameraRig) -> bool:
-    """Does a head (7,) face us, and do its pixels show it?"""
+    """Return True if a head, shape (7,), faces the camera and is visible in the mask."""
     assert tick.instances is not None
     lens = rig.mount.to_vehicle()[:3, 3]
     # A head shows its lamps towards its negative y axis.
@@ -171,8 +178,8 @@ def _lamp(matrix: Confusion) -> dict[str, Any]:
 
 def _light_page(matrix: Confusion) -> str:
     red, green = (matrix.names.index(one.value) for one in (LightState.RED, LightState.GREEN))
-    said = f"{_line(matrix)} Red said to be green: {matrix.counts[red, green]}."
-    return f"{said} Rows: what was shown; columns: what was said.\n\n{_matrix(matrix)}\n"
+    said = f"{_line(matrix)} Red read as green: {matrix.counts[red, green]}."
+    return f"{said} Rows are the true states, columns the answers.\n\n{_matrix(matrix)}\n"
 
 
 def _attribute_page(kinds: Confusion, lamps: dict[str, Confusion]) -> str:
@@ -197,7 +204,7 @@ def _attribute_page(kinds: Confusion, lamps: dict[str, Confusion]) -> str:
         )
         for name, one in lamps.items()
     ]
-    head = ("lamp", "looks", "answered", "right of the answers", "recall of on", "precision of on")
+    head = ("lamp", "looks", "answered", "accuracy of answers", "recall of on", "precision of on")
     return (
         f"Single looks with true boxes. {_line(kinds)}\n\n"
         f"{table(('kind', 'looks', 'recall', 'precision'), rows)}\n\n{table(head, lamp_rows)}\n"
@@ -214,4 +221,4 @@ def _matrix(matrix: Confusion) -> str:
         (name, *(str(int(one)) for one in matrix.counts[i]), str(int(matrix.unknown[i])))
         for i, name in enumerate(matrix.names)
     ]
-    return table(("", *matrix.names, "not known"), rows)
+    return table(("", *matrix.names, "no answer"), rows)

@@ -1,4 +1,4 @@
-"""What scoring needs of a recording: poses, true boxes in the vehicle frame, and who could be seen at all."""
+"""What scoring reads from a recording: poses, true boxes in the vehicle frame, and which objects are visible."""
 
 from __future__ import annotations
 
@@ -15,38 +15,38 @@ from stucksolver.scene import ObjectKind
 from stucksolver_eval.perception.metrics.matching import ANY_LABEL, Indices, Reals
 
 LEAST_POINTS = 3
-"""Of the last turn of the LiDAR; whoever has fewer is not counted."""
+"""Objects with fewer points in the last LiDAR revolution are not counted."""
 TURN_S = 0.075
-"""Points up to this age are those of the last turn, at CARLA's 20 ticks a second."""
+"""Points up to this age belong to the last revolution, at CARLA's 20 ticks per second."""
 LEAST_WIDE_PX, LEAST_HIGH_PX = 6, 4
-"""Of an actor's pixels; what shows less is not counted in pictures."""
+"""Actors whose visible pixels are smaller than this are not counted in images."""
 _GROW_M = 0.1
-"""A moving body's older points lie a little beside its box."""
+"""Boxes are enlarged by this, because older points of a moving body lie slightly outside."""
 GAP_S = 0.11
 _EVERY_ID = 65536
 
 
 def true_pose(tick: Recorded) -> PoseEstimate:
-    """The truth in the form of an estimate."""
+    """Return the true pose as an estimate with zero covariance."""
     x, y, z, yaw, _, _, speed, rate, _ = (float(one) for one in tick.pose)
     return PoseEstimate(tick.time_s, x, y, z, yaw, speed, rate, np.zeros((4, 4)))
 
 
 def label_of(kind: ObjectKind, length_m: float) -> int:
-    """Index into `LABELS`, -1 for what has none."""
+    """Return the index into `LABELS` for a kind of object, or -1 if it has no label."""
     if kind is ObjectKind.EMERGENCY and length_m > LARGE_EMERGENCY_M:
         return LABEL_OF_KIND[ObjectKind.TRUCK]
     return LABEL_OF_KIND.get(kind, ANY_LABEL)
 
 
 def true_labels(tick: Recorded) -> Indices:
-    """Of all bodies of a tick."""
+    """Return the label index of each object of a tick, shape (n,)."""
     kinds, lengths = tick.truth.kind.tolist(), tick.truth.boxes[:, 4].tolist()
     return np.array([label_of(KINDS[k], length) for k, length in zip(kinds, lengths, strict=True)], np.int64)
 
 
 def reals_of(tick: Recorded, points: Singles) -> Reals:
-    """The bodies of a tick in its vehicle frame; `points` (n, 5) are those that the detector is given."""
+    """Return the objects of a tick in its vehicle frame. `points`, shape (n, 5), are the detector's input."""
     pose, truth = true_pose(tick), tick.truth
     boxes = into_vehicle(truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]], pose)
     recent = points[points[:, 4] <= TURN_S, :3]
@@ -64,7 +64,12 @@ def reals_of(tick: Recorded, points: Singles) -> Reals:
 
 
 def points_in(boxes: Floats, points: Singles) -> Indices:
-    """How many of `points` (n, 3) each of `boxes` (m, 7) has: x, y, z, length, width, height, yaw, one frame."""
+    """Return the number of points in each box, shape (m,).
+
+    Args:
+        boxes: Shape (m, 7): x, y, z, length, width, height (m), yaw (rad).
+        points: Shape (n, 3): x, y, z (m) in the same frame.
+    """
     counts = np.zeros(len(boxes), np.int64)
     for i, (x, y, z, length, width, height, yaw) in enumerate(boxes.tolist()):
         near = points[np.abs(points[:, 0] - x) + np.abs(points[:, 1] - y) < length + width + 2.0 * _GROW_M]
@@ -77,12 +82,12 @@ def points_in(boxes: Floats, points: Singles) -> Indices:
 
 
 def body_boxes(tick: Recorded) -> Floats:
-    """(n, 7): the bodies in the frame of the vehicle's body, which is pitched and rolled as the camera is."""
+    """Return the objects' boxes in the frame of the ego's body, shape (n, 7); it pitches and rolls with the camera."""
     return in_body(tick, tick.truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]])
 
 
 def in_body(tick: Recorded, boxes: Floats) -> Floats:
-    """Boxes of the local frame, x, y, z first and the yaw last, in the frame of the vehicle's body."""
+    """Transform boxes from the local frame to that of the ego's body; columns start with x, y, z and end with yaw."""
     x, y, z, yaw, pitch, roll = (float(one) for one in tick.pose[:6])
     turn = Mount(
         x_m=0, y_m=0, z_m=0, yaw_deg=math.degrees(yaw), pitch_deg=math.degrees(pitch), roll_deg=math.degrees(roll)
@@ -94,7 +99,7 @@ def in_body(tick: Recorded, boxes: Floats) -> Floats:
 
 
 def seen_rectangles(tick: Recorded) -> dict[int, tuple[int, int, int, int]]:
-    """Left, top, right, bottom (px) of the pixels of each actor that shows enough, by its id in the mask."""
+    """Return left, top, right, bottom (px) of each actor's visible pixels, if large enough, by mask id."""
     if tick.instances is None:
         return {}
     mask = tick.instances
@@ -112,12 +117,12 @@ def seen_rectangles(tick: Recorded) -> dict[int, tuple[int, int, int, int]]:
 
 
 def mask_id(actor_id: int) -> int:
-    """An actor's id as the mask has it."""
+    """Return an actor's id in the mask, which has 16 bits."""
     return actor_id % _EVERY_ID
 
 
 def is_continuous(recording: Recording) -> bool:
-    """Has it every tick, so that things can be followed?"""
+    """Return True if a recording has no gaps, so that objects can be tracked."""
     if not recording.files:
         return False
     times = np.array([tick.time_s for tick in recording.stretch(recording.files[0])])

@@ -1,4 +1,4 @@
-"""Scores the detector of far vehicles: how many are found in the picture, by how far away they are."""
+"""Scores the detector of far vehicles: recall in the image, by distance."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from stucksolver_eval.perception.scoring.samples import body_boxes, mask_id, see
 
 BIN_M, FARTHEST_M = 25.0, 200.0
 LEAST_OVERLAP = 0.3
-"""Intersection over union: at 12 px a pixel and a half on each side."""
+"""Smallest intersection over union of a match: at 12 px, about 1.5 px on each side."""
 LEAST_SHOWN = 0.3
-"""Share of a vehicle's rectangle that its own pixels fill; who is hidden more is not counted."""
+"""Vehicles whose own pixels fill a smaller share of their rectangle are not counted."""
 _ANYWAY = 0.1
-"""A detection that overlaps a body that is not counted by so much is not wrong."""
+"""A detection with this overlap with an object that is not counted is not a false positive."""
 
 
 def score_far(given: Given) -> Part:
-    """Motor vehicles only. Raises `WeightsError` and `NothingToScore`."""
+    """Score the detection of motor vehicles. Raises `WeightsError` and `NothingToScore`."""
     from stucksolver.perception.camera.far import FarDetector
 
     options = {} if given.camera_weights is None else {"folder": given.camera_weights}
@@ -50,7 +50,7 @@ def score_far(given: Given) -> Part:
             hits += taken.tolist()
         given.say(f"far: {recording.folder.name}")
     if not ranges:
-        raise NothingToScore("far: no picture shows a vehicle; collect drives with traffic")
+        raise NothingToScore("far: no image shows a vehicle; collect drives with traffic")
     bins = recall_by_range(np.array(ranges), np.array(hits, np.bool_), BIN_M, FARTHEST_M)
     precision = right / (right + wrong) if right + wrong else None
     data = {"vehicles": len(ranges), "precision": precision, "bins": [{**plain(b), "recall": b.recall} for b in bins]}
@@ -58,13 +58,13 @@ def score_far(given: Given) -> Part:
 
 
 def rectangles(found: Any) -> Floats:
-    """(n, 4) left, top, right, bottom (px) of `FarDetections`."""
+    """Return left, top, right, bottom (px) of `FarDetections`, shape (n, 4)."""
     half = found.width / 2.0
     return np.stack([found.column - half, found.row - found.height, found.column + half, found.row], axis=1)
 
 
 def _vehicles(tick: Recorded, rig: CameraRig) -> tuple[Floats, Floats, Floats]:
-    """Rectangles (px) of motor vehicles that show enough, how far each is (m), and rectangles of all other bodies."""
+    """Return rectangles (px) and distances (m) of visible motor vehicles, and rectangles of all other objects."""
     from stucksolver.perception.camera.crops import corners_of
 
     boxes, seen = body_boxes(tick), seen_rectangles(tick)
@@ -96,6 +96,6 @@ def _page(vehicles: int, precision: float | None, bins: tuple[RangeBin, ...]) ->
         for one in bins
     ]
     return (
-        f"{vehicles} looks at motor vehicles that show at least 6 x 4 pixels; {percent(precision)} of the detections "
-        f"are right.\n\n{table(('distance', 'vehicles', 'found', 'recall'), rows)}\n"
+        f"{vehicles} looks at motor vehicles with at least 6 x 4 visible pixels; {percent(precision)} of the "
+        f"detections are right.\n\n{table(('distance', 'vehicles', 'found', 'recall'), rows)}\n"
     )

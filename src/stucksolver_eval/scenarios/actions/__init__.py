@@ -1,1 +1,1 @@
-"""Moves that scenarios share."""
+"""Actions and base classes that scenario types share."""

@@ -1,4 +1,4 @@
-"""Streams given by where they start and end in the route file."""
+"""Flows of cars whose start and end are given in the route file."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ MOST_LANES = 4
 
 
 class ActorFlow(Scenario):
-    """Base: cars stream from `start_actor_flow` to `end_actor_flow` at constant speed, whatever the hero does."""
+    """Base: cars flow from `start_actor_flow` to `end_actor_flow` at constant speed, whatever the hero does."""
 
     start_at = Place("start_actor_flow", None)
     end_at = Place("end_actor_flow", None)
     flow_mps = Number("flow_speed", 10.0, "m/s")
     gaps_m = Range("source_dist_interval", (5.0, 7.0), "m")
     all_lanes = True
-    """One stream in each lane of that direction, not only in the one named."""
+    """One flow in each lane of that direction, not only in the given one."""
     lane_type: Any = carla.LaneType.Driving
     prefilled = True
 
@@ -35,7 +35,7 @@ class ActorFlow(Scenario):
         return None
 
     def stage(self) -> None:
-        """Nothing yet: the flow would be far from where it belongs by the time of the trigger."""
+        """Do nothing: cars that start now would be far away by the time of the trigger."""
 
     def script(self) -> Iterator[None]:
         self.clear_way()
@@ -47,23 +47,23 @@ class ActorFlow(Scenario):
         self.restore_way()
 
     def kinds(self) -> tuple[str, ...]:
-        """Blueprints to draw from."""
+        """Return the blueprints to draw from."""
         return self.cast.car_kinds
 
     def clear_way(self) -> None:
-        """Ask the background to leave the place to the flow."""
+        """Remove background traffic from the roads of the flow."""
         self.traffic.change_opposite_behavior(active=False)
         self.traffic.switch_route_sources(False)
         ends = [line[0] for line in self.lines()] + [line[-1] for line in self.lines()]
         self.traffic.handle_junction_scenario(remove_entries=ends, stop_entries=True)
 
     def restore_way(self) -> None:
-        """Gives the background its roads back."""
+        """Allow background traffic again."""
         self.traffic.change_opposite_behavior(active=True)
         self.traffic.switch_route_sources(True)
 
     def over(self) -> Callable[[], bool]:
-        """Whether the hero is at the end of one of the lanes of the flow, or past it."""
+        """Return a check for whether the hero has reached or passed the end of a lane of the flow."""
         ends = [line[-1].transform.location for line in self.lines()]
         route = self.setting.route
         end_s = min(float(route.s_m[route.project(ends[0], self.trigger_index)]), route.length_m - 3.0)
@@ -75,7 +75,7 @@ class ActorFlow(Scenario):
         return arrived
 
     def lines(self) -> list[list[Any]]:
-        """One line of waypoints for each lane. Raises `ScenarioError` where the places do not lie on lanes."""
+        """Return the waypoints of each lane. Raises `ScenarioError` if start or end are missing or not on a lane."""
         if not hasattr(self, "_lines"):
             self._lines = self._traced()
         return self._lines
@@ -96,7 +96,7 @@ class ActorFlow(Scenario):
         try:
             points = trace_route(self.setting.map, start.transform.location, end.transform.location)
         except RouteError as error:
-            raise ScenarioError(f"{self.spec.name}: the actor flow has no way: {error}") from error
+            raise ScenarioError(f"{self.spec.name}: there is no path for the actor flow: {error}") from error
         return [point.waypoint for point in points[::2]] + [points[-1].waypoint]
 
     def _waypoint(self, name: str, place: tuple[float, float, float] | None) -> Any:
@@ -104,12 +104,12 @@ class ActorFlow(Scenario):
             raise ScenarioError(f'{self.spec.name}: <{name}> is missing; write <{name} x="..." y="..." z="..."/>')
         waypoint = self.setting.map.get_waypoint(carla.Location(*place), lane_type=self.lane_type)
         if waypoint is None:
-            raise ScenarioError(f"{self.spec.name}: <{name}> lies on no {self.lane_type} lane; move it onto one")
+            raise ScenarioError(f"{self.spec.name}: <{name}> is not on a {self.lane_type} lane; move it onto one")
         return waypoint
 
 
 def _along_lane(start: Any, end: Any) -> list[Any]:
-    """A line along lanes that no route planner knows, until it is nearest to `end`."""
+    """Return waypoints along lanes that the route planner does not cover, up to the point nearest to `end`."""
     line, goal = [start], end.transform.location
     for _ in range(200):
         after = line[-1].next(2.0)

@@ -1,4 +1,4 @@
-"""Walkers and bicycles that cross the hero's way, and what hides them."""
+"""Walkers and bicycles that cross the hero's path."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ BICYCLES = ("vehicle.bh.crossbike", "vehicle.diamondback.century", "vehicle.gaze
 def walk_for(
     scenario: Scenario, walker: ScenarioActor, yaw_deg: float, speed_mps: float, distance_m: float
 ) -> Iterator[None]:
-    """Let a walker go so far in a direction of the world, then stand."""
+    """Script: a walker walks `distance_m` with heading `yaw_deg` in CARLA's world frame, then stands."""
     x, y = math.cos(math.radians(yaw_deg)), math.sin(math.radians(yaw_deg))
     start = scenario.cast.state(walker)
     end_s = scenario.cast.time_s + 3.0 * distance_m / speed_mps
@@ -31,7 +31,7 @@ def walk_for(
 
 
 def together(*scripts: Iterator[None]) -> Iterator[None]:
-    """Run scripts side by side until the last has ended."""
+    """Script: run scripts in parallel until all have ended."""
     running = list(scripts)
     while running:
         running = [script for script in running if next(script, _OVER) is not _OVER]

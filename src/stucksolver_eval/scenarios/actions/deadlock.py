@@ -1,4 +1,4 @@
-"""Everybody at a junction waits for everybody else, until the hero creeps."""
+"""A deadlock: all vehicles at a junction wait for each other until the hero creeps forward."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 BEFORE_M = 2.0
 NOSE_GAP_M = 1.5
 HALF_CAR_M, STEP_M = 2.0, 2.0
-"""Of the shortest cars, and between a line's points."""
+"""Half the length of the shortest cars, and the spacing of a path's points."""
 STANDS_S = 4.0
 CREPT_M = 0.5
 STANDING_MPS = 0.1
 
 
 def hero_creeps(scenario: Scenario, until_s: float) -> Iterator[None]:
-    """Until the hero has stood for 4 s and then moved on half a metre, or has come to a place of its route."""
+    """Script: wait until the hero has stood for 4 s and then moved 0.5 m, or reaches arc length `until_s` (m)."""
     stood_since_s, from_s = None, 0.0
     while scenario.setting.hero_s_m < until_s:
         if stood_since_s is None and scenario.hero.speed_mps < STANDING_MPS:
@@ -40,21 +40,21 @@ def hero_creeps(scenario: Scenario, until_s: float) -> Iterator[None]:
 
 
 class Deadlock(JunctionScenario):
-    """Base: cars stand on the other roads of the junction; the one from the right has its nose in the hero's way."""
+    """Base: cars stand on the junction's other roads; the nose of the one from the right blocks the hero's path."""
 
     timeout_s = None
-    starts = "the others stand from the trigger on; once the hero has stood for 4 s and then crept half a metre they go"
-    needs_map = "a junction on the route with a road from the right that crosses the hero's way"
+    starts = "the others stand from the trigger on; they go once the hero has stood for 4 s and then crept half a metre"
+    needs_map = "a junction on the route with a road from the right that crosses the hero's path"
 
     def needs(self, setting: Setting) -> str | None:
         missing = super().needs(setting)
         if missing is None and self.noser is None:
-            missing = "at the hero's next junction nobody from the right crosses the hero's way"
+            missing = "at the hero's next junction no road from the right crosses the hero's path"
         return missing
 
     @cached_property
     def noser(self) -> carla.Waypoint | None:
-        """The entry on the right whose way ahead comes into the hero's."""
+        """The entry on the right whose path meets the hero's, or None."""
         nearest = min(self.entries_from("right"), key=lambda one: self._apart(self._line(one)).min(), default=None)
         meets = nearest is not None and self._apart(self._line(nearest)).min() < NOSE_GAP_M
         return nearest if meets else None
@@ -72,7 +72,7 @@ class Deadlock(JunctionScenario):
         yield from self.until_passed(self.exit_s + 10.0)
 
     def _wait_at(self, entry: carla.Waypoint, with_nose: bool) -> Car:
-        """A car that stands before the junction, or with its nose where the hero wants to go."""
+        """Spawn a car that stands before the junction, or with its nose in the hero's path."""
         line = self._line(entry)
         if with_nose:
             reaches = int(np.argmax(self._apart(line) < NOSE_GAP_M))
@@ -84,7 +84,7 @@ class Deadlock(JunctionScenario):
         return self.approach(entry, BEFORE_M, 40.0, straight_way)
 
     def _apart(self, line: list[carla.Waypoint]) -> NDArray[np.float64]:
-        """Distance of each point of a line from the hero's way through the junction (m)."""
+        """Return the distance of each point from the hero's path through the junction (m), shape (n,)."""
         inside = self.setting.route.xyz[self.junction.first : self.junction.last + 1, :2]
         places = np.array([(w.transform.location.x, w.transform.location.y) for w in line])
         away = np.hypot(places[:, None, 0] - inside[None, :, 0], places[:, None, 1] - inside[None, :, 1])

@@ -1,4 +1,4 @@
-"""A stream of vehicles along a line: from its beginning, in drawn distances, to its end."""
+"""A flow of vehicles along a path, with random spacing."""
 
 from __future__ import annotations
 
@@ -15,11 +15,18 @@ MOST = 14
 
 
 class Flow:
-    """Vehicles on the way along `line` (`carla.Waypoint`s); `tick` lets them come and go.
+    """Vehicles along a path; `tick` spawns and removes them.
 
-    `spacing_m` is the range from which each distance between two fronts is drawn. `constant` ones hold their speed
-    whatever comes (CARLA's actor flows) until one has touched the hero; others brake for what is ahead. `kinds` are
-    the blueprints to draw from, `most` how many there are at a time.
+    Args:
+        scenario: The scenario that owns the flow.
+        line: Waypoints of the path.
+        speed_mps: Speed of the vehicles.
+        spacing_m: Range from which each distance between two vehicles is drawn.
+        constant: Vehicles hold their speed, like CARLA's actor flows, until one has touched the hero; otherwise they
+            brake for vehicles ahead.
+        offset_m: Offset of the path to the right of the lane's centre.
+        kinds: Blueprints to draw from; ordinary cars if empty.
+        most: Largest number of vehicles at a time.
     """
 
     def __init__(
@@ -40,11 +47,11 @@ class Flow:
         self._kinds = tuple(kinds) or scenario.cast.car_kinds
         self._next_m = self._draw()
         self.cars: list[Car] = []
-        """In driving order, the first one in front."""
+        """In driving order, the foremost first."""
         self.spawned = 0
 
     def fill(self) -> None:
-        """Put vehicles along the whole line at once, the farthest first."""
+        """Spawn vehicles along the whole path at once, farthest first."""
         places = [(0.0, self._line[0])]
         for before, waypoint in zip(self._line, self._line[1:], strict=False):
             gone = before.transform.location.distance(waypoint.transform.location)
@@ -57,7 +64,7 @@ class Flow:
                     wanted_m = places[index][0] - self._draw()
 
     def tick(self) -> None:
-        """Take off who has arrived, and let the next one start."""
+        """Remove vehicles that have arrived, and spawn the next one if there is room."""
         if any(car.hit_hero for car in self.cars):
             self.relax()
         gone = [car for car in self.cars if car.done]
@@ -68,14 +75,14 @@ class Flow:
             self._next_m = self._draw()
 
     def relax(self) -> None:
-        """From now on they brake for what is ahead."""
+        """Make the vehicles brake for vehicles ahead from now on."""
         if self._constant:
             self._constant = False
             for car in self.cars:
                 self._scenario.cars.relax(car)
 
     def let_in(self) -> None:
-        """From now on those who are not ahead of the hero brake for it; the others drive on and leave it a gap."""
+        """Make vehicles behind the hero brake for it from now on; the others drive on and leave it a gap."""
         if self._constant:
             self._constant = False
             cast = self._scenario.cast
@@ -85,12 +92,12 @@ class Flow:
                     self._scenario.cars.relax(car)
 
     def clear(self) -> None:
-        """Take all off."""
+        """Remove all vehicles."""
         self._scenario.cars.remove(self.cars)
         self.cars = []
 
     def _last_m(self) -> float:
-        """How far the last one has come from the source."""
+        """Return the distance of the last vehicle from the source (m)."""
         if not self.cars:
             return 1e9
         place = self._line[0].transform.location
@@ -123,7 +130,7 @@ class Flow:
 
 
 def run_flows(flows: Sequence[Flow], over: Any) -> Any:
-    """A script: the flows run until `over()`, then they are taken off."""
+    """Script: run the flows until `over()`, then remove them."""
     while not over():
         for flow in flows:
             flow.tick()

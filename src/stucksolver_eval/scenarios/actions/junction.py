@@ -1,4 +1,4 @@
-"""The junction that the route takes next: who else comes to it, and its traffic lights."""
+"""The next junction on the route: its other entries and its traffic lights."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class JunctionScenario(Scenario):
     @cached_property
     def junction(self) -> RouteJunction:
         """The junction that `needs` found."""
-        assert self._found is not None, "needs() was not asked"
+        assert self._found is not None, "needs() was not called"
         return self._found
 
     @cached_property
@@ -49,28 +49,28 @@ class JunctionScenario(Scenario):
 
     @cached_property
     def entry_s(self) -> float:
-        """Where the route enters it (m along the route)."""
+        """Arc length at which the route enters the junction (m)."""
         return float(self.setting.route.s_m[self.junction.first])
 
     @cached_property
     def exit_s(self) -> float:
-        """Where the route leaves it (m along the route)."""
+        """Arc length at which the route leaves the junction (m)."""
         return float(self.setting.route.s_m[self.junction.last])
 
     @cached_property
     def turn(self) -> str:
-        """`left`, `right` or `straight`."""
+        """The hero's turn: `left`, `right` or `straight`."""
         angle = turn_deg(self.entry, self.exit)
         return "straight" if abs(angle) < 35.0 else "right" if angle > 0 else "left"
 
     def entries_from(self, side: str) -> list[carla.Waypoint]:
-        """The last waypoints of the lanes by which others come from the `left`, `right` or `opposite`."""
+        """Return the last waypoints of the lanes that enter from a side: `left`, `right` or `opposite`."""
         inside = self.setting.route.waypoints[self.junction.first]
         others = [one for one in entries(inside) if one.road_id != self.entry.road_id]
         return [one for one in others if _comes_from(self.entry, one) == side]
 
     def passes_exit(self) -> bool:
-        """Whether the vehicle has left it."""
+        """Return True if the hero has left the junction."""
         return self.setting.hero_s_m > self.exit_s
 
     def approach(
@@ -80,9 +80,13 @@ class JunctionScenario(Scenario):
         after_m: float,
         ways: Callable[[carla.Waypoint, carla.Waypoint], float],
     ) -> list[carla.Waypoint]:
-        """A line of waypoints through the junction: from upstream of an entry to beyond the junction.
+        """Return waypoints of a path through the junction.
 
-        `ways(before, first)` rates the ways on at a fork; the smallest is taken.
+        Args:
+            entry: The last waypoint before the junction.
+            before_m: The path starts this far before the entry.
+            after_m: It ends this far after the junction.
+            ways: `ways(entry, first)` rates the lane of the junction that starts at `first`; the lowest is taken.
         """
         start = upstream(entry, before_m)
         distance = start.transform.location.distance(entry.transform.location)
@@ -102,22 +106,22 @@ class JunctionScenario(Scenario):
 
     @cached_property
     def lights(self) -> list[carla.TrafficLight]:
-        """The `carla.TrafficLight`s of the junction."""
+        """The traffic lights of the junction."""
         return list(self.setting.world.get_traffic_lights_in_junction(self.junction.number))
 
     def lights_of(self, roads: set[int]) -> list[carla.TrafficLight]:
-        """Those of them that stop a road, by the ids of roads outside and inside the junction."""
+        """Return the lights that stop one of these roads, given by ids of roads outside or inside the junction."""
         return [one for one in self.lights if any(w.road_id in roads for w in one.get_stop_waypoints())]
 
     @cached_property
     def own_lights(self) -> list[carla.TrafficLight]:
-        """Those that the hero has to heed."""
+        """The lights that apply to the hero."""
         route = self.setting.route
         inside = {route.waypoints[i].road_id for i in range(self.junction.first, self.junction.last + 1)}
         return self.lights_of({self.entry.road_id}) or self.lights_of(inside)
 
     def hold_lights(self, green: Sequence[Any]) -> None:
-        """Freeze the junction: green for these, red for all others."""
+        """Freeze the junction's lights: green for these, red for all others."""
         lucky = {one.id for one in green}
         for light in self.lights:
             light.set_state(FROZEN["green"] if light.id in lucky else FROZEN["red"])
@@ -126,7 +130,7 @@ class JunctionScenario(Scenario):
         self._held = True
 
     def free_lights(self) -> None:
-        """Let the lights run again."""
+        """Unfreeze the lights."""
         if self._held and self.lights:
             self.lights[0].freeze(False)
         self._held = False
@@ -138,12 +142,12 @@ class JunctionScenario(Scenario):
 
 
 def straight_way(entry: carla.Waypoint, first: carla.Waypoint) -> float:
-    """Rates ways across a junction: straight on is best."""
+    """Rate a lane through a junction by its change of heading (degrees); straight on is best."""
     return abs(way_turn_deg(entry, first))
 
 
 def way_to(road_id: int, lane_id: int | None = None) -> Callable[[carla.Waypoint, carla.Waypoint], float]:
-    """Rates ways across a junction: best is the one that ends on a road (and lane)."""
+    """Return a rating of lanes through a junction; those that lead to this road, and lane if given, are best."""
 
     def rate(entry: carla.Waypoint, first: carla.Waypoint) -> float:
         here = first
@@ -159,7 +163,7 @@ def way_to(road_id: int, lane_id: int | None = None) -> Callable[[carla.Waypoint
 
 
 def _comes_from(entry: carla.Waypoint, other: carla.Waypoint) -> str:
-    """Whence another entry's traffic comes, as seen from ours."""
+    """Return the side from which another entry's traffic comes, seen from ours."""
     angle = turn_deg(entry, other)
     if abs(angle) > 135.0:
         return "opposite"

@@ -1,4 +1,4 @@
-"""Something stands in the hero's lane: what all obstacle scenarios share, and how the hero may get past."""
+"""Obstacles in the hero's lane: base classes of all obstacle scenarios, and the way past."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ ROOM_BEYOND_M = 20.0
 
 
 class Obstacle(Scenario):
-    """Base: `put` places it; the way past is the lane beside, where traffic goes on at no more than `speed`."""
+    """Base: `put` places the obstacle; the way past is the adjacent lane, where traffic drives at `speed` at most."""
 
-    needs_map = "a second driving lane beside the hero's"
+    needs_map = "a second driving lane next to the hero's"
     distance_m = Number("distance", 120.0, "m")
     direction = Choice("direction", "right", options=("left", "right"))
     speed_kmh = Number("speed", 60.0, "km/h")
     watch_m: ClassVar[float] = 50.0
-    """Side traffic changes once the hero is so near, and `settle_s` later."""
+    """Traffic in the adjacent lane changes `settle_s` after the hero has come this near."""
     settle_s: ClassVar[float] = 5.0
     _first_m = 0.0
     _last_m = 0.0
@@ -42,7 +42,7 @@ class Obstacle(Scenario):
 
     @abstractmethod
     def put(self) -> tuple[float, float]:
-        """Place the obstacle; where it begins and ends, in metres beyond the trigger."""
+        """Place the obstacle. Returns where it starts and ends (m beyond the trigger)."""
 
     def stage(self) -> None:
         self._first_m, self._last_m = self.put()
@@ -55,11 +55,11 @@ class Obstacle(Scenario):
         yield from self.way_past(last_s + PAST_M)
 
     def clear_lane(self) -> None:
-        """Nobody between the hero and the obstacle."""
+        """Remove traffic between the hero and the obstacle."""
         self.traffic.leave_space_in_front(self._last_m + ROOM_BEYOND_M)
 
     def way_past(self, end_s: float) -> Iterator[None]:
-        """Until the hero is past."""
+        """Script: control the traffic until the hero has passed arc length `end_s` (m)."""
         self.traffic.set_max_speed(self.speed_kmh / 3.6)
         yield from self.until_passed(end_s)
         self.traffic.set_max_speed(None)
@@ -68,11 +68,11 @@ class Obstacle(Scenario):
 
     @property
     def sign(self) -> float:
-        """+1 where right is the side of the obstacle."""
+        """+1 if the obstacle is on the right, -1 if on the left."""
         return 1.0 if self.direction == "right" else -1.0
 
     def park(self, blueprint: str, distance_m: float, offset: float, **options: Any) -> ScenarioActor:
-        """A vehicle with the hand brake on, off the lane's middle by a share of half its width."""
+        """Spawn a vehicle with the hand brake on. `offset` from the lane's centre is a share of half the lane width."""
         waypoint = self.ahead(distance_m)
         shift_m = self.sign * offset * waypoint.lane_width / 2.0
         member = self.cast.must_spawn(blueprint, beside(waypoint, shift_m), **options)
@@ -80,30 +80,30 @@ class Obstacle(Scenario):
         return member
 
     def prop(self, blueprint: str, distance_m: float, right_m: float, turn_deg: float = 0.0) -> ScenarioActor:
-        """A prop so far to the obstacle's side of the lane's middle."""
+        """Spawn a prop `right_m` from the lane's centre towards the obstacle's side."""
         place = beside(self.ahead(distance_m), self.sign * right_m, turn_deg=turn_deg)
         return self.cast.must_spawn(blueprint, place, lift_m=0.0, role="scenario")
 
     def new_car(self) -> str:
-        """A car of CARLA's second generation, as the public scenarios use them."""
+        """Return a random one of `new_cars`, which the public scenarios use."""
         return self.random.choice(self.new_cars())
 
     def new_cars(self) -> list[str]:
-        """Ordinary cars of CARLA's second generation, whose lamps can be lit."""
+        """Return the ordinary cars of CARLA's second generation, which have working lamps."""
         ordinary = set(self.cast.car_kinds)
         return [one for one in self.cast.kinds(base_type="car", generation="2") if one in ordinary]
 
     def hazard_lamps(self, member: ScenarioActor) -> None:
-        """Lights the hazard lamps of an actor."""
+        """Switch on the hazard lights of an actor."""
         self.cast.lights(member, lamps(*HAZARD_LAMPS))
 
 
 class TwoWays(Obstacle):
-    """The way past is the oncoming lane, in gaps of a flow that the scenario drives."""
+    """Base: the way past is the oncoming lane, in gaps of a flow that the scenario controls."""
 
-    needs_map = "an oncoming lane beside the hero's"
+    needs_map = "an oncoming lane next to the hero's"
     gaps_m = Range("frequency", (20.0, 100.0), "m")
-    simplified = "the oncoming cars brake for what is ahead of them by the Intelligent Driver Model"
+    simplified = "the oncoming cars follow the vehicle ahead by the Intelligent Driver Model"
 
     def needs(self, setting: Setting) -> str | None:
         if not oncoming_lanes(self.ahead(self.distance_m)):
@@ -120,7 +120,7 @@ class TwoWays(Obstacle):
         self.traffic.change_opposite_behavior(active=True)
 
     def along(self, flow: Flow, end_s: float) -> Iterator[None]:
-        """The flow goes on until the hero has passed a place of the route."""
+        """Script: run the flow until the hero has passed arc length `end_s` (m)."""
         for _ in self.until_passed(end_s):
             flow.tick()
             yield
@@ -128,7 +128,7 @@ class TwoWays(Obstacle):
     def oncoming_flow(
         self, offset_m: float = 0.0, gaps_m: tuple[float, float] | None = None, constant: bool = False
     ) -> Flow:
-        """See `oncoming_flow` below; `gaps_m` where they are not the route file's."""
+        """Create an oncoming flow; see `oncoming_flow`. `gaps_m` defaults to the route file's."""
         return oncoming_flow(self, self.distance_m, gaps_m or self.gaps_m, offset_m, constant)
 
 
@@ -140,10 +140,10 @@ def oncoming_flow(
     constant: bool = False,
     least_reach_m: float = 0.0,
 ) -> Flow:
-    """Cars in the oncoming lane at the hero's speed limit, from far beyond a place to far behind it.
+    """Create a flow in the oncoming lane at the hero's speed limit, around a place `distance_m` beyond the trigger.
 
-    The place is `distance_m` beyond the trigger, where there must be an oncoming lane. How far is the public
-    benchmark's rule, but `least_reach_m` at least.
+    There must be an oncoming lane at the place. The flow starts and ends as far from it as in the public benchmark, but
+    at least `least_reach_m`.
     """
     limit = scenario.limit_mps
     reach_m = max(1.5 * 3.6 * limit + 30.0, least_reach_m)
@@ -153,7 +153,7 @@ def oncoming_flow(
 
 
 class ConstructionSite(Obstacle):
-    """A trailer with a sign, debris and cones, which rise from below the ground at the trigger."""
+    """Base: a trailer with a sign, debris and cones, which appear at the trigger."""
 
     blueprints = (
         "static.prop.trafficwarning",
@@ -166,7 +166,7 @@ class ConstructionSite(Obstacle):
     _LENGTH_M = 12.0
 
     def put(self) -> tuple[float, float]:
-        """Everything waits below the ground; see `raise_site`."""
+        """Stage everything below the ground; `clear_lane` brings it up."""
         self.prop("static.prop.warningconstruction", 0.0, self.ahead(0.0).lane_width / 2.0 + 0.8, turn_deg=180.0)
         self._parts: list[tuple[ScenarioActor, Any]] = []
         half_m = self.ahead(self.distance_m).lane_width / 2.0
@@ -181,7 +181,7 @@ class ConstructionSite(Obstacle):
         return self.distance_m - 9.0, self.distance_m + self._LENGTH_M
 
     def clear_lane(self) -> None:
-        """Cars ahead go beyond the site, and nobody new comes into the lane."""
+        """Move cars ahead beyond the site, close the lane to new ones, and bring up the site."""
         super().clear_lane()
         self.traffic.remove_road_lane(self.ahead(self.distance_m))
         for member, place in self._parts:
@@ -197,11 +197,11 @@ class ConstructionSite(Obstacle):
 
 
 class SlowBicycles(Obstacle):
-    """Two bicycles at the edge of the lane, 9 m apart, that ride slowly and then stand."""
+    """Base: two bicycles at the edge of the lane, 9 m apart, that ride slowly and then stop."""
 
-    simplified = "the bicycles hold their speed whatever comes"
+    simplified = "the bicycles hold their speed whatever is in their way"
 
-    needs_map = "a second driving lane beside the hero's"
+    needs_map = "a second driving lane next to the hero's"
     distance_m = Number("distance", 100.0, "m")
     bicycle_kmh = Number("bicycle_speed", 10.0, "km/h")
     ride_m = Number("bicycle_drive_distance", 50.0, "m")
@@ -228,18 +228,18 @@ class SlowBicycles(Obstacle):
         self.end_way_past()
 
     def _is_past(self, rider: Car) -> bool:
-        """Whether the hero is 50 m past the one in front, or at the end of its route."""
+        """Return True if the hero is 50 m past a rider, or at the end of its route."""
         route, state = self.setting.route, self.cast.state(rider.member)
         near = route.index_at(self.setting.hero_s_m)
         rider_s = float(route.s_m[route.project(carla.Location(state.x, state.y, state.z), near)])
         return self.setting.hero_s_m >= min(rider_s + PAST_M, route.length_m - 3.0)
 
     def begin_way_past(self) -> None:
-        """Slows the traffic beside them."""
+        """Slow down the traffic in the adjacent lane."""
         self.traffic.set_max_speed(self.speed_kmh / 3.6)
 
     def end_way_past(self) -> None:
-        """Lets the traffic go at its own speed."""
+        """Remove the limit on the traffic's speed."""
         self.traffic.set_max_speed(None)
 
     def _ride(self) -> list[Car]:

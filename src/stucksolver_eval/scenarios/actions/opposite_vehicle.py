@@ -26,12 +26,12 @@ Array = NDArray[np.float64]
 
 
 class OppositeVehicle(JunctionScenario):
-    """Base: it waits below the ground, and comes at constant speed so that it would meet the hero."""
+    """Base: an emergency vehicle appears and crosses the hero's path at constant speed, timed to meet the hero."""
 
     timeout_s = None
-    starts = "the vehicle comes when the hero is 2.2 s or 12 m from where their ways cross"
+    starts = "the vehicle appears when the hero is 2.2 s or 12 m from where their paths cross"
     direction = Choice("direction", "right", options=("left", "right", "opposite"))
-    simplified = "the vehicle starts 2.2 s from where the ways cross, not 30 m from the junction, so that they do meet"
+    simplified = "the vehicle starts 2.2 s from where the paths cross, not 30 m from the junction, so that they do meet"
     signalized: ClassVar[bool] = False
 
     def needs(self, setting: Setting) -> str | None:
@@ -41,7 +41,7 @@ class OppositeVehicle(JunctionScenario):
         if not setting.cast.kinds(special_type="emergency"):
             return "the blueprint library has no emergency vehicle"
         if not self.entries_from(self.direction):
-            return f"at the hero's next junction nobody can come from the {self.direction} side"
+            return f"at the hero's next junction there is no road from the {self.direction} side"
         return None
 
     def stage(self) -> None:
@@ -65,12 +65,12 @@ class OppositeVehicle(JunctionScenario):
         self.free_lights()
 
     def _cross_s(self) -> float:
-        """Where along the route the ways meet, or come nearest."""
+        """Return the arc length at which the paths meet or come nearest (m)."""
         first, apart = self._apart(self._line)
         return float(self.setting.route.s_m[first + _first_near(apart.min(axis=1))])
 
     def _from_lead(self, line: list[carla.Waypoint]) -> list[Any]:
-        """The line from where the vehicle is 2.2 s from the hero's way."""
+        """Return the path from the point at which the vehicle is 2.2 s from the hero's path."""
         crosses = _first_near(self._apart(line)[1].min(axis=0))
         gone_m = 0.0
         for k in range(crosses, 0, -1):
@@ -80,7 +80,7 @@ class OppositeVehicle(JunctionScenario):
         return line
 
     def _apart(self, line: list[carla.Waypoint]) -> tuple[int, Array]:
-        """Index of the route's first point at the junction, and distances, shape (points of the route, of the line)."""
+        """Return the route index of the junction's first point, and the distances (m), shape (route points, line)."""
         first, last = max(self.junction.first - 2, 0), self.junction.last + 2
         hero = self.setting.route.xyz[first : last + 1, :2]
         other = np.array([_xy(w) for w in line])
@@ -88,7 +88,7 @@ class OppositeVehicle(JunctionScenario):
 
 
 def _first_near(apart_m: Array) -> int:
-    """Index of the first point where two ways have come together; of the nearest one where they never do."""
+    """Return the index of the first point at which two paths meet, or of the nearest one if they never do."""
     return int(np.argmax(apart_m < TOGETHER_M)) if (apart_m < TOGETHER_M).any() else int(np.argmin(apart_m))
 
 

@@ -1,4 +1,4 @@
-"""Places beside a lane, as `carla.Transform`s and `carla.Waypoint`s."""
+"""Places relative to a lane, as `carla.Transform`s and `carla.Waypoint`s."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MOST_LANES = 8
 def beside(
     waypoint: carla.Waypoint, right_m: float = 0.0, ahead_m: float = 0.0, up_m: float = 0.0, turn_deg: float = 0.0
 ) -> carla.Transform:
-    """A transform that far to the right of and ahead of a waypoint, straight on, turned clockwise."""
+    """Return a transform offset from a waypoint to the right, ahead and up (m), and turned clockwise (degrees)."""
     at = waypoint.transform
     yaw = math.radians(at.rotation.yaw)
     cos, sin = math.cos(yaw), math.sin(yaw)
@@ -26,7 +26,7 @@ def beside(
 
 
 def lane_of(waypoint: carla.Waypoint, kind: carla.LaneType, direction: str = "right") -> carla.Waypoint | None:
-    """The first lane of a `carla.LaneType` on that side of the road, or None."""
+    """Return the first lane of this type in this direction across the road, or None."""
     here = waypoint
     for _ in range(MOST_LANES):
         there = here.get_right_lane() if direction == "right" else here.get_left_lane()
@@ -34,7 +34,7 @@ def lane_of(waypoint: carla.Waypoint, kind: carla.LaneType, direction: str = "ri
             return None
         if there.lane_type == kind:
             return there
-        # Beyond the middle of the road left and right change their sides.
+        # On the other side of the road's centre, left and right are swapped.
         if direction == "left" and there.lane_id * here.lane_id < 0:
             return lane_of(there, kind, "right")
         here = there
@@ -42,7 +42,7 @@ def lane_of(waypoint: carla.Waypoint, kind: carla.LaneType, direction: str = "ri
 
 
 def edge_m(waypoint: carla.Waypoint, direction: str = "right") -> float:
-    """How far the outer edge of the outermost lane on which vehicles drive or stop is from a waypoint's centre."""
+    """Return the distance from a waypoint to the outer edge of the outermost lane for vehicles on that side (m)."""
     here, edge = waypoint, waypoint.lane_width / 2.0
     for _ in range(MOST_LANES):
         there = here.get_right_lane() if direction == "right" else here.get_left_lane()
@@ -56,7 +56,7 @@ _FOR_VEHICLES = (carla.LaneType.Driving, carla.LaneType.Parking, carla.LaneType.
 
 
 def side_driving_lane(waypoint: carla.Waypoint, side: str) -> carla.Waypoint | None:
-    """The driving lane of the same direction on that side, or None."""
+    """Return the adjacent driving lane of the same direction on that side, or None."""
     there = waypoint.get_left_lane() if side == "left" else waypoint.get_right_lane()
     if there is None or there.lane_id * waypoint.lane_id < 0 or there.lane_type != carla.LaneType.Driving:
         return None
@@ -64,7 +64,7 @@ def side_driving_lane(waypoint: carla.Waypoint, side: str) -> carla.Waypoint | N
 
 
 def upstream(waypoint: carla.Waypoint, distance_m: float, step_m: float = 5.0) -> carla.Waypoint:
-    """The place so far back along the lane, as straight as can be through junctions; less where the lane begins."""
+    """Return the waypoint `distance_m` back, as straight as possible through junctions, or where the lanes start."""
     here, gone = waypoint, 0.0
     while gone < distance_m:
         step = min(step_m, distance_m - gone)
@@ -76,7 +76,7 @@ def upstream(waypoint: carla.Waypoint, distance_m: float, step_m: float = 5.0) -
 
 
 def run_of_lane(start: carla.Waypoint, length_m: float, step_m: float = 2.0) -> list[carla.Waypoint]:
-    """Waypoints along a lane from `start`, as straight as can be at forks; fewer where the lane ends."""
+    """Return waypoints along a lane from `start`, as straight as possible at forks; fewer if the lane ends."""
     found, gone = [start], 0.0
     while gone < length_m:
         after = found[-1].next(step_m)
@@ -88,7 +88,7 @@ def run_of_lane(start: carla.Waypoint, length_m: float, step_m: float = 2.0) -> 
 
 
 def way_turn_deg(before: carla.Waypoint, first: carla.Waypoint) -> float:
-    """Change of heading (clockwise) from a waypoint to the end of the junction lane that `first` begins."""
+    """Return the change of heading (degrees, clockwise) from a waypoint to the end of the junction lane at `first`."""
     here = first
     for _ in range(60):
         after = here.next(1.0)
@@ -99,5 +99,5 @@ def way_turn_deg(before: carla.Waypoint, first: carla.Waypoint) -> float:
 
 
 def turn_deg(before: carla.Waypoint, after: carla.Waypoint) -> float:
-    """Change of heading in (-180, 180], clockwise."""
+    """Return the change of heading in [-180, 180] degrees, clockwise."""
     return math.remainder(after.transform.rotation.yaw - before.transform.rotation.yaw, 360.0)

@@ -1,4 +1,4 @@
-"""What the streets of `demo` and `cases` share: one situation, watched until the route's end, and cars that come."""
+"""The base of the street scenarios of `demo` and `cases`: one situation until the route's end, and oncoming cars."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ SPACING_M = 40.0
 
 
 def into_gear(vehicle: carla.Vehicle) -> None:
-    """Puts a new vehicle into first gear on the next tick, before any other control is applied.
+    """Put a new vehicle into first gear on the next tick, before any other control is applied.
 
-    In CARLA it else takes a second with its first throttle, which is no standstill that anybody asks about.
+    Otherwise, in CARLA, its first throttle takes effect only after a second, which would look like a standstill.
     """
     vehicle.apply_control(carla.VehicleControl(manual_gear_shift=True, gear=1))
 
 
 class StreetScenario(Scenario):
-    """Base: the situation is `distance` beyond the trigger; a number of cars come towards the hero, and no others."""
+    """Base: the situation is `distance` beyond the trigger; `oncoming` cars come towards the hero, and no others."""
 
     timeout_s = None
     suspends = frozenset({"wrong_lane"})
@@ -33,25 +33,25 @@ class StreetScenario(Scenario):
     oncoming = Number("oncoming", 0.0, "cars")
 
     def stage(self) -> None:
-        """Put down what stands or rides ahead, then the cars that come, the nearest first."""
+        """Place the situation, then the oncoming cars, nearest first."""
         into_gear(self.setting.hero)
         self.put()
         self._coming: list[Car] = []
         lanes = oncoming_lanes(self.ahead(self.distance_m))
         for k in range(round(self.oncoming) if lanes else 0):
             start = upstream(lanes[0], FIRST_M + SPACING_M * k)
-            # Where the lane begins sooner, the last of them find no room.
+            # If the lane is too short, the last ones find no room.
             car = self.cast.spawn(self.cast.some_car(self.random), start.transform, role="background")
             if car is not None:
                 line = run_of_lane(start, self.setting.route.length_m + FIRST_M + SPACING_M * k)
                 self._coming.append(self.cars.drive(car, line, self.limit_mps, begin=False, ends=True))
 
     def put(self) -> None:
-        """The situation itself."""
+        """Place the situation."""
 
     def script(self) -> Iterator[None]:
         while not self.at_route_end():
-            # Those who have passed are taken away, before they come round the block again.
+            # Cars that have passed are removed before they come around the block again.
             gone = [car for car in self._coming if car.done]
             self.cars.remove(gone)
             self._coming = [car for car in self._coming if car not in gone]

@@ -1,4 +1,4 @@
-"""Stuck situations of our own: what they share. Each says what is right and which criteria it suspends."""
+"""Base classes of our own stuck situations. Each type states what is right and which criteria it suspends."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from stucksolver_eval.scenarios.parameters import Number
 from stucksolver_eval.setting import Setting
 
 PASSABLE_M = (180.0, 360.0)
-"""Distances between oncoming cars among which there are gaps to pass something in."""
+"""Range of distances between oncoming cars that includes gaps long enough for a pass."""
 FAR_M = 160.0
-"""From there they come: farther than anyone has to see to pass."""
+"""Oncoming cars start this far away: farther than the sight that a pass needs."""
 NEAR_M, QUEUE_M, STANDING_MPS = 25.0, 60.0, 0.1
-"""The hero is there; or so far from a light, and standing in the queue before it."""
+"""The hero has arrived within `NEAR_M`; or within `QUEUE_M` of a light, if it stands in the queue before it."""
 PAST_M = 25.0
 
 
 class Stuck(Scenario):
-    """Base: something `distance` beyond the trigger; over once the hero is past it."""
+    """Base: a situation `distance` beyond the trigger, which ends once the hero has passed it."""
 
     timeout_s = None
-    starts = "stands from the start"
+    starts = "present from the start"
     distance_m = Number("distance", 42.0, "m")
     oncoming_gaps_m: ClassVar[tuple[float, float] | None] = None
-    """Distances between oncoming cars where the way past is their lane; None leaves them to the background."""
+    """Range of distances between oncoming cars if the way past is their lane; None leaves them to the background."""
 
     def script(self) -> Iterator[None]:
         self.traffic.leave_space_in_front(self.distance_m + 40.0)
@@ -54,18 +54,18 @@ class Stuck(Scenario):
         self.traffic.change_opposite_behavior(active=True)
 
     def happen(self) -> Iterator[None]:
-        """What goes on from the trigger until the way is free again, if it ever is."""
+        """Script: what happens from the trigger until the road is free again, if it ever is."""
         yield
 
     def hero_near(self) -> Iterator[None]:
-        """Wait until the hero has come."""
+        """Script: wait until the hero has arrived."""
         place_s = self.s_at(self.distance_m)
         yield from self.until(lambda: self.gap_m(place_s) < NEAR_M)
 
     def put(
         self, blueprint: str, ahead_m: float = 0.0, right_m: float = 0.0, turn_deg: float = 0.0, **options: Any
     ) -> ScenarioActor:
-        """An actor so far beyond `distance` and right of the lane's middle; vehicles stand with their hand brake on."""
+        """Spawn an actor `ahead_m` beyond `distance` and `right_m` from the lane's centre; vehicles are parked."""
         place = beside(self.ahead(self.distance_m + ahead_m), right_m, turn_deg=turn_deg)
         lift_m = WALKER_LIFT_M if blueprint.startswith("walker.") else 0.0 if "static." in blueprint else 0.3
         member = self.cast.must_spawn(blueprint, place, lift_m=lift_m, **options)
@@ -74,14 +74,14 @@ class Stuck(Scenario):
         return member
 
     def put_disabled(self, blueprint: str, ahead_m: float = 0.0, right_m: float = 0.0) -> ScenarioActor:
-        """A vehicle that stands with its hazard lights on."""
+        """Spawn a standing vehicle with its hazard lights on."""
         member = self.put(blueprint, ahead_m, right_m)
         self.cast.lights(member, lamps(*HAZARD_LAMPS))
         return member
 
 
 class StuckAtLight(JunctionScenario):
-    """Base: at the hero's next junction, whose lights the scenario holds."""
+    """Base: a situation at the hero's next junction, whose lights the scenario controls."""
 
     timeout_s = None
     starts = "from the trigger on"
@@ -100,11 +100,11 @@ class StuckAtLight(JunctionScenario):
         self.free_lights()
 
     def happen(self) -> Iterator[None]:
-        """What the lights do."""
+        """Script: control the lights."""
         yield
 
     def hero_near(self) -> Iterator[None]:
-        """Wait until the hero has come to the junction, or to a stand in the queue before it."""
+        """Script: wait until the hero has reached the junction, or stands in the queue before it."""
 
         def near() -> bool:
             return self.gap_m(self.entry_s) < (QUEUE_M if self.hero.speed_mps < STANDING_MPS else NEAR_M)

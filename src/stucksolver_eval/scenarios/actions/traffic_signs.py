@@ -1,4 +1,4 @@
-"""Junctions where only lights and signs are to be heeded."""
+"""Junctions at which only lights and signs matter."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ FIRST_S = 5.0
 
 
 class PlainTurn(JunctionScenario):
-    """Base: nothing is spawned; over 10 m after the junction."""
+    """Base: nothing is spawned; the scenario ends 10 m after the junction."""
 
-    # The public types carry the criterion of a time limit but no timer, so being blocked counts.
+    # The public types have the time limit's criterion but no timer, so the test for being blocked applies.
     timeout_s = None
-    starts = "nothing happens; lights and signs stay as they are"
+    starts = "nothing happens; lights and signs are unchanged"
 
     def script(self) -> Iterator[None]:
         yield from self.until_passed(self.exit_s + BEYOND_M)
 
 
 class LitTurn(PlainTurn):
-    """Base: the lights of the junction are held while the hero comes."""
+    """Base: the lights of the junction are controlled while the hero approaches."""
 
     needs_map = "a junction on the route whose lights stop the hero"
     lit: ClassVar[str] = "green"
@@ -43,7 +43,7 @@ class LitTurn(PlainTurn):
         self.free_lights()
 
     def _lights(self) -> Iterator[None]:
-        """First one colour for the hero, then the other."""
+        """Script: show the hero one colour first, then the other."""
         own: list[Any] = list(self.own_lights)
         self.hold_lights(green=own if self.lit == "green" else [])
         yield from self.wait(FIRST_S)

@@ -1,4 +1,4 @@
-"""Turns at a junction against a flow: who comes from where, and whose light is green."""
+"""Turns at a junction across or into a flow of traffic."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ RED_S = 5.0
 
 
 class TurnAgainstFlow(JunctionScenario):
-    """Base: a flow of cars at constant speed through the junction; with lights, the hero's is red at first."""
+    """Base: a flow of cars at constant speed through the junction; if there are lights, the hero's is red at first."""
 
     flow_mps = Number("flow_speed", 10.0, "m/s")
     gaps_m = Range("source_dist_interval", (5.0, 7.0), "m")
     signalized: ClassVar[bool] = False
     source_s: ClassVar[float] = 4.0
-    """The source is so many seconds of the flow's speed before the junction."""
+    """Distance of the source before the junction, in seconds at the flow's speed."""
     sink_s: ClassVar[float] = 2.5
     comes_from: ClassVar[str] = "opposite"
     wanted_turn: ClassVar[str] = "left"
@@ -42,10 +42,10 @@ class TurnAgainstFlow(JunctionScenario):
 
     @abstractmethod
     def flow_entries(self) -> list[Any]:
-        """The last waypoints before the junction by which the flow comes."""
+        """Return the last waypoints before the junction on the flow's lanes."""
 
     def ways(self, entry: carla.Waypoint) -> Any:
-        """Which way the flow takes: see `JunctionScenario.approach`."""
+        """Return the rating of the flow's lanes through the junction; see `JunctionScenario.approach`."""
         return straight_way
 
     def script(self) -> Iterator[None]:
@@ -79,7 +79,7 @@ class TurnAgainstFlow(JunctionScenario):
 
 
 class LeftTurn(TurnAgainstFlow):
-    """Oncoming cars go straight on."""
+    """Base: oncoming cars go straight on."""
 
     needs_map = "a junction with an oncoming road"
 
@@ -92,7 +92,7 @@ class LeftTurn(TurnAgainstFlow):
 
 
 class RightTurn(TurnAgainstFlow):
-    """Cars come from the left into the road that the hero turns into."""
+    """Base: cars from the left enter the road that the hero turns into."""
 
     needs_map = "a junction with a road from the left"
     source_s, sink_s = 5.0, 3.0
@@ -108,7 +108,7 @@ class RightTurn(TurnAgainstFlow):
 
 
 class LeftTurnEnterFlow(TurnAgainstFlow):
-    """Oncoming cars turn right into the road that the hero turns left into."""
+    """Base: oncoming cars turn right into the road that the hero turns left into."""
 
     needs_map = "a junction with an oncoming road"
 
@@ -121,5 +121,5 @@ class LeftTurnEnterFlow(TurnAgainstFlow):
 
 
 def _leads(entry: carla.Waypoint, into: Any) -> bool:
-    """Whether a lane leads to the road that `into` (see `way_to`) wants."""
+    """Return True if a lane leads to the road of the rating `into` (see `way_to`)."""
     return any(into(entry, one) < 1000.0 for one in entry.next(2.0) if one.is_junction)

@@ -1,1 +1,1 @@
-"""One file for each situation; importing a file registers its types."""
+"""One file per situation; importing a file registers its types."""

@@ -18,7 +18,7 @@ CARS_GAP_M = 6.0
 
 
 class AccidentScene(Obstacle):
-    """A warning sign, a police car and behind it two crashed cars."""
+    """Base: a warning sign, a police car, and two crashed cars beyond it."""
 
     blueprints = (POLICE, SIGN)
 
@@ -34,7 +34,7 @@ class AccidentScene(Obstacle):
 
 @scenario
 class Accident(AccidentScene):
-    """A police car and two crashed cars block the hero's lane; it must change to the lane beside."""
+    """A police car and two crashed cars block the hero's lane; it must change to the adjacent lane."""
 
     type = "Accident"
     placed = Placed(
@@ -44,4 +44,4 @@ class Accident(AccidentScene):
         {"distance": Value(40, 44), "direction": ON_THE_RIGHT, "speed": Value(50, 60)},
     )
     driver_alone = "stuck behind the police car"
-    starts = "the scene stands from the start; the traffic beside slows 5 s after the hero came within 50 m"
+    starts = "the scene is present from the start; traffic in the next lane slows 5 s after the hero came within 50 m"

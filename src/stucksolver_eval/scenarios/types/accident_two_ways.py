@@ -23,4 +23,4 @@ class AccidentTwoWays(TwoWays, AccidentScene):
         {"distance": Value(40, 45), "frequency": IntervalDraw((30, 63), (108, 190))},
     )
     driver_alone = "stuck behind the police car"
-    starts = "the scene stands from the start; the oncoming flow begins 5 s after the hero came within 50 m"
+    starts = "the scene is present from the start; the oncoming flow starts 5 s after the hero came within 50 m"

@@ -16,12 +16,12 @@ STANDS_S = 10.0
 
 @scenario
 class BlockedIntersection(JunctionScenario):
-    """A car stands right behind the junction's exit; the hero must wait until it is gone."""
+    """A car stands just beyond the junction's exit; the hero must wait until it is gone."""
 
     type = "BlockedIntersection"
     placed = Placed("bench220", 1020, Through(ALL_WAYS))
     driver_alone = "completed: waits 13 s until the car is gone"
-    starts = "the car stands from the trigger on, and vanishes 10 s after the hero came within 13 m"
+    starts = "the car stands there from the trigger on, and disappears 10 s after the hero came within 13 m"
 
     def script(self) -> Iterator[None]:
         self.traffic.handle_junction_scenario(extend_exit_m=BEHIND_EXIT_M + 20.0)

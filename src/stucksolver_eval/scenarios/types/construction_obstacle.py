@@ -13,7 +13,7 @@ from stucksolver_eval.sites.values import ON_THE_RIGHT, Value
 
 @scenario
 class ConstructionObstacle(ConstructionSite):
-    """A construction site with cones closes the hero's lane; it must change to the lane beside."""
+    """A construction site with cones closes the hero's lane; it must change to the adjacent lane."""
 
     type = "ConstructionObstacle"
     placed = Placed(
@@ -23,5 +23,5 @@ class ConstructionObstacle(ConstructionSite):
         {"distance": Value(40, 45), "direction": ON_THE_RIGHT, "speed": Value(44, 58)},
     )
     driver_alone = "stuck before the cones"
-    starts = "the site rises at the trigger; the traffic beside slows 5 s after the hero came within 30 m"
+    starts = "the site appears at the trigger; traffic in the next lane slows 5 s after the hero came within 30 m"
     distance_m = Number("distance", 100.0, "m")

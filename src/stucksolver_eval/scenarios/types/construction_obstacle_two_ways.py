@@ -23,6 +23,6 @@ class ConstructionObstacleTwoWays(ConstructionSite, TwoWays):
         {"distance": Value(40, 45), "frequency": IntervalDraw((40, 75), (111, 200))},
     )
     driver_alone = "stuck before the cones"
-    starts = "the site rises at the trigger; the oncoming flow begins 5 s after the hero came within 30 m"
+    starts = "the site appears at the trigger; the oncoming flow starts 5 s after the hero came within 30 m"
     needs_map = TwoWays.needs_map
     distance_m = Number("distance", 100.0, "m")

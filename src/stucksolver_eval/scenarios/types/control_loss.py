@@ -29,7 +29,7 @@ class ControlLoss(Scenario):
     placed = Placed("bench220", 1050, Along(any_lane, 125, direct=False))
     driver_alone = "completed"
     timeout_s = None
-    starts = "at each of three patches of debris, while the hero is within 2 m"
+    starts = "at each of three patches of debris, while the hero is within 2 m of it"
     blueprints = (DEBRIS,)
 
     def stage(self) -> None:

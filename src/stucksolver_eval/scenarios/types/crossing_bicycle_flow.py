@@ -24,12 +24,12 @@ BEYOND_M = 40.0
 
 @scenario
 class CrossingBicycleFlow(ActorFlow, JunctionScenario):
-    """The hero turns across a bicycle lane on which bicycles come one after the other."""
+    """The hero turns across a bicycle lane with a flow of bicycles."""
 
     type = "CrossingBicycleFlow"
     placed = Placed("bench220", 1060, Through(TURNS, extra=bicycles), flow_values((8, 12), (5, 15), (25, 30)))
     driver_alone = "collision: turns into a bicycle"
-    starts = "the bicycles ride from the trigger on; where there are lights the hero's is red for 5 s, then green"
+    starts = "the bicycles ride from the trigger on; if there are lights, the hero's is red for 5 s, then green"
     needs_map = "a junction on the route, and a bicycle lane from `start_actor_flow` through it"
     blueprints = BICYCLES
     all_lanes = False
@@ -58,7 +58,7 @@ class CrossingBicycleFlow(ActorFlow, JunctionScenario):
         self.free_lights()
 
     def _traced(self) -> list[list[Any]]:
-        """To `end_actor_flow`, or where none is given 40 m beyond the junction, straight on."""
+        """Return the lane up to `end_actor_flow`, or if that is missing, straight on to 40 m beyond the junction."""
         if self.end_at is not None:
             return super()._traced()
         line = run_of_lane(self._waypoint("start_actor_flow", self.start_at), LOOK_M)

@@ -27,7 +27,7 @@ KERB_M = 0.2
 
 @scenario
 class DynamicObjectCrossing(Scenario):
-    """A pedestrian steps out from behind something at the roadside and crosses in front of the hero."""
+    """A pedestrian steps out from behind an object at the roadside and crosses in front of the hero."""
 
     type = "DynamicObjectCrossing"
     placed = Placed(
@@ -43,8 +43,8 @@ class DynamicObjectCrossing(Scenario):
     )
     driver_alone = "completed: brakes"
     timeout_s = None
-    starts = "the pedestrian goes when the hero is 2.1 s (0.1 s more for each 5° of angle) or 6 m away"
-    needs_map = "a sidewalk or shoulder beside the road"
+    starts = "the pedestrian starts when the hero is 2.1 s (0.1 s more for each 5° of angle) or 6 m away"
+    needs_map = "a sidewalk or shoulder along the road"
     blueprints = ADULTS
     distance_m = Number("distance", 12.0, "m")
     direction = Choice("direction", "right", options=("left", "right"))
@@ -78,7 +78,7 @@ class DynamicObjectCrossing(Scenario):
         self._place_s = self.s_at(self.distance_m) + ahead_m
 
     def script(self) -> Iterator[None]:
-        # Keep the oncoming traffic from running into the walker.
+        # Keep oncoming traffic from hitting the walker.
         place = self.ahead(self.distance_m).transform.location
         self.traffic.leave_crossing_space(place.x, place.y)
         sync_s = SYNC_S + SYNC_PER_DEG_S * self.angle_deg

@@ -21,5 +21,5 @@ class EnterActorFlow(ActorFlow):
         flow_values((12, 20), (17, 30), (30, 39)),
         only_in="interurban",
     )
-    driver_alone = "waits for a gap in a flow that is faster than it may drive"
+    driver_alone = "waits for a gap in a flow that is faster than its speed limit"
     needs_map = "lanes from `start_actor_flow` to `end_actor_flow`"

@@ -17,7 +17,7 @@ ENDS_M = 15.0
 
 @scenario
 class HardBreakRoute(Scenario):
-    """All cars ahead brake hard, stand for ten seconds, and drive on."""
+    """All cars ahead brake hard, stand for ten seconds, and continue."""
 
     type = "HardBreakRoute"
     placed = Placed("bench220", 1090, Along(any_lane, 125))

@@ -12,7 +12,7 @@ from stucksolver_eval.sites.values import Ride, Value
 
 @scenario
 class HazardAtSideLane(SlowBicycles):
-    """Two slow bicycles at the edge of the hero's lane; it passes them partly in the lane beside."""
+    """Two slow bicycles ride at the edge of the hero's lane; it passes them partly in the adjacent lane."""
 
     type = "HazardAtSideLane"
     placed = Placed(
@@ -27,5 +27,5 @@ class HazardAtSideLane(SlowBicycles):
         },
         only_in="grid_town",
     )
-    driver_alone = "stuck behind the bicycles once they stand"
-    starts = "the bicycles set off at the trigger"
+    driver_alone = "stuck behind the bicycles once they stop"
+    starts = "the bicycles start at the trigger"

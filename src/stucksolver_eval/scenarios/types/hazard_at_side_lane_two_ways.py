@@ -14,7 +14,7 @@ from stucksolver_eval.sites.values import Ride, Value
 
 @scenario
 class HazardAtSideLaneTwoWays(SlowBicycles):
-    """Two slow bicycles at the edge of the only lane; the hero passes them in a gap of the oncoming traffic."""
+    """Two slow bicycles ride at the edge of the only lane; the hero passes them in a gap of the oncoming traffic."""
 
     type = "HazardAtSideLaneTwoWays"
     placed = Placed(
@@ -28,10 +28,10 @@ class HazardAtSideLaneTwoWays(SlowBicycles):
             "bicycle_speed": Value(7, 11),
         },
     )
-    driver_alone = "stuck behind the bicycles once they stand"
-    starts = "the bicycles set off at the trigger"
+    driver_alone = "stuck behind the bicycles once they stop"
+    starts = "the bicycles start at the trigger"
     needs_map = TwoWays.needs_map
-    # As in the public benchmark, which forgets to switch it on again.
+    # As in the public benchmark, which never switches it on again.
     keeps_suspended = frozenset({"wrong_lane"})
     oncoming_gap_m = Number("frequency", 100.0, "m")
 
@@ -39,10 +39,10 @@ class HazardAtSideLaneTwoWays(SlowBicycles):
         return TwoWays.needs(self, setting)  # type: ignore[arg-type]
 
     def begin_way_past(self) -> None:
-        """Leaves gaps in the oncoming traffic, and forgives the oncoming lane."""
+        """Leave gaps in the oncoming traffic, and suspend the criterion for wrong lanes."""
         self.suspended.add("wrong_lane")
         self.traffic.change_opposite_behavior(spawn_m=self.oncoming_gap_m)
 
     def end_way_past(self) -> None:
-        """Lets oncoming traffic be as before."""
+        """Restore the oncoming traffic."""
         self.traffic.change_opposite_behavior()

@@ -28,15 +28,15 @@ LOOK_M = 300.0
 
 @scenario
 class HighwayCutIn(Scenario):
-    """A vehicle comes down the ramp beside the hero and cuts into its lane, slower than the hero."""
+    """A vehicle comes from a ramp next to the hero and cuts into its lane, slower than the hero."""
 
     type = "HighwayCutIn"
     placed = Placed("bench220", 1120, cut_ins)
     driver_alone = "completed: brakes, a near miss"
     timeout_s = None
-    starts = "the vehicle sets off at the trigger so that it arrives with the hero"
+    starts = "the vehicle starts at the trigger, timed to arrive with the hero"
     needs_map = "a lane from `other_actor_location` into a junction with the hero's road"
-    simplified = "the vehicle's speed is set again ten times a second until it has arrived"
+    simplified = "the vehicle's speed is updated ten times a second until it has arrived"
     start_at = Place("other_actor_location", None)
 
     def needs(self, setting: Setting) -> str | None:
@@ -44,11 +44,11 @@ class HighwayCutIn(Scenario):
         if not any(w.is_junction for w in line) or line[-1].is_junction:
             return "the lane at <other_actor_location> does not lead through a junction"
         if not self._is_heros(line[-1]) and side_driving_lane(line[-1], "left") is None:
-            return "where the ramp ends there is no lane to cut into"
+            return "there is no lane to cut into at the end of the ramp"
         return None
 
     def _line(self) -> list[Any]:
-        """From its start to the first waypoint after the junction."""
+        """Return waypoints from the vehicle's start to the first one after the junction. Raises `ScenarioError`."""
         if self.start_at is None:
             raise ScenarioError(f'{self.spec.name}: write <other_actor_location x="..." y="..." z="..."/>')
         start = self.setting.map.get_waypoint(carla.Location(*self.start_at))
@@ -58,7 +58,7 @@ class HighwayCutIn(Scenario):
         return line[: after + 1]
 
     def _is_heros(self, waypoint: carla.Waypoint) -> bool:
-        """Whether the hero drives in the lane of a waypoint."""
+        """Return True if the waypoint is in the hero's lane."""
         route = self.setting.route
         place = waypoint.transform.location
         there = route.waypoints[route.project(place, self.trigger_index)].transform.location
@@ -83,7 +83,7 @@ class HighwayCutIn(Scenario):
         self.cars.remove([car])
 
     def _arrive(self, car: Car, meet_s: float, length_m: float, end_s: float) -> Iterator[None]:
-        """Keep its time to the end of the ramp equal to the hero's."""
+        """Script: keep the car's time to the end of the ramp equal to the hero's."""
         ticks = 0
         while car.s < length_m and self.cast.time_s < end_s:
             if ticks % 2 == 0:
@@ -97,7 +97,7 @@ class HighwayCutIn(Scenario):
         self.cars.slow(car, speed)
         here = self.setting.map.get_waypoint(carla.Location(car.state.x, car.state.y, car.state.z))
         onto = side_driving_lane(here, "left")
-        # A ramp that leads straight into the hero's lane has cut in by itself.
+        # On a ramp that leads straight into the hero's lane, the car has already cut in.
         if onto is not None and not self._is_heros(here):
             self.cars.change_lane(car, onto, CHANGE_S * speed)
         yield from self.wait(CHANGE_S + AFTER_S)

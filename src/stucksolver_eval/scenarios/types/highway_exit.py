@@ -14,7 +14,7 @@ from stucksolver_eval.sites.values import flow_values
 
 @scenario
 class HighwayExit(ActorFlow):
-    """A flow in the lane beside the hero's; the hero must cross it to leave the motorway."""
+    """There is a flow in the lane next to the hero's; the hero must cross it to leave the motorway."""
 
     type = "HighwayExit"
     placed = Placed("bench220", 1130, exits, flow_values((10, 15), (11, 20), (33, 46)))
@@ -26,11 +26,11 @@ class HighwayExit(ActorFlow):
         self.traffic.remove_road_lane(self.lines()[0][0])
 
     def restore_way(self) -> None:
-        """Gives the background its lane back."""
+        """Allow background traffic in the lane again."""
         self.traffic.readd_road_lane(self.lines()[0][0])
 
     def over(self) -> Callable[[], bool]:
-        """At the end of the junction at which the exit parts, else of the flow."""
+        """Return a check for the end of the junction at which the exit branches off, or of the flow without one."""
         route = self.setting.route
         parts = next((one for one in route_junctions(route) if one.last >= self.trigger_index), None)
         if parts is None:

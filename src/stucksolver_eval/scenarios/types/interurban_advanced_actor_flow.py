@@ -19,7 +19,7 @@ SINK_M = 60.0
 
 @scenario
 class InterurbanAdvancedActorFlow(JunctionScenario):
-    """The hero turns left onto an interurban road: across the flow from its left, into the one from its right."""
+    """The hero turns left onto an interurban road: across a flow from its left, into a flow from its right."""
 
     type = "InterurbanAdvancedActorFlow"
     placed = Placed(
@@ -30,8 +30,8 @@ class InterurbanAdvancedActorFlow(JunctionScenario):
         only_in="interurban",
     )
     driver_alone = "completed: turns in a gap, a near miss"
-    needs_map = "a junction whose other road comes from both sides"
-    simplified = "both flows are found from the junction's lanes; `direction` names the one that the hero joins"
+    needs_map = "a junction with roads from the left and from the right"
+    simplified = "both flows are derived from the junction's lanes; `direction` names the one that the hero joins"
     direction = Choice("direction", "right", options=("left", "right"))
     flow_mps = Number("flow_speed", 10.0, "m/s")
     gaps_m = Range("source_dist_interval", (5.0, 7.0), "m")
@@ -39,7 +39,7 @@ class InterurbanAdvancedActorFlow(JunctionScenario):
     def needs(self, setting: Setting) -> str | None:
         missing = super().needs(setting)
         if missing is None and not (self.entries_from("left") and self.entries_from("right")):
-            missing = "at the junction no traffic comes from both the left and the right"
+            missing = "the junction does not have roads from both the left and the right"
         return missing
 
     def script(self) -> Iterator[None]:

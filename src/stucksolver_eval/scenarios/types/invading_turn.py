@@ -23,7 +23,7 @@ CONES_M = 6.0
 
 @scenario
 class InvadingTurn(TwoWays):
-    """Oncoming cars come over the centre line because of cones on their side; the hero must keep right."""
+    """Oncoming cars cross the centre line because of cones on their side; the hero must keep right."""
 
     type = "InvadingTurn"
     placed = Placed(

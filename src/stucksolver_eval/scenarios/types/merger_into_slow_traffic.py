@@ -11,7 +11,7 @@ from stucksolver_eval.sites.values import flow_values
 
 @scenario
 class MergerIntoSlowTraffic(ActorFlow):
-    """From a ramp the hero must merge into a slow flow."""
+    """The hero must merge from a ramp into a slow flow."""
 
     type = "MergerIntoSlowTraffic"
     placed = Placed("bench220", 1170, merges, flow_values((9, 10), (14, 16), (30, 45)))

@@ -11,7 +11,7 @@ from stucksolver_eval.sites.values import flow_values
 
 @scenario
 class MergerIntoSlowTrafficV2(ActorFlow):
-    """From a ramp the hero must merge into slow flows in all lanes, and no other traffic leaves the junction."""
+    """The hero must merge from a ramp into slow flows in all lanes; no other traffic leaves the junction."""
 
     type = "MergerIntoSlowTrafficV2"
     placed = Placed("bench220", 1180, merges, flow_values((10, 10), (11, 15), (30, 35)))

@@ -11,7 +11,7 @@ from stucksolver_eval.sites.values import flow_values
 
 @scenario
 class NonSignalizedJunctionLeftTurn(LeftTurn):
-    """The hero turns left across an oncoming flow, with no lights."""
+    """The hero turns left across an oncoming flow, without traffic lights."""
 
     type = "NonSignalizedJunctionLeftTurn"
     placed = Placed(

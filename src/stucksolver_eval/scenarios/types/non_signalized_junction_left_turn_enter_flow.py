@@ -11,7 +11,7 @@ from stucksolver_eval.sites.values import flow_values
 
 @scenario
 class NonSignalizedJunctionLeftTurnEnterFlow(LeftTurnEnterFlow):
-    """The hero turns left into a road that an oncoming flow turns into, too, with no lights."""
+    """The hero turns left into a road that an oncoming flow also turns into, without traffic lights."""
 
     type = "NonSignalizedJunctionLeftTurnEnterFlow"
     placed = Placed(

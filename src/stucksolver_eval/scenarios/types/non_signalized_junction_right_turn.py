@@ -11,7 +11,7 @@ from stucksolver_eval.sites.values import flow_values
 
 @scenario
 class NonSignalizedJunctionRightTurn(RightTurn):
-    """The hero turns right into a flow from the left, with no lights."""
+    """The hero turns right into a flow from the left, without traffic lights."""
 
     type = "NonSignalizedJunctionRightTurn"
     placed = Placed(

@@ -10,7 +10,7 @@ from stucksolver_eval.sites.through import ALL_WAYS, LIT, Through, direction_of
 
 @scenario
 class OppositeVehicleRunningRedLight(OppositeVehicle):
-    """The hero's light is green, but an emergency vehicle runs its red one and crosses the hero's way."""
+    """The hero's light is green, but an emergency vehicle runs a red light and crosses the hero's path."""
 
     type = "OppositeVehicleRunningRedLight"
     placed = Placed("bench220", 1220, Through(ALL_WAYS, LIT, arms=4, extra=direction_of("opposite", "left", "right")))

@@ -10,7 +10,7 @@ from stucksolver_eval.sites.through import ALL_WAYS, UNLIT, Through, direction_o
 
 @scenario
 class OppositeVehicleTakingPriority(OppositeVehicle):
-    """At a junction without lights an emergency vehicle crosses the hero's way without yielding."""
+    """At a junction without lights, an emergency vehicle crosses the hero's path without yielding."""
 
     type = "OppositeVehicleTakingPriority"
     placed = Placed("bench220", 1230, Through(ALL_WAYS, UNLIT, extra=direction_of("right", "left")))

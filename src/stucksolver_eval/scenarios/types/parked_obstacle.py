@@ -13,7 +13,7 @@ OFFSET = 0.7
 
 
 class ParkedCar(Obstacle):
-    """One car with its hazard lights on."""
+    """Base: one car with its hazard lights on."""
 
     def put(self) -> tuple[float, float]:
         car = self.park(self.new_car(), self.distance_m, OFFSET)
@@ -23,7 +23,7 @@ class ParkedCar(Obstacle):
 
 @scenario
 class ParkedObstacle(ParkedCar):
-    """A car with hazard lights stands in the hero's lane; it must change to the lane beside."""
+    """A car with hazard lights stands in the hero's lane; it must change to the adjacent lane."""
 
     type = "ParkedObstacle"
     placed = Placed(
@@ -33,4 +33,4 @@ class ParkedObstacle(ParkedCar):
         {"distance": Value(40, 44), "direction": ON_THE_RIGHT, "speed": Value(40, 59)},
     )
     driver_alone = "stuck behind the car"
-    starts = "the car stands from the start; the traffic beside slows 5 s after the hero came within 50 m"
+    starts = "the car stands there from the start; traffic in the next lane slows 5 s after the hero came within 50 m"

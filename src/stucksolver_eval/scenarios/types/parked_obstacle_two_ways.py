@@ -23,4 +23,4 @@ class ParkedObstacleTwoWays(TwoWays, ParkedCar):
         {"distance": Value(40, 45), "frequency": IntervalDraw((31, 61), (106, 200))},
     )
     driver_alone = "stuck behind the car"
-    starts = "the car stands from the start; the oncoming flow begins 5 s after the hero came within 50 m"
+    starts = "the car stands there from the start; the oncoming flow starts 5 s after the hero came within 50 m"

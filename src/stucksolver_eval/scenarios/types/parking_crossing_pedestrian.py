@@ -37,8 +37,8 @@ class ParkingCrossingPedestrian(Scenario):
     )
     driver_alone = "completed: brakes"
     timeout_s = None
-    starts = "the pedestrian goes when the hero is 2.15 s or 6 m away"
-    needs_map = "a parking lane beside the hero's, or no lane to drive in"
+    starts = "the pedestrian starts when the hero is 2.15 s or 6 m away"
+    needs_map = "a parking lane next to the hero's, or no driving lane there"
     blueprints = ADULTS
     distance_m = Number("distance", 12.0, "m")
     direction = Choice("direction", "right", options=("left", "right"))
@@ -47,16 +47,18 @@ class ParkingCrossingPedestrian(Scenario):
     def needs(self, setting: Setting) -> str | None:
         here = self.ahead(self.distance_m)
         if lane_of(here, carla.LaneType.Parking, self.direction) is None and side_driving_lane(here, self.direction):
-            return f"{self.distance_m:.0f} m beyond the trigger point the lane on the {self.direction} is driven in"
+            return (
+                f"{self.distance_m:.0f} m beyond the trigger point the lane on the {self.direction} is a driving lane"
+            )
         return None
 
     def stage(self) -> None:
         here = self.ahead(self.distance_m)
         found = lane_of(here, carla.LaneType.Parking, self.direction)
-        # Where nobody parks it stands beside the lane all the same, as Bench2Drive's routes in Town02 have it.
+        # Without a parking lane the car stands next to the driving lane, as on Bench2Drive's routes in Town02.
         parking, aside_m = (here, here.lane_width) if found is None else (found, 0.0)
         aside_m *= 1.0 if self.direction == "right" else -1.0
-        # The parking lane of the other side runs the other way.
+        # A parking lane on the other side has the opposite direction.
         against = parking.lane_id * here.lane_id < 0
         car = self.cast.must_spawn(self.cast.some_car(self.random), beside(parking, aside_m))
         self.cast.hold(car)

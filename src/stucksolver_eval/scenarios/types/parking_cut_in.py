@@ -27,14 +27,14 @@ ENDS_M = 30.0
 
 @scenario
 class ParkingCutIn(Scenario):
-    """A car pulls out of a row of parked cars right in front of the hero."""
+    """A car pulls out of a row of parked cars directly in front of the hero."""
 
     type = "ParkingCutIn"
     placed = Placed("bench220", 1270, Along(parking, 125), {"direction": ON_THE_RIGHT})
     driver_alone = "completed: brakes, a near miss"
     timeout_s = None
     starts = "the car pulls out when the hero is 2.35 s or 10 m away"
-    needs_map = "a parking lane beside the hero's"
+    needs_map = "a parking lane next to the hero's"
     direction = Choice("direction", "right", options=("left", "right"))
 
     def needs(self, setting: Setting) -> str | None:

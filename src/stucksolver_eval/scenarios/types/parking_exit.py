@@ -19,7 +19,7 @@ from stucksolver_eval.sites.values import ON_THE_RIGHT, Value
 
 SPACING_M = 25.0
 ROOM_AHEAD_M = 60.0
-"""Cars that have passed the parked hero go on so far beyond the usual, lest they queue up beside it."""
+"""Extra distance for cars that have passed the parked hero, so that they do not queue up next to it."""
 SIDE_CAR_M = 50.0
 ENDS_M = 15.0
 HERO_LIFT_M = 0.2
@@ -27,7 +27,7 @@ HERO_LIFT_M = 0.2
 
 @scenario
 class ParkingExit(Scenario):
-    """The hero stands between two parked cars and must pull out into the traffic of its road."""
+    """The hero stands between two parked cars and must pull out into traffic."""
 
     type = "ParkingExit"
     placed = Placed(
@@ -41,8 +41,8 @@ class ParkingExit(Scenario):
         },
     )
     driver_alone = "completed: pulls out in a gap"
-    starts = "at the start of the route; a car beside the hero drives off at the trigger"
-    needs_map = "a parking lane beside the hero's at the trigger point"
+    starts = "at the start of the route; a car next to the hero drives off at the trigger"
+    needs_map = "a parking lane next to the hero's at the trigger point"
     direction = Choice("direction", "right", options=("left", "right"))
     front_m = Number("front_vehicle_distance", 20.0, "m")
     behind_m = Number("behind_vehicle_distance", 10.0, "m")

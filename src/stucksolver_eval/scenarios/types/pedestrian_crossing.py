@@ -33,7 +33,7 @@ class PedestrianCrossing(JunctionScenario):
     placed = Placed("bench220", 1290, Through(ALL_WAYS, rightmost=True))
     driver_alone = "completed: brakes"
     timeout_s = None
-    starts = "the pedestrians go when the hero is 3.5 s or 12 m away, each after up to 1.5 s"
+    starts = "the pedestrians start when the hero is 3.5 s or 12 m away, each with a delay of up to 1.5 s"
     needs_map = "a junction on the route with a sidewalk at its entry"
     blueprints = ADULTS
 

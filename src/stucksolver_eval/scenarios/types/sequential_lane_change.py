@@ -14,7 +14,7 @@ LENGTH_M = 200.0
 
 @scenario
 class SequentialLaneChange(Scenario):
-    """The route asks for several lane changes one after the other, in the traffic that is there."""
+    """The route requires several lane changes one after another, in background traffic."""
 
     type = "SequentialLaneChange"
     placed = Placed("bench220", 1300, lane_changes)

@@ -11,7 +11,7 @@ from stucksolver_eval.sites.values import flow_values
 
 @scenario
 class SignalizedJunctionLeftTurnEnterFlow(LeftTurnEnterFlow):
-    """The hero turns left into a road that an oncoming flow turns into, too; its light is red for 5 s."""
+    """The hero turns left into a road that an oncoming flow also turns into; its light is red for 5 s."""
 
     type = "SignalizedJunctionLeftTurnEnterFlow"
     placed = Placed("bench220", 1320, Through(LEFT_TURNS, LIT, extra=joined), flow_values((8, 10), (16, 24), (25, 30)))

@@ -29,13 +29,13 @@ LIMIT_S = 30.0
 
 @scenario
 class StaticCutIn(Scenario):
-    """From a queue in the lane beside a car pulls into the hero's lane and drives away."""
+    """A car pulls out of a queue in the adjacent lane into the hero's lane and drives away."""
 
     type = "StaticCutIn"
     placed = Placed("bench220", 1340, Along(right_lane, 185), {"distance": Value(40, 45), "direction": ON_THE_RIGHT})
     driver_alone = "completed: brakes"
     timeout_s = None
-    starts = "the queue stands from the trigger on; the car cuts in when the hero is 2.7 s or 15 m away"
+    starts = "the queue appears at the trigger; the car cuts in when the hero is 2.7 s or 15 m away"
     needs_map = "a driving lane of the hero's direction on the side that `direction` names"
     distance_m = Number("distance", 100.0, "m")
     direction = Choice("direction", "right", options=("left", "right"))
@@ -78,5 +78,5 @@ class StaticCutIn(Scenario):
 
     def _cutters_lane(self) -> carla.Waypoint:
         lane = side_driving_lane(self._beside(CUTTER), self.direction)
-        assert lane is not None, "needs() was asked"
+        assert lane is not None, "needs() was called"
         return lane

@@ -14,12 +14,12 @@ LENGTH_M = 200.0
 
 @scenario
 class TJunction(Scenario):
-    """The hero crosses a T-junction with the traffic, lights and signs that are there."""
+    """The hero turns at a T-junction with the existing traffic, lights and signs."""
 
     type = "T_Junction"
     placed = Placed("bench220", 1350, Through(TURNS, arms=3))
     driver_alone = "completed: yields"
-    starts = "nothing happens; lights and signs stay as they are"
+    starts = "nothing happens; lights and signs are unchanged"
 
     def script(self) -> Iterator[None]:
         yield from self.until_passed(self.trigger_s_m + LENGTH_M)

@@ -10,7 +10,7 @@ from stucksolver_eval.sites.through import TURNS, Through
 
 @scenario
 class VanillaNonSignalizedTurn(PlainTurn):
-    """The hero takes a junction without lights."""
+    """The hero turns at a junction without lights."""
 
     type = "VanillaNonSignalizedTurn"
     placed = Placed("bench220", 1360, Through(TURNS, frozenset({"yield", "none"})))

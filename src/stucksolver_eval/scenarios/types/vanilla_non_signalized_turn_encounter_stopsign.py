@@ -10,7 +10,7 @@ from stucksolver_eval.sites.through import TURNS, Through
 
 @scenario
 class VanillaNonSignalizedTurnEncounterStopsign(PlainTurn):
-    """The hero takes a junction with a stop sign."""
+    """The hero turns at a junction with a stop sign."""
 
     type = "VanillaNonSignalizedTurnEncounterStopsign"
     placed = Placed("bench220", 1370, Through(TURNS, frozenset({"stop"})))

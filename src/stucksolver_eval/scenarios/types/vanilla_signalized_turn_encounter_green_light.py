@@ -10,9 +10,9 @@ from stucksolver_eval.sites.through import LIT, TURNS, Through
 
 @scenario
 class VanillaSignalizedTurnEncounterGreenLight(LitTurn):
-    """The hero's light is green for 5 s from the trigger on, then red for 5 s, then runs as usual."""
+    """The hero's light is green for 5 s from the trigger on, then red for 5 s, then follows its normal cycle."""
 
     type = "VanillaSignalizedTurnEncounterGreenLight"
     placed = Placed("bench220", 1380, Through(TURNS, LIT, trigger_m=20))
     driver_alone = "completed while it is green"
-    starts = "the lights are held from the trigger on"
+    starts = "the lights are controlled from the trigger on"

@@ -15,5 +15,5 @@ class VanillaSignalizedTurnEncounterRedLight(LitTurn):
     type = "VanillaSignalizedTurnEncounterRedLight"
     placed = Placed("bench220", 1390, Through(TURNS, LIT))
     driver_alone = "completed: waits for green"
-    starts = "the lights are held from the trigger on"
+    starts = "the lights are controlled from the trigger on"
     lit = "red"

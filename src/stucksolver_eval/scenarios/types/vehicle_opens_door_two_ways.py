@@ -34,8 +34,8 @@ class VehicleOpensDoorTwoWays(TwoWays):
         {"distance": Value(37, 59), "frequency": IntervalDraw((25, 40), (85, 100))},
     )
     driver_alone = "collision: touches the open door"
-    starts = "the door opens when the hero is 3 s or 10 m away; the oncoming flow begins 5 s later"
-    needs_map = "a parking lane beside the hero's, and an oncoming lane"
+    starts = "the door opens when the hero is 3 s or 10 m away; the oncoming flow starts 5 s later"
+    needs_map = "a parking lane next to the hero's, and an oncoming lane"
     distance_m = Number("distance", 50.0, "m")
 
     def needs(self, setting: Setting) -> str | None:
@@ -49,7 +49,7 @@ class VehicleOpensDoorTwoWays(TwoWays):
         lane = lane_of(self.ahead(self.distance_m), carla.LaneType.Parking, self.direction)
         assert lane is not None
         self._car = self.cast.must_spawn(self.random.choice(self._cars_with_doors()), lane.transform)
-        # Up to the edge of the hero's lane, so that the door reaches into its way.
+        # Place it at the edge of the hero's lane, so that the door reaches into the lane.
         aside_m = max(lane.lane_width / 2.0 - self._car.half_width_m - EDGE_M, 0.0)
         self.cast.place(self._car, beside(lane, -aside_m, up_m=LIFT_M))
         self.cast.hold(self._car)

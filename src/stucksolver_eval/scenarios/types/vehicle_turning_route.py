@@ -21,13 +21,13 @@ NEAR_M = 6.0
 
 @scenario
 class VehicleTurningRoute(JunctionScenario):
-    """After the hero's turn a bicycle crosses its road from the right."""
+    """After the hero's turn, a bicycle crosses its road from the right."""
 
     type = "VehicleTurningRoute"
     placed = Placed("bench220", 1410, Through(TURNS))
     driver_alone = "completed: brakes"
     timeout_s = None
-    starts = "the bicycle goes when the hero is 1.8 s or 6 m away from where it crosses"
+    starts = "the bicycle starts when the hero is 1.8 s or 6 m from where it crosses"
     blueprints = BICYCLES
 
     def stage(self) -> None:

@@ -19,15 +19,15 @@ NEAR_M = 6.0
 
 @scenario
 class VehicleTurningRoutePedestrian(JunctionScenario):
-    """Right after the hero's turn a pedestrian crosses its road from the right."""
+    """Just after the hero's turn, a pedestrian crosses its road from the right."""
 
     type = "VehicleTurningRoutePedestrian"
     placed = Placed("bench220", 1420, Through(TURNS, rightmost=True))
     driver_alone = "completed: stops for the pedestrian"
     timeout_s = None
-    starts = "the pedestrian goes when the hero is 2.2 s or 6 m away from where it crosses"
+    starts = "the pedestrian starts when the hero is 2.2 s or 6 m from where it crosses"
     blueprints = ADULTS
-    # The public type brings a second collision test, so that one collision counts twice.
+    # The public type adds a second collision test, so one collision counts twice.
     extra_criteria = frozenset({"collision"})
 
     def stage(self) -> None:
@@ -45,6 +45,6 @@ class VehicleTurningRoutePedestrian(JunctionScenario):
         self.cast.remove([self._walker])
 
     def _road_m(self) -> float:
-        """All the way to the other side."""
+        """Return the distance to the other side of the road (m)."""
         lane = self.setting.route.at(self._place_s)
         return self._offset_m + edge_m(lane, "left") + float(lane.lane_width) + 1.0

@@ -27,7 +27,7 @@ CLOSING_PER_S = 0.7
 
 @scenario
 class YieldToEmergencyVehicle(Scenario):
-    """An emergency vehicle comes up fast from behind; the hero must change lane and let it pass."""
+    """An emergency vehicle approaches fast from behind; the hero must change lanes and let it pass."""
 
     type = "YieldToEmergencyVehicle"
     placed = Placed("bench220", 1430, Along(several_lanes, 180, before_m=45, direct=False), {"distance": Value(26, 30)})
@@ -35,7 +35,7 @@ class YieldToEmergencyVehicle(Scenario):
     timeout_s = None
     starts = "the vehicle comes at the trigger"
     needs_map = "a second driving lane of the hero's direction"
-    simplified = "the vehicle's speed is set in every tick, by its distance to whoever is ahead in its lane"
+    simplified = "the vehicle's speed is set in every tick from its distance to the vehicle ahead in its lane"
     distance_m = Number("distance", 140.0, "m")
 
     def needs(self, setting: Setting) -> str | None:
@@ -69,7 +69,7 @@ class YieldToEmergencyVehicle(Scenario):
         self.traffic.switch_route_sources(True)
 
     def _speed(self, car: Car) -> float:
-        """Much faster than the hero, but not into whoever is ahead."""
+        """Return a speed (m/s) much higher than the hero's, limited by the gap to the vehicle ahead."""
         self.cars.find_leaders([car])
         wanted = self.hero.speed_mps + FASTER_MPS
         if car.leader is not None:

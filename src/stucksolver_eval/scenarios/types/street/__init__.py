@@ -1,1 +1,1 @@
-"""Types of the streets that `demo` and `cases` find on any map."""
+"""Types for the streets that `demo` and `cases` find on any map."""

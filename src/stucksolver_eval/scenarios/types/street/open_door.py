@@ -14,10 +14,10 @@ RIGHT_M = 1.1
 
 @scenario
 class OpenDoorInLane(StreetScenario):
-    """A car stands half in the hero's lane, its driver's door open towards it."""
+    """A car stands half in the hero's lane with its driver's door open into the lane."""
 
     type = "OpenDoorInLane"
-    starts = "stands from the start"
+    starts = "present from the start"
     blueprints = (CAR,)
 
     def put(self) -> None:

@@ -10,10 +10,10 @@ CAR = "vehicle.tesla.model3"
 
 @scenario
 class ParkedCarInLane(StreetScenario):
-    """A car without a driver stands in the middle of the hero's lane; it shows no lights."""
+    """An empty car without lights stands in the middle of the hero's lane."""
 
     type = "ParkedCarInLane"
-    starts = "the car stands from the start, the oncoming cars set off with the hero"
+    starts = "the car is present from the start; the oncoming cars start with the hero"
     blueprints = (CAR,)
 
     def put(self) -> None:

@@ -11,9 +11,9 @@ from stucksolver_eval.scenarios.actions.stuck import StuckAtLight
 from stucksolver_eval.scenarios.registry import scenario
 
 WALKERS = ("walker.pedestrian.0001", "walker.pedestrian.0017", "walker.pedestrian.0022")
-"""Three adults of one size who look different: in CARLA each blueprint has one look."""
+"""Three adults of the same size with different looks: in CARLA each blueprint has one look."""
 PLACES_M = ((2.5, 5.5), (4.0, -6.5), (3.2, 8.0))
-"""Beyond the stop line, and right of the lane's middle; they cross to the other side."""
+"""Distances beyond the stop line and to the right of the lane's centre; they cross to the other side."""
 WALK_MPS = 0.9
 PAST_M = 4.0
 SET_OFF_S = 6.0
@@ -22,10 +22,10 @@ GREEN_S = 30.0
 
 @scenario
 class PeopleAtRedLight(StuckAtLight):
-    """The hero's light is red, and people cross behind its stop line; after half a minute it is green."""
+    """The hero's light is red, and people cross beyond its stop line; after 30 s it turns green."""
 
     type = "PeopleAtRedLight"
-    starts = "the light is red from the trigger on, the people set off 6 s later"
+    starts = "the light is red from the trigger on; the people start 6 s later"
     blueprints = WALKERS
 
     def stage(self) -> None:

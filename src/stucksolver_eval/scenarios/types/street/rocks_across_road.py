@@ -10,7 +10,7 @@ ROCK = "static.prop.rock"
 
 @scenario
 class RocksAcrossRoad(ClosedRoad):
-    """Rocks lie from kerb to kerb after a slide, and no sign says so: a person sees that this road is closed."""
+    """Rocks lie from kerb to kerb after a rockslide, without a sign: a person sees that the road is closed."""
 
     type = "RocksAcrossRoad"
     placed = None

@@ -12,10 +12,10 @@ APART_M = 5.0
 
 @scenario
 class SlowCyclists(StreetScenario):
-    """Two cyclists ride in the middle of the hero's lane, slower than anyone would drive, for as long as it lasts."""
+    """Two cyclists ride very slowly in the middle of the hero's lane until the end of the route."""
 
     type = "SlowCyclists"
-    starts = "all set off with the hero"
+    starts = "everyone starts with the hero"
     blueprints = BICYCLES
     distance_m = Number("distance", 20.0, "m")
     speed_kmh = Number("speed", 9.0, "km/h")

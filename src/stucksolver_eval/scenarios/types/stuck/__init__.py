@@ -1,1 +1,1 @@
-"""Stuck situations that the public types lack, and controls in which doing nothing is right."""
+"""Stuck situations that the public types lack, and controls in which waiting is right."""

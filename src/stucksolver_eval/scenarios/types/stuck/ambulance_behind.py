@@ -20,11 +20,11 @@ SPEED_MPS = 12.0
 
 @scenario
 class AmbulanceBehind(Stuck):
-    """The hero stands behind a broken-down car when an ambulance comes up behind it: clear the way."""
+    """The hero stands behind a broken-down car when an ambulance comes up from behind: clear the way."""
 
     type = "AmbulanceBehind"
     placed = Placed("immobilized", 3180, to_pass(two_ways))
-    driver_alone = "stuck, the ambulance behind it"
+    driver_alone = "stuck, with the ambulance behind it"
     expected = "recover"
     suspends = frozenset({"blocked", "wrong_lane"})
     oncoming_gaps_m = PASSABLE_M

@@ -24,14 +24,14 @@ BACK_M = 1.0
 
 @scenario
 class AnimalsOnRoad(Stuck):
-    """Animals stand on the road and wander off after a while: wait."""
+    """Animals stand on the road and walk away after a while: wait."""
 
     type = "AnimalsOnRoad"
     placed = Placed("immobilized", 3160, Along(one_lane), {"distance": Value(40, 48)})
     driver_alone = "completed: waits 28 s"
     expected = "wait"
     suspends = frozenset({"blocked"})
-    starts = "the animals stand from the start, and leave 25 s after the hero came within 25 m"
+    starts = "the animals are present from the start, and leave 25 s after the hero came within 25 m"
     blueprints = (COW, DOG)
 
     def stage(self) -> None:

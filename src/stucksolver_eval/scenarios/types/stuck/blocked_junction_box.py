@@ -18,19 +18,19 @@ SPACING_M = 7.5
 
 @scenario
 class BlockedJunctionBox(StuckAtLight):
-    """The hero's light is green, but cars of the crossing road stand in the junction; they go on after 30 s: wait."""
+    """The hero's light is green, but cars of the crossing road stand in the junction; they leave after 30 s: wait."""
 
     type = "BlockedJunctionBox"
     placed = Placed("immobilized", 3120, Through(STRAIGHT, LIT, arms=4))
     driver_alone = "completed: waits 36 s at its green light"
     expected = "wait"
-    starts = "the cars stand from the trigger on, and drive off 30 s after the hero came near"
+    starts = "the cars stand there from the trigger on, and drive off 30 s after the hero came near"
     suspends = frozenset({"blocked"})
 
     def needs(self, setting: Setting) -> str | None:
         missing = super().needs(setting)
         if missing is None and not self._crossing():
-            missing = "at the hero's next junction nobody comes from the left or right"
+            missing = "the hero's next junction has no road from the left or right"
         return missing
 
     def _crossing(self) -> list[Any]:
@@ -41,7 +41,7 @@ class BlockedJunctionBox(StuckAtLight):
         self.hold_lights(green=self.own_lights)
         line = self.approach(self._crossing()[0], 0.0, 60.0, straight_way)
         inside = [k for k, waypoint in enumerate(line) if waypoint.is_junction]
-        # Only where all of a car is inside; the one in front first.
+        # Only where a car fits entirely inside; the foremost first.
         first, last = inside[0] + round(SPACING_M / 4.0), inside[-1]
         stuck = []
         for index in range(last, first, -round(SPACING_M / 2.0))[:CARS]:

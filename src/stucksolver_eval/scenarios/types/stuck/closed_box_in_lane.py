@@ -12,7 +12,7 @@ from stucksolver_eval.sites.values import Value
 
 @scenario
 class ClosedBoxInLane(Stuck):
-    """A closed box lies in the only lane, and nobody knows what is in it: go round it, never over it."""
+    """A closed box with unknown content lies in the only lane: drive around it, never over it."""
 
     type = "ClosedBoxInLane"
     placed = Placed("immobilized", 3030, to_pass(two_ways), {"distance": Value(40, 48)})

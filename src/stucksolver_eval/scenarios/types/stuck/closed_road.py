@@ -23,22 +23,22 @@ FOR_VEHICLES = carla.LaneType.Driving | carla.LaneType.Parking | carla.LaneType.
 
 @scenario
 class ClosedRoad(Stuck):
-    """The road is closed from kerb to kerb: leave the route and come to the destination another way."""
+    """The road is closed from kerb to kerb: leave the route and reach the destination another way."""
 
     type = "ClosedRoad"
     placed: ClassVar[Placed | None] = Placed("immobilized", 3140, closed_streets, only_in="grid_town")
     driver_alone = "stuck before the barrier"
     expected = "reroute"
     suspends = frozenset({"blocked", "route_deviation"})
-    simplified = "nobody else drives into the closed road"
-    needs_map = "another way from where the hero is stopped: in the suite the closed street's mouth is at a junction"
+    simplified = "no other vehicle drives into the closed road"
+    needs_map = "another way from where the hero stops: in the suite the closed street starts at a junction"
     blueprints: ClassVar[tuple[str, ...]] = (BARRIER, SIGN)
 
     def script(self) -> Iterator[None]:
         self.traffic.handle_junction_scenario()
         self.traffic.switch_route_sources(False)
         self.traffic.remove_behind()
-        # Until the drive is over: whoever plans anew has another route from here on.
+        # Run until the drive is over, because a hero that replans follows another route from here.
         yield from self.until(lambda: False)
 
     def stage(self) -> None:
@@ -48,19 +48,19 @@ class ClosedRoad(Stuck):
 
 
 def row_across(carla_map: carla.Map, here: carla.Waypoint) -> list[carla.Transform]:
-    """`carla.Transform`s of barriers side by side across a road, for as far as vehicles can drive there.
+    """Return the poses of a row of barriers across a road, as wide as vehicles can drive.
 
-    `here` is a waypoint. One in a junction belongs to the road that its lane leads into: the row stands square to that.
+    If the waypoint `here` is in a junction, the row is perpendicular to the road that its lane leads into.
     """
     turn = way_turn_deg(here, here)
     places = [_across(here, k * BARRIER_M, turn) for k in range(-MOST_EACH_SIDE, MOST_EACH_SIDE + 1)]
     on_road = [k for k, one in enumerate(places) if carla_map.get_waypoint(one.location, False, FOR_VEHICLES)]
-    # Lanes that part in a junction leave gaps between them, which are paved all the same.
+    # Lanes that diverge in a junction leave gaps between them, which are paved too.
     return places[on_road[0] : on_road[-1] + 1]
 
 
 def _across(waypoint: carla.Waypoint, aside_m: float, turn_deg: float) -> carla.Transform:
-    """A barrier's place so far to the right of a waypoint, for a road that leads on so much clockwise from there."""
+    """Return a barrier's pose `aside_m` to the right of a waypoint, on a road that turns by `turn_deg` clockwise."""
     square = math.radians(turn_deg)
     along_m, right_m = -aside_m * math.sin(square), aside_m * math.cos(square)
     return beside(waypoint, right_m, along_m, turn_deg=turn_deg + 90.0)

@@ -15,11 +15,11 @@ from stucksolver_eval.sites.special import dark_lights
 
 @scenario
 class DarkTrafficLight(Deadlock):
-    """All lights of the junction are dark, which makes it an all-way stop, and everybody waits: creep, yield, go."""
+    """All lights of a junction are dark, so it is an all-way stop, and everybody waits: creep, yield, go."""
 
     type = "DarkTrafficLight"
     placed = Placed("immobilized", 3070, dark_lights)
-    driver_alone = "stuck before the nose in its way"
+    driver_alone = "stuck before the nose in its path"
     expected = "recover"
     suspends = frozenset({"blocked"})
     needs_map = f"{Deadlock.needs_map}, with lights that stop the hero"

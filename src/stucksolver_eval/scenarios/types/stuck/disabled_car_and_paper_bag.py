@@ -15,11 +15,11 @@ from stucksolver_eval.sites.placed import Placed
 from stucksolver_eval.sites.values import Value
 
 BEYOND_M = 13.0
-"""From the car to the thing: so far that the ego is in the left lane when it comes there, too near to return before."""
+"""Distance from the car to the object: the ego reaches it in the left lane, and cannot return before it."""
 
 
 class DisabledCarAndThing(Stuck):
-    """A disabled car in the right lane, and something in the lane to its left, a little further on."""
+    """Base: a disabled car in the right lane, and an object in the left lane a little farther on."""
 
     needs_map = "a second driving lane on the left"
     suspends = frozenset({"blocked"})
@@ -36,16 +36,16 @@ class DisabledCarAndThing(Stuck):
         self.put(self.thing, BEYOND_M, -lane.lane_width)
 
     def happen(self) -> Iterator[None]:
-        # Whoever drove there would give away what can be driven over.
+        # Traffic there would give away whether the object can be driven over.
         lane = side_driving_lane(self.ahead(self.distance_m), "left")
-        assert lane is not None, "needs() was asked"
+        assert lane is not None, "needs() was called"
         self.traffic.remove_road_lane(lane)
         yield
 
 
 @scenario
 class DisabledCarAndPaperBag(DisabledCarAndThing):
-    """A disabled car blocks the right lane, a paper bag lies in the left one: change lane, drive over it, rejoin."""
+    """A disabled car blocks the right lane, and a paper bag lies in the left: change lanes, drive over it, return."""
 
     type = "DisabledCarAndPaperBag"
     placed = Placed("immobilized", 3000, Along(right_of_two), {"distance": Value(40, 48)})

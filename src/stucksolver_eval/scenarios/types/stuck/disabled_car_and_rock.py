@@ -12,7 +12,7 @@ from stucksolver_eval.sites.values import Value
 
 @scenario
 class DisabledCarAndRock(DisabledCarAndThing):
-    """A disabled car blocks the right lane, a rock lies in the left one: nobody may drive over it, so ask."""
+    """A disabled car blocks the right lane, and a rock lies in the left: it cannot be driven over, so ask."""
 
     type = "DisabledCarAndRock"
     placed = Placed("immobilized", 3010, Along(right_of_two), {"distance": Value(40, 48)})

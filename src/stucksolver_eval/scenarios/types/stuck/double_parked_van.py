@@ -20,7 +20,7 @@ ASIDE_M = 0.6
 
 @scenario
 class DoubleParkedVan(Stuck):
-    """A delivery van stands in the only lane with its hazard lights on, a person at work beside it: pass with room."""
+    """A delivery van with hazard lights stands in the only lane, and a person works next to it: pass with room."""
 
     type = "DoubleParkedVan"
     placed = Placed("immobilized", 3090, to_pass(two_ways), {"distance": Value(40, 48)})
@@ -28,7 +28,7 @@ class DoubleParkedVan(Stuck):
     expected = "recover"
     suspends = frozenset({"blocked", "wrong_lane"})
     oncoming_gaps_m = PASSABLE_M
-    simplified = "nobody comes up from behind"
+    simplified = "there is no traffic from behind"
     needs_map = "one lane each way"
     blueprints = (VAN, PERSON)
 
@@ -38,7 +38,7 @@ class DoubleParkedVan(Stuck):
         self._person = self.put(PERSON, -self._van.half_length_m, aside_m)
 
     def happen(self) -> Iterator[None]:
-        # Whoever wants to see past a van needs room behind.
+        # The hero needs room behind it to back up and see past the van.
         self.traffic.switch_route_sources(False)
         self.traffic.remove_behind()
         end_s = self.s_at(self.distance_m) + 10.0
@@ -48,7 +48,7 @@ class DoubleParkedVan(Stuck):
             yield
 
     def _work(self) -> Iterator[None]:
-        """To the load and back, for ever."""
+        """Script: the person walks to the load and back forever."""
         yaw = self.ahead(self.distance_m).transform.rotation.yaw
         while True:
             for turn_deg in (0.0, 180.0):

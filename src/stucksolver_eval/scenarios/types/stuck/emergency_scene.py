@@ -20,14 +20,14 @@ LASTS_S = 45.0
 
 @scenario
 class EmergencyScene(Stuck):
-    """A control: a fire engine and a police car close the road, with people about; after a while they leave."""
+    """A control: a fire engine, a police car and people block the road; after a while they leave."""
 
     type = "EmergencyScene"
     placed = Placed("immobilized", 3240, Along(one_lane), {"distance": Value(40, 48)})
     driver_alone = "completed: waits 45 s"
     expected = "wait"
-    starts = "the scene stands from the start, and is gone 45 s after the hero came within 25 m"
-    simplified = "the scene vanishes instead of driving off"
+    starts = "the scene is present from the start, and is gone 45 s after the hero came within 25 m"
+    simplified = "the scene disappears instead of driving off"
     blueprints = (ENGINE, POLICE, OFFICER)
 
     def stage(self) -> None:

@@ -17,7 +17,7 @@ LASTS_S = 30.0
 
 @scenario
 class Flagger(Stuck):
-    """A flagger at a work site holds the hero up, then waves it through: wait for the sign."""
+    """A flagger at a work site stops the hero, then waves it through: wait for the sign."""
 
     type = "Flagger"
     placed = Placed("immobilized", 3170, Along(two_ways), {"distance": Value(40, 48)})
@@ -25,7 +25,7 @@ class Flagger(Stuck):
     expected = "wait"
     suspends = frozenset({"blocked"})
     starts = "the flagger shows stop from the start, and go 30 s after the hero came within 25 m"
-    simplified = "the flagger steps aside and its cones are gone when it shows go"
+    simplified = "when the flagger shows go, it stands aside and its cones are gone"
     blueprints = (FLAGGER, CONE, SIGN)
 
     def stage(self) -> None:

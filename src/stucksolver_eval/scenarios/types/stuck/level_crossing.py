@@ -17,13 +17,13 @@ LASTS_S = 35.0
 
 @scenario
 class LevelCrossing(Stuck):
-    """A control: the gate of a level crossing is down for 35 s, then it is raised."""
+    """A control: the gate of a level crossing is down for 35 s and then rises."""
 
     type = "LevelCrossing"
     placed = Placed("immobilized", 3230, level_crossings)
     driver_alone = "completed: waits 36 s"
     expected = "wait"
-    simplified = "no train comes; the raised boom is not shown, nor the gate beyond the rails"
+    simplified = "no train comes; the raised boom and the gate beyond the rails are not shown"
     starts = "the gate is down from the start, and rises 35 s after the hero came within 25 m"
     blueprints = (GATE, POST)
 
@@ -31,7 +31,7 @@ class LevelCrossing(Stuck):
         lane = self.ahead(self.distance_m - BEFORE_RAILS_M)
         aside_m = edge_m(lane) + 0.3
         self.cast.must_spawn(POST, beside(lane, aside_m), lift_m=0.0)
-        # The boom lies to the right of its origin, so it is turned to reach over the hero's lane.
+        # The boom extends to the right of its origin, so it is turned to reach over the hero's lane.
         self._gate = self.cast.must_spawn(GATE, beside(lane, aside_m, -0.4, turn_deg=180.0), lift_m=0.0)
 
     def happen(self) -> Iterator[None]:
@@ -40,6 +40,6 @@ class LevelCrossing(Stuck):
         self.traffic.clear_opposite()
         yield from self.hero_near()
         yield from self.wait(LASTS_S)
-        # A raised boom would still be a bar across the road for all who measure boxes without their roll.
+        # A raised boom would still block the road for everyone who ignores the roll of bounding boxes.
         self.cast.remove([self._gate])
         self.traffic.change_opposite_behavior(active=True)

@@ -19,15 +19,15 @@ MOST = 40
 
 @scenario
 class MergeNeverOpens(ActorFlow):
-    """The lane that the hero has to merge into crawls bumper to bumper, and no gap comes until it noses in."""
+    """Traffic crawls bumper to bumper in the lane that the hero must merge into; no gap opens until it noses in."""
 
     type = "MergeNeverOpens"
     placed = Placed("immobilized", 3110, merges)
-    driver_alone = "stuck beside the lane"
+    driver_alone = "stuck next to the lane"
     expected = "recover"
     timeout_s = None
     suspends = frozenset({"blocked"})
-    starts = "at the trigger point; once the hero has stood for 4 s and then crept half a metre they let it in"
+    starts = "at the trigger point; the others let the hero in once it has stood for 4 s and then crept half a metre"
     needs_map = "lanes from `start_actor_flow` to `end_actor_flow`"
     blueprints = (CAR,)
     all_lanes = False

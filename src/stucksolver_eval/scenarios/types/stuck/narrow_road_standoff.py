@@ -23,7 +23,7 @@ BACKED_M = 6.0
 
 @scenario
 class NarrowRoadStandoff(Stuck):
-    """On a road too narrow for two an oncoming car stops before the hero; it goes on once the hero has backed up."""
+    """On a road too narrow for two, an oncoming car stops before the hero; it leaves once the hero has backed up."""
 
     type = "NarrowRoadStandoff"
     placed = Placed("immobilized", 3050, Along(narrow), {"distance": Value(40, 48)})
@@ -31,8 +31,8 @@ class NarrowRoadStandoff(Stuck):
     expected = "recover"
     suspends = frozenset({"blocked", "wrong_lane"})
     starts = "the car comes from the trigger on"
-    needs_map = "an oncoming lane beside the hero's"
-    simplified = "once the hero has backed up 6 m the other car turns off into a drive: it is taken away"
+    needs_map = "an oncoming lane next to the hero's"
+    simplified = "once the hero has backed up 6 m, the other car disappears, as if into a driveway"
 
     def needs(self, setting: Setting) -> str | None:
         if self._oncoming(self.distance_m) is None:
@@ -40,7 +40,7 @@ class NarrowRoadStandoff(Stuck):
         return None
 
     def _oncoming(self, distance_m: float) -> Any | None:
-        """The oncoming lane beside, however narrow."""
+        """Return the adjacent oncoming lane of any width, or None."""
         here = self.ahead(distance_m)
         lane = here.get_left_lane()
         against = lane is not None and lane.lane_type == carla.LaneType.Driving and lane.lane_id * here.lane_id < 0
@@ -54,9 +54,9 @@ class NarrowRoadStandoff(Stuck):
         lane = self._oncoming(self.distance_m + FROM_M)
         assert lane is not None
         member = self.cast.must_spawn("vehicle.lincoln.mkz_2020", lane.transform)
-        # In the middle of the road, where neither gets past the other.
+        # It drives in the middle of the road, so that neither can pass the other.
         car = self.cars.drive(member, run_of_lane(lane, 200.0), SPEED_MPS, offset_m=-lane.lane_width / 2.0)
-        # The place along the route is a high-water mark, which backing up does not lower.
+        # The hero's position on the route is a high-water mark, so it does not show backing up.
         foremost = self.hero
         while (backed_m := self.hero.ahead_m(foremost.x, foremost.y)) < BACKED_M and not self.at_route_end():
             foremost = self.hero if backed_m < 0.0 else foremost

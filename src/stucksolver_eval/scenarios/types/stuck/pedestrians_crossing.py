@@ -21,14 +21,14 @@ BEFORE_M = 2.0
 
 @scenario
 class PedestriansCrossing(JunctionScenario):
-    """A control: pedestrians cross the hero's road one after the other for half a minute."""
+    """A control: pedestrians cross the hero's road one after another for half a minute."""
 
     type = "PedestriansCrossing"
     placed = Placed("immobilized", 3210, crosswalks)
     driver_alone = "completed: waits 32 s"
     expected = "wait"
     timeout_s = None
-    starts = "the first goes when the hero is 25 m away, the others every 5 s"
+    starts = "the first starts when the hero is 25 m away, then one every 5 s"
     blueprints = ADULTS
 
     def stage(self) -> None:

@@ -16,16 +16,16 @@ BEFORE_M = 6.0
 
 @scenario
 class PictureOfTrafficLight(Stuck):
-    """A bus stop shows a picture of a red traffic light, and the car ahead stands for it: it governs nobody, pass."""
+    """A bus stop shows a picture of a red traffic light, and a car ahead waits for it: it does not count, so pass."""
 
     type = "PictureOfTrafficLight"
     placed = Placed("immobilized", 3150, to_pass(two_ways_by_sidewalk), {"distance": Value(40, 48)})
     driver_alone = "stuck behind the car"
     expected = "recover"
-    simplified = "the picture itself is not drawn: that there is no light is all one can see"
+    simplified = "the picture itself is not drawn; all that can be seen is that there is no light"
     suspends = frozenset({"blocked", "wrong_lane"})
     oncoming_gaps_m = PASSABLE_M
-    needs_map = "one lane each way beside a sidewalk"
+    needs_map = "one lane each way and a sidewalk"
     blueprints = (STOP, POSTER, CAR)
 
     def stage(self) -> None:

@@ -23,7 +23,7 @@ class QueueAtLight(StuckAtLight):
     placed = Placed("immobilized", 3200, Through(STRAIGHT, LIT))
     driver_alone = "completed: waits 37 s"
     expected = "wait"
-    starts = "the queue stands from the trigger on; the light turns green 30 s after the hero came near"
+    starts = "the queue stands there from the trigger on; the light turns green 30 s after the hero came near"
 
     def happen(self) -> Iterator[None]:
         self.hold_lights(green=[])

@@ -27,7 +27,7 @@ class RoadBlockedForAMinute(Stuck):
     driver_alone = "completed: waits 62 s"
     expected = "wait"
     suspends = frozenset({"blocked"})
-    starts = "the vehicles stand from the start, and drive off 60 s after the hero came within 25 m"
+    starts = "the vehicles are present from the start, and drive off 60 s after the hero came within 25 m"
     needs_map = "one lane each way"
     blueprints = (TRUCK, CAR)
 
@@ -43,7 +43,7 @@ class RoadBlockedForAMinute(Stuck):
         self.traffic.clear_opposite()
         yield from self.hero_near()
         yield from self.wait(LASTS_S)
-        # The truck drives on ahead of the hero, the others past it.
+        # The truck drives off ahead of the hero, the others past it.
         self.cars.drive(self._mine, self.ahead(self.distance_m), CLEARS_MPS, begin=False)
         for member, lane in self._others:
             self.cars.drive(member, run_of_lane(lane, 100.0), CLEARS_MPS, begin=False)

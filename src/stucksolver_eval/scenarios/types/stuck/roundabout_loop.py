@@ -15,22 +15,22 @@ LEAST_M = 60.0
 
 @scenario
 class RoundaboutLoop(Scenario):
-    """The route goes round a roundabout again and again: always moving, never leaving; plan anew and leave."""
+    """The route goes around a roundabout again and again, always moving and never leaving: replan and leave."""
 
     type = "RoundaboutLoop"
     placed = Placed("immobilized", 3060, round_and_round)
-    driver_alone = "stuck: drives round until the time is over"
+    driver_alone = "stuck: drives around until the time is up"
     expected = "reroute"
     timeout_s = None
     suspends = frozenset({"blocked", "route_deviation"})
-    starts = "nothing happens; the route itself goes round"
-    needs_map = "a route that comes back to where it has been"
+    starts = "nothing happens; the route itself goes around"
+    needs_map = "a route that returns to where it has been"
 
     def needs(self, setting: Setting) -> str | None:
         route = setting.route
         again_m = route.length_m - float(route.new_ground_m[-1])
-        return None if again_m > LEAST_M else "the route never comes back to where it has been"
+        return None if again_m > LEAST_M else "the route never returns to where it has been"
 
     def script(self) -> Iterator[None]:
-        # Until the drive is over: whoever plans anew has another route from here on.
+        # Run until the drive is over, because a hero that replans follows another route from here.
         yield from self.until(lambda: False)

@@ -12,14 +12,15 @@ from stucksolver_eval.sites.through import ALL_WAYS, LIT, Through
 
 @scenario
 class StuckRedLight(StuckAtLight):
-    """First at its light, the hero finds it red for ever: nobody but a remote operator may release it, so ask in time.
+    """The hero is first at a light that stays red forever: only a remote operator may release it, so ask in time.
 
-    A red light is waited for for three minutes, after which the limit on ticks leaves hardly any time to call for help.
+    The rules wait at a red light for three minutes. The limit on ticks would leave hardly any time to call for help
+    after that, so it is suspended.
     """
 
     type = "StuckRedLight"
     placed = Placed("immobilized", 3080, Through(ALL_WAYS, LIT))
-    driver_alone = "stuck at the light, which is right but for asking"
+    driver_alone = "stuck at the light, which is right, but does not ask"
     expected = "ask"
     suspends = frozenset({"blocked", "tick_runtime"})
 

@@ -27,7 +27,7 @@ class ToyInLane(Stuck):
     driver_alone = "completed: waits 18 s"
     expected = "wait"
     suspends = frozenset({"blocked"})
-    starts = "the child goes 15 s after the hero came within 25 m"
+    starts = "the child starts 15 s after the hero came within 25 m"
     blueprints = (CHILD, TOY)
 
     def stage(self) -> None:
