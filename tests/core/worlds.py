@@ -225,8 +225,9 @@ class World:
         bound = float(np.interp(self.x, xs, [p.speed_mps for p in directive.path]))
         self._settle(bound, turn=math.cos(self.yaw))
         y = float(np.interp(self.x, xs, ys))
-        ahead = float(np.interp(self.x + 0.5, xs, ys))
-        self.yaw = math.atan2(ahead - y, 0.5)
+        step = min(0.5, float(xs[-1]) - self.x)
+        if step > 0.05:  # at its end a path has no direction any more
+            self.yaw = math.atan2(float(np.interp(self.x + step, xs, ys)) - y, step)
         self.y = y
 
     def _back(self, directive: Execute) -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from stucksolver.decision.behaviors.base import CannotPlan, Start
-from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
+from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift, turned_shift
 from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.view import FrenetScene
@@ -14,6 +16,10 @@ NEARER_M = 0.05
 LATER_M = 5.0
 SHIFT_TIME_S = 3.0
 """About the duration of a lane change at speed."""
+TURNED_RAD, STANDS_MPS = 0.15, 0.1
+"""A vehicle that stands and points towards its goal by more than this has its nose out: it goes on from its heading."""
+LENGTHS = 8
+"""Number of lengths tried, from the gentlest to the tightest."""
 CORNER_CLEARANCES_M = (0.8, 0.65, 0.5, 0.4, 0.32)
 VULNERABLE_CORNER_CLEARANCES_M = (1.4, 1.3, 1.2, 1.1, 1.05)
 """Clearances planned for the body's corners while swinging out (m), from the desired to the smallest sufficient one.
@@ -34,11 +40,8 @@ def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float
         CannotPlan: Even at its smallest turning radius the vehicle would touch something stationary ahead.
     """
     side = d_to - start.d_m
-    shortest = max(shortest_shift(side, view.ego.limits.min_turn_radius_m), 4.0)
-    gentle = max(min(SHIFT_TIME_S * max(start.speed_mps, 4.0), 40.0), shortest)
     for clearance, vulnerable in zip(CORNER_CLEARANCES_M, VULNERABLE_CORNER_CLEARANCES_M, strict=True):
-        for length in np.linspace(gentle, shortest, 8):
-            path = lateral(start.s_m, start.d_m, d_to, float(length), speed_mps, view)
+        for path in _shifts(view, start, d_to, speed_mps):
             if not touches_standing(view, path, clearance, vulnerable):
                 return path
     way_there = start.s_m - view.ego_s
@@ -50,6 +53,21 @@ def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float
     raise CannotPlan(
         PlanFailure.NO_ROOM_TO_SWING_OUT, f"no room to swing out by {abs(side):.1f} m: the obstacle ahead is too near"
     )
+
+
+def _shifts(view: FrenetScene, start: Start, d_to: float, speed_mps: float) -> Iterator[Manoeuvre]:
+    """Yield the moves to `d_to`, the gentlest first: with the nose out from its heading, then straight."""
+    side = d_to - start.d_m
+    shortest = max(shortest_shift(side, view.ego.limits.min_turn_radius_m), 4.0)
+    gentle = max(min(SHIFT_TIME_S * max(start.speed_mps, 4.0), 40.0), shortest)
+    lengths = [float(length) for length in np.linspace(gentle, shortest, LENGTHS)]
+    if start.speed_mps < STANDS_MPS and abs(start.yaw_rad) > TURNED_RAD and side * start.yaw_rad > 0.0:
+        for length in lengths:
+            path = turned_shift((start.s_m, start.d_m), start.yaw_rad, d_to, length, speed_mps, view)
+            if path is not None:
+                yield path
+    for length in lengths:
+        yield lateral(start.s_m, start.d_m, d_to, length, speed_mps, view)
 
 
 def touches_standing(view: FrenetScene, path: Manoeuvre, clearance_m: float, vulnerable_m: float) -> bool:

@@ -174,6 +174,38 @@ def straight(s_from: float, d: float, length_m: float, speed_mps: float) -> Mano
     return Manoeuvre(s, np.full(count + 1, d), np.full(count + 1, speed_mps))
 
 
+def turned_shift(
+    start: tuple[float, float], yaw_rad: float, d_to: float, length_m: float, speed_mps: float, view: FrenetScene
+) -> Manoeuvre | None:
+    """Return the rest of a cosine shift that the vehicle, which points towards `d_to` already, is in the middle of.
+
+    A cosine shift of length L and height D has offset D/2 (1 - cos x) and slope pi D/(2 L) sin x at phase x. The rest
+    of the height and the heading fix the phase, tan(x/2) = L tan(yaw) / (pi rest), and the height D.
+
+    Args:
+        start: Arc length and offset (m).
+        yaw_rad: Heading relative to the road there, towards `d_to` (rad).
+        d_to: Lateral offset at the end (m).
+        length_m: Length of the whole shift (m); what is left of it is shorter.
+        speed_mps: Upper bound on the speed (m/s); comfort bounds it as well.
+        view: The surroundings in road coordinates.
+
+    Returns:
+        The path; None if the vehicle cannot turn back that tightly.
+    """
+    rest_m = d_to - start[1]
+    phase = 2.0 * math.atan(length_m * math.tan(yaw_rad) / (math.pi * rest_m))
+    whole_m = 2.0 * rest_m / (1.0 + math.cos(phase))
+    if length_m < shortest_shift(whole_m, view.ego.limits.min_turn_radius_m):
+        return None
+    count = max(round(length_m * (1.0 - phase / math.pi) / STEP_M), 2)
+    phases: Array = np.linspace(phase, math.pi, count + 1)
+    offsets = d_to - whole_m * (1.0 + np.cos(phases)) / 2
+    bound = shift_speed(whole_m, length_m, view.ego.limits.max_lateral_acceleration_mps2)
+    s: Array = start[0] + STEP_M * np.arange(count + 1)
+    return Manoeuvre(s, offsets, np.full(count + 1, min(speed_mps, bound)))
+
+
 def along_lane(lane: Lane | None, s_from: float, d_from: float, length_m: float, speed_mps: float) -> Manoeuvre:
     """Return a path that reaches the lane's centre within ten metres and follows it; at a constant offset without a
     lane.

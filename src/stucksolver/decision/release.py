@@ -12,6 +12,7 @@ from stucksolver.decision.behaviors import (
     Creep,
     DriveOver,
     KeepLane,
+    NoseOut,
     Nudge,
     PullOver,
     ReplanRoute,
@@ -31,7 +32,7 @@ DOES: dict[GuidanceIntent, tuple[type, ...]] = {
     GuidanceIntent.LET_ME_OUT: (PullOver,),
 }
 """The behaviours that do what an intent asks for."""
-LATERAL = (BorrowOncomingLane, ChangeLane, Nudge)
+LATERAL = (BorrowOncomingLane, ChangeLane, NoseOut, Nudge)
 
 
 def asks_for(reading: Reading | None, plan: RecoveryPlan) -> bool:

@@ -71,7 +71,12 @@ def sluggish(
     speed_part: float = SLUGGISH_SPEED,
     acceleration_part: float = SLUGGISH_ACCELERATION,
 ) -> Rollout:
-    """Return the pessimistic profile: weaker acceleration, and below the requested speed throughout."""
+    """Return the pessimistic profile: weaker acceleration, and below the requested speed throughout.
+
+    The acceleration is the one measured from the vehicle, at most its comfortable one. If it was not measured, it is
+    `acceleration_part` of the comfortable one.
+    """
     slower = Manoeuvre(path.s, path.d, speed_part * path.speed)
-    acceleration = acceleration_part * limits.comfort_acceleration_mps2
+    comfort, measured = limits.comfort_acceleration_mps2, limits.measured_acceleration_mps2
+    acceleration = acceleration_part * comfort if measured is None else min(measured, comfort)
     return rollout(slower, speed_mps, acceleration, limits.comfort_braking_mps2)

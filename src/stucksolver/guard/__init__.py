@@ -1,7 +1,9 @@
 """The guard: the independent safety check of every plan."""
 
 from stucksolver.guard.guard import Guard, Proven
+from stucksolver.guard.nose_out import begun_waiting
 from stucksolver.guard.policy import NOBODY, RULES, Approvals, GuardPolicy
+from stucksolver.guard.traffic import GivingWay
 from stucksolver.guard.turning import ProvenLeg
 from stucksolver.guard.verdict import OK, Reject, Verdict, no_path
 from stucksolver.scene.attempts import RejectCode
@@ -11,6 +13,7 @@ __all__ = [
     "OK",
     "RULES",
     "Approvals",
+    "GivingWay",
     "Guard",
     "GuardPolicy",
     "Proven",
@@ -18,5 +21,6 @@ __all__ = [
     "Reject",
     "RejectCode",
     "Verdict",
+    "begun_waiting",
     "no_path",
 ]

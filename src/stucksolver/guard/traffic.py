@@ -14,6 +14,9 @@ from stucksolver.scene.frenet import Array, Lane, Mask
 from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import MOVING_MPS
 
+GivingWay = bool | frozenset[str]
+"""To whom the last abort of a running plan gave way: the ids of the vehicles; True for everybody, False for nobody."""
+
 
 def lane_entry(case: CheckContext) -> list[Reject]:
     """Check the RSS distances to traffic ahead and behind in the ego's direction when the body enters each lane.
@@ -64,16 +67,19 @@ def _entry(case: CheckContext, lane: Lane, k: int) -> list[Reject]:
     return []
 
 
-def unyielding(case: CheckContext, giving_way: bool) -> list[Reject]:
+def unyielding(case: CheckContext, giving_way: GivingWay) -> list[Reject]:
     """Check traffic from behind that could no longer stop if it reacted only when the ego enters its path.
 
     A driver who enters a lane with the RSS distances expects to be seen as soon as the lane's border is crossed. Some
     brake only for what is directly ahead of them: for these the border is where their own body will pass, and until
     then the ego can stop beside them. They watch the ego, so half the reaction time is enough. The full time is used
-    before the ego goes on ahead of a vehicle to which it gave way (`giving_way`).
+    before the ego goes on ahead of a vehicle to which it gives way (`giving_way`). Once that one has passed, the next
+    one counts as one that watches.
     """
     view, path, policy = case.view, case.path, case.policy.entry
-    for i in np.flatnonzero((view.vs > MOVING_MPS) & ~view.elsewhere & (view.s - view.along < view.ego_front_s)):
+    behind = np.flatnonzero((view.vs > MOVING_MPS) & ~view.elsewhere & (view.s - view.along < view.ego_front_s))
+    # The nearest first: while it is let by, nobody behind it is named, and so given way to.
+    for i in behind[np.argsort(-view.s[behind], kind="stable")]:
         left_of_us = bool(view.d[i] > path.d[0])
         edge = float(view.d[i]) + (-1.0 if left_of_us else 1.0) * float(view.across[i])
         inside = path.d + case.reach - edge if left_of_us else edge - path.d + case.reach
@@ -86,8 +92,9 @@ def unyielding(case: CheckContext, giving_way: bool) -> list[Reject]:
         due_m = float(path.s[int(borders[0][1].argmax())] - path.s[0])
         if due_m > _stop_m(case, policy.stops_s) + policy.stops_m:
             continue
+        waits = giving_way if isinstance(giving_way, bool) else view.objects[int(i)].id in giving_way
         for beside_m, reaches in borders:
-            reject = _presses(case, int(i), reaches, edge + (-beside_m if left_of_us else beside_m), giving_way)
+            reject = _presses(case, int(i), reaches, edge + (-beside_m if left_of_us else beside_m), waits)
             if reject is not None:
                 return [reject]
     return []

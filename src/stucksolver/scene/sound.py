@@ -33,7 +33,8 @@ def _faults(seen: Surroundings) -> Iterator[str]:
     if not 0.0 <= (ego.position_sd_m or 0.0) <= LONGEST_M:
         yield "the uncertainty of the ego's position"
     for name in type(limits).model_fields:
-        if not 0.05 <= getattr(limits, name) <= 100.0:
+        limit = getattr(limits, name)
+        if limit is not None and not 0.05 <= limit <= 100.0:
             yield f"the vehicle's {name}"
     if len(seen.objects) > MOST_OBJECTS:
         yield f"{len(seen.objects)} objects"

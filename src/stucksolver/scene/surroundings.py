@@ -47,6 +47,8 @@ class VehicleLimits(Model):
     comfort_braking_mps2: float = 3.0
     max_braking_mps2: float = 6.0
     max_lateral_acceleration_mps2: float = 2.5
+    measured_acceleration_mps2: float | None = Field(default=None, gt=0)
+    """Acceleration from rest that the vehicle has shown, less its spread (m/s²); None if it was not measured."""
 
 
 class EgoState(Model):

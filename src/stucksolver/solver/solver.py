@@ -17,6 +17,7 @@ from stucksolver.scene import MAX_WORDS, Scene, Status, Surroundings
 from stucksolver.solver.camera import CameraWatch
 from stucksolver.solver.event_bus import EventBus
 from stucksolver.solver.events import Event, EventKind, Listener
+from stucksolver.solver.launches import Launches
 from stucksolver.solver.machine.guidance import to_be_answered
 from stucksolver.solver.machine.inputs import Inputs, Setup, Sight, Snapshot
 from stucksolver.solver.machine.state import Monitoring, Querying, State
@@ -112,6 +113,8 @@ class StuckSolver:
         self._detector = Detector(detector)
         self._timeline = Timeline()
         self._senses = Senses()
+        self._launches = Launches()
+        self._driver_drives = True
         self._camera = CameraWatch()
         self._bus = EventBus(on_event, record)
         self._reasoner = ReasonerWorker(ReasonerPool(reasoners, self.ladder.waits), self.guard, self.clock)
@@ -145,6 +148,8 @@ class StuckSolver:
         if not math.isfinite(status.time_s + status.speed_mps + status.progress_m):
             return self._without_status()
         status = self._timeline.follow(status)
+        self._launches.update(status, own=self._driver_drives)
+        self._driver_drives = True
         trigger = self._detector.update(status)
         idle = trigger is None and self._said is None and self._timeline.jump_s is None
         if idle and not self._state.engaged and not self._reader.busy:
@@ -161,6 +166,7 @@ class StuckSolver:
         if self._state.afresh_s != before.afresh_s:
             self._detector.forget()
         self._put_to_work()
+        self._driver_drives = directive == CONTINUE
         self._bus.step(StepTaken(before, inputs, look.made, scene.made, self._state, directive, told))
         return directive
 
@@ -266,6 +272,7 @@ class StuckSolver:
 
     def _look(self, read: Read, now_s: float) -> Sight:
         seen = self._senses.look(read, now_s)
+        seen = None if seen is None else self._launches.told(seen)
         return Sight(seen, self._senses.fault, self._senses.blind_s(now_s))
 
     def _snapshot(self, status: Status, sight: Sight) -> Snapshot:

@@ -9,6 +9,7 @@ from stucksolver.decision.behaviors.drive_over import DriveOver
 from stucksolver.decision.behaviors.follow_vehicle import FollowVehicle
 from stucksolver.decision.behaviors.hazard_lights import HazardLights
 from stucksolver.decision.behaviors.keep_lane import KeepLane
+from stucksolver.decision.behaviors.nose_out import NoseOut
 from stucksolver.decision.behaviors.nudge import Nudge
 from stucksolver.decision.behaviors.pull_over import PullOver
 from stucksolver.decision.behaviors.registry import REGISTRY, AnyBehavior, describe, parse_behavior
@@ -33,6 +34,7 @@ __all__ = [
     "FollowVehicle",
     "HazardLights",
     "KeepLane",
+    "NoseOut",
     "Nudge",
     "PullOver",
     "RejoinRoute",

@@ -69,11 +69,12 @@ CREEP_MPS = 2.2
 
 @dataclass(frozen=True)
 class Start:
-    """The ego's state where a behaviour begins: arc length (m), lateral offset (m, left positive) and speed (m/s)."""
+    """The ego where a behaviour begins: arc length (m), lateral offset (m), speed (m/s) and heading (rad)."""
 
     s_m: float
     d_m: float
     speed_mps: float
+    yaw_rad: float = 0.0
 
 
 class Behavior(Model, ABC):

@@ -1,5 +1,6 @@
 """Move aside within the lane: to see past an obstacle, or to pass it if the lane is wide enough."""
 
+from dataclasses import replace
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -44,6 +45,7 @@ class Nudge(Behavior):
         target = min(max(start.d_m + turn * self.offset_m, right + half), left - half)
         if (target - start.d_m) * turn < 0.15:
             raise CannotPlan(PlanFailure.NO_ROOM_ASIDE, f"the lane leaves no room on the {self.side}")
+        start = replace(start, yaw_rad=0.0)  # it ends inside the lane, so it begins by turning back
         for share in SHARES:
             aside = share * (target - start.d_m)
             out = lateral_shift(view, start, start.d_m + aside, self.speed_mps)

@@ -16,6 +16,7 @@ from stucksolver.decision.behaviors.drive_over import DriveOver
 from stucksolver.decision.behaviors.follow_vehicle import FollowVehicle
 from stucksolver.decision.behaviors.hazard_lights import HazardLights
 from stucksolver.decision.behaviors.keep_lane import KeepLane
+from stucksolver.decision.behaviors.nose_out import NoseOut
 from stucksolver.decision.behaviors.nudge import Nudge
 from stucksolver.decision.behaviors.pull_over import PullOver
 from stucksolver.decision.behaviors.rejoin_route import RejoinRoute
@@ -32,6 +33,7 @@ AnyBehavior = Annotated[
     | ChangeLane
     | BorrowOncomingLane
     | Nudge
+    | NoseOut
     | Creep
     | BackUp
     | DriveOver

@@ -25,6 +25,7 @@ BEHAVIORS: dict[str, Phrase] = {
         "go round it on the left when the oncoming lane is free", "going round it on the left"
     ),
     "nudge": Phrase("move a little to the {side}", "moving a little to the {side}"),
+    "nose_out": Phrase("turn out to the {side} and wait for a gap", "waiting for a gap on the {side}"),
     "creep": Phrase("creep forward a little", "creeping forward a little"),
     "back_up": Phrase("back up a little", "backing up a little"),
     "drive_over": Phrase("drive slowly over it", "driving slowly over it"),

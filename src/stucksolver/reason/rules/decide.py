@@ -19,7 +19,7 @@ from stucksolver.reason.rules.closed import by_another_road
 from stucksolver.reason.rules.elsewhere import asked_for, without_lead
 from stucksolver.reason.rules.passing import group_of
 from stucksolver.reason.rules.past import Way, speed_for, way_past
-from stucksolver.reason.rules.room import over_it, to_see_more, to_swing_out, within_the_lane
+from stucksolver.reason.rules.room import over_it, to_be_seen, to_see_more, to_swing_out, within_the_lane
 from stucksolver.reason.rules.standoff import away_from_who_faces, into_who_joins, towards_who_crosses
 from stucksolver.reason.rules.turning import out_of_blocked_road, out_of_closed_road
 from stucksolver.scene import REQUESTS, VEHICLES, ObjectKind, RejectCode, Scene, SceneObject
@@ -96,7 +96,7 @@ def _way_on(scene: Scene, analysis: Analysis) -> Way:
         look = to_see_more(scene, target, plan)
         if look is not None:
             return look
-    return to_swing_out(scene, lead, plan), why
+    return to_be_seen(scene, lead, to_swing_out(scene, lead, plan)), why
 
 
 def _is_followed(lead: SceneObject, analysis: Analysis) -> str | None:

@@ -5,11 +5,19 @@ from __future__ import annotations
 import math
 
 from stucksolver.decision import RecoveryPlan
-from stucksolver.decision.behaviors import BackUp, DriveOver, Nudge
-from stucksolver.reason.rules.attempts import failed_for
+from stucksolver.decision.behaviors import (
+    AnyBehavior,
+    BackUp,
+    BorrowOncomingLane,
+    ChangeLane,
+    DriveOver,
+    NoseOut,
+    Nudge,
+)
+from stucksolver.reason.rules.attempts import failed_for, was_tried
 from stucksolver.reason.rules.passing import PassTarget
 from stucksolver.reason.rules.past import SLOW_MPS, Way, lane_of, may_be_driven_over
-from stucksolver.scene import VULNERABLE, LaneRelation, PlanFailure, Scene, SceneObject
+from stucksolver.scene import VULNERABLE, LaneRelation, PlanFailure, RejectCode, Scene, SceneObject
 
 SWING_M, ROOM_M = 4.5, 7.0
 """If the obstacle is nearer than the first distance, the ego backs up to the second before it swings out."""
@@ -26,6 +34,8 @@ MOST_MOVES = 4
 ASIDE_M = 0.8
 CLEAR_OF_M = 0.2
 SWING_OUT_M = 10.0
+NOSE_ROOM_M = 6.0
+"""With the nose out and the obstacle this near, there is still room to swing out: 5 m are too few for a usual car."""
 
 
 def over_it(scene: Scene, lead: SceneObject) -> Way | None:
@@ -59,6 +69,30 @@ def within_the_lane(scene: Scene, target: PassTarget) -> Way | None:
             )
             return RecoveryPlan(behaviors=(nudge,)), (None, f"there is room on the {side} within the lane")
     return None
+
+
+def to_be_seen(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryPlan:
+    """Return the same plan, with the nose turned out first, if traffic left no gap for it from inside the lane.
+
+    The plan then waits at the border and begins in a gap that would be too short for a start from inside the lane.
+    """
+    stream = failed_for(scene, RejectCode.LANE_ENTRY, RejectCode.ONCOMING_GAP) and not was_tried(scene, "nose_out")
+    if not stream or lead.speed_along_mps > 0.2 or scene.ego.speed_mps > 0.2 or not scene.offers("nose_out"):
+        return plan
+    first, *rest = plan.behaviors
+    backs: list[AnyBehavior] = []
+    if isinstance(first, BackUp) and rest:
+        backs, (first, *rest) = [first], rest
+    if not isinstance(first, ChangeLane | BorrowOncomingLane):
+        return plan
+    gap = lead.gap_m or 0.0
+    if not backs and gap < NOSE_ROOM_M:
+        way = _back_m(scene, max(ROOM_M - gap, 1.0))
+        if way is None:
+            return plan
+        backs = [BackUp(distance_m=way)]
+    nose = NoseOut(side=first.side if isinstance(first, ChangeLane) else "left")
+    return plan.model_copy(update={"behaviors": (*backs, nose, first, *rest)})
 
 
 def to_swing_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryPlan:

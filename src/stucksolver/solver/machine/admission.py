@@ -12,7 +12,7 @@ from stucksolver.ladder.moves import Person
 from stucksolver.scene import Scene
 from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine.execution import Execution
-from stucksolver.solver.machine.history import History, passes
+from stucksolver.solver.machine.history import History, moving, passes
 
 RELEASABLE = frozenset(name for name in RULES if name != "red_light")
 """Rules for which a person may be asked, for any plan. A red light is asked about only if the plan does nothing
@@ -93,11 +93,6 @@ def admit(
 def second_opinion(plan: RecoveryPlan, view: FrenetScene, now_s: float, *, guard: Guard, guided: bool) -> str:
     """Return what the guard would say about a plan, for a reasoner that checks a plan before it answers."""
     return str(Execution(plan, guard, guided, NOBODY).start(view, now_s))
-
-
-def moving(view: FrenetScene) -> frozenset[str]:
-    """Ids of the objects that are moving now."""
-    return frozenset(o.id for o, moves in zip(view.objects, view.moving, strict=True) if moves)
 
 
 def against_offers(plan: RecoveryPlan, scene: Scene | None) -> Verdict | None:

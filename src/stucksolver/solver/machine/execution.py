@@ -8,12 +8,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from stucksolver.decision import Execute, PathPoint, RecoveryPlan, Replan, SafeStop
+from stucksolver.decision import Execute, RecoveryPlan, Replan, SafeStop
 from stucksolver.decision.behaviors import (
     Abort,
     Behavior,
-    Check,
     KeepLane,
+    RejoinRoute,
     ReplanRoute,
     RequestAssistance,
     TurnRound,
@@ -21,12 +21,24 @@ from stucksolver.decision.behaviors import (
 )
 from stucksolver.decision.behaviors.turn_round import BEGUN_RAD
 from stucksolver.decision.manoeuvre import Manoeuvre, landing_m
-from stucksolver.decision.turning import driven_line
-from stucksolver.guard import NOBODY, OK, Approvals, Guard, Proven, ProvenLeg, Reject, RejectCode, Verdict
+from stucksolver.guard import (
+    NOBODY,
+    OK,
+    Approvals,
+    GivingWay,
+    Guard,
+    Proven,
+    ProvenLeg,
+    Reject,
+    RejectCode,
+    Verdict,
+    begun_waiting,
+)
 from stucksolver.guard.turning import unreleased_line
-from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine.history import moving, passes
+from stucksolver.solver.machine.paths import along_leg, facing, path_points
+from stucksolver.solver.machine.segments import segments_of
 
 ARRIVED_M = 1.5
 """A behaviour counts as driven at this distance before its end; a whole path at the distance that `landing_m` gives."""
@@ -47,9 +59,7 @@ MOST_LEGS = 10
 ended.
 """
 GAP_WAIT_S = 120.0
-"""A plan waits this long for a gap before its next step; after it a person is asked (`reason.rules.decide.NO_WAY_S`)."""
-ALONE = frozenset({Check.CREEP_SPEED, Check.WITHIN_LANE, Check.ROADSIDE, Check.STOPPING_PLACE, Check.TURNING})
-"""Behaviours with their own bounds on the whole path are proven separately."""
+"""A plan waits this long for a gap before its next step. Then a person is asked (`reason.rules.decide.NO_WAY_S`)."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +98,7 @@ class Execution:
         self._guard = guard
         self._guided = guided
         self._approvals = approvals
-        self._segments: tuple[tuple[Behavior, ...], ...] = _segments(plan.behaviors)
+        self._segments: tuple[tuple[Behavior, ...], ...] = segments_of(plan.behaviors)
         self._proven: Proven | None = None
         self._leg: ProvenLeg | None = None
         self._legs_begun = 0
@@ -98,12 +108,12 @@ class Execution:
         self._shown = False
         self._until_s = 0.0
         self._gap_until_s: float | None = None
-        self._gives_way_s = 0.0
         self._index = 0
         self._withdrawn = False
         self._ending: ExecutionOutcome | None = None
         self._way_back: Manoeuvre | None = None
-        self._gives_way = False
+        self._gives_way: GivingWay = False
+        self._gave_way_s = (0.0, 0.0)
         self.last_verdict = Verdict()
 
     def start(self, view: FrenetScene, now_s: float) -> Verdict:
@@ -124,14 +134,17 @@ class Execution:
         if not lacking.accepted:
             return lacking
         if verdict.accepted:
-            self._segments = self._segments[1:]
-            self._proven, self._leg, self._behavior = proven, leg, segment[0]
-            self._index, self._shown = 0, False
-            moves = proven or leg
-            expected = moves.expected_s if moves else 0.0
-            self._until_s = now_s + max(b.time_allowance_s(expected) for b in segment)
-            self._directive = self._direct(view)
+            self._begin(proven, leg, view, now_s)
         return verdict
+
+    def _begin(self, proven: Proven | None, leg: ProvenLeg | None, view: FrenetScene, now_s: float) -> None:
+        segment, self._segments = self._segments[0], self._segments[1:]
+        self._proven, self._leg, self._behavior = proven, leg, segment[0]
+        self._index, self._shown = 0, False
+        moves = proven or leg
+        expected = moves.expected_s if moves else 0.0
+        self._until_s = now_s + max(b.time_allowance_s(expected) for b in segment)
+        self._directive = self._direct(view)
 
     def _turn_released(self, proven: Proven | None, view: FrenetScene) -> Verdict:
         """Judge whether a turn later in the plan lacks an approval, before the stretch that leads to it begins."""
@@ -140,7 +153,7 @@ class Execution:
             return OK
         at = (view.ego.x_m, view.ego.y_m)
         if proven is not None:
-            x, y, _ = _facing(view, proven).frame.to_local(np.array([proven.path.end_s]), np.array([proven.path.end_d]))
+            x, y, _ = facing(view, proven).frame.to_local(np.array([proven.path.end_s]), np.array([proven.path.end_d]))
             at = (float(x[0]), float(y[0]))
         return unreleased_line(turn, at, view, self._guard.policy, self._approvals)
 
@@ -163,7 +176,8 @@ class Execution:
         """Return what to do at this tick, or how the plan ended."""
         if self._ending is not None:
             return self._end(view)
-        if self._withdrawn and not self._committed(view):
+        waits = self._gives_way and abs(view.ego.speed_mps) < STOPPED_MPS and self._guard.may_stand(view)
+        if self._withdrawn and (waits or not self._committed(view)):
             return self._abort(Abort.STOP, OK, view, "withdrawn")
         if self._gap_until_s is not None:
             return self._next(view, now_s)
@@ -177,7 +191,7 @@ class Execution:
         if self._leg is not None:
             # A vehicle that stands across the road should finish the turn.
             return abs(view.ego_yaw) > BEGUN_RAD
-        return self._proven is not None and self._proven.committed(_facing(view, self._proven).ego_s)
+        return self._proven is not None and self._proven.committed(facing(view, self._proven).ego_s)
 
     def _stand(self, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
         assert self._directive is not None
@@ -194,7 +208,7 @@ class Execution:
             self._gives_way, self._directive = False, self._direct(view)
         if not verdict.accepted and verdict.abort is not Abort.FINISH:
             return self._abort(verdict.abort or Abort.STOP, verdict, view)
-        seen = _facing(view, proven)
+        seen = facing(view, proven)
         if now_s > self._until_s and not proven.committed(seen.ego_s):
             late = Reject(code=RejectCode.TIMEOUT, detail="it took longer than its time allowance")
             self.last_verdict = Verdict(rejects=(late,), abort=Abort.STOP)
@@ -210,14 +224,18 @@ class Execution:
         return self._directive
 
     def _give_way(self, verdict: Verdict, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
-        """Brake for others with the plan still in force. Beside a stream this uses up no time: it harms nobody."""
-        in_junction = view.zone_at(view.ego_s) is not None
-        if now_s > self._until_s and in_junction:
+        """Brake for others with the plan still in force. Outside junctions this uses up none of its time."""
+        since_s, last_s = self._gave_way_s if self._gives_way else (now_s, now_s)
+        self._gave_way_s = (since_s, now_s)
+        if view.zone_at(view.ego_s) is None:
+            self._until_s += now_s - last_s
+            late = now_s - since_s > GAP_WAIT_S
+        else:
             # The stack can get through a junction by itself; a plan does not leave it standing there.
+            late = now_s > self._until_s
+        if late:
             return ExecutionOutcome(False, f"it gave way for longer than its time allowance: {verdict}", verdict)
-        if self._gives_way and not in_junction:
-            self._until_s += now_s - self._gives_way_s
-        self._gives_way, self._gives_way_s = True, now_s
+        self._gives_way = frozenset(r.object_id for r in verdict.rejects if r.object_id is not None) or True
         return stand(verdict.brake_mps2)
 
     def _turn(self, leg: ProvenLeg, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
@@ -273,12 +291,25 @@ class Execution:
         return self._directive
 
     def _await_gap(self, verdict: Verdict, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
-        """Stand and try the next step again on every tick if only traffic is in its way; otherwise give up."""
+        """Stand and try the next step again on every tick if only traffic is in its way; otherwise give up.
+
+        With the nose out, a lane change begins at once, by giving way.
+        """
         self.last_verdict = verdict
         self._leg = self._proven = None
         if self._gap_until_s is None:
             self._gap_until_s = now_s + GAP_WAIT_S
-        if passes(verdict, moving(view)) and now_s < self._gap_until_s and self._guard.may_stand(view):
+        # At the roadside the vehicle stands safely, whatever keeps it there; the stack would drive back unproven.
+        returns = isinstance(self._segments[0][0], RejoinRoute)
+        passing = returns or passes(verdict, moving(view))
+        if passing and now_s < self._gap_until_s and self._guard.may_stand(view):
+            stops = len(self._segments) > 1
+            begun = begun_waiting(self._guard, self._segments[0], view, self._guided, self._approvals, stops)
+            if begun is not None:
+                self.last_verdict, proven = begun
+                self._gap_until_s = None
+                self._begin(proven, None, view, now_s)
+                return self._give_way(self.last_verdict, view, now_s)
             return stand(None)
         self._gap_until_s = None
         return self._abort(Abort.STOP, verdict, view, f"the next step was refused: {verdict}")
@@ -318,7 +349,7 @@ class Execution:
     def _go_back(self, path: Manoeuvre, view: FrenetScene) -> Step | ExecutionOutcome:
         """Continue on the way back, or stop for someone who would be touched. Hand over if the ego stands."""
         assert self._ending is not None and self._directive is not None
-        verdict = self._guard.recheck_way_back(path, view, self._gives_way)
+        verdict = self._guard.recheck_way_back(path, view, bool(self._gives_way))
         self._gives_way = verdict.abort is Abort.GIVE_WAY
         if not self._gives_way:
             return self._directive
@@ -330,14 +361,14 @@ class Execution:
         """Return what the stack should do for the current behaviour."""
         behavior, proven = self._behavior, self._proven
         if self._leg is not None:
-            return _along_leg(self._leg, view)
+            return along_leg(self._leg, view)
         if isinstance(behavior, ReplanRoute):
             return Replan(route_start=behavior.route_start)
         if isinstance(behavior, RequestAssistance):
             return SafeStop(reason=behavior.reason)
         if proven is None:
             return Execute(behavior=behavior)  # type: ignore[arg-type]
-        seen = _facing(view, proven)
+        seen = facing(view, proven)
         rest = proven.path.from_station(seen.ego_s)
         path = path_points(rest, seen, np.array([proven.committed(float(s)) for s in rest.s]))
         return Execute(
@@ -349,41 +380,8 @@ class Execution:
         )
 
 
-def _along_leg(proven: ProvenLeg, view: FrenetScene) -> Execute:
-    x, y, speed = driven_line(proven.rest(view), view.ego.limits.wheelbase_m, proven.behavior.speed_mps)
-    rows = np.stack([x, y, speed], axis=1).round(3).tolist()
-    path = tuple(PathPoint(x_m=a, y_m=b, speed_mps=v) for a, b, v in rows)
-    return Execute(behavior=proven.behavior, path=path, reverse=proven.reverse)
-
-
-def _facing(view: FrenetScene, proven: Proven) -> FrenetScene:
-    return view.backwards if proven.reverse else view
-
-
 def _arrived(proven: Proven, seen: FrenetScene) -> bool:
     left, way = proven.path.end_s - seen.ego_s, proven.path.end_s - float(proven.path.s[0])
     if proven.path.stops:
         return left < min(ARRIVED_M, way / 2) and abs(seen.ego.speed_mps) < STOPPED_MPS
     return left <= (landing_m(seen.ego.speed_mps) if way > SHORT_M else way / 4)
-
-
-def _segments(behaviors: tuple[Behavior, ...]) -> tuple[tuple[Behavior, ...], ...]:
-    """Group behaviours that follow each other without a stop, to prove them as one path; the others stay single."""
-    segments: list[list[Behavior]] = []
-    joined = False
-    for behavior in behaviors:
-        alone = behavior.stands_still or behavior.reverse or bool(ALONE & set(behavior.checks))
-        if joined and not alone:
-            segments[-1].append(behavior)
-        else:
-            segments.append([behavior])
-        joined = not alone
-    return tuple(map(tuple, segments))
-
-
-def path_points(path: Manoeuvre, view: FrenetScene, no_stop: Array | bool = False) -> tuple[PathPoint, ...]:
-    """Return a path in the local frame. `no_stop` marks the points where finishing is safe and stopping is not."""
-    x, y, _ = view.frame.to_local(path.s, path.d)
-    rows = np.stack([x, y, path.speed], axis=1).round(3).tolist()
-    bound = np.broadcast_to(no_stop, len(rows)).tolist()
-    return tuple(PathPoint(x_m=a, y_m=b, speed_mps=v, no_stop=c) for (a, b, v), c in zip(rows, bound, strict=True))

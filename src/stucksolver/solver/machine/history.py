@@ -11,6 +11,7 @@ from stucksolver.decision.behaviors import Behavior
 from stucksolver.decision.behaviors.base import CREEP_MPS
 from stucksolver.guard import OK, Reject, RejectCode, Verdict
 from stucksolver.scene import AttemptEnd, PastAttempt
+from stucksolver.scene.view import FrenetScene
 
 UNSEEN = frozenset({RejectCode.TIMEOUT, RejectCode.DEVIATION})
 """Reasons that cannot be seen before a plan starts: a plan that failed for one of them is not started again."""
@@ -115,6 +116,11 @@ class History:
 
     def _barred(self, plan: RecoveryPlan, why: str) -> History:
         return replace(self, barred=MappingProxyType({**self.barred, signature(plan): why}))
+
+
+def moving(view: FrenetScene) -> frozenset[str]:
+    """Ids of the objects that are moving now."""
+    return frozenset(o.id for o, moves in zip(view.objects, view.moving, strict=True) if moves)
 
 
 def passes(verdict: Verdict, moving: frozenset[str]) -> bool:

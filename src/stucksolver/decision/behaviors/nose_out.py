@@ -1,0 +1,46 @@
+"""Turn the nose out to the border of the next lane and wait there for a gap."""
+
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from stucksolver.decision.behaviors.base import CREEP_MPS, MOVING_CHECKS, Behavior, CannotPlan, Check, Start
+from stucksolver.decision.behaviors.nudge import body_reach
+from stucksolver.decision.lateral_shift import lateral_shift
+from stucksolver.decision.manoeuvre import Manoeuvre
+from stucksolver.scene.attempts import PlanFailure
+from stucksolver.scene.frenet import Array
+from stucksolver.scene.road import LaneKind
+from stucksolver.scene.view import FrenetScene
+
+LEAST_M = 1.0
+"""A shorter way turns the nose by too little to help."""
+
+
+class NoseOut(Behavior):
+    """Drive the first metres of a lane change, up to the border of the own lane, and come to rest."""
+
+    summary: ClassVar[str] = (
+        "Turn out towards the neighbouring lane on `side` until the nose is at the border of the own lane, and stop "
+        "there. A lane change or a pass that follows in the same plan waits there for its gap, and needs a shorter one."
+    )
+    checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.CREEP_SPEED, Check.WITHIN_LANE, Check.STOPPING_PLACE)
+    prepares: ClassVar[bool] = True
+
+    name: Literal["nose_out"] = "nose_out"
+    side: Literal["left", "right"]
+    speed_mps: float = Field(default=1.5, ge=0.5, le=CREEP_MPS)
+
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        turn = 1 if self.side == "left" else -1
+        own, beside = view.frame.lane_at(start.s_m, start.d_m), view.frame.beside(start.s_m, start.d_m, turn)
+        if own is None or beside is None or beside.strip.kind is not LaneKind.DRIVING:
+            raise CannotPlan(PlanFailure.NO_LANE, f"there is no driving lane on the {self.side}")
+        path = lateral_shift(view, start, beside.at(start.s_m)[1], self.speed_mps)
+        border: Array = np.interp(path.s, own.s, own.left if turn > 0 else own.right)
+        over = np.flatnonzero(turn * (path.d - border) + body_reach(path, view) > 0.0)
+        count = int(over[0]) if len(over) else len(path.s)
+        if count < 2 or float(path.s[count - 1]) - start.s_m < LEAST_M:
+            raise CannotPlan(PlanFailure.NO_ROOM_ASIDE, f"the nose is at the border on the {self.side} already")
+        return Manoeuvre(path.s[:count], path.d[:count], path.speed[:count]).stopping()

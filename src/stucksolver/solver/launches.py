@@ -1,0 +1,75 @@
+"""Measures how quickly the vehicle sets off under its own driver, so that proofs need not assume it."""
+
+from __future__ import annotations
+
+import statistics
+from collections import deque
+
+from stucksolver.scene import Status, Surroundings
+
+REST_MPS = 0.1
+"""Below this speed the vehicle stands."""
+LAUNCHED_MPS = 3.0
+"""A launch is over at this speed: about what a plan needs to enter a lane."""
+EASES_MPS = 0.05
+"""A launch that loses more speed than this is held up by somebody and says nothing about the vehicle."""
+FEWEST, KEPT = 2, 8
+"""Number of launches needed before anything counts as measured, and of the last ones that are kept."""
+LEAST_MPS2 = 0.1
+"""Less than this measures nothing: the launches differ too much."""
+SPREADS = 2.0
+"""The measured value is the mean less this many standard deviations."""
+
+
+class Launches:
+    """Watches every status for launches: from rest to `LAUNCHED_MPS` without losing speed.
+
+    The vehicle may set off slowly because it follows somebody, so the slower half of the launches does not count, as
+    long as two are left.
+    """
+
+    def __init__(self) -> None:
+        self._found: deque[float] = deque(maxlen=KEPT)
+        self._begun_s: float | None = None
+        self._quickest_mps = 0.0
+
+    def update(self, status: Status, *, own: bool) -> None:
+        """Take the status of a tick.
+
+        Args:
+            status: Time (s) and speed (m/s).
+            own: The stack's own driver has driven since the last tick. A plan bounds the speed, so its launches do not
+                count.
+        """
+        if not own:
+            self._begun_s = None
+        elif status.speed_mps < REST_MPS:
+            self._begun_s, self._quickest_mps = status.time_s, 0.0
+        elif self._begun_s is not None:
+            self._follow(status, self._begun_s)
+
+    def _follow(self, status: Status, begun_s: float) -> None:
+        if status.speed_mps < self._quickest_mps - EASES_MPS:
+            self._begun_s = None
+            return
+        self._quickest_mps = max(self._quickest_mps, status.speed_mps)
+        if status.speed_mps >= LAUNCHED_MPS and status.time_s > begun_s:
+            self._found.append(status.speed_mps / (status.time_s - begun_s))
+            self._begun_s = None
+
+    @property
+    def acceleration_mps2(self) -> float | None:
+        """Acceleration from rest that may be relied on (m/s²): the mean less its spread; None if not yet measured."""
+        if len(self._found) < FEWEST:
+            return None
+        quicker = sorted(self._found, reverse=True)[: max(FEWEST, (len(self._found) + 1) // 2)]
+        sure = statistics.mean(quicker) - SPREADS * statistics.stdev(quicker)
+        return sure if sure > LEAST_MPS2 else None
+
+    def told(self, seen: Surroundings) -> Surroundings:
+        """Return the surroundings with what was measured among the vehicle's limits, for the guard and the record."""
+        measured = self.acceleration_mps2
+        if measured is None:
+            return seen
+        limits = seen.ego.limits.model_copy(update={"measured_acceleration_mps2": round(measured, 3)})
+        return seen.model_copy(update={"ego": seen.ego.model_copy(update={"limits": limits})})
