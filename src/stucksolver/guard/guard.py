@@ -26,7 +26,7 @@ from stucksolver.scene.attempts import PlanFailure, RejectCode
 from stucksolver.scene.frenet import Mask
 from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.sound import why_unsound
-from stucksolver.scene.view import FrenetScene
+from stucksolver.scene.view import MOVING_MPS, FrenetScene
 
 CHECKS: dict[Check, Callable[[CheckContext], list[Reject]]] = {
     Check.COLLISION: lambda case: checks.collision(case) + from_behind(case) + seen(case),
@@ -195,14 +195,13 @@ class Guard:
             return Verdict(rejects=(Reject(code=RejectCode.STOPPING_PLACE, detail=detail),))
         return Verdict(rejects=(Reject(code=RejectCode.PRECONDITION, detail=why),)) if why else OK
 
-    def recheck(self, proven: Proven, view: FrenetScene, giving_way: bool = False) -> Verdict:
+    def recheck(self, proven: Proven, view: FrenetScene, giving_way: traffic.GivingWay = False) -> Verdict:
         """Judge a running plan on this tick.
 
         Args:
             proven: The accepted plan.
             view: The surroundings in road coordinates.
-            giving_way: The last abort was to give way. The plan then continues only if the path stays clear long
-                enough.
+            giving_way: To whom the last abort gave way. The plan continues only if the path stays clear long enough.
 
         Returns:
             The verdict. If it has reasons, it names the abort.
@@ -220,13 +219,15 @@ class Guard:
             known = [reject for reject in (self._stale(view), off) if reject]
             rejects = known or self._run(proven.checks_on_tick, case) or self._swings(case, proven)
             return self._given_up(case, rejects) if rejects else OK
+        if giving_way and abs(view.ego.speed_mps) <= MOVING_MPS and (old := self._stale(view)):
+            return Verdict(rejects=(old,), abort=Abort.GIVE_WAY)
         if not case.in_oncoming_lane:
             red = checks.stop_line(case)
             if red:
                 return Verdict(rejects=tuple(red), abort=Abort.STOP, brake_mps2=brakes_hard(case))
         rejects = ([off] if off else []) + checks.collision(case)
         pressing = [] if proven.reverse else traffic.unyielding(case, giving_way)
-        way = self._after_commit(case, proven, rejects, pressing, giving_way)
+        way = self._after_commit(case, proven, rejects, pressing, bool(giving_way))
         if way is None:
             return OK
         return Verdict(rejects=tuple(rejects + pressing), abort=way.abort, brake_mps2=way.brake_mps2)
@@ -309,7 +310,7 @@ class Guard:
         if len({b.reverse for b in behaviors}) > 1:
             raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stop between driving forward and backing up")
         view = view.backwards if behaviors and behaviors[0].reverse else view
-        start = Start(view.ego_s, view.ego_d, view.ego.speed_mps)
+        start = Start(view.ego_s, view.ego_d, view.ego.speed_mps, view.ego_yaw)
         path: Manoeuvre | None = None
         ends: list[float] = []
         for k, behavior in enumerate(behaviors):
