@@ -15,7 +15,8 @@ from functools import cached_property
 from typing import Any
 
 import carla
-import networkx as nx
+
+from stucksolver.stacks.driver.search import Edge, Edges
 
 SAMPLING_M = 1.0
 NODE_STRIDE = 2
@@ -41,7 +42,7 @@ class LaneGraph:
     def __init__(self, carla_map: carla.Map) -> None:
         self.samples: list[Any] = []
         self.xy: list[tuple[float, float]] = []
-        self.graph = nx.DiGraph()
+        self.edges: Edges = {}
         self._span: dict[LaneKey, tuple[int, int]] = {}
         self._successors: dict[LaneKey, set[LaneKey]] = {}
         self._add_topology(carla_map.get_topology(), carla_map.generate_waypoints(_SEED_SPACING_M))
@@ -154,13 +155,12 @@ class LaneGraph:
 
     def _link_forward(self, key: LaneKey) -> None:
         nodes = self._nodes(key)
-        self.graph.add_nodes_from(nodes)
         for a, b in itertools.pairwise(nodes):
-            self.graph.add_edge(a, b, length=self.distance_m(a, b), change="")
+            self._link(a, b, Edge(self.distance_m(a, b)))
         for successor in self._successors[key]:
             if successor in self._span:
                 entry = self._span[successor][0]
-                self.graph.add_edge(nodes[-1], entry, length=self.distance_m(nodes[-1], entry), change="")
+                self._link(nodes[-1], entry, Edge(self.distance_m(nodes[-1], entry)))
 
     def _link_changes(self, key: LaneKey) -> None:
         first, last = self._span[key]
@@ -186,7 +186,10 @@ class LaneGraph:
             return
         target = self.node_at_or_after(min(abreast + LANE_CHANGE_LENGTH_M, last))
         cost = self.distance_m(node, target) + LANE_CHANGE_COST_M + LATE_CHANGE_COST * (abreast - first)
-        self.graph.add_edge(node, target, length=cost, change=side, abreast=abreast)
+        self._link(node, target, Edge(cost, side, abreast))
+
+    def _link(self, start: int, end: int, edge: Edge) -> None:
+        self.edges.setdefault(start, {})[end] = edge
 
 
 def _along_lane(

@@ -7,10 +7,9 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import networkx as nx
-
 from stucksolver.stacks.driver.interface import RoutePoint
 from stucksolver.stacks.driver.lane_graph import LaneGraph, lane_graph, lane_key
+from stucksolver.stacks.driver.search import Edge, NoWay, shortest_way
 
 if TYPE_CHECKING:
     import carla
@@ -43,7 +42,7 @@ def trace_route(carla_map: carla.Map, start: Any, end: Any) -> list[RoutePoint]:
     last = _locate(carla_map, graph, end, (start, end))
     try:
         indices, commands = _search(graph, first, last)
-    except nx.NetworkXNoPath as error:
+    except NoWay as error:
         remedy = "choose a destination that can be driven to, or allow another start lane"
         raise RouteError(start, end, "the lanes do not connect", remedy) from error
     points = [graph.samples[i] for i in indices]
@@ -69,21 +68,20 @@ def _search(graph: LaneGraph, first: int, last: int) -> tuple[list[int], list[st
     if first <= last <= lane_last and last >= lane_first:
         return list(range(first, last + 1)), [LANE_FOLLOW] * (last - first + 1)
     source, target = graph.node_at_or_after(first), graph.node_at_or_before(last)
-    nodes = nx.astar_path(graph.graph, source, target, heuristic=graph.distance_m, weight="length")
+    nodes = shortest_way(graph.edges, source, target, graph.distance_m)
     indices, commands = list(range(first, source + 1)), [LANE_FOLLOW] * (source + 1 - first)
     for a, b in itertools.pairwise(nodes):
-        edge = graph.graph.edges[a, b]
-        stretch, command = _stretch(graph, a, b, edge)
+        stretch, command = _stretch(graph, a, b, graph.edges[a][b])
         indices.extend(stretch)
         commands.extend([command] * len(stretch))
     rest = range(target + 1, last + 1)
     return indices + list(rest), commands + [LANE_FOLLOW] * len(rest)
 
 
-def _stretch(graph: LaneGraph, a: int, b: int, edge: dict[str, Any]) -> tuple[range, str]:
+def _stretch(graph: LaneGraph, a: int, b: int, edge: Edge) -> tuple[range, str]:
     """The samples after node `a` up to node `b`."""
-    if edge["change"]:
-        return range(min(edge["abreast"] + 1, b), b + 1), f"change_{edge['change']}"
+    if edge.change:
+        return range(min(edge.abreast + 1, b), b + 1), f"change_{edge.change}"
     same_lane = lane_key(graph.samples[a]) == lane_key(graph.samples[b]) and b > a
     return range(a + 1 if same_lane else b, b + 1), LANE_FOLLOW
 
