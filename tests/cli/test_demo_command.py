@@ -175,7 +175,7 @@ def test_without_the_carla_package_the_pythons_that_have_it_are_named(mark: str,
 
 
 def test_help_needs_neither_carla_nor_a_simulator(mark: str) -> None:
-    blocked = "import sys; sys.modules['carla'] = sys.modules['msgpack'] = sys.modules['networkx'] = None; "
+    blocked = "import sys; sys.modules['carla'] = sys.modules['msgpack'] = None; "
     process = start(mark, "demo", "--help", program=blocked + PROGRAM)
     said, errors = process.communicate(timeout=HANGS_S)
     assert (process.returncode, errors) == (0, "")
@@ -204,7 +204,8 @@ def test_a_run_ends_with_a_table_a_report_and_its_log(mark: str, out: Path) -> N
 def test_a_map_without_road_marks_is_driven_too(mark: str, out: Path, tmp_path: Path) -> None:
     path = tmp_path / "bare.xodr"
     path.write_text(SHORT_ROAD.replace('length="60"', 'length="900"'))
-    process = start(mark, "demo", "--map", str(path), "--out", str(out), "--oncoming", "0", program=ONE_ARM + PROGRAM)
+    told = ("--map", str(path), "--out", str(out), "--oncoming", "0", "--no-pictures")
+    process = start(mark, "demo", *told, program=ONE_ARM + PROGRAM)
     said, errors = process.communicate(timeout=HANGS_S)
     assert process.returncode == 0, errors
     assert "Completed" in said.splitlines()[2]

@@ -16,7 +16,7 @@ from stucksolver_eval.demo import SPOKEN
 
 
 def said(tmp_path, capsys, words):
-    assert main(["demo", "--out", str(tmp_path), "--say", words]) == 0
+    assert main(["demo", "--out", str(tmp_path), "--no-pictures", "--say", words]) == 0
     packed = sorted((tmp_path / "runs").glob("*/seed-1/replays/*.json.gz"))
     logs = [json.loads(gzip.decompress(path.read_bytes())) for path in packed]
     return capsys.readouterr().out, logs

@@ -18,14 +18,15 @@ pytest.importorskip("carla")
 pytest.importorskip("uvicorn", reason="the extra `passenger` is not installed")
 
 COMMAND = "import sys; from stucksolver.cli import main; sys.exit(main(sys.argv[1:]))"
-LIMIT_S = 150.0
+LIMIT_S = 250.0
+"""Who takes longer than that hangs; a busy machine may need a minute."""
 
 
 def call(url, token, path="", body=None):
     headers = {"authorization": f"Bearer {token}", "content-type": "application/json"}
     data = None if body is None else json.dumps(body).encode()
     request = urllib.request.Request(url + path, headers=headers, data=data)
-    with urllib.request.urlopen(request, timeout=10) as answer:
+    with urllib.request.urlopen(request, timeout=60) as answer:
         return json.load(answer)
 
 

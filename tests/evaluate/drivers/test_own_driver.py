@@ -28,7 +28,7 @@ from stucksolver_eval.runner.work import Task, run_task
 ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(Path(__file__).parent))
 
-from guests import ForLeaderboard  # noqa: E402
+from guests import AsksForSonar, ForLeaderboard  # noqa: E402
 
 ROUTE = "1242"
 """A parked car in our lane, which traffic overtakes on the left."""
@@ -68,7 +68,7 @@ def test_what_can_be_made_is_a_driver(words):
 
 @pytest.mark.parametrize("control", [None, SimpleNamespace(throttle=1.0, steer=0.0), "go", {"throttle": 1.0}])
 def test_a_step_gives_a_control_or_is_named(control):
-    with pytest.raises(AgentError, match=r"mine:Agent\.run_step gave a"):
+    with pytest.raises(AgentError, match=r"mine:Agent\.run_step returned a"):
         checked(control, "mine:Agent")
 
 
@@ -183,6 +183,16 @@ def test_where_an_agent_brings_scenario_runner_along_it_finds_hero_and_time_ther
     assert GameTime.told == [7.05]
 
 
+def test_a_sensor_that_the_simulator_does_not_have_is_named():
+    library = SimpleNamespace(filter=lambda kind: [])
+    snapshot = SimpleNamespace(frame=3, timestamp=SimpleNamespace(elapsed_seconds=7.0))
+    world = SimpleNamespace(get_snapshot=lambda: snapshot, get_blueprint_library=lambda: library)
+    hero = SimpleNamespace(id=5, get_world=lambda: world)
+    agent = LeaderboardAgent(AsksForSonar, "x", "the client", hero, SimpleNamespace())
+    with pytest.raises(AgentError, match=r"guests:AsksForSonar asks for a sensor 'sensor\.other\.sonar', which this"):
+        agent.set_route([])
+
+
 class Data(SimpleNamespace):
     """A frame's data; one can see whether somebody holds it."""
 
@@ -205,7 +215,7 @@ def test_while_nobody_reads_a_sensor_only_its_latest_data_is_kept():
     held = [weakref.ref(one) for one in data]
     del data, one
     assert sum(ref() is not None for ref in held) == 1
-    with pytest.raises(AgentError, match=r"sensor\.camera\.rgb, which mine:Agent asks for, sent no data for frame 600"):
+    with pytest.raises(AgentError, match=r"sensor\.camera\.rgb, which mine:Agent requires, sent no data for frame 600"):
         listening.read(600, time.monotonic())
 
 
@@ -232,7 +242,6 @@ def test_an_agent_for_the_leaderboard_is_given_what_it_asks_for(tmp_path):
     [
         ("Nonsense", "throttle nan"),
         ("Breaks", "the user's own fault"),
-        ("AsksForSonar@x", "asks for a sensor 'sensor.other.sonar', which this simulator does not have"),
     ],
 )
 def test_an_agent_that_fails_costs_its_route_alone_and_is_named(name, why, tmp_path):

@@ -30,7 +30,7 @@ def no_orphan() -> Iterator[None]:
     """Every process that a run started is gone when it is over."""
     before = {one.pid for one in psutil.Process().children(recursive=True)}
     yield
-    deadline = time.monotonic() + 5.0
+    deadline = time.monotonic() + 60.0
     while left := [one for one in psutil.Process().children(recursive=True) if one.pid not in before and not _own(one)]:
         assert time.monotonic() < deadline, left
         time.sleep(0.05)
@@ -44,8 +44,9 @@ def _own(process: psutil.Process) -> bool:
         return True
 
 
-def task(folder: Path, town: str = "demo_town") -> Task:
-    return Task(RouteJob(route=Route("7", town, STREET), seed=1, arm=ArmSpec(), background=False), folder)
+def task(folder: Path, limit_s: float | None = None) -> Task:
+    route = Route("7", "demo_town", STREET)
+    return Task(RouteJob(route=route, seed=1, arm=ArmSpec(), background=False, limit_s=limit_s), folder)
 
 
 def reason(folder: Path) -> str:
@@ -62,7 +63,7 @@ def test_a_crash_is_tried_once_more_and_then_named(tmp_path, monkeypatch):
 
 def test_a_route_that_crashed_once_is_driven_all_the_same(tmp_path, monkeypatch):
     monkeypatch.setattr(work, "_work", route_crashers.crash_once)
-    assert run_task(task(tmp_path)).state == "driven"
+    assert run_task(task(tmp_path, limit_s=2.0)).state == "driven"
     assert (tmp_path / "attempts").read_text() == "xx"
 
 
@@ -96,5 +97,5 @@ def test_a_server_that_dies_during_a_route_is_one_clear_reason_soon(tmp_path):
             killed_at.append(time.monotonic())
 
     outcome = run_task(task(tmp_path), kill)
-    assert killed_at and time.monotonic() - killed_at[0] < 20.0
+    assert killed_at and time.monotonic() - killed_at[0] < process.SILENCE_S
     assert (outcome.state, outcome.reason) == ("crashed", "the simulator ended with exit code -9; run again")

@@ -41,7 +41,7 @@ def outcome_of(one: Task, **changes: Any) -> RouteOutcome:
 
 
 def test_every_task_is_told_of_once_and_so_many_run_at_a_time() -> None:
-    together = threading.Barrier(3, timeout=20)
+    together = threading.Barrier(3, timeout=100)
 
     def runner(one: Task, progress: Callable[[float], None], wanted: Callable[[], bool]) -> RouteOutcome:
         progress(1.0)
