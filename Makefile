@@ -10,6 +10,7 @@ PROJECTS := pyproject.toml packages/carlette/pyproject.toml
 unexport PYTHONDONTWRITEBYTECODE
 
 # `make test` runs the tests of `unit` and `integration` in one go: they are collected once, and no core idles in between.
+# It looks at a third of the guard's examples and at half of the scenes that are mirrored; `make integration` at all.
 .PHONY: demo test tests lint types unit integration model-server bench-smoke bench bench-check coverage docs docs-test tutorials \
 	release-check lock clean
 
@@ -26,7 +27,7 @@ types: $(VENV)/.dev
 	$(BIN)/mypy
 
 tests: $(VENV)/.dev
-	GUARD_EXAMPLES=150 $(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not site"
+	GUARD_EXAMPLES=50 GUARD_SCENES=80 $(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not site"
 
 unit: $(VENV)/.dev
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not integration"
