@@ -116,7 +116,7 @@ def test_without_words_nobody_overtakes_the_cyclists(shown):
 
 
 def test_with_a_passenger_s_words_the_ego_overtakes_the_cyclists_once(shown):
-    log = shown(CYCLISTS, GUIDED)
+    log = shown(CYCLISTS, GUIDED, oncoming=3, road="one_lane")  # as above: one drive does for both tests
     assert (log.result.status, log.result.plans_accepted, log.result.infractions) == ("Completed", 1, {})
     (decided,) = accepted(log)
     assert decided.trigger == "guidance" and decided.time_s >= 8.0
