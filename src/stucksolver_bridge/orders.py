@@ -17,7 +17,12 @@ MOST_POINTS = 10_000
 """Of a path: a recovery has 200 m, and a point every half metre."""
 MOST_PLACES = 20_000
 """Of a route: one about every metre."""
-MOST_IDS, MOST_ORDERS, MOST_EVENTS = 1000, 16, 1000
+MOST_IDS = 1000
+"""Most actors that an order may tell the agent to ignore."""
+MOST_ORDERS = 16
+"""Most orders in one answer."""
+MOST_EVENTS = 1000
+"""Most events in one answer."""
 LONGEST_TICKS = 200
 """For which an order is good, as `Execute.expires_ticks` has it."""
 MOST_LIGHTS = 0xFFFFFFFF

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 import sys
-from typing import Any, Callable
+from typing import Any
 
 from stucksolver_bridge.agent_driver import AgentDriver
 from stucksolver_bridge.facts import Facts, waypoints_at
 from stucksolver_bridge.lease import CONTINUE, STAND, Lease
 from stucksolver_bridge.orders import why_malformed
 from stucksolver_bridge.process import ANSWER_LIMIT_S, TICK_S, SolverProcess
+from stucksolver_bridge.talking import Listener, Talking
 
-Listener = Callable[[dict], None]  # type: ignore[type-arg]
 UNKNOWN: dict[str, Any] = {"kind": "unknown"}
 AT_REST_MPS = 0.1
 SILENT = "the solver is silent: the vehicle performs the fallback that was proven safe"
@@ -20,7 +20,7 @@ DONE_M, DONE_S = 2.0, 0.5
 """A path counts as driven so far, and so long, before its end: the agent drives on from there without a stop."""
 
 
-class Recovery:
+class Recovery(Talking):
     """Call `run_step` on each tick. Every order is valid for half a second of ticks.
 
     If the solver falls silent or ends, its proven fallback is performed, and then the driver decides by itself.
@@ -52,12 +52,11 @@ class Recovery:
         answer_limit_s: float = ANSWER_LIMIT_S,
         tick_s: float = TICK_S,
     ) -> None:
+        super().__init__(on_event)
         self._driver = driver
         self._carla = carla
         self._map = carla_map
         self._vehicle = driver.vehicle
-        self._on_event = on_event
-        self._said: list[str] = []
         self._lights_before: Any = None
         self._lease = Lease()
         self._begun = CONTINUE
@@ -79,10 +78,8 @@ class Recovery:
         """
         time_s: float | None = None
         if self.solver.alive:
-            tick = self._facts.tick()
+            tick = self._with_words(self._facts.tick())
             time_s = tick.get("time")
-            if self._said:
-                tick["say"] = self._said.pop(0)
             if self._again or self._lease.expired:
                 tick["again"] = True
             answer = self.solver.step(tick, self._facts.give)
@@ -92,19 +89,6 @@ class Recovery:
             self._lease.expire()
         self._perform(time_s)
         return self._driver.run_step()
-
-    @property
-    def fault(self) -> str | None:
-        """Why the solver is gone; None while it is there."""
-        return self.solver.fault
-
-    def say(self, text: str) -> None:
-        """A passenger's words."""
-        self._said.append(text)
-
-    def close(self) -> None:
-        """Ends the solver's process."""
-        self.solver.close()
 
     # ---- what the solver says
 
@@ -160,10 +144,6 @@ class Recovery:
             self._lease.expire()
         else:
             self._lease.renew(STAND)
-
-    def _tell(self, event: dict[str, Any]) -> None:
-        if self._on_event is not None:
-            self._on_event(event)
 
     # ---- what is performed
 

@@ -7,21 +7,21 @@ Python 3.7, standard library only; `carla` is handed over.
 from __future__ import annotations
 
 import sys
-from typing import Any, Callable, Mapping, Sequence
+from typing import Any, Mapping, Sequence
 
 from stucksolver_bridge.orders import why_malformed
 from stucksolver_bridge.own_planner import route_beyond
 from stucksolver_bridge.process import ANSWER_LIMIT_S, TICK_S, SolverError, SolverProcess
 from stucksolver_bridge.sensed_facts import SensedFacts
+from stucksolver_bridge.talking import Listener, Talking
 
 KEPT_TICKS = 4
 """A control is kept for so long while the next one is late, 0.2 s at 20 Hz; then the vehicle brakes."""
 
-Listener = Callable[[dict], None]  # type: ignore[type-arg]
 Sensors = Sequence[Mapping[str, Any]]
 
 
-class SensedDrive:
+class SensedDrive(Talking):
     """Call `run_step` with each tick's data, `close` in the end.
 
     `settings`: of the solver (`stucksolver.stacks.sidecar.Settings`), `perception` is set here. `sensors`: what the
@@ -43,9 +43,9 @@ class SensedDrive:
         answer_limit_s: float = ANSWER_LIMIT_S,
         tick_s: float = TICK_S,
     ) -> None:
-        self._vehicle, self._carla, self._on_event = vehicle, carla, on_event
+        super().__init__(on_event)
+        self._vehicle, self._carla = vehicle, carla
         self._facts = SensedFacts(vehicle, carla_map, sensors)
-        self._said: list[str] = []
         self._told: list[Any] | None = None
         """The last control: throttle, steering, brake, reverse, hand brake."""
         self._age = 0
@@ -73,9 +73,7 @@ class SensedDrive:
         self._age += 1
         self._facts.take_in(input_data)
         if self.solver.alive:
-            tick = self._facts.tick()
-            if self._said:
-                tick["say"] = self._said.pop(0)
+            tick = self._with_words(self._facts.tick())
             answer = self.solver.step(tick, self._facts.give)
             if answer is not None:
                 self._take(answer, tick["time"])
@@ -84,18 +82,9 @@ class SensedDrive:
             raise SolverError(str(self.fault))
         return self._control()
 
-    @property
-    def fault(self) -> str | None:
-        """Why the solver's process is gone; None while it is there."""
-        return self.solver.fault
-
-    def say(self, text: str) -> None:
-        """A passenger's words."""
-        self._said.append(text)
-
     def close(self) -> None:
-        """Ends the solver's process."""
-        self.solver.close()
+        """End the solver's process, and free the memory shared with it."""
+        super().close()
         self._facts.close()
 
     def _take(self, answer: dict[str, Any], time_s: float) -> None:
@@ -124,7 +113,3 @@ class SensedDrive:
         return self._carla.VehicleControl(
             throttle=throttle, steer=steer, brake=brake, reverse=reverse, hand_brake=hand_brake
         )
-
-    def _tell(self, event: dict[str, Any]) -> None:
-        if self._on_event is not None:
-            self._on_event(event)

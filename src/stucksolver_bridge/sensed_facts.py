@@ -12,7 +12,11 @@ from typing import Any, Mapping, Sequence
 from stucksolver_bridge.facts import place, route_places, sign_places
 from stucksolver_bridge.shared_frames import SharedFrames
 
-CAMERA, LIDAR, IMU, GNSS, SPEED = "camera", "lidar", "imu", "gnss", "speed"
+CAMERA = "camera"
+LIDAR = "lidar"
+IMU = "imu"
+GNSS = "gnss"
+SPEED = "speed"
 TYPES = {
     "sensor.camera.rgb": CAMERA,
     "sensor.lidar.ray_cast": LIDAR,
@@ -24,8 +28,10 @@ TYPES = {
 LARGEST_PICTURE_BYTES = 4096 * 4096 * 4
 LARGEST_SWEEP_BYTES = 16 * 1024 * 1024
 """A million points; a whole turn of the leaderboard's LiDAR has 60,000. What is never written takes no memory."""
-ALL, NO_PICTURE = "sensors", "sensors_without_picture"
-"""The names under which the solver's process asks for the newest measurements."""
+ALL = "sensors"
+"""The name under which the solver's process asks for the newest measurements."""
+NO_PICTURE = "sensors_without_picture"
+"""The same without the camera's picture."""
 
 
 class SensedFacts:

@@ -26,11 +26,18 @@ AT_ABOUT_S = 0.5
 """A requested moment may be this much before the first recorded one, or after the last."""
 BACK_M = 25.0
 AHEAD_M = 55.0
-ASIDE_M, BESIDE_M = 12.0, 1.5
-"""How much of the lanes on either side is shown at most, and of what is beside them."""
+ASIDE_M = 12.0
+"""How much of the lanes on either side is shown at most (m)."""
+BESIDE_M = 1.5
+"""How much is shown of what is beside them (m)."""
 DPI = 130
 COLUMNS = 150
-ROAD, ONCOMING, EGO, OTHER, MOVING, PATH = "#e9eaee", "#f6e9dc", "#1f6fb2", "#6b7078", "#c2571a", "#2c9a4b"
+ROAD = "#e9eaee"
+ONCOMING = "#f6e9dc"
+EGO = "#1f6fb2"
+OTHER = "#6b7078"
+MOVING = "#c2571a"
+PATH = "#2c9a4b"
 TOLD = frozenset({EventKind.STARTED, EventKind.ABORTED, EventKind.FINISHED, EventKind.STOPPED, EventKind.RECOVERED})
 
 

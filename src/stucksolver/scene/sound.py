@@ -8,9 +8,16 @@ from collections.abc import Iterator
 from stucksolver.scene.objects import TrackedObject
 from stucksolver.scene.surroundings import Surroundings
 
-FURTHEST_M, LONGEST_M, QUICKEST_MPS, OLDEST_S = 1e6, 60.0, 120.0, 1e6
-"""Upper bounds for positions in a local frame, lengths, speeds and ages."""
+FURTHEST_M = 1e6
+"""Upper bound for positions in a local frame (m)."""
+LONGEST_M = 60.0
+"""Upper bound for lengths of objects (m)."""
+QUICKEST_MPS = 120.0
+"""Upper bound for speeds (m/s)."""
+OLDEST_S = 1e6
+"""Upper bound for ages (s)."""
 MOST_OBJECTS = 2000
+"""Upper bound for the number of objects."""
 
 
 def why_unsound(surroundings: Surroundings) -> str | None:

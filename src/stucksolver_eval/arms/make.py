@@ -29,7 +29,12 @@ from stucksolver_eval.routes.line import RouteLine
 if TYPE_CHECKING:
     import carla
 
-NONE, TIMERS, FAULTY_PREFIX = "none", "timers", "faulty:"
+NONE = "none"
+"""Arm without recovery."""
+TIMERS = "timers"
+"""Arm that recovers by timers."""
+FAULTY_PREFIX = "faulty:"
+"""Arms with a reasoner made to fail; its name follows."""
 VEHICLE = "car-1"
 """The vehicle's name in a memory."""
 EXCHANGES = "exchanges"

@@ -242,6 +242,8 @@ class Server:
             self._selector.register(sock, selectors.EVENT_READ, self._on_rpc(connection))
 
     def _on_rpc(self, connection: RpcConnection) -> Callable[[int], None]:
+        """Return the function that writes and reads for this client when the selector says that it can."""
+
         def handle(events: int) -> None:
             if events & selectors.EVENT_WRITE:
                 connection.write()
@@ -325,6 +327,8 @@ class Server:
             self._selector.register(sock, selectors.EVENT_READ, self._on_stream(subscriber))
 
     def _on_stream(self, subscriber: Subscriber) -> Callable[[int], None]:
+        """Return the function that writes and reads for this subscriber when the selector says that it can."""
+
         def handle(events: int) -> None:
             if events & selectors.EVENT_WRITE:
                 subscriber.write()

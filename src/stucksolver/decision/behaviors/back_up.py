@@ -33,6 +33,7 @@ class BackUp(Behavior):
     speed_mps: float = Field(default=1.0, ge=0.5, le=CREEP_MPS)
 
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path straight back from rest. See `Behavior.manoeuvre`."""
         if abs(start.speed_mps) > STANDS_MPS:
             raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stop before it backs up")
         return straight(start.s_m, start.d_m, self.distance_m, self.speed_mps).stopping()

@@ -127,6 +127,7 @@ class Standing(Behavior):
         return no_place_to_stand(view)
 
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre | None:
+        """Return None: it stands still."""
         return None
 
 

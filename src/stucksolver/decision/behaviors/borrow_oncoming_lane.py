@@ -43,6 +43,7 @@ class BorrowOncomingLane(Behavior):
         return None
 
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path out into the oncoming lane, past the obstruction and back. See `Behavior.manoeuvre`."""
         lane = borrowed_lane(view, start.s_m)
         if lane is None:
             raise CannotPlan(PlanFailure.NO_LANE, "there is no oncoming lane on the left")

@@ -42,6 +42,7 @@ class ChangeLane(Behavior):
         return lane
 
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path into the adjacent lane and along it. See `Behavior.manoeuvre`."""
         lane = self.target(view, start)
         sideways = lateral_shift(view, start, lane.at(start.s_m + 15.0)[1], self.speed_mps)
         rest = max(start.s_m + self.distance_m - sideways.end_s, landing_m(self.speed_mps) + 2.0)

@@ -21,5 +21,6 @@ class Creep(Behavior):
     speed_mps: float = Field(default=1.5, ge=0.5, le=CREEP_MPS)
 
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path along the ego's lane, to a stop. See `Behavior.manoeuvre`."""
         lane = own_lane(view, start)
         return along_lane(lane, start.s_m, start.d_m, self.distance_m, self.speed_mps).stopping()

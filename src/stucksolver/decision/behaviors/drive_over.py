@@ -27,6 +27,7 @@ class DriveOver(Behavior):
     speed_mps: float = Field(default=2.0, ge=0.5, le=CREEP_MPS)
 
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path over the object. See `Behavior.manoeuvre`."""
         i = view.index_of(self.object_id)
         if i is None:
             raise CannotPlan(PlanFailure.NOT_SEEN, f"object {self.object_id} is not seen")

@@ -28,6 +28,7 @@ class FollowVehicle(Behavior):
     speed_mps: float = Field(gt=0.5, le=11.0)
 
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path along the lane behind the leader. See `Behavior.manoeuvre`."""
         i = view.index_of(self.leader_id)
         if i is None or not self._leads(view, i):
             why = f"{self.leader_id} cannot be followed: it must be moving ahead in the ego's lane"

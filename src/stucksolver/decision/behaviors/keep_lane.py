@@ -23,6 +23,7 @@ class KeepLane(Behavior):
     speed_mps: float = Field(gt=0.5, le=11.0)
 
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path along the ego's lane. See `Behavior.manoeuvre`."""
         lane = own_lane(view, start)
         return along_lane(lane, start.s_m, start.d_m, self.distance_m, self.speed_mps)
 

@@ -33,6 +33,7 @@ class NoseOut(Behavior):
     speed_mps: float = Field(default=1.5, ge=0.5, le=CREEP_MPS)
 
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path of the nose to the edge of the lane beside, to a stop. See `Behavior.manoeuvre`."""
         turn = 1 if self.side == "left" else -1
         own, beside = view.frame.lane_at(start.s_m, start.d_m), view.frame.beside(start.s_m, start.d_m, turn)
         if own is None or beside is None or beside.strip.kind is not LaneKind.DRIVING:

@@ -37,6 +37,7 @@ class Nudge(Behavior):
     speed_mps: float = Field(default=1.5, ge=0.5, le=5.5)
 
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path past the obstacle within the lane. See `Behavior.manoeuvre`."""
         lane = own_lane(view, start)
         if lane is None:
             raise CannotPlan(PlanFailure.NO_LANE, "the vehicle is in no lane")

@@ -33,6 +33,7 @@ class PullOver(Behavior):
     speed_mps: float = Field(default=3.0, ge=0.5, le=5.5)
 
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path to the right edge of the roadside, to a stop. See `Behavior.manoeuvre`."""
         lanes = _to_the_right(view, start)
         if not lanes:
             raise CannotPlan(PlanFailure.NO_LANE, "the vehicle is in no lane in its own direction")

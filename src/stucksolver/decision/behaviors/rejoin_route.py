@@ -27,6 +27,7 @@ class RejoinRoute(Behavior):
     speed_mps: float = Field(default=4.0, gt=0.5, le=11.0)
 
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path back to the route's lane and a few metres along it. See `Behavior.manoeuvre`."""
         home = view.frame.lane_at(start.s_m, 0.0)
         if home is None:
             raise CannotPlan(PlanFailure.NO_LANE, "the route has no lane here")

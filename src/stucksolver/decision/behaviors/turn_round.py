@@ -40,6 +40,7 @@ class TurnRound(Behavior):
         return turn_round(view)
 
     def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre | None:
+        """Return None: a turn has legs in the plane, and no path along the road. See `Behavior.manoeuvre`."""
         return None
 
     def done(self, view: FrenetScene) -> bool:

@@ -10,7 +10,12 @@ from stucksolver.perception.measurements import Floats
 
 STATE = 6
 """x, y (m), yaw (rad), speed (m/s), offset of the gyro (rad/s), offset of the accelerometer (m/s²)."""
-X, Y, YAW, SPEED, GYRO, ACCELERATION = range(STATE)
+X = 0
+Y = 1
+YAW = 2
+SPEED = 3
+GYRO = 4
+ACCELERATION = 5
 GYRO_WALK = 1e-4
 """How the gyro's offset drifts (rad/s per root of a second)."""
 ACCELERATION_WALK = 0.2

@@ -31,10 +31,14 @@ PARKED_OFFSET_M = 0.4
 AHEAD_M = 60.0
 ACROSS_SIN = 0.6
 """Sine of the smallest angle to the path at which a vehicle counts as standing across it."""
-JOINS_M, JOINS_RAD, JOINS_AHEAD_M, CRAWLS_MPS = 1.0, 0.08, 8.0, 3.0
-"""Smallest lateral offset (m) and angle (rad) towards the path, greatest distance ahead (m) and speed (m/s) of a
-vehicle that crawls into the ego's lane.
-"""
+JOINS_M = 1.0
+"""A vehicle that crawls into the ego's lane is at least this far beside the path (m), ..."""
+JOINS_RAD = 0.08
+"""... turned towards it by at least this angle, ..."""
+JOINS_AHEAD_M = 8.0
+"""... at most this far ahead, ..."""
+CRAWLS_MPS = 3.0
+"""... and not faster than this."""
 LET_IN_S = 20.0
 """If the ego is not let in for this long, it must show that it wants to go (s)."""
 WAVED_S = 3.0
@@ -42,10 +46,12 @@ WAVED_S = 3.0
 SAME_WAY_COS = 0.9
 SAME_LANE_M = 1.5
 QUEUE_GAP_M = 8.0
-YIELD_AHEAD_M, YIELD_S, YIELD_BESIDE_M = 42.0, 5.0, 2.0
-"""Traffic that comes nearer than the last of these (m), less than a lane's width, to this length of the route ahead
-(m) within this time (s) goes first.
-"""
+YIELD_AHEAD_M = 42.0
+"""Traffic that will come near the route up to this distance ahead (m) goes first, ..."""
+YIELD_S = 5.0
+"""... if it does so within this time (s) ..."""
+YIELD_BESIDE_M = 2.0
+"""... and comes nearer than this (m), which is less than a lane's width."""
 
 ALONG_TAN = 0.35
 """Tangent of the largest angle to the road (about 20 degrees) at which a vehicle changes lanes."""

@@ -15,12 +15,22 @@ from stucksolver.scene import MOTOR_VEHICLES, Claim, Scene, SceneObject
 
 FIRST_TURN_S = 8.0
 """Crossing traffic is given this long to go first (s)."""
-SHORT_OF_M, LEAST_M, MOST_M, STEP_M = 0.4, 2.0, 5.0, 0.5
-"""Gap left to it, and the shortest and longest distance to creep towards it, in whole steps of a path (m)."""
+SHORT_OF_M = 0.4
+"""Gap left to the vehicle that the ego creeps towards (m)."""
+LEAST_M = 2.0
+"""The shortest distance to creep (m)."""
+MOST_M = 5.0
+"""The longest distance to creep (m)."""
+STEP_M = 0.5
+"""The distance to creep is a multiple of this (m)."""
 CREEP_MPS = 1.5
 LIGHT_AHEAD_M = 20.0
-NOSE_M, LEAST_NOSE_M, NOSE_CLEAR_M = 3.0, 0.6, 0.32
-"""The longest and shortest distance to nose in, and the gap left beside crawling traffic (m)."""
+NOSE_M = 3.0
+"""The longest distance to nose in (m)."""
+LEAST_NOSE_M = 0.6
+"""The shortest distance to nose in (m)."""
+NOSE_CLEAR_M = 0.32
+"""Gap left beside crawling traffic (m)."""
 FACES_COS = -0.7
 BACK_M = 8.0
 LEAST_BACK_M = 3.0

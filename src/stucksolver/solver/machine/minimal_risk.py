@@ -21,9 +21,14 @@ from stucksolver.scene.view import FrenetScene
 
 CLEAR_M = 1.0
 """Distance kept between the body and a zone that it has left."""
-CREEPS_M, BACKS_M, FURTHEST_M = 15.0, 8.0, 60.0
-"""The longest distances to creep, to back up and to drive in order to reach a place to stand."""
+CREEPS_M = 15.0
+"""The longest distance to creep in order to reach a place to stand (m)."""
+BACKS_M = 8.0
+"""The longest distance to back up for it (m)."""
+FURTHEST_M = 60.0
+"""The longest distance to drive for it (m)."""
 SPEED_MPS = 3.0
+"""Speed of that drive (m/s)."""
 
 
 def minimal_risk(guard: Guard, view: FrenetScene, reason: str) -> RecoveryPlan:

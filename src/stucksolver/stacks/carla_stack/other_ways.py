@@ -22,14 +22,18 @@ JOINS_M = (8.0, 11.0, 14.0, 18.0, 23.0, 28.0)
 KEPT_M = 0.3
 """Distance kept from standing objects on the way over."""
 STANDS_MPS = 0.3
-SAME_ROAD_M, ROAD_FROM_M, ROAD_TO_M = 8.0, 10.0, 60.0
-"""A route that comes this near to the road ahead, this far beyond the junction, leads back to where the ego
-cannot go.
-"""
+SAME_ROAD_M = 8.0
+"""A route that comes this near (m) to the road ahead leads back to where the ego cannot go, ..."""
+ROAD_FROM_M = 10.0
+"""... from this distance beyond the junction (m) ..."""
+ROAD_TO_M = 60.0
+"""... to this one (m)."""
 BEHIND_M = 6.0
 BEYOND_M = 25.0
-BETWEEN_M, OVER_EDGE_M = 2.5, 0.15
-"""Half the width of the paved area between lanes that part, and how far the body may stick out at its edge."""
+BETWEEN_M = 2.5
+"""Half the width of the paved area between lanes that part (m)."""
+OVER_EDGE_M = 0.15
+"""How far the body may stick out over its edge (m)."""
 SAMPLES = 25
 Line = list["carla.Waypoint"]
 

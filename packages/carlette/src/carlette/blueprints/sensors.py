@@ -7,7 +7,10 @@ from __future__ import annotations
 
 from carlette.blueprints.definitions import Attribute, AttributeType, Definition, option
 
-BOOL, INT, FLOAT, STRING = AttributeType.BOOL, AttributeType.INT, AttributeType.FLOAT, AttributeType.STRING
+BOOL = AttributeType.BOOL
+INT = AttributeType.INT
+FLOAT = AttributeType.FLOAT
+STRING = AttributeType.STRING
 
 IN_THE_CLIENT = ("sensor.other.lane_invasion",)
 """Made by the client's library alone: the server sends nothing."""

@@ -116,7 +116,7 @@ class Fan(LateSensor):
         """The points as they are sent, one in each row."""
 
     def losses(self, sweep: Sweep) -> Losses:
-        """What becomes of the rays on their way: here, nothing."""
+        """Return what becomes of the rays on their way, each (columns, rows): here nothing is lost or off."""
         return Losses(sweep.nearness, sweep.hit >= 0, _NOTHING)
 
     def _points(self, sweep: Sweep, azimuths: Floats, column_of: Indices, rows: Indices, losses: Losses) -> Points:
@@ -164,6 +164,11 @@ class LidarSensor(Fan):
         return points.rows
 
     def losses(self, sweep: Sweep) -> Losses:
+        """Return the rays' intensity, which of them come back, and how far off they are (m), each (columns, rows).
+
+        The intensity falls off as exp(-attenuation * distance). Rays are lost at random at the general rate, and more
+        often the less intense they are, as CARLA's documentation of `sensor.lidar.ray_cast` describes.
+        """
         random, shape = self._random, sweep.hit.shape
         intensity = np.exp(np.float32(-self._attenuation) / sweep.nearness)
         kept, off_m = sweep.hit >= 0, _NOTHING

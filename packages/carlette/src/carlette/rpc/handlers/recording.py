@@ -52,6 +52,19 @@ def show_recorder_actors_blocked(session: Session, name: str, least_s: float = 3
 
 @methods.value("replay_file")
 def replay_file(session: Session, name: str, start_s: float, duration_s: float, follow_id: int, *more: Any) -> str:
+    """Begin to replay a recorded file on the session's world; a replay that still runs ends.
+
+    Args:
+        session: The client's session.
+        name: The file, as `start_recorder` was given it.
+        start_s: Where to begin (s); negative counts from the end of the recording.
+        duration_s: How much to replay (s); 0 means to the end.
+        follow_id: Recorded id of the actor that the spectator follows; 0 for none.
+        *more: Further arguments of newer clients. They are ignored.
+
+    Returns:
+        What is replayed, or why it cannot be, for people.
+    """
     del more  # whether to replay sensors, which are not recorded, and (0.9.16) from where to follow
     simulator = session.simulator
 
