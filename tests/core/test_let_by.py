@@ -7,9 +7,10 @@ from test_behaviors import run
 from test_guard_abreast import SHOULDER
 from worlds import World, drive, said, straight_road, thing
 
-from stucksolver.decision.behaviors import Wait
+from stucksolver.decision.behaviors import RejoinRoute, Wait
+from stucksolver.guard import Guard, RejectCode
 from stucksolver.reason import Request, RuleReasoner
-from stucksolver.scene import ObjectKind
+from stucksolver.scene import LineKind, ObjectKind
 from stucksolver.solver import EventKind
 
 WORDS = "There is a siren behind us, please pull over."
@@ -80,3 +81,34 @@ def test_it_returns_only_into_a_gap_that_the_guard_proves():
 
     drive(world, 60.0, words={1.0: WORDS}, every_tick=watch)
     assert begun_m and begun_m[0] > 0.0
+
+
+def with_edge_line(road):
+    """The same road with a solid line between the lane and the shoulder."""
+    lanes = tuple(
+        lane.model_copy(update={"line": (LineKind.SOLID,) * len(lane.line)}) if lane.id == "shoulder" else lane
+        for lane in road.lanes
+    )
+    return road.model_copy(update={"key": f"{road.key} edge", "lanes": lanes})
+
+
+EDGE = with_edge_line(SHOULDER)
+
+
+@pytest.mark.parametrize("ahead", [thing("moves", 95.0, speed=7.0), thing("queue", 120.0)], ids=lambda o: o.id)
+def test_the_edge_line_is_crossed_back_into_the_lane_whoever_is_ahead(ahead):
+    world = World(EDGE, [ahead], y=-2.4, behind_m=150.0)
+    assert Guard().accept([RejoinRoute()], world.view(), False)[0].codes == ()
+
+
+def test_the_edge_line_is_no_way_into_traffic():
+    world = World(EDGE, [thing("comes", 35.0, speed=8.0)], y=-2.4, behind_m=150.0)
+    assert RejectCode.LANE_ENTRY in Guard().accept([RejoinRoute()], world.view(), False)[0].codes
+
+
+def test_a_stream_without_gaps_does_not_hold_it_for_good():
+    """After 30 s at the roadside the plan ends, and the stack drives on by itself."""
+    stream = [thing(f"car{k}", 45.0 - 12.0 * k, speed=6.0) for k in range(40)]
+    world = World(EDGE, stream, y=-2.4, behind_m=150.0)
+    outcome, _ = run([Wait(duration_s=1.0), RejoinRoute()], world, seconds=80.0)
+    assert not outcome.finished and world.time_s == pytest.approx(31.0, abs=1.0)

@@ -76,6 +76,8 @@ def _legal_way(case: CheckContext, s: float) -> bool:
 def _no_obstruction(case: CheckContext) -> str | None:
     """Return why there is no stationary obstruction ahead: nothing is there, it moves, or it is a queue."""
     view, policy = case.view, case.policy.lanes
+    if _leaves_roadside(case):
+        return None
     near = (view.gap > -policy.obstruction_behind_m) & (view.gap < policy.obstruction_ahead_m)
     ahead = np.flatnonzero(near & view.in_corridor(view.ego.width_m / 2))
     if not case.path.passes and not len(ahead):
@@ -88,3 +90,9 @@ def _no_obstruction(case: CheckContext) -> str | None:
         if not thing.hazard_lights and thing.kind in MOTOR_VEHICLES and in_queue(case, int(i)):
             return "what is ahead may be in a queue"
     return None
+
+
+def _leaves_roadside(case: CheckContext) -> bool:
+    """True if the path returns from a shoulder or parking strip: its line is the only way back, whoever is ahead."""
+    start = case.start_lane
+    return case.path.returns and not case.path.passes and start is not None and start.strip.kind is not LaneKind.DRIVING

@@ -23,6 +23,8 @@ CREEP_MPS = 2.2
 LIGHT_AHEAD_M = 20.0
 GET_OUT_S = 30.0
 """How long the vehicle stays stopped while someone gets out (s). Ours; "drive on" ends it sooner."""
+BACK = RejoinRoute(speed_mps=5.5)
+"""The return from the roadside, at the quickest speed for crossing a solid line: the quicker, the smaller the gap."""
 LET_BY_S = 20.0
 """The vehicle stands at most this long to let an emergency vehicle by. Ours: 80 m behind, at 15 km/h in a queue."""
 
@@ -93,7 +95,7 @@ def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
         return stop, (None, "the passenger wants to get out: pull over and stay stopped")
     siren = siren_behind(scene)
     if siren is not None and scene.offers("pull_over", "wait", "rejoin_route"):
-        let_by = RecoveryPlan(behaviors=(PullOver(), Wait(duration_s=LET_BY_S, until="passed"), RejoinRoute()))
+        let_by = RecoveryPlan(behaviors=(PullOver(), Wait(duration_s=LET_BY_S, until="passed"), BACK))
         return let_by, (None, f"pull over, let {siren.kind.value} {siren.id} by, and return when it has passed")
     return _one(scene, PullOver(), "the passenger asks to pull over")
 

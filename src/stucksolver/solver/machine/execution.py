@@ -60,6 +60,10 @@ ended.
 """
 GAP_WAIT_S = 120.0
 """A plan waits this long for a gap before its next step. Then a person is asked (`reason.rules.decide.NO_WAY_S`)."""
+RETURN_WAIT_S = 30.0
+"""A vehicle at the roadside waits this long for a proven return; then the stack merges by itself. Ours: a stream that
+never ends would hold the vehicle there for good.
+"""
 
 
 @dataclass(frozen=True)
@@ -297,10 +301,10 @@ class Execution:
         """
         self.last_verdict = verdict
         self._leg = self._proven = None
-        if self._gap_until_s is None:
-            self._gap_until_s = now_s + GAP_WAIT_S
         # At the roadside the vehicle stands safely, whatever keeps it there; the stack would drive back unproven.
         returns = isinstance(self._segments[0][0], RejoinRoute)
+        if self._gap_until_s is None:
+            self._gap_until_s = now_s + (RETURN_WAIT_S if returns else GAP_WAIT_S)
         passing = returns or passes(verdict, moving(view))
         if passing and now_s < self._gap_until_s and self._guard.may_stand(view):
             stops = len(self._segments) > 1
