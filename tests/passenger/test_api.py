@@ -98,7 +98,7 @@ def test_help_is_called_once_however_often_it_is_pressed(serving):
 
 
 def test_the_picture_is_an_image_and_nothing_else(serving):
-    serving.board.take(Frame(Topic.PICTURE, "car-1", b"/9j/AA=="), lambda data: None)
+    serving.board.take(Frame(Topic.PICTURE, "car-1", b"\xff\xd8\xff\x00"), lambda data: None)
     answer = serving.get("/api/vehicles/car-1/camera.jpg")
     assert (answer.headers["content-type"], answer.content) == ("image/jpeg", b"\xff\xd8\xff\x00")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping
 from json import dumps
 from pathlib import Path
@@ -75,7 +74,7 @@ class Desk:
 
     def show_picture(self, vehicle_id: str, jpeg: bytes) -> None:
         """Send the front camera's image."""
-        self._link.send(Frame(Topic.PICTURE, vehicle_id, base64.b64encode(jpeg)))
+        self._link.send(Frame(Topic.PICTURE, vehicle_id, jpeg))
 
     def leave(self, vehicle_id: str) -> None:
         """End the vehicle's ride. Its page says so and stays."""

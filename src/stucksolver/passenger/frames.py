@@ -1,7 +1,7 @@
 """The messages on the socket between a vehicle's process and the server: a topic, a vehicle, and bytes.
 
-A frame is four bytes of length (big-endian), then a line `TOPIC VEHICLE`, then the payload: JSON, or an image in
-base64. The server forwards most payloads unchanged.
+A frame is four bytes of length (big-endian), then a line `TOPIC VEHICLE`, then the payload: JSON, or a JPEG
+image. The server forwards JSON unchanged and encodes images for the pages, so that the vehicle's process need not.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import time
 from collections import OrderedDict
 from collections.abc import Callable
@@ -23,7 +24,7 @@ SHOWN = (Topic.SCENERY, Topic.NOW, Topic.VIEW, Topic.PICTURE)
 
 @dataclass
 class Vehicle:
-    """One vehicle. `shown` has the newest payload of each topic, with an increasing number."""
+    """One vehicle. `shown` has the newest payload of each topic, a picture in base64, with an increasing number."""
 
     id: str
     name: str
@@ -70,7 +71,8 @@ class Board:
         elif frame.topic is Topic.BYE:
             vehicle.write = None
         elif frame.topic in SHOWN:
-            self._show(vehicle, frame.topic, frame.payload.decode())
+            image = frame.topic is Topic.PICTURE
+            self._show(vehicle, frame.topic, (base64.b64encode(frame.payload) if image else frame.payload).decode())
 
     def lost(self, write: Callable[[bytes], None]) -> None:
         """A process has disconnected: its vehicles can no longer be reached."""
