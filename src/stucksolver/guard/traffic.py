@@ -90,7 +90,7 @@ def unyielding(case: CheckContext, giving_way: GivingWay) -> list[Reject]:
         if not borders:
             continue
         due_m = float(path.s[int(borders[0][1].argmax())] - path.s[0])
-        if due_m > _stop_m(case, policy.stops_s) + policy.stops_m:
+        if due_m > _due_m(case):
             continue
         waits = giving_way if isinstance(giving_way, bool) else view.objects[int(i)].id in giving_way
         for beside_m, reaches in borders:
@@ -98,6 +98,17 @@ def unyielding(case: CheckContext, giving_way: GivingWay) -> list[Reject]:
             if reject is not None:
                 return [reject]
     return []
+
+
+def _due_m(case: CheckContext) -> float:
+    """Return the distance from which a stop beside the traffic must begin now (m): at the next look it is too late.
+
+    Until then the ego speeds up and goes on, which counts for a vehicle that has just set off.
+    """
+    policy, limits = case.policy.entry, case.view.ego.limits
+    soon_mps = case.view.ego.speed_mps + limits.comfort_acceleration_mps2 * policy.next_look_s
+    stop_m = way_to_stop(soon_mps, limits.comfort_braking_mps2, policy.stops_s)
+    return soon_mps * policy.next_look_s + stop_m + policy.stops_m
 
 
 def _presses(case: CheckContext, i: int, reaches: Mask, border: float, giving_way: bool) -> Reject | None:

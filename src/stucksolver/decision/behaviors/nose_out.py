@@ -44,4 +44,8 @@ class NoseOut(Behavior):
         count = int(over[0]) if len(over) else len(path.s)
         if count < 2 or float(path.s[count - 1]) - start.s_m < LEAST_M:
             raise CannotPlan(PlanFailure.NO_ROOM_ASIDE, f"the nose is at the border on the {self.side} already")
+        # It may stop a little short. `lateral_shift` raises if there is no room to go on from there.
+        short = max(count - 2, 0)
+        yaw = float(path.body(start.yaw_rad, view.ego.limits.wheelbase_m)[short])
+        lateral_shift(view, Start(float(path.s[short]), float(path.d[short]), 0.0, yaw), path.end_d, self.speed_mps)
         return Manoeuvre(path.s[:count], path.d[:count], path.speed[:count]).stopping()

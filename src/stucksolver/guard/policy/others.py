@@ -87,6 +87,8 @@ class EntryPolicy(Model):
     """The same if the nose is already in the lane: as late as a stop beside its traffic allows, ..."""
     stops_m: NonNegativeFloat = 0.5
     """... plus this distance: a station of the path."""
+    next_look_s: NonNegativeFloat = 0.1
+    """Until the next check: a tick of a loop at 10 Hz. An ego that has just set off gains speed until then."""
     beside_m: NonNegativeFloat = 0.3
     """Room that passing traffic needs beside the ego: the gap to stationary objects."""
     beside_people_m: NonNegativeFloat = 0.5

@@ -35,7 +35,7 @@ ASIDE_M = 0.8
 CLEAR_OF_M = 0.2
 SWING_OUT_M = 10.0
 NOSE_ROOM_M = 6.0
-"""With the nose out and the obstacle this near, there is still room to swing out: 5 m are too few for a usual car."""
+"""Before it turns its nose out, the ego backs up to this distance if it can: 5 m are too few before a usual car."""
 
 
 def over_it(scene: Scene, lead: SceneObject) -> Way | None:
@@ -86,10 +86,8 @@ def to_be_seen(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryP
     if not isinstance(first, ChangeLane | BorrowOncomingLane):
         return plan
     gap = lead.gap_m or 0.0
-    if not backs and gap < NOSE_ROOM_M:
-        way = _back_m(scene, max(ROOM_M - gap, 1.0))
-        if way is None:
-            return plan
+    way = _back_m(scene, max(ROOM_M - gap, 1.0)) if not backs and gap < NOSE_ROOM_M else None
+    if way is not None:
         backs = [BackUp(distance_m=way)]
     nose = NoseOut(side=first.side if isinstance(first, ChangeLane) else "left")
     return plan.model_copy(update={"behaviors": (*backs, nose, first, *rest)})

@@ -1,0 +1,174 @@
+"""Beside a stream: the nose goes out, the plan waits there as long as it takes, and one proof lets it go."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+from streams import ROAD, Stream
+from worlds import LANE_M, World, straight_road, thing
+
+from stucksolver.decision import Execute, RecoveryPlan
+from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, CannotPlan, ChangeLane, NoseOut, Start
+from stucksolver.decision.lateral_shift import lateral_shift
+from stucksolver.decision.manoeuvre import STEP_M, turned_shift
+from stucksolver.guard import NOBODY, Guard, RejectCode, begun_waiting
+from stucksolver.solver.machine import execution
+from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
+
+GUARD = Guard()
+LEFT = ChangeLane(side="left", distance_m=30.0, speed_mps=5.5)
+PLAN = RecoveryPlan(behaviors=(NoseOut(side="left"), LEFT))
+OBSTACLE_M = 8.0
+
+
+def beside_a_stream(**more):
+    return Stream(ROAD, [thing("lead", 100.0 + 2.45 + OBSTACLE_M + 2.3)], x=100.0, dt=0.1, **more)
+
+
+def carry_out(world, seconds, plan=PLAN):
+    """Returns the outcome (None if it still runs), the smallest gap to anybody, and the last order."""
+    running = Execution(plan, GUARD, guided=False)
+    verdict = running.start(world.view(), world.time_s)
+    assert verdict.accepted, str(verdict)
+    nearest, told = math.inf, None
+    while world.time_s < seconds:
+        told = running.tick(world.view(), world.time_s)
+        if isinstance(told, ExecutionOutcome):
+            return told, nearest, told
+        world.drive(told)
+        nearest = min(nearest, world.clearance())
+    return None, nearest, told
+
+
+def at_the_border(gap_m, pace_mps, accelerates_mps2=3.5):
+    """An ego with its nose 0.4 m over the border, and a car whose front is `gap_m` behind its own front."""
+    world = Stream(ROAD, [thing("lead", 113.0)], x=100.0, yaw=0.25, pace_mps=pace_mps)
+    world.accelerates_mps2 = accelerates_mps2
+    world.y = LANE_M / 2 + 0.4 - 2.45 * math.sin(0.25) - 0.925 * math.cos(0.25)
+    world.objects.append(thing("car1", 102.45 - gap_m - 2.3, LANE_M, speed=pace_mps))
+    return world
+
+
+def test_the_nose_stops_at_the_border_of_the_own_lane_turned_to_the_next():
+    world = beside_a_stream()
+    outcome, _, _ = carry_out(world, 30.0, RecoveryPlan(behaviors=(NoseOut(side="left"),)))
+    nose = world.y + 2.45 * math.sin(world.yaw) + 0.925 * math.cos(world.yaw)
+    assert outcome is not None and outcome.finished
+    assert LANE_M / 2 - 0.45 < nose < LANE_M / 2 + 0.15 and world.yaw > 0.15
+
+
+def test_the_wait_outlasts_the_time_of_the_plan_and_ends_when_the_stream_does():
+    world = beside_a_stream(spacing_m=15.0, ends_s=35.0).fill(3.0)
+    outcome, nearest, _ = carry_out(world, 80.0)
+    assert outcome is not None and outcome.finished, outcome
+    assert world.time_s > 35.0 and nearest > 0.25
+
+
+def test_a_stream_without_a_gap_is_not_waited_for_for_ever(monkeypatch):
+    monkeypatch.setattr(execution, "GAP_WAIT_S", 15.0)
+    world = beside_a_stream(spacing_m=12.0).fill(3.0)
+    outcome, nearest, _ = carry_out(world, 45.0)
+    assert outcome is not None and not outcome.finished
+    assert nearest > 0.25 and GUARD.may_stand(world.view()) and abs(world.speed) < 0.2
+
+
+@settings(max_examples=6, deadline=None, phases=(Phase.explicit, Phase.generate))
+@given(st.floats(5.0, 12.0), st.floats(2.0, 6.0), st.floats(0.0, 1.0), st.floats(1.2, 4.0))
+def test_whoever_sees_us_only_in_their_own_path_need_not_brake_hard(pace_mps, headway_s, first, quick_mps2):
+    spacing = pace_mps * headway_s
+    world = beside_a_stream(spacing_m=max(spacing, 8.0), pace_mps=pace_mps, accelerates_mps2=quick_mps2)
+    outcome, nearest, told = carry_out(world.fill(first * spacing), 25.0)
+    assert nearest > 0.25
+    assert world.hardest_mps2 <= 4.6
+    assert (outcome is not None and outcome.finished) or isinstance(told, Execute)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(0.0, 45.0), st.floats(3.0, 14.0), st.floats(1.2, 4.0))
+def test_what_ends_the_wait_is_what_lets_the_plan_run(gap_m, pace_mps, quick_mps2):
+    """Whoever may go on after giving way may go on anyhow: no wait ends in a plan that is given up at once."""
+    view = at_the_border(gap_m, pace_mps, quick_mps2).view()
+    begun = begun_waiting(GUARD, (LEFT,), view, False, NOBODY, False)
+    assert begun is not None, "it waits, or goes"
+    verdict, proven = begun
+    everybody, somebody, nobody = (GUARD.recheck(proven, view, to) for to in (True, frozenset({"car1"}), False))
+    assert str(verdict) == str(everybody)
+    assert verdict.accepted or verdict.abort is Abort.GIVE_WAY
+    assert somebody.accepted or not everybody.accepted
+    assert nobody.accepted or not somebody.accepted
+
+
+def test_the_next_one_is_not_taken_for_the_one_that_was_let_by():
+    """Who comes after it watches us, and needs less room than the one that would not let us in."""
+    gaps = np.arange(10.0, 40.0, 0.25)
+
+    def goes(gap, to):
+        view = at_the_border(float(gap), 9.0).view()
+        proven = begun_waiting(GUARD, (LEFT,), view, False, NOBODY, False)[1]
+        return GUARD.recheck(proven, view, to).accepted
+
+    watched = next(gap for gap in gaps if goes(gap, frozenset({"somebody else"})))
+    let_by = next(gap for gap in gaps if goes(gap, frozenset({"car1"})))
+    # Half a second more of their reaction, at the speed that they have by then.
+    assert 0.5 * 9.0 <= let_by - watched <= 0.5 * 13.4 + 0.25
+
+
+def test_a_quicker_vehicle_needs_a_shorter_gap():
+    def least(measured):
+        for gap in np.arange(10.0, 45.0, 0.25):
+            world = at_the_border(float(gap), 9.0)
+            seen = world.surroundings()
+            limits = seen.ego.limits.model_copy(update={"measured_acceleration_mps2": measured})
+            view = type(world.view())(seen.model_copy(update={"ego": seen.ego.model_copy(update={"limits": limits})}))
+            verdict, _ = begun_waiting(GUARD, (LEFT,), view, False, NOBODY, False)
+            if verdict.accepted:
+                return float(gap)
+        return math.inf
+
+    assert least(3.2) < least(2.1) < least(1.0)
+    assert least(3.5) == least(9.0), "never quicker than the configured value"
+    assert least(2.1) == least(None), "unmeasured: 0.6 of it"
+
+
+def test_nobody_waits_with_the_nose_in_the_oncoming_lane():
+    world = World(straight_road(), [thing("lead", 113.0), thing("on", 130.0, LANE_M, speed=-9.0)], x=100.0, yaw=0.25)
+    borrow = BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)
+    verdict, _ = GUARD.accept((borrow,), world.view(), False)
+    assert RejectCode.ONCOMING_GAP in verdict.codes
+    assert begun_waiting(GUARD, (borrow,), world.view(), False, NOBODY, False) is None
+
+
+def test_from_inside_the_lane_a_lane_change_does_not_begin_without_its_gap():
+    world = Stream(ROAD, [thing("lead", 113.0), thing("car1", 95.0, LANE_M, speed=9.0)], x=100.0)
+    assert begun_waiting(GUARD, (LEFT,), world.view(), False, NOBODY, False) is None
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.floats(0.0, 0.5), st.floats(0.15, 0.5), st.floats(2.0, 4.5), st.floats(8.0, 30.0))
+def test_a_shift_from_a_heading_begins_with_it_ends_straight_and_turns_no_tighter_than_the_vehicle(d, yaw, to, length):
+    view = World(ROAD, x=100.0).view()
+    path = turned_shift((100.0, d), yaw, d + to, length, 5.0, view)
+    if path is None:
+        return
+    slope = np.diff(path.d) / STEP_M
+    assert math.atan(float(slope[0])) == pytest.approx(yaw, abs=0.12)
+    assert path.d[0] == pytest.approx(d) and path.d[-1] == pytest.approx(d + to)
+    assert abs(float(slope[-1])) < 0.12
+    assert float(np.abs(np.diff(slope)).max()) / STEP_M <= 1.15 / view.ego.limits.min_turn_radius_m
+
+
+def test_with_the_nose_out_there_is_room_where_a_straight_start_has_none():
+    def least(yaw):
+        for gap in np.arange(2.0, 9.0, 0.2):
+            view = World(ROAD, [thing("lead", 100.0 + 2.45 + float(gap) + 2.3)], x=100.0, y=0.35).view()
+            with contextlib.suppress(CannotPlan):
+                lateral_shift(view, Start(100.0, 0.35, 0.0, yaw), LANE_M, 5.0)
+                return float(gap)
+        return math.inf
+
+    assert least(0.35) < least(0.0) < 9.0
