@@ -9,8 +9,9 @@ import sys
 import time
 from pathlib import Path
 
-from stucksolver.cli.arguments import Parser, above_zero, add_json, at_least, print_json
+from stucksolver.cli.arguments import above_zero, add_json, at_least, print_json
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.parts import parts_of, run_part
 from stucksolver.memory import Episode, EpisodeStore, Kept, MemoryFileError
 from stucksolver.memory.store import DAY_S
 
@@ -31,16 +32,16 @@ def add_memory(parser: argparse.ArgumentParser) -> None:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    parts = parser.add_subparsers(required=True, metavar="SUBCOMMAND", help="what to do", parser_class=Parser)
-    listed = _add(parts.add_parser("list", help="print all entries, one line each"), _list)
+    add = parts_of(parser)
+    listed = _with_file(add("list", "print all entries, one line each", _list))
     add_json(listed, 'one object per line, {"number", ...} with the fields of `memory export`')
-    shown = _add(parts.add_parser("show", help="print one entry in full, as JSON"), _show)
+    shown = _with_file(add("show", "print one entry in full, as JSON", _show))
     shown.add_argument("number", type=at_least(1), metavar="NUMBER", help="number of the entry in `memory list`")
-    _add(parts.add_parser("export", help="print all entries as JSON lines, for `memory import`"), _export)
-    imported = _add(parts.add_parser("import", help="add entries that `memory export` printed"), _import)
+    _with_file(add("export", "print all entries as JSON lines, for `memory import`", _export))
+    imported = _with_file(add("import", "add entries that `memory export` printed", _import))
     imported.add_argument("lines", type=Path, metavar="LINES", help="an exported file, or - for standard input")
     add_json(imported, '{"added": number of entries}')
-    forgotten = _add(parts.add_parser("forget", help="delete entries permanently"), _forget)
+    forgotten = _with_file(add("forget", "delete entries permanently", _forget))
     forgotten.add_argument("numbers", type=at_least(1), nargs="*", metavar="NUMBER", help="numbers of the entries")
     forgotten.add_argument("--days", type=above_zero, metavar="N", help="entries older than this many days")
     forgotten.add_argument("--vehicle", metavar="ID", help="all entries of this vehicle")
@@ -50,14 +51,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the requested subcommand and return its exit code. Raises `UsageError`."""
-    try:
-        return int(options.part(options))
-    except MemoryFileError as error:
-        raise UsageError(str(error)) from error
+    return run_part(options, MemoryFileError)
 
 
-def _add(parser: argparse.ArgumentParser, part: object) -> argparse.ArgumentParser:
-    parser.set_defaults(part=part)
+def _with_file(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
     parser.add_argument("file", type=Path, metavar="FILE", help="the memory file, as given to --memory")
     return parser
 

@@ -7,8 +7,9 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-from stucksolver.cli.arguments import Parser, above_zero, add_json, add_maps, add_server, at_least, print_json, whole
+from stucksolver.cli.arguments import above_zero, add_json, add_maps, add_server, at_least, print_json, whole
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.parts import parts_of, run_part
 from stucksolver.cli.words import driver_name
 
 SCORED = ("lidar", "noise", "tracking", "localisation", "lights", "attributes", "far")
@@ -18,20 +19,19 @@ NEEDS_CLIENT = "collecting needs the carla package, which is not installed: pip 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    parts = parser.add_subparsers(required=True, metavar="SUBCOMMAND", help="what to do", parser_class=Parser)
-    _add_collect(parts.add_parser("collect", help="drive routes and record sensor data with ground truth"))
-    _add_eval(parts.add_parser("eval", help="run perception on recordings and score it"))
-    _add_train(parts.add_parser("train", help="train the networks on recordings"))
-    _add_export(parts.add_parser("export", help="install trained networks where perception looks for them"))
+    add = parts_of(parser)
+    _add_collect(add("collect", "drive routes and record sensor data with ground truth", _collect))
+    _add_eval(add("eval", "run perception on recordings and score it", _eval))
+    _add_train(add("train", "train the networks on recordings", _train))
+    _add_export(add("export", "install trained networks where perception looks for them", _export))
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the requested subcommand and return its exit code. Raises `UsageError`."""
-    return int(options.part(options))
+    return run_part(options)
 
 
 def _add_collect(parser: argparse.ArgumentParser) -> None:
-    parser.set_defaults(part=_collect)
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--suite", default="", help="bench220, dev, immobilized, or a leaderboard route file")
     where.add_argument(
@@ -60,7 +60,6 @@ def _add_collect(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_eval(parser: argparse.ArgumentParser) -> None:
-    parser.set_defaults(part=_eval)
     parser.add_argument(
         "--data", type=Path, required=True, metavar="DIR", help="recordings that were not used for training"
     )
@@ -73,7 +72,6 @@ def _add_eval(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_train(parser: argparse.ArgumentParser) -> None:
-    parser.set_defaults(part=_train)
     parser.add_argument("--data", type=Path, nargs="+", required=True, metavar="DIR", help="recordings to learn from")
     parser.add_argument("--check", type=Path, nargs="+", required=True, metavar="DIR", help="recordings to validate on")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="output, with a folder for each network")
@@ -83,7 +81,6 @@ def _add_train(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_export(parser: argparse.ArgumentParser) -> None:
-    parser.set_defaults(part=_export)
     parser.add_argument(
         "--run", dest="run_folder", type=Path, required=True, metavar="DIR", help="output of `perception train`"
     )

@@ -6,34 +6,30 @@ import argparse
 import sys
 from pathlib import Path
 
-from stucksolver.cli.arguments import Parser, add_json, print_json
-from stucksolver.cli.errors import UsageError
+from stucksolver.cli.arguments import add_json, print_json
+from stucksolver.cli.parts import parts_of, run_part
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    parts = parser.add_subparsers(required=True, metavar="SUBCOMMAND", help="what to do", parser_class=Parser)
-    put = _add(parts.add_parser("install", help="download it with npm (42 MB, pinned version and digest)"), _install)
+    add = parts_of(parser)
+    put = _with_folder(add("install", "download it with npm (42 MB, pinned version and digest)", _install))
     put.add_argument(
         "--from", dest="source", type=Path, metavar="DIR", help="install from archives of `npm pack` in DIR instead"
     )
-    status = _add(parts.add_parser("status", help="check that it is installed and complete"), _status)
+    status = _with_folder(add("status", "check that it is installed and complete", _status))
     add_json(status, '{"folder": path, "installed": true or false}')
-    _add(parts.add_parser("remove", help="delete it"), _remove)
+    _with_folder(add("remove", "delete it", _remove))
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the requested subcommand and return its exit code. Raises `UsageError`."""
     from stucksolver.passenger.recognizer import RecognizerError
 
-    try:
-        return int(options.part(options))
-    except RecognizerError as error:
-        raise UsageError(str(error)) from error
+    return run_part(options, RecognizerError)
 
 
-def _add(parser: argparse.ArgumentParser, part: object) -> argparse.ArgumentParser:
-    parser.set_defaults(part=part)
+def _with_folder(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
     parser.add_argument("--folder", type=Path, metavar="DIR", help="folder to use instead of the user's data folder")
     return parser
 
