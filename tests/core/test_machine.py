@@ -248,7 +248,18 @@ def other_words_at_a_gap():
     return world, options | {"reader": ScriptedReader(READINGS)}, speak
 
 
+def a_gap_comes():
+    """Cars pass beside; the plan is held until they have passed, and begins."""
+    cars = [thing(f"car{k}", 50.0 - 14.0 * k, LANE_M, speed=8.0) for k in range(-2, 4)]
+    return (
+        World(ROADS[2], [thing("lead", 65.0), *cars], cruise_mps=0.0),
+        {"ladder": stubborn()},
+        lambda world, solver: None,
+    )
+
+
 STAGED = {
+    "a gap comes": a_gap_comes,
     "held, then helped": held_then_helped,
     "a yes, and a car comes": approved_into(lambda w: thing("car", w.x + 90.0, LANE_M, speed=-8.0)),
     "other words at a gap": other_words_at_a_gap,
