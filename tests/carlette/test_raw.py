@@ -13,6 +13,8 @@ import pytest
 from raw_client import IMU, NOWHERE, SYNCHRONOUS, Raw, exactly, open_stream, places
 from serving import running_server
 
+from carlette.watchdog.pacing import HANDSHAKE_LIMIT_S
+
 pytestmark = pytest.mark.integration
 
 
@@ -71,7 +73,7 @@ def test_a_stream_that_never_comes_delays_one_tick_only(raw: Raw) -> None:
     start = time.monotonic()
     frames = [raw.call("tick_cue")[1][0][1] for _ in range(20)]
     assert frames == list(range(frames[0], frames[0] + 20))
-    assert time.monotonic() - start < 2.0
+    assert time.monotonic() - start < 10.0 * HANDSHAKE_LIMIT_S  # of 20 ticks; a busy machine is slow by itself
 
 
 def test_a_reader_that_comes_when_it_is_no_longer_waited_for_misses_nothing(port: int, raw: Raw) -> None:

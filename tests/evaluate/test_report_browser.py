@@ -20,6 +20,9 @@ pytestmark = pytest.mark.integration
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 expect = playwright.expect
+LIMIT_MS = 100_000
+"""Who takes longer than that hangs; a busy machine may need many seconds."""
+expect.set_options(timeout=LIMIT_MS)
 
 PLACES = {"desktop": {"width": 1400, "height": 1000}, "phone": {"width": 390, "height": 844}}
 
@@ -78,6 +81,7 @@ def look(browser, pages):
 
     def open_page(name, place="desktop"):
         contexts.append(browser.new_context(viewport=PLACES[place]))
+        contexts[-1].set_default_timeout(LIMIT_MS)
         page = contexts[-1].new_page()
         page.on("console", lambda said: wrong.append(said.text) if said.type in ("error", "warning") else None)
         page.on("pageerror", lambda error: wrong.append(str(error)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import math
+import os
 import struct
 from random import Random
 
@@ -24,6 +25,9 @@ from stucksolver.reason.llm.schema import decide_tool
 from stucksolver.reason.reasoner import parse_trace
 from stucksolver.scene import LightState, LineKind, ObjectKind
 from stucksolver.solver.machine.execution import Execution
+
+ADVERSARIAL = int(os.environ.get("ADVERSARIAL_ANSWERS", "10000"))
+"""How many different answers are made up; `make test` looks at fewer."""
 
 WORLD = World(
     straight_road(left=LineKind.BROKEN),
@@ -211,8 +215,8 @@ def adversarial_answer(draw: Random) -> str:
 
 
 @pytest.mark.integration
-def test_ten_thousand_adversarial_answers():
-    texts = {adversarial_answer(Random(seed)) for seed in range(15_000)}
-    assert len(texts) >= 10_000
-    for text in sorted(texts)[:10_000]:
+def test_thousands_of_adversarial_answers_are_held_to_the_promises():
+    texts = list(dict.fromkeys(adversarial_answer(Random(seed)) for seed in range(ADVERSARIAL * 3 // 2)))
+    assert len(texts) >= ADVERSARIAL
+    for text in texts[:ADVERSARIAL]:
         held_to_its_promises(text)
