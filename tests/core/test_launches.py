@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from test_rules_moves import after, names
+from test_rules_moves import names
 from worlds import LANE_M, World, drive, straight_road, thing
 
 from stucksolver.decision.manoeuvre import straight
 from stucksolver.decision.rollout import SLUGGISH_ACCELERATION, sluggish
-from stucksolver.scene import LineKind, RejectCode, Status, VehicleLimits
+from stucksolver.reason import Request, RuleReasoner
+from stucksolver.scene import LineKind, PastAttempt, RejectCode, Status, VehicleLimits
 from stucksolver.solver import StuckSolver
 from stucksolver.solver.launches import Launches
 
@@ -92,22 +93,32 @@ def test_the_guard_and_the_record_get_what_was_measured():
     assert seen and seen[-1] == pytest.approx(1.5, rel=0.1)
 
 
-def test_after_traffic_left_no_gap_the_rules_turn_the_nose_out_first():
+def left_no_gap(world, *tries, code=RejectCode.LANE_ENTRY):
+    """What the rules propose after plans, with how long ago they failed (s), to which traffic left no gap."""
+    scene = world.scene()
+    ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
+    attempts = tuple(
+        PastAttempt(time_s=scene.time_s - ago_s, behaviors=behaviors, codes=(code,), outcome="")
+        for ago_s, *behaviors in tries
+    )
+    seen = scene.model_copy(update={"ego": ego, "attempts": attempts})
+    return names(RuleReasoner().decide(Request(seen)).decision)
+
+
+def test_after_traffic_left_no_gap_twice_the_rules_turn_the_nose_out_first():
     world = World(MULTI, [thing("lead", 65.0, hazard=True)])
-    assert names(after(world, RejectCode.LANE_ENTRY, "change_lane", "change_lane")) == [
-        "nose_out",
-        "change_lane",
-        "change_lane",
-    ]
-    assert names(after(world, RejectCode.LANE_ENTRY, "change_lane", "change_lane", ago_s=40.0))[0] == "change_lane"
-    assert names(after(world, RejectCode.LANE_ENTRY, "nose_out", "change_lane", ago_s=1.0))[0] == "change_lane"
+    assert left_no_gap(world, (20.0, "change_lane"), (5.0, "change_lane"))[:2] == ["nose_out", "change_lane"]
+    assert left_no_gap(world, (5.0, "change_lane"))[0] == "change_lane", "a gap may come"
+    assert left_no_gap(world, (60.0, "change_lane"), (5.0, "change_lane"))[0] == "change_lane"
+    assert left_no_gap(world, (9.0, "change_lane"), (5.0, "nose_out", "change_lane"))[0] == "change_lane"
     near = World(MULTI, [thing("lead", 59.5, hazard=True)])
-    assert names(after(near, RejectCode.LANE_ENTRY, "change_lane", "change_lane"))[:2] == ["back_up", "nose_out"]
+    assert left_no_gap(near, (20.0, "change_lane"), (5.0, "change_lane"))[:2] == ["back_up", "nose_out"]
 
 
 def test_beside_oncoming_traffic_the_nose_stays_in_the_own_lane_until_the_gap_comes():
     world = World(straight_road(), [thing("lead", 65.0, hazard=True)])
-    assert names(after(world, RejectCode.ONCOMING_GAP, "borrow_oncoming_lane")) == ["nose_out", "borrow_oncoming_lane"]
+    tries = ((20.0, "borrow_oncoming_lane"), (5.0, "borrow_oncoming_lane"))
+    assert left_no_gap(world, *tries, code=RejectCode.ONCOMING_GAP) == ["nose_out", "borrow_oncoming_lane"]
 
 
 def test_a_stream_that_ends_is_waited_for_and_then_passed():

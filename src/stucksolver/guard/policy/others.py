@@ -75,7 +75,7 @@ class EntryPolicy(Model):
     """From the command until the ego moves. Ours: the time a drivetrain takes to build up torque."""
     reserve_m: NonNegativeFloat = 1.0
     """Extra distance to others at the start, so that a plan is not given up right after it begins."""
-    nose_rad: PositiveFloat = 0.15
+    nose_rad: PositiveFloat = 0.1
     """A standing ego that is turned towards the lane beside by more than this, ..."""
     nose_m: NonNegativeFloat = 0.5
     """... with its nose this near to the border, is seen to want to enter. Ours: half a lane's room beside a car."""

@@ -19,5 +19,10 @@ def failed_for(scene: Scene, *why: RejectCode | PlanFailure) -> bool:
     return any(one in (*attempt.codes, *attempt.failures) for attempt in _recent(scene) for one in why)
 
 
+def often_failed_for(scene: Scene, least: int, *why: RejectCode | PlanFailure) -> bool:
+    """True if at least this many plans of the last half minute were refused or given up for one of these reasons."""
+    return sum(not set(why).isdisjoint((*a.codes, *a.failures)) for a in _recent(scene)) >= least
+
+
 def _recent(scene: Scene) -> Iterator[PastAttempt]:
     return (a for a in scene.attempts if scene.time_s - a.time_s < REMEMBERED_S)

@@ -14,7 +14,7 @@ from stucksolver.decision.behaviors import (
     NoseOut,
     Nudge,
 )
-from stucksolver.reason.rules.attempts import failed_for, was_tried
+from stucksolver.reason.rules.attempts import failed_for, often_failed_for, was_tried
 from stucksolver.reason.rules.passing import PassTarget
 from stucksolver.reason.rules.past import SLOW_MPS, Way, lane_of, may_be_driven_over
 from stucksolver.scene import VULNERABLE, LaneRelation, PlanFailure, RejectCode, Scene, SceneObject
@@ -34,6 +34,8 @@ MOST_MOVES = 4
 ASIDE_M = 0.8
 CLEAR_OF_M = 0.2
 SWING_OUT_M = 10.0
+STREAM_TRIES = 2
+"""Traffic is a stream once it has left no gap this often. Turning out takes some 10 s, in which a gap may come."""
 NOSE_ROOM_M = 6.0
 """Before it turns its nose out, the ego backs up to this distance if it can: 5 m are too few before a usual car."""
 
@@ -76,7 +78,8 @@ def to_be_seen(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryP
 
     The plan then waits at the border and begins in a gap that would be too short for a start from inside the lane.
     """
-    stream = failed_for(scene, RejectCode.LANE_ENTRY, RejectCode.ONCOMING_GAP) and not was_tried(scene, "nose_out")
+    stream = often_failed_for(scene, STREAM_TRIES, RejectCode.LANE_ENTRY, RejectCode.ONCOMING_GAP)
+    stream = stream and not was_tried(scene, "nose_out")
     if not stream or lead.speed_along_mps > 0.2 or scene.ego.speed_mps > 0.2 or not scene.offers("nose_out"):
         return plan
     first, *rest = plan.behaviors
