@@ -52,7 +52,7 @@ SPOKEN = ((PARKED_CAR, GUIDED), (CYCLISTS, GUIDED))
 
 SEEN_BY = {
     PRIVILEGED: "perception: privileged – scenes are built from the simulator's ground truth, not from sensors.",
-    SENSORS: "perception: sensors – driver and solver know the world by camera, LiDAR, GNSS, IMU and wheels alone.",
+    SENSORS: "perception: sensors – driver and solver perceive only by camera, LiDAR, GNSS, IMU and wheel sensors.",
 }
 
 

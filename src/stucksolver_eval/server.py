@@ -174,7 +174,7 @@ def _check_versions(client: carla.Client) -> None:
         ours, theirs = str(client.get_client_version()), str(client.get_server_version())
     except RuntimeError as error:
         # The client library reports a missing or foreign server with a bare `RuntimeError`.
-        raise ServerError(f"what listens there does not answer as a CARLA server does: {error}") from error
+        raise ServerError(f"the program that listens there does not answer like a CARLA server: {error}") from error
     if ours != theirs:
         raise ServerError(f"the carla client is {ours} but the server is {theirs}: pip install carla=={theirs}")
 

@@ -1,1 +1,1 @@
-"""What is kept of a drive, so that a page can show it again."""
+"""Records the replay of a drive, which a page can show."""

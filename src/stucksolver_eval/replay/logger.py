@@ -1,4 +1,4 @@
-"""Writes down a run as it happens: poses ten times a second, decisions, events."""
+"""Logs a run for its replay: poses at a fixed interval, decisions and events."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ _KINDS: dict[EventKind, Kind] = {
 
 
 class RunLogger:
-    """Keeps what the replay shows. Times given to it are seconds since the start of the run.
+    """Collects what the replay shows. All times are seconds since the start of the run.
 
-    With a `camera` each decision keeps the picture of the moment in which it was asked for.
+    With a `camera`, each decision includes the image at the time of its question.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class RunLogger:
         self.events: list[LogEvent] = []
 
     def frame(self, time_s: float, speed_mps: float) -> None:
-        """Note where everybody is, when it is time for a frame."""
+        """Log all poses if a frame is due."""
         if time_s < self._next_frame_s - 1e-6:
             return
         self._next_frame_s = time_s + self._frame_every_s
@@ -109,7 +109,7 @@ class RunLogger:
         return self._index[o.id]
 
     def directive(self, time_s: float, directive: Directive) -> None:
-        """Note what the stack was told, when it changes."""
+        """Log the directive if it has changed."""
         if directive is self._said:
             return
         self._said = directive
@@ -118,16 +118,16 @@ class RunLogger:
             self._path = tuple((round(p.x_m, 2), round(p.y_m, 2)) for p in directive.path[::4])
             self.event(time_s, "directive", f"execute {directive.behavior.name}")
         elif isinstance(directive, Replan):
-            self.event(time_s, "directive", f"plan the route anew from {directive.route_start or 'here'}")
+            self.event(time_s, "directive", f"replan the route from {directive.route_start or 'here'}")
         elif isinstance(directive, SafeStop):
             self.event(time_s, "directive", f"safe stop: {directive.reason}")
 
     def event(self, time_s: float, kind: Kind, text: str) -> None:
-        """Notes an event at its time."""
+        """Log an event."""
         self.events.append(LogEvent(time_s=round(time_s, 2), kind=kind, text=text))
 
     def hear(self, event: Event) -> None:
-        """Listen to the solver."""
+        """Log an event of the solver."""
         time_s = event.time_s - self._start_s
         if event.kind is EventKind.TRIGGERED and self._camera is not None:
             image = self._camera.image()

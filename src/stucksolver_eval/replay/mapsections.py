@@ -1,4 +1,4 @@
-"""Which lanes an OpenDRIVE map has near a region, of every type.
+"""Finds the lanes of all types of an OpenDRIVE map near a region.
 
 `carla.Map` lists driving lanes only; sidewalks, shoulders, parking and biking lanes are read from its text.
 """
@@ -14,7 +14,7 @@ import carla
 import shapely
 
 _HALF_ROAD_M = 30.0
-"""No lane lies further than this from its road's reference line."""
+"""No lane is farther than this from its road's reference line."""
 
 
 class LaneSpan(NamedTuple):
@@ -23,22 +23,22 @@ class LaneSpan(NamedTuple):
     road_id: int
     lane_id: int
     kind: str
-    """Lane type as OpenDRIVE has it: `driving`, `shoulder`, `sidewalk`, ..."""
+    """OpenDRIVE lane type: `driving`, `shoulder`, `sidewalk`, ..."""
     start_s: float
     end_s: float
     draws_centre: bool
-    """Whether this lane shows the road's centre line, which it shares with the other side."""
+    """True if this lane draws the road's centre line, which both sides share."""
 
 
 def lane_spans(carla_map: carla.Map, region: shapely.Polygon) -> Iterator[LaneSpan]:
-    """Every lane of the roads that may touch the region (right-handed frame)."""
+    """Yield all lanes of the roads that may touch the region (right-handed frame, m)."""
     for road in ElementTree.fromstring(carla_map.to_opendrive()).iter("road"):
         if _may_touch(road, region):
             yield from _spans(road)
 
 
 def _may_touch(road: ElementTree.Element, region: shapely.Polygon) -> bool:
-    """Whether any piece of the reference line starts close enough to reach the region."""
+    """Return True if any piece of the reference line starts close enough to reach the region."""
     for geometry in road.iter("geometry"):
         start = shapely.Point(_number(geometry, "x"), _number(geometry, "y"))
         if region.distance(start) <= _number(geometry, "length") + _HALF_ROAD_M:

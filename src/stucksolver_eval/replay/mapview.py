@@ -1,6 +1,6 @@
-"""Cuts the part of a map that a run's replay can show: lanes as areas, painted lines as polylines.
+"""Extracts the part of a map that a run's replay shows: lanes as areas, painted lines as polylines.
 
-CARLA's world is left-handed; what comes out is in the right-handed frame of `runlog` (y = -carla y).
+CARLA's world is left-handed; the result is in the right-handed frame of `runlog` (y = -carla y).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from stucksolver_eval.results.runlog import LaneArea, MapView, Marking, Polyline
 
 _STEP_M = 2.0
 _INSIDE_M = 1e-3
-"""Kept from the ends of a lane, where CARLA may already answer with the next one."""
+"""Distance kept from the ends of a lane, where CARLA may already return the next lane."""
 _TOLERANCES_M = (0.02, 0.06, 0.2, 0.6, 1.5)
 _MAX_BYTES = 190_000
 _DOUBLE_LINE_M = 0.12
@@ -28,10 +28,10 @@ _Paint = tuple[str, str]
 
 
 def map_view(carla_map: carla.Map, points: Sequence[tuple[float, float]], margin_m: float = 60.0) -> MapView:
-    """Lanes and markings within `margin_m` of a line of points (right-handed frame, metres).
+    """Return lanes and markings within `margin_m` of a line of points (right-handed frame, m).
 
-    The map's name loses the folders that a server puts before it. Curves are simplified only as far as keeps the
-    JSON form under 200 kB. Raises ValueError without points.
+    The map's name is stored without folders. Curves are simplified only as much as needed to keep the JSON form under
+    200 kB. Raises `ValueError` without points.
     """
     if not points:
         raise ValueError("map_view needs at least one point, such as those of a route")
@@ -82,7 +82,7 @@ def _paint(marking: carla.LaneMarking | None) -> _Paint:
 
 
 def _pieces(lane: _Samples, region: shapely.Polygon) -> Iterator[_Samples]:
-    """The runs of samples that lie in the region; single samples are no area and are dropped."""
+    """Yield the runs of samples inside the region; single samples have no area and are dropped."""
     if len(lane.left) == 0:
         return
     middle = (lane.left + lane.right) / 2
@@ -109,14 +109,14 @@ def _view(name: str, pieces: Sequence[_Samples], tolerance_m: float) -> MapView:
 
 
 def _markings(piece: _Samples, tolerance_m: float) -> Iterator[Marking]:
-    """The line on the outer side of each lane, and the centre line from one of its neighbours."""
+    """Yield the line on the outer side of a lane, and the centre line if this lane draws it."""
     yield from _line(piece, [paint[1] for paint in piece.paint], piece.right, tolerance_m)
     if piece.span.draws_centre:
         yield from _line(piece, [paint[0] for paint in piece.paint], piece.left, tolerance_m)
 
 
 def _line(piece: _Samples, paints: list[_Paint], points: _Points, tolerance_m: float) -> Iterator[Marking]:
-    """One line, cut where its paint changes; double lines come out as two."""
+    """Yield one line, split where its paint changes; double lines become two."""
     across = piece.right - piece.left
     across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-6)
     for (kind, color), group in groupby(range(len(points)), key=lambda index: paints[index]):

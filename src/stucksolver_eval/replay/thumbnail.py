@@ -1,4 +1,4 @@
-"""The front camera's pictures, small enough for a page that holds many of them."""
+"""Thumbnails of the front camera's images, small enough for a page with many of them."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import io
 from stucksolver.scene import CameraImage
 
 WIDTH_PX = 480
-"""Signs, lights and people are still made out; a picture takes about 10 kB."""
+"""Signs, lights and people are still recognisable; an image takes about 10 kB."""
 QUALITY = 70
 
 
 def thumbnail(image: CameraImage) -> str:
-    """A JPEG at most `WIDTH_PX` wide, base64."""
+    """Return a JPEG at most `WIDTH_PX` wide, in base64."""
     from PIL import Image
 
     picture = Image.open(io.BytesIO(image.jpeg))

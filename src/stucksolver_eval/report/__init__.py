@@ -5,6 +5,6 @@ from pathlib import Path
 from stucksolver_eval.report.write import ReportError, write_report
 
 ASSETS = Path(__file__).parent / "assets"
-"""The scripts and colours of a replay, with which the passenger's page draws, too."""
+"""Scripts and styles of a replay, which the passenger's page uses too."""
 
 __all__ = ["ASSETS", "ReportError", "write_report"]

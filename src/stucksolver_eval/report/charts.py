@@ -1,4 +1,4 @@
-"""Bars for the cells of tables, as SVG text; the figure stands beside each, so they are for the eye alone."""
+"""Bars for table cells, as SVG text. Each has its figure next to it, so screen readers skip the bars."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ HEIGHT = 10
 
 
 def bar_cell(value: float | None, digits: int = 1) -> str:
-    """A table's cell with a figure from 0 to 100 and its bar; None: there is none."""
+    """Return a table cell with a figure from 0 to 100 and its bar; None means that there is no figure."""
     if value is None:
         return '<td class="figure">no route</td>'
     length = WIDTH * min(max(value, 0.0), 100.0) / 100.0

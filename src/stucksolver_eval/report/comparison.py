@@ -1,4 +1,4 @@
-"""A page that shows several evaluations of the same routes side by side, one column each."""
+"""A page that compares several evaluations of the same routes, with one column each."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from stucksolver_eval.scores.statistics import Interval
 from stucksolver_eval.scores.summary import RouteRow, Summary
 
 Arms = Mapping[str, Summary]
-"""By the name of their column; the others are compared with the first one."""
+"""Summaries by column name; the others are compared with the first."""
 
 
 def write_comparison(folders: Sequence[Path], summaries: Sequence[Summary], path: Path) -> None:
-    """The page at `path`, with links to the reports and replays of the evaluations.
+    """Write the page to `path`, with links to the reports and replays of the evaluations.
 
     Raises `ComparisonError` for evaluations of different routes, `OutputError` and `ReportError`.
     """
@@ -39,7 +39,7 @@ def write_comparison(folders: Sequence[Path], summaries: Sequence[Summary], path
 
 
 def column_names(summaries: Sequence[Summary], folders: Sequence[Path]) -> list[str]:
-    """What each run is called; runs that would be called alike have their folder's name added."""
+    """Return a name for each run; the folder's name is added to names that would be equal."""
     names = [run_name(one) for one in summaries]
     alike = {name for name in names if names.count(name) > 1}
     named = [f"{name} ({folder.name})" if name in alike else name for name, folder in zip(names, folders, strict=True)]
@@ -47,7 +47,7 @@ def column_names(summaries: Sequence[Summary], folders: Sequence[Path]) -> list[
 
 
 def comparison_page(arms: Arms, pages: Mapping[str, str], links: Mapping[str, Links]) -> str:
-    """The whole HTML text. `pages`, `links`: each arm's report, and its replays. Raises `ComparisonError`."""
+    """Return the HTML page. `pages` and `links` are each arm's report and replays. Raises `ComparisonError`."""
     first, *others = arms
     m = arms[first].manifest
     about = f"Suite {m.suite} (digest {m.suite_digest[:12]}), {m.routes} routes."
@@ -65,8 +65,8 @@ def comparison_page(arms: Arms, pages: Mapping[str, str], links: Mapping[str, Li
 
 
 HOW_SURE = (
-    "Over the routes and seeds that both drove. In brackets the interval that covers 95 % of a bootstrap over routes; "
-    "p of a paired permutation test: how often chance alone would make a difference as large."
+    "Over the routes and seeds that both drove. Brackets show the 95 % interval of a bootstrap over routes; p is that "
+    "of a paired permutation test: how often chance alone would cause a difference this large."
 )
 SUCCESS = "Success or failure as Bench2Drive counts it, with the driving score of each drive."
 

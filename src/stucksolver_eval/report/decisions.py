@@ -1,4 +1,4 @@
-"""Pages with the decisions of drives whose replay was not kept, read from their records."""
+"""Pages with the decisions of drives without a stored replay, read from their records."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NOTE = "Times are those of the simulator. Only interventions are recorded; legit
 
 
 def write_decisions(store: Store, summary: Summary, shown: Mapping[tuple[str, int], str]) -> dict[tuple[str, int], str]:
-    """A page for each drive that has records and none of the pages `shown`; paths relative to the store's folder.
+    """Write a page for each drive with records that is not in `shown`. Returns paths relative to the store's folder.
 
     Raises `RecordError` for a record that was changed, and `ReportError`.
     """
@@ -35,7 +35,7 @@ def write_decisions(store: Store, summary: Summary, shown: Mapping[tuple[str, in
 
 
 def moments_of(folder: Path) -> Iterator[DecisionMoment]:
-    """The decisions of all records of a folder, with the camera's pictures. Raises `RecordError`."""
+    """Yield the decisions of all records in a folder, with the camera's images. Raises `RecordError`."""
     for path in sorted(folder.glob("intervention-*.jsonl")):
         for one in read_decisions(path):
             outcome, verdict = came_to(one.event.verdict)
@@ -51,7 +51,7 @@ def moments_of(folder: Path) -> Iterator[DecisionMoment]:
 
 
 def _log(summary: Summary, row: RouteRow, moments: tuple[DecisionMoment, ...]) -> RunLog:
-    """A run without frames, of which the page shows the decisions."""
+    """Return a run without frames, so that the page shows its decisions only."""
     m, record, outcome = summary.manifest, row.record, row.outcome
     assert record is not None
     plans = 0 if outcome is None else len(outcome.interventions)

@@ -1,4 +1,4 @@
-"""The page of an evaluation: scores, abilities, recovery, scenarios, and the routes with their replays."""
+"""The page of an evaluation: scores, abilities, recovery, scenarios, and routes with their replays."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ Links = Mapping[tuple[str, int], str]
 
 
 def write_evaluation(store: Store, summary: Summary) -> Path:
-    """`summary.json`, `routes.csv`, `report.html`, and a page for each replay, or for the decisions of a record.
+    """Write `summary.json`, `routes.csv`, `report.html`, and a page for each replay or each record's decisions.
 
-    Raises `OutputError`, `ReportError` and `RecordError`.
+    Returns the report's path. Raises `OutputError`, `ReportError` and `RecordError`.
     """
     folder = store.folder
     write_text(folder / "summary.json", summary_json(summary))
@@ -45,7 +45,7 @@ def write_evaluation(store: Store, summary: Summary) -> Path:
 
 
 def evaluation_page(summary: Summary, links: Links, decisions: Links | None = None, recorded: bool = False) -> str:
-    """The whole HTML text. `links`: pages with replay and decisions; `decisions`: those with decisions alone."""
+    """Return the HTML page. `links` are pages with replay and decisions, `decisions` those with decisions only."""
     title = f"{Path(summary.manifest.suite).stem}: {run_name(summary)}"
     guidance = guidance_text(summary) or "nothing was said"
     run = {run_name(summary): summary}
@@ -70,9 +70,9 @@ def evaluation_page(summary: Summary, links: Links, decisions: Links | None = No
 
 
 RECORDS = (
-    '<p class="note">Hash-chained records of the interventions lie in '
-    f"{markup.code('seed-*/interventions')}; {markup.code('stucksolver replay FILE')} checks one and derives its "
-    "decisions and verdicts again.</p>"
+    '<p class="note">Hash-chained records of the interventions are in '
+    f"{markup.code('seed-*/interventions')}; {markup.code('stucksolver replay FILE')} checks one and recomputes its "
+    "decisions and verdicts.</p>"
 )
 
 
@@ -94,7 +94,7 @@ def _command(summary: Summary) -> str:
 
 def _alone(f: RecoveryFigures) -> str:
     if f.harm_alone is None:
-        return "Alone: not known; score this run with --alone DIR to pair it with the driver alone."
+        return "Driver alone: unknown; score this run with --alone DIR to pair it with the driver alone."
     return f"Infractions on whole routes: {f.infractions}, and {f.infractions_alone} with the driver alone."
 
 
@@ -142,7 +142,7 @@ def _routes(rows: tuple[RouteRow, ...], links: Links, decisions: Links) -> str:
 
 
 def status_of(row: RouteRow) -> str:
-    """How a drive ended, in words, with the reason where it was not driven."""
+    """Return how a drive ended, with the reason if the route was not driven."""
     status = status_text(row.record.status) if row.record else row.outcome.state if row.outcome else "missing"
     why = row.outcome.reason.splitlines()[-1] if row.outcome and row.outcome.reason else ""
     return f"{status} {why}".strip()
@@ -153,7 +153,7 @@ def _has_records(store: Store, summary: Summary) -> bool:
 
 
 def replay_pages(store: Store, summary: Summary) -> Links:
-    """Write a page for each kept replay that has none yet."""
+    """Write a page for each stored replay that has none yet. Returns the paths relative to the store's folder."""
     links = {}
     for row in summary.rows:
         packed = store.replay(row.route, row.seed)

@@ -1,4 +1,4 @@
-"""Scores and recovery figures as rows that say what each of them is: one row a figure, one column a run."""
+"""Scores and recovery figures with their definitions: one row per figure, one column per run."""
 
 from __future__ import annotations
 
@@ -20,44 +20,44 @@ from stucksolver_eval.terminal import PART
 
 MEANINGS = {
     "Driving score (DS)": "Mean over all routes of route completion times infraction score; 0 to 100.",
-    "Success rate (SR), %": "Routes driven to their end without an infraction; driving slowly is not counted as one.",
-    "Route completion (RC), %": "How much of its route the vehicle drove, mean over all routes.",
+    "Success rate (SR), %": "Routes completed without an infraction; driving slowly does not count as one.",
+    "Route completion (RC), %": "Completed share of the route, mean over all routes.",
     "Infraction score (IS)": "1 without infractions; each collision, red light, stop sign or time-out multiplies it by "
     "a factor below 1.",
-    "Efficiency": "Speed beside that of the traffic around, %; above 100: faster than the others.",
-    "Efficiency, corrected": "The same, with the stretch on which a route got stuck, which the benchmark omits.",
+    "Efficiency": "Speed relative to the surrounding traffic, %; above 100: faster than the others.",
+    "Efficiency, corrected": "The same, including the stretch on which a route got stuck, which the benchmark omits.",
     "Comfort": "Share of the time in which acceleration, jerk and yaw rate stay within bounds, %.",
-    "Comfort, corrected": "The same with bounds in the units they are meant for; the benchmark mixes them up.",
+    "Comfort, corrected": "The same with bounds in the intended units; the benchmark mixes them up.",
 }
 RECOVERY_MEANINGS = {
-    "Met": "Times that the vehicle stood or crept for 10 s or more, or that a plan was begun.",
-    "Left": "Of those, after how many 15 m of progress followed, by whatever means.",
+    "Met": "Number of times that the vehicle stood or crept for 10 s or more, or that a plan was started.",
+    "Left": "How many of those were followed by 15 m of progress, by any means.",
     "Median s": "From the onset of immobilization to 15 m of progress.",
     "p95 s": "The same, 95th percentile.",
-    "Plans": "Recovery plans that were carried out.",
+    "Plans": "Recovery plans that were executed.",
     "Recovered": "Plans with 15 m of progress within 60 s and no infraction from then on.",
     "By rung": "Which rung of the escalation ladder the plans came from.",
-    "False": "Plans that moved the vehicle where waiting was right.",
-    "Missed": "Immobilizations that were never left, with no plan that moves, though recovering was right.",
-    "Harm (alone)": "Infractions and near misses from a plan's start to 10 s after its end; in brackets those of the "
+    "False": "Plans that moved the vehicle although waiting was right.",
+    "Missed": "Immobilizations that never ended, without a plan that moves, although recovering was right.",
+    "Harm (alone)": "Infractions and near misses from a plan's start to 10 s after its end; in brackets, those of the "
     "driver alone in the same time.",
-    "Infractions (alone)": "On whole routes; in brackets those of the driver alone.",
-    "Right": "Routes on which the right thing was done (recover, wait, ask, reroute), of those that state it.",
-    "Queries/route": "Questions put to a reasoner.",
-    "Dropped": "Questions whose answer nobody waited for any more: the situation had cleared.",
+    "Infractions (alone)": "On whole routes; in brackets, those of the driver alone.",
+    "Right": "Routes with the right action (recover, wait, ask, reroute), of those whose scenario states it.",
+    "Queries/route": "Questions to a reasoner.",
+    "Dropped": "Questions whose answer was no longer needed, because the situation had cleared.",
     "Failed": "Questions without a usable answer.",
     "Refused": "Plans that the guard, or a rule of the ladder, refused.",
     "Queries/km": "Questions per kilometre driven.",
     "Tokens": "Tokens of all questions and answers.",
     "Tokens/query": "Tokens per question.",
-    "USD/query": "Price per question, where the model's price is known.",
+    "USD/query": "Price per question, if the model's price is known.",
     "Latency s": "Wall time per answer, mean.",
     "Lost s": "Simulated time between questions and answers.",
 }
 
 
 def scores_table(runs: Mapping[str, Summary]) -> str:
-    """The benchmark's scores of runs, by the names of their columns, with what they mean."""
+    """Return the table of the benchmark's scores, one column per run, with definitions."""
     rows = [
         [markup.text(name), *(markup.cell(values[k]) for values in map(_scores, runs.values())), _meaning(meaning)]
         for k, (name, meaning) in enumerate(MEANINGS.items())
@@ -66,7 +66,7 @@ def scores_table(runs: Mapping[str, Summary]) -> str:
 
 
 def recovery_table(runs: Mapping[str, Summary]) -> str:
-    """What recovery did and cost, with what the figures mean; those that no run has are left out."""
+    """Return the table of recovery figures with definitions; figures that no run has are left out."""
     columns = [recovery_row(one) for one in runs.values()]
     rows = [
         [markup.text(name), *(markup.cell(column[k]) for column in columns), _meaning(RECOVERY_MEANINGS[name])]
@@ -77,7 +77,7 @@ def recovery_table(runs: Mapping[str, Summary]) -> str:
 
 
 def published_table() -> str:
-    """Figures that others published, apart from ours: they are of another simulator."""
+    """Return published figures in a section of their own, because they come from another simulator."""
     head = ("Published", "DS", "SR %", "Efficiency", "Comfort")
     rows = [(_whole_name(k), *(number(value) for value in one.scores)) for k, one in enumerate(PUBLISHED)]
     about = markup.note(f"Source: {SOURCE}.")
@@ -87,7 +87,7 @@ def published_table() -> str:
 
 
 def _whole_name(k: int) -> str:
-    """A row that belongs to the one before it is named after that one, too."""
+    """Return a row's full name; a row that belongs to the previous one includes that one's name."""
     name = PUBLISHED[k].name
     if not name.startswith(PART):
         return name
@@ -96,7 +96,7 @@ def _whole_name(k: int) -> str:
 
 
 def _scores(summary: Summary) -> tuple[str, ...]:
-    """In the order of `MEANINGS`."""
+    """Return a run's scores in the order of `MEANINGS`."""
     return (
         number(summary.driving_score),
         number(summary.success_rate),

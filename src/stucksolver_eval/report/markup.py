@@ -1,4 +1,4 @@
-"""HTML for pages without a script: the frame of a page, tables and notes. All text that is put in is escaped here."""
+"""HTML for pages without scripts: page frame, tables and notes. All inserted text is escaped here."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ STYLES = ("palette.css", "tables.css")
 
 
 def document(title: str, head: Sequence[str], sections: Sequence[str]) -> str:
-    """A whole page: `head` stands below its title, `sections` (see `section`) in its main part."""
+    """Return a page. `head` goes below its title, `sections` (see `section`) into its main part."""
     style = "".join((files(__package__) / "assets" / name).read_text(encoding="utf-8") for name in STYLES)
     policy = f"default-src 'none'; style-src '{block_digest(style)}'; base-uri 'none'; form-action 'none'"
     return (
@@ -27,45 +27,45 @@ def document(title: str, head: Sequence[str], sections: Sequence[str]) -> str:
 
 
 def text(words: str) -> str:
-    """Escaped, also for an attribute's value; half a surrogate pair becomes a question mark."""
+    """Escape text for HTML and attribute values; a lone surrogate becomes a question mark."""
     return html.escape(words).encode("utf-8", "replace").decode()
 
 
 def section(name: str, *parts: str) -> str:
-    """A part of the page under a heading of its own."""
+    """Return a section with its own heading."""
     anchor = "-".join(name.lower().split())
     body = "\n".join(part for part in parts if part)
     return f'<section aria-labelledby="{anchor}"><h2 id="{anchor}">{text(name)}</h2>\n{body}</section>'
 
 
 def code(words: str) -> str:
-    """A command or a path within a sentence."""
+    """Return a command or path as inline code."""
     return f"<code>{text(words)}</code>"
 
 
 def note(words: str) -> str:
-    """A paragraph that explains."""
+    """Return an explanatory paragraph."""
     return f'<p class="note">{text(words)}</p>' if words else ""
 
 
 def warning(words: str) -> str:
-    """A paragraph that must not be overlooked."""
+    """Return a highlighted paragraph."""
     return f'<p class="warning">{text(words)}</p>'
 
 
 def cell(words: str) -> str:
-    """A table's cell; figures stand on the right."""
+    """Return a table cell; figures are right-aligned."""
     figure = bool(words) and (words[0].isdigit() or words[0] in "–+-") and len(words.split()) <= 2
     return f'<td class="figure">{text(words)}</td>' if figure else f"<td>{text(words)}</td>"
 
 
 def table(name: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table of text in a box that scrolls sideways; the first cell of each row names it."""
+    """Return a table of text that scrolls sideways; the first cell of each row is its header."""
     return raw_table(name, head, [[text(row[0]), *(cell(words) for words in row[1:])] for row in rows])
 
 
 def raw_table(name: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """The same with cells that are HTML already, but for the first of each row, which only stands in a `<th>`."""
+    """Return a table whose cells are HTML already; the first of each row only gets its `<th>` here."""
     columns = "".join(f'<th scope="col">{text(words)}</th>' for words in head)
     lines = "\n".join(f'<tr><th scope="row">{row[0]}</th>{"".join(row[1:])}</tr>' for row in rows)
     return (
@@ -75,5 +75,5 @@ def raw_table(name: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> 
 
 
 def link(target: str, words: str) -> str:
-    """A link to another page of the same folder; `target` is a path relative to it."""
+    """Return a link to `target`, a path relative to the page's folder."""
     return f'<a href="{text(target)}">{text(words)}</a>'

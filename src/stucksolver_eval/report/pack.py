@@ -1,7 +1,7 @@
-"""The compact form in which runs travel inside the page; `assets/decode.js` reads it.
+"""The compact form of runs inside the page; `assets/decode.js` reads it.
 
 Lengths are whole centimetres, times milliseconds, speeds cm/s, angles tenths of a degree. A series of numbers
-is its first value followed by differences, or one number where it never changes.
+is its first value followed by differences, or a single number if it never changes.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Series = int | list[int]
 
 
 def pack(runs: Sequence[RunLog], title: str, notes: Sequence[str]) -> dict[str, Any]:
-    """Everything the page shows. Maps that several runs share are stored once."""
+    """Return everything the page shows. Maps that several runs share are stored once."""
     maps: dict[str, int] = {}
     packed_maps: list[dict[str, Any]] = []
     packed_runs = []
@@ -36,7 +36,7 @@ def pack(runs: Sequence[RunLog], title: str, notes: Sequence[str]) -> dict[str, 
 
 
 def series(values: Iterable[int]) -> Series:
-    """First value and differences, or the value that never changes."""
+    """Return the first value and differences, or the value if it never changes."""
     whole = list(values)
     if whole and whole.count(whole[0]) == len(whole):
         return whole[0]
@@ -79,7 +79,7 @@ def _tracks(frames: Sequence[Frame], actors: int) -> list[list[list[Any]]]:
 
 
 def _track(poses: Sequence[tuple[float, float, float] | None]) -> list[list[Any]]:
-    """The spells in which an actor is present: first frame, number of frames, x, y, yaw."""
+    """Return the spans in which an actor is present: first frame, number of frames, x, y, yaw."""
     spells: list[list[Any]] = []
     for present, group in groupby(enumerate(poses), key=lambda item: item[1] is not None):
         if present:

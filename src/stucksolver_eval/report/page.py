@@ -1,8 +1,8 @@
-"""Puts template, style, scripts and data together into one page that needs nothing else.
+"""Combines template, style, scripts and data into one self-contained page.
 
-The data is untrusted: signs and passengers say what they like. It is embedded as JSON in which no markup can
-begin, the scripts put it on the page as text only, and the page's content security policy permits the two
-inline blocks by their digests and nothing else.
+The data is untrusted: signs and passengers may say anything. It is embedded as JSON that cannot contain markup, the
+scripts insert it as text only, and the page's content security policy permits only the two inline blocks, by their
+digests.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _ESCAPED = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
 
 
 def page(title: str, data: Mapping[str, Any]) -> str:
-    """The whole HTML text."""
+    """Return the HTML page."""
     style = "".join(_asset(name) for name in STYLES)
     script = '"use strict";\n(() => {\n' + "\n".join(_asset(name) for name in SCRIPTS) + "\n})();\n"
     parts = {
@@ -46,12 +46,12 @@ def page(title: str, data: Mapping[str, Any]) -> str:
         "SCRIPT_DIGEST": block_digest(script),
         "DATA": embedded_json(data),
     }
-    # One pass: text that was put in is never searched for further marks.
+    # In one pass, so that inserted text is never searched for further marks.
     return re.sub(r"\{\{([A-Z_]+)\}\}", lambda mark: parts[mark[1]], _asset("report.html"))
 
 
 def embedded_json(data: object) -> str:
-    """JSON that may stand inside a script element: ASCII only, and without `<`, `>` and `&`."""
+    """Return JSON that is safe inside a script element: ASCII only, without `<`, `>` and `&`."""
     return json.dumps(data, separators=(",", ":"), allow_nan=False).translate(_ESCAPED)
 
 
@@ -60,5 +60,5 @@ def _asset(name: str) -> str:
 
 
 def block_digest(text: str) -> str:
-    """By which a content security policy permits an inline block."""
+    """Return the digest by which a content security policy permits an inline block."""
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()

@@ -1,4 +1,4 @@
-"""The same bars as PNG for papers; needs matplotlib (`pip install 'stucksolver[report]'`)."""
+"""Bar plots as PNG, for papers; needs matplotlib (`pip install 'stucksolver[report]'`)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ DPI = 200
 
 
 def write_plots(summaries: Sequence[Summary], folder: Path) -> list[Path]:
-    """`abilities.png` and `scenarios.png`, runs side by side. Raises `OSError`."""
+    """Write `abilities.png` and `scenarios.png`, which compare the runs. Returns the files. Raises `OSError`."""
     names = [run_name(s) for s in summaries]
     folder.mkdir(parents=True, exist_ok=True)
     abilities = [[s.abilities[name] or 0.0 for name in ABILITIES] for s in summaries]
@@ -30,7 +30,7 @@ def write_plots(summaries: Sequence[Summary], folder: Path) -> list[Path]:
 
 
 def _grouped(path: Path, labels: list[str], names: list[str], values: list[list[float]], unit: str) -> Path:
-    """Horizontal bars, those of several runs in a group."""
+    """Draw horizontal bars, grouped by label. Returns the file."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(7, 1.2 + 0.13 * len(labels) * (len(names) + 1)), layout="constrained")

@@ -50,12 +50,12 @@ CSV_HEAD = (
 
 MEANING = (
     "RC: route completion, %. IS: infraction score, 1 without infractions. DS: driving score, the mean of RC x IS. "
-    "SR: success rate, the routes driven to their end without an infraction; driving slowly is not counted as one."
+    "SR: success rate, the routes completed without an infraction; driving slowly does not count as one."
 )
 
 
 def summary_text(summaries: list[Summary]) -> str:
-    """All tables for a terminal."""
+    """Return all tables for a terminal."""
     main = [row for s in summaries for row in (main_row(s), corrected_row(s))]
     parts = [
         table(HEAD, main),
@@ -70,7 +70,7 @@ def summary_text(summaries: list[Summary]) -> str:
 
 
 def banners(summary: Summary) -> list[str]:
-    """A line for each model that most questions got no usable answer of: the figures say little of it."""
+    """Return a warning for each model that gave no usable answer to most questions."""
     f = summary.recovery
     why = "; ".join(text for text, _ in f.whys.most_common(1) if text)
     found = [unanswered_banner(f.asked[name], f.unanswered[name], name, why) for name in f.asked]
@@ -78,7 +78,7 @@ def banners(summary: Summary) -> list[str]:
 
 
 def guidance_text(summary: Summary) -> str:
-    """What was said to an arm, and what it followed, by kind; empty where nothing was said."""
+    """Return what was said to an arm and what it followed, by kind; empty if nothing was said."""
     f = summary.recovery
     return ", ".join(f"{kind} {count} said, {f.followed[kind]} followed" for kind, count in f.said.most_common())
 
@@ -94,7 +94,7 @@ def summary_json(summary: Summary) -> str:
 
 def summary_data(summary: Summary) -> dict[str, Any]:
     """Return all figures except those of single routes, as JSON-compatible values."""
-    # Not `asdict`: it makes counters of a counter's items.
+    # `asdict` would turn a counter's items into counters.
     recovery: dict[str, Any] = {f.name: getattr(summary.recovery, f.name) for f in dataclasses.fields(summary.recovery)}
     recovery |= {"median_s": summary.recovery.median_s, "p95_s": summary.recovery.p95_s}
     return {
@@ -116,7 +116,7 @@ def summary_data(summary: Summary) -> dict[str, Any]:
 
 
 def per_scenario(summary: Summary) -> dict[str, dict[str, float]]:
-    """Routes, driving score and success rate (%) of each scenario type, by name."""
+    """Return routes, driving score and success rate (%) by scenario type."""
     groups: dict[str, list[RouteRow]] = {}
     for row in summary.rows:
         groups.setdefault(row.scenario, []).append(row)
@@ -131,7 +131,7 @@ def per_scenario(summary: Summary) -> dict[str, dict[str, float]]:
 
 
 def routes_csv(summary: Summary) -> str:
-    """A line for each route and seed."""
+    """Return the content of `routes.csv`: a line for each route and seed."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(CSV_HEAD)
@@ -168,7 +168,7 @@ def _csv_row(row: RouteRow) -> list[Any]:
 
 
 def infraction_text(row: RouteRow) -> str:
-    """Kinds and counts of a record's infractions, but those on minimum speed."""
+    """Return kinds and counts of a record's infractions, without those of minimum speed."""
     if row.record is None:
         return ""
     counts = {k: len(v) for k, v in row.record.infractions.items() if v and k != "min_speed_infractions"}

@@ -1,4 +1,4 @@
-"""The trade-off of a sweep: what each setting costs in questions, and what it brings."""
+"""The trade-off of a sweep: the number of queries against the scores, for each setting."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ HEAD = ("Setting", "Queries/km", "DS", "SR %", "Efficiency", "Median s", "p95 s"
 
 
 def write_tradeoff(summaries: Mapping[str, Summary], folder: Path) -> str:
-    """`tradeoff.csv`, and `tradeoff.png` where matplotlib is installed; the table as text. Raises `OutputError`."""
+    """Write `tradeoff.csv`, and `tradeoff.png` if matplotlib is installed. Returns a table. Raises `OutputError`."""
     rows = [_row(label, summary) for label, summary in summaries.items()]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -68,12 +68,12 @@ def _plot(summaries: Mapping[str, Summary], path: Path) -> None:
     if len(lines) > 1:
         figure.legend(*axes.get_legend_handles_labels(), loc="outside right upper", fontsize=7)
     varied = next(iter(summaries)).rpartition(",")[2].partition("=")[0]
-    figure.suptitle(f"beside each point: {varied}", fontsize=8)
+    figure.suptitle(f"label of each point: {varied}", fontsize=8)
     figure.savefig(path, dpi=DPI)
 
 
 def _series(summaries: Mapping[str, Summary]) -> dict[str, dict[str, Summary]]:
-    """By all settings but the last, and by the last."""
+    """Group summaries by all settings but the last, and then by the last."""
     found: dict[str, dict[str, Summary]] = {}
     for label, summary in summaries.items():
         shared, _, last = label.rpartition(",")

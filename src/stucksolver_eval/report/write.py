@@ -1,4 +1,4 @@
-"""Writes the report, whole or not at all."""
+"""Writes the report atomically."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from stucksolver_eval.results.runlog import RunLog
 class ReportError(RuntimeError):
     """The report could not be written; the message names the file, the cause and what to do.
 
-    A report that was there before is unharmed.
+    An existing report is unchanged.
     """
 
 
 def write_report(runs: Sequence[RunLog], path: str | os.PathLike[str], title: str, notes: Sequence[str] = ()) -> None:
-    """Writes one self-contained HTML file; folders on the way are made, an older file is replaced at the end.
+    """Write one self-contained HTML file. Missing folders are created, and an older file is replaced at the end.
 
-    Runs of the same scenario and seed stand side by side, in the order given. `notes` are lines of plain text
-    under the title. Raises ReportError when the file cannot be written.
+    Runs of the same scenario and seed are shown side by side, in the given order. `notes` are lines of plain text below
+    the title. Raises `ReportError` if the file cannot be written.
     """
     target = Path(path)
     text = page(title, pack(runs, title, notes))
@@ -41,7 +41,7 @@ def write_report(runs: Sequence[RunLog], path: str | os.PathLike[str], title: st
 
 
 def _write_through(path: Path, text: str) -> None:
-    """Writes to the disk itself, so that a full one is noticed here."""
+    """Write and flush to disk, so that a full disk raises here."""
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.write(text)
         file.flush()
@@ -52,5 +52,5 @@ def _remove(path: Path) -> None:
     try:
         path.unlink(missing_ok=True)
     except OSError:
-        # The folder itself may be unusable; the error that led here says more than this one would.
+        # The folder itself may be unusable; the original error is more useful than this one.
         return

@@ -42,7 +42,7 @@ class Manifest(Model):
 
     @property
     def title(self) -> str:
-        """One line that tells runs apart."""
+        """One line that identifies the run."""
         return f"{self.suite} ({self.suite_digest[:8]}), {self.driver}, recovery {self.recovery}"
 
     def differs_from(self, other: Manifest) -> str:
@@ -74,5 +74,5 @@ def suite_digest(routes: tuple[Route, ...]) -> str:
 
 
 def file_digest(path: Path | None) -> str:
-    """SHA-256 of a file, in hex; empty without one."""
+    """Return the SHA-256 of a file in hex; empty without a file."""
     return "" if path is None else hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,6 +1,6 @@
-"""The outcome of one route beside the leaderboard's record: the input of the recovery figures.
+"""The outcome of one route in addition to the leaderboard's record: the input of the recovery figures.
 
-Times are seconds since the start of the route, places metres along it.
+Times are seconds since the start of the route; places are metres along it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Noted(Model):
 
 
 class Spoken(Noted):
-    """What a person said or answered. `help`: the sort of help that it was meant as, empty where none."""
+    """What a person said or answered. `help` is the intended kind of help, empty if none."""
 
     help: str = ""
     by: str = "passenger"
@@ -43,13 +43,13 @@ class ImmobilizationEpisode(Model):
 
 
 class InterventionRecord(Model):
-    """A plan that was carried out."""
+    """A plan that was executed."""
 
     start_s: float
     end_s: float
     place_m: float
     rung: str
-    """Which rung of the ladder it came from: `rules`, `passenger`, or a timer's action."""
+    """The rung of the ladder that it came from: `rules`, `passenger`, or a timer's action."""
     behaviors: tuple[str, ...]
     moves: bool
     """False for a plan that only stands still."""
@@ -58,7 +58,7 @@ class InterventionRecord(Model):
 
 
 class QueryOutcome(str, Enum):
-    """What became of a question to the reasoner."""
+    """The outcome of a question to the reasoner."""
 
     NO_PLAN = "nothing to do"
     ACCEPTED = "accepted"
@@ -78,13 +78,13 @@ class QueryRecord(Model):
     tokens: int = 0
     usd: float | None = None
     outcome: QueryOutcome | None = None
-    """None: nobody waited for the answer any more."""
+    """None if the answer was no longer needed."""
     verdict: str = ""
-    """The same for people, with the reasons."""
+    """The outcome for people, with the reasons."""
 
 
 def came_to(verdict: Verdict | None) -> tuple[QueryOutcome, str]:
-    """What an answer came to, and the same for people; None where it proposed no plan."""
+    """Return the outcome of an answer, and the same for people. `verdict` is None if it proposed no plan."""
     if verdict is None:
         return QueryOutcome.NO_PLAN, QueryOutcome.NO_PLAN.value
     if verdict.accepted:
@@ -93,14 +93,14 @@ def came_to(verdict: Verdict | None) -> tuple[QueryOutcome, str]:
 
 
 class Reliability(Model):
-    """How a reasoner that rests on something outside, such as a model behind a server, did in a run."""
+    """How often a reasoner that depends on an external service answered in a run."""
 
     reasoner: str
     asked: int
-    """Questions that were put to it and not withdrawn."""
+    """Questions that it was asked and that were not withdrawn."""
     unanswered: int
     why: str = ""
-    """Of the last one that had no usable answer."""
+    """Reason of the last one without a usable answer."""
 
 
 class RouteOutcome(Model):
@@ -116,9 +116,9 @@ class RouteOutcome(Model):
     reason: str = ""
     """Why it was not driven."""
     expected: Expected | None = None
-    """The right thing to do in the scenario, where it is stated."""
+    """The right action in the scenario, if it is stated."""
     asked_s: float | None = None
-    """When help was asked for, if it was."""
+    """When help was requested, or None."""
     ticks: int = 0
     wall_s: float = 0.0
     length_m: float = 0.0
@@ -126,7 +126,7 @@ class RouteOutcome(Model):
     first_junction: int | None = None
     """1-based index of the first junction point of the 1 m route."""
     stuck_end_pct: float | None = None
-    """Speed beside the traffic (%) on the stretch that the ego did not get to the end of."""
+    """Speed relative to the traffic (%) on the last stretch, if the ego did not complete it."""
     infractions: tuple[Noted, ...] = ()
     near_misses: tuple[Noted, ...] = ()
     spells: tuple[ImmobilizationEpisode, ...] = ()
@@ -135,4 +135,4 @@ class RouteOutcome(Model):
     reliability: tuple[Reliability, ...] = ()
     guidance: tuple[Spoken, ...] = ()
     track: tuple[tuple[float, float], ...] = Field(default=())
-    """(time, place) once a second."""
+    """(time, place) once per second."""

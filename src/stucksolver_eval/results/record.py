@@ -1,4 +1,4 @@
-"""One route's result in the leaderboard's checkpoint format, as Bench2Drive's tools read it."""
+"""One route's result in the leaderboard's checkpoint format, which Bench2Drive's tools read."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TICK_S = 0.05
 
 
 class Scores(BaseModel):
-    """Scores of one route, in the leaderboard's words: 0 to 100, the penalty 0 to 1."""
+    """Scores of one route under the leaderboard's names: 0 to 100, the penalty 0 to 1."""
 
     score_route: float
     score_penalty: float
@@ -33,7 +33,7 @@ class Meta(BaseModel):
 
 
 class RouteRecord(BaseModel):
-    """Field names are the leaderboard's. Further fields of files made elsewhere are kept."""
+    """The leaderboard's record of one route, with its field names. Further fields of other files are kept."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -56,7 +56,7 @@ class RouteRecord(BaseModel):
 
     @property
     def success(self) -> bool:
-        """As Bench2Drive counts it: at the destination, without any infraction but those on minimum speed."""
+        """True for a success by Bench2Drive's rule: completed, without infractions except those of minimum speed."""
         clean = not any(texts for kind, texts in self.infractions.items() if kind != "min_speed_infractions")
         return self.status in (COMPLETED, PERFECT) and clean
 
@@ -68,7 +68,7 @@ class _Checkpoint(BaseModel):
 
 
 class CheckpointFile(BaseModel):
-    """A whole file of the leaderboard; ours hold one route each."""
+    """A complete checkpoint file of the leaderboard; ours have one route each."""
 
     checkpoint: _Checkpoint = Field(alias="_checkpoint")
     entry_status: str = "Finished"
@@ -79,7 +79,7 @@ class CheckpointFile(BaseModel):
 
 
 def checkpoint_text(record: RouteRecord) -> str:
-    """A file with one record."""
+    """Return the text of a checkpoint file with one record."""
     return CheckpointFile(_checkpoint=_Checkpoint(records=[record])).model_dump_json(by_alias=True, indent=1) + "\n"
 
 
@@ -95,7 +95,7 @@ def make_record(
     failure: str | None,
     infractions: Iterable[Infraction],
 ) -> RouteRecord:
-    """The record of a route that was driven; `failure` is None where the destination was reached."""
+    """Return the record of a driven route. `failure` is None if the destination was reached."""
     noted = list(infractions)
     scores = score_route(completion_pct, noted)
     texts = {kind: [i.text for i in noted if i.kind == kind] for kind in KINDS}
@@ -114,12 +114,12 @@ def make_record(
 
 
 def status_text(status: str) -> str:
-    """A status as people are shown it: the leaderboard's own words, explained where they need it."""
+    """Return the leaderboard's status for people, with an explanation if it needs one."""
     return status.replace(TICK_RUNTIME, f"{TICK_RUNTIME} (not done after {TICKS} ticks, {TICKS * TICK_S:.0f} s)")
 
 
 def save_name(route_id: str, town: str, scenario: str) -> str:
-    """The name of a route's files; a town may be given by its map's file."""
+    """Return the name of a route's files; the town may be given as a map file."""
     return f"RouteScenario_{route_id}_rep0_{Path(town).stem}_{scenario}"
 
 

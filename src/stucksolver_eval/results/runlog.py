@@ -1,4 +1,4 @@
-"""What is kept of one run, enough to replay it in a page: the map around it, every actor, each decision.
+"""The data of one run's replay: the map around it, all actors and all decisions.
 
 Everything is in the map's right-handed frame (x east, y north, metres; yaw counter-clockwise in degrees), rounded
 to centimetres when written.
@@ -36,7 +36,7 @@ class Marking(Model):
 
 
 class MapView(Model):
-    """The part of the map that a run can show."""
+    """The part of the map around a run."""
 
     name: str
     lanes: tuple[LaneArea, ...]
@@ -44,7 +44,7 @@ class MapView(Model):
 
 
 class ActorInfo(Model):
-    """Who appears in the frames; `frames[i].actors` refers to these by position in the list."""
+    """An actor that appears in the frames; `Frame.poses` refers to it by its index in `RunLog.actors`."""
 
     label: str
     kind: str
@@ -55,21 +55,21 @@ class ActorInfo(Model):
 
 
 class Frame(Model):
-    """One sampled instant (10 Hz)."""
+    """One sampled time."""
 
     time_s: float
     speed_mps: float
     """Speed of the ego."""
     poses: tuple[tuple[int, float, float, float], ...]
-    """(index in `RunLog.actors`, x_m, y_m, yaw_deg) of every actor present; the ego is actor 0."""
+    """(index in `RunLog.actors`, x_m, y_m, yaw_deg) of each actor that is present; the ego is actor 0."""
     lights: tuple[tuple[float, float, str], ...] = ()
     """(x_m, y_m, state) of traffic lights nearby: `red`, `yellow`, `green`, `off`."""
     path: Polyline = ()
-    """The path of the recovery behaviour being driven, if one is."""
+    """The path of the recovery behaviour that is being driven, if any."""
 
 
 class DecisionMoment(Model):
-    """A decision at the moment it was delivered, with the guard's verdict."""
+    """A decision at the time of its delivery, with the guard's verdict."""
 
     time_s: float
     trigger: str
@@ -80,13 +80,13 @@ class DecisionMoment(Model):
     codes: tuple[RejectCode, ...] = ()
     """Why the plan was refused."""
     verdict: str
-    """The same for people, with the details."""
+    """The verdict for people, with details."""
     picture: str | None = None
-    """What the front camera saw when the question was put, where one was carried: a small JPEG, base64."""
+    """The front camera's image at the time of the question, if there is a camera: a small JPEG in base64."""
 
 
 class LogEvent(Model):
-    """Anything else worth a line in the replay's list."""
+    """Any other event in the replay's list."""
 
     time_s: float
     kind: Literal["guidance", "directive", "abort", "outcome", "infraction", "stuck", "run"]
@@ -103,7 +103,7 @@ class RunResult(Model):
     stopped_s: float
     """Time with speed below 0.1 m/s."""
     time_to_recover_s: float | None
-    """From the onset of immobilization to 15 m of new progress; None when never immobilized or never recovered."""
+    """From the onset of immobilization to 15 m of new progress; None if never immobilized or never recovered."""
     immobilizations: int
     decisions: int
     plans_accepted: int
@@ -116,7 +116,7 @@ class RunLog(Model):
 
     version: Literal[1] = 1
     scenario: str
-    """What happens, in a few words: `parked car, one lane each way`."""
+    """A short description: `parked car, one lane each way`."""
     arm: str
     """Who drives: `driver alone`, `StuckSolver`, `StuckSolver + passenger`."""
     seed: int
@@ -129,7 +129,7 @@ class RunLog(Model):
     actors: tuple[ActorInfo, ...]
     frames: tuple[Frame, ...]
     stuck: tuple[tuple[float, float], ...]
-    """Spans of time in which the detector called the ego immobilized."""
+    """Time spans in which the detector considered the ego immobilized."""
     decisions: tuple[DecisionMoment, ...]
     events: tuple[LogEvent, ...]
     result: RunResult

@@ -1,4 +1,4 @@
-"""The folder of an evaluation: which files lie where, and what is done already.
+"""The folder of an evaluation: the location of its files, and which routes are done.
 
 evaluation.json                      what was asked for
 routes.xml                           the routes, as they were
@@ -29,7 +29,7 @@ from stucksolver_eval.routes import Route, read_routes, write_routes
 
 MANIFEST, ROUTES = "evaluation.json", "routes.xml"
 DONE = ("driven", "unsupported")
-"""A route that crashed, or could not be driven as its file says, is tried again on resume."""
+"""A route that crashed, or could not be driven as specified, is tried again on resume."""
 
 _FILES = {
     "metrics": "{}",
@@ -42,7 +42,7 @@ _FILES = {
 
 
 class StoreError(RuntimeError):
-    """A folder is not what it should be; the message names it, the cause and the remedy."""
+    """A folder cannot be used as a result folder; the message names it, the cause and the remedy."""
 
 
 class Store:
@@ -51,16 +51,16 @@ class Store:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
-    # ---- begun, and gone on with
+    # ---- begin and resume
 
     def begin(self, manifest: Manifest, routes: tuple[Route, ...], resume: bool) -> None:
-        """Make the folder ours, or find it to be so. Never overwrites the results of another evaluation."""
+        """Start or resume an evaluation in the folder. It never overwrites the results of another one."""
         path = self.folder / MANIFEST
         if path.exists():
             found = self.manifest()
             if not resume:
                 raise StoreError(
-                    f"{self.folder} holds results of {found.title}: add --resume to go on, or choose another --out"
+                    f"{self.folder} has results of {found.title}: add --resume to continue, or choose another --out"
                 )
             differs = manifest.differs_from(found)
             if differs:
@@ -72,7 +72,7 @@ class Store:
         write_text(path, manifest.model_dump_json(indent=1) + "\n")
 
     def manifest(self) -> Manifest:
-        """What was run. Raises `StoreError` if the folder holds no result."""
+        """Return the settings of the evaluation. Raises `StoreError` if the folder contains no result."""
         path = self.folder / MANIFEST
         try:
             return Manifest.model_validate_json(path.read_text(encoding="utf-8"))
@@ -86,7 +86,7 @@ class Store:
             ) from error
 
     def routes(self) -> tuple[Route, ...]:
-        """The routes of the run."""
+        """Return the routes of the run."""
         return read_routes(self.folder / ROUTES)
 
     def seeds(self) -> tuple[int, ...]:
@@ -94,14 +94,14 @@ class Store:
         return self.manifest().seeds
 
     def is_done(self, route: Route, seed: int) -> bool:
-        """Whether a route needs not be driven again."""
+        """Return True if a route need not be driven again."""
         found = self.outcome(route, seed)
         return found is not None and found.state in DONE
 
     # ---- one route
 
     def write_driven(self, route: Route, seed: int, driven: Driven) -> None:
-        """All files of a route; the outcome last."""
+        """Write all files of a route, the outcome last."""
         driven.metric_info.write(self._path("metrics", route, seed))
         if driven.replay is not None:
             packed = gzip.compress(driven.replay.model_dump_json().encode(), 6, mtime=0)
@@ -113,11 +113,11 @@ class Store:
         self.write_outcome(route, driven.outcome)
 
     def write_outcome(self, route: Route, outcome: RouteOutcome) -> None:
-        """Writes what became of a route; a file is whole or not there."""
+        """Write the outcome of a route atomically."""
         write_text(self._path("outcomes", route, outcome.seed), outcome.model_dump_json() + "\n")
 
     def take(self, other: Store, route: Route, seed: int) -> None:
-        """Copy all files of a route that is done there; the outcome last."""
+        """Copy all files of a route that is done in another store, the outcome last."""
         for part in _FILES:
             theirs, ours = (store._path(part, route, seed) for store in (other, self))
             try:
@@ -129,37 +129,37 @@ class Store:
                 raise cannot_write(ours, error) from error
 
     def outcome(self, route: Route, seed: int) -> RouteOutcome | None:
-        """What became of a route; None if it was not driven."""
+        """Return the outcome of a route; None if it was not driven."""
         path = self._path("outcomes", route, seed)
         return RouteOutcome.model_validate_json(_read(path)) if path.exists() else None
 
     def record(self, route: Route, seed: int) -> RouteRecord | None:
-        """The leaderboard's record of a route; None if there is none."""
+        """Return the leaderboard's record of a route; None if there is none."""
         path = self._path("records", route, seed)
         if not path.exists():
             return None
         return CheckpointFile.model_validate_json(_read(path)).checkpoint.records[0]
 
     def metric_info(self, route: Route, seed: int) -> Path:
-        """Where Bench2Drive's `metric_info.json` of a route lies."""
+        """Return the path of a route's `metric_info.json` for Bench2Drive."""
         return self._path("metrics", route, seed) / "metric_info.json"
 
     def replay(self, route: Route, seed: int) -> Path:
-        """Where the replay of a route lies."""
+        """Return the path of a route's replay."""
         return self._path("replays", route, seed)
 
     def run_log(self, route: Route, seed: int) -> RunLog:
-        """The replay of a route."""
+        """Return the replay of a route."""
         return RunLog.model_validate_json(gzip.decompress(self.replay(route, seed).read_bytes()))
 
     def events(self, route: Route, seed: int) -> tuple[Event, ...]:
-        """The solver's events, times since the start of the route."""
+        """Return the solver's events, with times since the start of the route (s)."""
         path = self._path("events", route, seed)
         lines = _read(path).splitlines() if path.exists() else []
         return tuple(Event.model_validate_json(line) for line in lines)
 
     def interventions(self, route: Route, seed: int) -> Path:
-        """The folder of the records of a route's interventions."""
+        """Return the folder with the records of a route's interventions."""
         return self._path("interventions", route, seed)
 
     def _path(self, part: str, route: Route, seed: int) -> Path:

@@ -1,4 +1,4 @@
-"""A ride with a passenger: one street at the pace of the clock on the wall."""
+"""A ride with a passenger: one street in real time."""
 
 from stucksolver_eval.ride.cases import RIDES, RideCase
 from stucksolver_eval.ride.ride import RideOutcome, RideSpec, drive_ride, find_ride

@@ -1,4 +1,4 @@
-"""What can be met on a ride."""
+"""The situations of a ride."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from stucksolver_eval.cases.case import CASES, Place
 from stucksolver_eval.streets.find import choose_street
 
 ONCOMING = 3
-"""Cars that come towards us where there is one lane each way."""
+"""Number of oncoming cars on streets with one lane each way."""
 
 
 @dataclass(frozen=True)
 class RideCase:
-    """`map_name`: where it is looked for unless another map is asked for. `find`: its place on a map."""
+    """One situation. `map_name` is its default map; `find` finds its place on a map."""
 
     type: str
     map_name: str

@@ -1,4 +1,4 @@
-"""Drives one street at the pace of the clock on the wall, with StuckSolver beside the driver and people to talk to."""
+"""Drives one street in real time, with StuckSolver and a passenger."""
 
 from __future__ import annotations
 
@@ -36,20 +36,24 @@ LIFT_M = 0.3
 SETTLE_TICKS = 10
 STANDS_MPS = 0.3
 VEHICLE = "car-1"
-"""What the car is called at the desk."""
+"""The car's id at the desk."""
 
 
 class RideError(RuntimeError):
-    """The ride cannot begin; the message says why."""
+    """The ride cannot start; the message says why."""
 
 
 @dataclass(frozen=True)
 class RideSpec:
-    """`case`: one of `RIDES`. `host`, `port`: a running CARLA server instead of a carlette of our own.
+    """Options of a ride.
 
-    `asks`: the passenger is asked before the car uses the oncoming lane, unless their own words asked for that.
-    `memory`: file of the memory of what helped; None: nothing is remembered.
-    `clock`: how long answers take; `wall` is as long as they do.
+    Attributes:
+        case: One of `RIDES`.
+        asks: Ask the passenger before the car uses the oncoming lane, unless their own words requested it.
+        memory: File of the memory of what helped; None for no memory.
+        clock: Clock of the solver; `wall` uses the real time of answers.
+        host: Address of a running CARLA server, instead of our own carlette.
+        port: Its port.
     """
 
     case: str = "parked_car"
@@ -64,17 +68,17 @@ class RideSpec:
     host: str | None = None
     port: int = 2000
     tempo: float = 1.0
-    """So many times as fast as the clock on the wall, as far as the machine can."""
+    """Factor on real time, if the machine is fast enough."""
     limit_s: float | None = None
-    """The ride ends then, wherever the car is (simulated seconds)."""
+    """Simulated time after which the ride ends in any case."""
 
     @property
     def town(self) -> str:
-        """The map."""
+        """Name of the map."""
         return self.map_name or RIDES[self.case].map_name
 
     def policy(self) -> Ladder:
-        """The ladder. Raises `LadderError`."""
+        """Return the ladder. Raises `LadderError`."""
         ladder = find_ladder(self.ladder)
         if not self.asks or self.ladder is not None:
             return ladder
@@ -84,7 +88,7 @@ class RideSpec:
 
 @dataclass(frozen=True)
 class RideOutcome:
-    """How it ended, and how well the pace was kept: ticks in all, late ones, and the most that one was late."""
+    """How the ride ended, and its pacing: number of ticks, number of late ones, and the longest delay (s)."""
 
     arrived: bool
     duration_s: float
@@ -95,7 +99,7 @@ class RideOutcome:
 
 
 def find_ride(spec: RideSpec) -> Route:
-    """A route past what the case is about. Raises `StreetError`, `CaseError` and `ServerError`."""
+    """Find a route with the case's situation. Raises `StreetError`, `CaseError` and `ServerError`."""
     case = RIDES[spec.case]
     where = Where(spec.town, spec.maps, spec.seed, spec.host, spec.port)
     place = look_on_map(where, lambda world, carla_map: case.find(world, carla_map, spec.seed))
@@ -110,10 +114,11 @@ def drive_ride(
     begun: Callable[[], None] = lambda: None,
     wanted: Callable[[], bool] = lambda: True,
 ) -> RideOutcome:
-    """From the start of the route to its end, in a simulator of its own.
+    """Drive the route in a separate simulator.
 
-    `begun` is called when the page has something to show; the ride ends when `wanted` says so. Raises `ServerError`,
-    `RideError`, `MemoryFileError`, `ScenarioError`, `RouteError`, `LadderError`, and the client's errors.
+    `begun` is called when the page has something to show; the ride ends early if `wanted` returns False. Raises
+    `ServerError`, `RideError`, `MemoryFileError`, `ScenarioError`, `RouteError`, `LadderError`, and errors of the
+    client.
     """
     with open_server(spec.town, spec.maps, spec.seed, spec.host, spec.port, scenery=True) as server:
         return _in_world(spec, route, desk, server, begun, wanted)
@@ -156,7 +161,7 @@ def _hero(world: carla.World, line: RouteLine) -> carla.Vehicle:
 
 
 class _Ride:
-    """One ride; everything is set up when it is made."""
+    """One ride; the constructor sets everything up."""
 
     def __init__(self, spec: RideSpec, setting: Setting, play: Play, desk: Desk) -> None:
         self._spec, self._setting, self._play, self._desk = spec, setting, play, desk
@@ -165,7 +170,7 @@ class _Ride:
         self._driver = driver
         self._stack = CarlaStack(hero, driver, setting.map)
         reader = find_reader()
-        reader.read("hello", "")  # it loads at its first words, and nobody is to wait for that on the way
+        reader.read("hello", "")  # load the reader now, because its first reading takes long
         policy, ear = spec.policy(), desk.ear(VEHICLE)
         self._memory = None if spec.memory is None else Memory(spec.memory)
         limits = policy.waits.limits()
@@ -186,7 +191,7 @@ class _Ride:
         self._arrived = False
 
     def go(self, wanted: Callable[[], bool]) -> RideOutcome:
-        """Until the car stands at its destination, or is not wanted any more."""
+        """Drive until the car stands at its destination, or the ride is no longer wanted."""
         pace, time_s = Pace(DT_S / self._spec.tempo), 0.0
         try:
             while wanted() and not self._arrived and (self._spec.limit_s is None or time_s < self._spec.limit_s):
@@ -205,7 +210,7 @@ class _Ride:
         return RideOutcome(self._arrived, time_s, pace.ticks, pace.late, pace.worst_s, tuple(pace.behind_s))
 
     def _tick(self) -> float:
-        """Everything between two ticks of the world; the seconds since the start."""
+        """Do everything between two ticks of the world. Returns the time since the start (s)."""
         setting = self._setting
         time_s = float(setting.world.get_snapshot().timestamp.elapsed_seconds) - self._start_s
         self._place = setting.route.project(setting.hero.get_location(), self._place)

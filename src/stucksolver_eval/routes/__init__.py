@@ -1,4 +1,4 @@
-"""Routes in the CARLA leaderboard's XML form, and the dense line that a route becomes on a map."""
+"""Routes in the CARLA leaderboard's XML format, and their dense lines on a map."""
 
 from stucksolver_eval.routes.read import RouteFileError, read_routes
 from stucksolver_eval.routes.route import Parameter, Position, Route, RoutePose, ScenarioSpec, WeatherKey

@@ -1,4 +1,4 @@
-"""Reads the leaderboard's route XML. What is wrong is named with its file, its line, and the remedy."""
+"""Reads the leaderboard's route XML. Errors name the file, the line and the remedy."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ _NOT_PARAMETERS = ("trigger_point",)
 
 
 class RouteFileError(ValueError):
-    """A route file cannot be read as such; the message names file, line, what is wrong and what to do."""
+    """A route file is invalid; the message names file, line, problem and remedy."""
 
 
 def read_routes(path: Path) -> tuple[Route, ...]:
-    """All routes of a file, in its order. Raises `RouteFileError`."""
+    """Return all routes of a file, in its order. Raises `RouteFileError`."""
     try:
         root = _parse(path)
     except OSError as error:
@@ -47,7 +47,7 @@ class _Element:
 
 
 def _parse(path: Path) -> _Element:
-    """The element tree with line numbers. Raises `OSError` and `RouteFileError`."""
+    """Parse the element tree with line numbers. Raises `OSError` and `RouteFileError`."""
     parser = expat.ParserCreate()
     outside = _Element("", {}, 0)
     stack = [outside]
@@ -64,7 +64,7 @@ def _parse(path: Path) -> _Element:
 
     parser.StartElementHandler = begin
     parser.EndElementHandler = lambda tag: stack.pop()
-    # Entities could blow a small file up to any size.
+    # Entities could expand a small file to any size.
     parser.StartDoctypeDeclHandler = refuse
     try:
         parser.Parse(path.read_bytes(), True)

@@ -1,4 +1,4 @@
-"""One route of a suite, as its XML states it. Positions are in CARLA's left-handed world frame, metres and degrees."""
+"""One route of a suite, as in its XML. Positions are in CARLA's left-handed world frame, in metres and degrees."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 Parameter = Mapping[str, str]
-"""The attributes of a parameter's XML element as they stand: `{"value": "42"}`, `{"from": "30", "to": "60"}`, ..."""
+"""The attributes of a parameter's XML element: `{"value": "42"}`, `{"from": "30", "to": "60"}`, ..."""
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Position:
 
 @dataclass(frozen=True)
 class RoutePose:
-    """`yaw_deg` grows clockwise, as CARLA's does."""
+    """A pose on the route. `yaw_deg` is clockwise, as in CARLA."""
 
     position: Position
     yaw_deg: float
@@ -26,7 +26,7 @@ class RoutePose:
 
 @dataclass(frozen=True)
 class ScenarioSpec:
-    """One scenario on a route: its public type, where it is triggered, and its parameters by element name."""
+    """One scenario on a route: its public type, its trigger point, and its parameters by element name."""
 
     name: str
     type: str
@@ -36,7 +36,7 @@ class ScenarioSpec:
 
 @dataclass(frozen=True)
 class WeatherKey:
-    """Weather at one point of the route; `values` are named like the fields of `carla.WeatherParameters`."""
+    """Weather at one point of the route; `values` has the field names of `carla.WeatherParameters`."""
 
     route_percentage: float
     values: Mapping[str, float]
@@ -44,7 +44,7 @@ class WeatherKey:
 
 @dataclass(frozen=True)
 class Route:
-    """Waypoints to drive by, on a town, with what happens on the way."""
+    """The waypoints of a route in a town, with its weather and its scenarios."""
 
     id: str
     town: str

@@ -1,4 +1,4 @@
-"""Writes routes in the leaderboard's XML form, such that reading them again gives the same routes."""
+"""Writes routes in the leaderboard's XML format; reading them again gives the same routes."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from stucksolver_eval.routes.route import Position, Route, ScenarioSpec
 
 
 def write_routes(path: Path, routes: Iterable[Route]) -> None:
-    """One file with all of them, whole or not at all. Raises `OutputError`."""
+    """Write the routes to one file, atomically. Raises `OutputError`."""
     write_text(path, routes_text(routes))
 
 
 def routes_text(routes: Iterable[Route]) -> str:
-    """The text of such a file."""
+    """Return the XML of the routes."""
     root = Xml.Element("routes")
     for route in routes:
         _route(root, route)

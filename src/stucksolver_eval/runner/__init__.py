@@ -1,1 +1,1 @@
-"""Runs a suite: each route in a process of its own with a server of its own, several at a time."""
+"""Runs a suite: each route in a separate process with its own server, several in parallel."""

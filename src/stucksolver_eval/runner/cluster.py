@@ -1,7 +1,7 @@
-"""The same route jobs on other machines, by dask.distributed (`pip install 'stucksolver[cluster]'`).
+"""Runs route jobs on other machines with dask.distributed (`pip install 'stucksolver[cluster]'`).
 
-A worker drives a route as this machine would, in a folder of its own, and sends the files back. Workers must be
-allowed to start processes: `dask worker ADDRESS --no-nanny --nthreads 1`, one for each core or two.
+A worker drives a route like this machine would, in its own folder, and sends the files back. Workers must be
+allowed to start processes: `dask worker ADDRESS --no-nanny --nthreads 1`, one for every one or two cores.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class ClusterError(RuntimeError):
 
 
 def run_on_cluster(tasks: Iterable[Task], address: str) -> Iterator[News]:
-    """Run all tasks on the workers of a scheduler, and tell of each when it is over. Raises `ClusterError`."""
+    """Run all tasks on the workers of a scheduler, and yield the result of each. Raises `ClusterError`."""
     try:
         from distributed import Client, as_completed
     except ImportError as error:
@@ -42,7 +42,7 @@ def run_on_cluster(tasks: Iterable[Task], address: str) -> Iterator[News]:
 
 
 def run_elsewhere(task: Task) -> tuple[RouteOutcome, dict[str, bytes]]:
-    """On the worker: drive, and give back all files by their paths in the folder."""
+    """Drive a route on the worker. Returns the outcome, and all files by their paths in the folder."""
     with tempfile.TemporaryDirectory(prefix="stucksolver-") as name:
         folder = Path(name)
         outcome = run_task(Task(task.job, folder))
@@ -50,7 +50,7 @@ def run_elsewhere(task: Task) -> tuple[RouteOutcome, dict[str, bytes]]:
 
 
 def _keep(folder: Path, files: dict[str, bytes]) -> None:
-    """Write what came back; outcomes last, as they say that a route is done."""
+    """Write the files that a worker sent; outcomes last, because they mark a route as done."""
     for name, data in sorted(files.items(), key=lambda one: "/outcomes/" in f"/{one[0]}"):
         path = (folder / name).resolve()
         if not path.is_relative_to(folder.resolve()):

@@ -1,4 +1,4 @@
-"""Drives one route from start to end and judges it."""
+"""Drives one route from start to end and judges the drive."""
 
 from __future__ import annotations
 
@@ -47,22 +47,22 @@ HERO = "vehicle.lincoln.mkz_2020"
 LIFT_M = 0.3
 SETTLE_TICKS = 10
 BEYOND_END_M = 20
-"""The driver's route goes on beyond the destination, so that it does not brake for it."""
+"""The driver's route continues beyond the destination, so that the driver does not brake for it."""
 
 
 class DriveError(RuntimeError):
-    """A route cannot be driven as its file says; the message says what and where."""
+    """A route cannot be driven as specified; the message says what is wrong and where."""
 
 
 def drive_route(job: RouteJob, server: Server, progress: Callable[[float], None]) -> Driven:
-    """One route in a fresh world. Raises `RouteError`, `ScenarioError`, `DriveError`, and the client's errors."""
+    """Drive one route in a fresh world. Raises `RouteError`, `ScenarioError`, `DriveError`, and the client's errors."""
     client = connect(server, CLIENT_TIMEOUT_S)
     world = client.get_world() if job.host is None else client.load_world(job.route.town)
     set_synchronous(world, DT_S)
     if job.host is not None:
-        # Our own server stands from its beginning on; there the lights have gone on meanwhile.
+        # Our own server waits from its start on; on this one the lights have been running.
         world.reset_all_traffic_lights()
-    world.tick()  # a world that stood has no snapshot yet
+    world.tick()  # a world without a tick has no snapshot yet
     try:
         return _drive(job, client, world, progress)
     finally:
@@ -101,7 +101,7 @@ def _hero(world: carla.World, line: RouteLine) -> carla.Vehicle:
 
 
 class _Drive:
-    """One drive; everything is set up when it is made."""
+    """One drive; the constructor sets everything up."""
 
     def __init__(self, job: RouteJob, setting: Setting, play: Play, knows: KnowsWorld) -> None:
         self._job, self._setting, self._play, self._knows = job, setting, play, knows
@@ -109,7 +109,7 @@ class _Drive:
         options = DriverOptions(heeds_on_path=not job.arm.heedless)
         route = self._line.points + _beyond(self._line)
         knows.tick()
-        # Who drives and who helps know the ego by its own sensors; who judges knows the truth.
+        # Driver and solver may perceive by the ego's sensors; the criteria use the ground truth.
         driver = make_driver(job.arm.driver, setting.client, self._hero, setting.map, route, options, knows.vehicle)
         self._driver, self._driven_route = driver, driver.route
         self._arm: Arm = make_arm(job.arm, knows.vehicle, driver, setting.map, self._line, job.seed, job.records)
@@ -131,10 +131,10 @@ class _Drive:
         self._ticks = 0
         self._time_s = 0.0
         self._released = False
-        """Has an operator let the vehicle cross a light that is stuck?"""
+        """True if an operator has let the vehicle cross a broken light."""
 
     def go(self, progress: Callable[[float], None]) -> Driven:
-        """Until the end of the route, whichever that is."""
+        """Drive until the route ends for any reason. Returns the results."""
         began, next_progress_s = time.monotonic(), 0.0
         try:
             while (failure := self._tick()) is None:
@@ -159,7 +159,7 @@ class _Drive:
                 self._driver.close()
 
     def _tick(self) -> str | None:
-        """Everything between two ticks of the world; how the route ended, when it did."""
+        """Do everything between two ticks of the world. Returns how the route ended, or None if it continues."""
         snapshot = self._world.get_snapshot()
         self._time_s = time_s = float(snapshot.timestamp.elapsed_seconds) - self._start_s
         transform, velocity = self._hero.get_transform(), self._hero.get_velocity()
@@ -196,7 +196,7 @@ class _Drive:
         return None
 
     def _hear_people(self, now: Now) -> None:
-        """What the script's people say and answer at this tick."""
+        """Pass on what the people of the guidance script say and answer at this tick."""
         arm = self._arm
         question = arm.solver.pending_question if isinstance(arm, SolverArm) else None
         for line, text in self._speaker.due(now.time_s, now.place_m, now.speed_mps, question):
@@ -205,7 +205,9 @@ class _Drive:
             elif isinstance(arm, SolverArm):
                 answered = arm.answer(line.answer == "yes", line.by)
                 if answered is not None and line.answer == "yes" and "red_light" in answered.needs:
-                    self._released = self._play.expected == "ask"  # it is stuck; else nobody's yes makes it green
+                    self._released = (
+                        self._play.expected == "ask"
+                    )  # only at a broken light; at any other, an approval changes nothing
             when_s = round(now.time_s, 2)
             said = Spoken(kind=line.kind, time_s=when_s, text=text, help=line.help, by=line.by)
             arm.log.guidance.append(said)
@@ -214,7 +216,7 @@ class _Drive:
         self._events.append(event.model_copy(update={"time_s": event.time_s - self._start_s}))
 
     def _take_new_route(self, moment: Moment) -> None:
-        """The driver planned anew: where leaving the route is allowed, the new one is the route from here on."""
+        """Adopt the driver's new route, if the scenario allows leaving the original one."""
         self._driven_route = self._driver.route
         if "route_deviation" in moment.suspended:
             self._jury.reroute(RouteLine.along(self._driven_route))
@@ -270,7 +272,7 @@ class _Drive:
 
 
 def _beyond(line: RouteLine) -> tuple[RoutePoint, ...]:
-    """The lane that goes on after the destination, where there is one."""
+    """Return points of the lane beyond the destination, if there is one."""
     here, found = line.waypoints[-1], []
     for _ in range(BEYOND_END_M):
         following = here.next(1.0)

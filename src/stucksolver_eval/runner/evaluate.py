@@ -1,4 +1,4 @@
-"""An evaluation from what was asked for to its results: checked before it begins, resumed, watched, summed up."""
+"""Runs an evaluation: checks the request first, resumes earlier results, and shows progress."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from stucksolver_eval.server import check_remote
 
 @dataclass(frozen=True)
 class EvaluationSpec:
-    """What is to be run. `host`, `port`: a running CARLA server; then one route at a time."""
+    """What to run. With `host` and `port` of a running CARLA server, routes are driven one at a time."""
 
     suite: str
     out: Path
@@ -43,21 +43,21 @@ class EvaluationSpec:
     record: bool = False
     resume: bool = False
     reuse: Path | None = None
-    """An evaluation that differs in guidance alone: routes on which nobody says anything are taken from there."""
+    """An evaluation of the same arm without guidance; results of routes on which nobody speaks are copied from it."""
     host: str | None = None
     port: int = 2000
     cluster: str | None = None
     passenger: Path | None = None
-    """Where a passenger server is found by desks: people talk to the cars, which drive in their time."""
+    """Address file of a passenger server: people can talk to the cars, which drive in real time."""
     command: str = ""
 
 
 def evaluate(spec: EvaluationSpec) -> Store:
-    """Run what is not done yet, and give the folder with everything.
+    """Run the routes that are not done yet. Returns the store with all results.
 
     Raises `SuiteError`, `RouteFileError`, `ScenarioError` (an unknown type), `ArmError`, `LadderError`,
-    `GuidanceError`, `StoreError`, `ServerError` (nobody at `host`), `OutputError` and `ClusterError`, all but the last
-    two before anything is run.
+    `GuidanceError`, `StoreError`, `ServerError` (no server at `host`), `OutputError` and `ClusterError`; all except the
+    last two before anything is driven.
     """
     routes = load_routes(spec.suite, spec.only)
     for scenario in {s.type for route in routes for s in route.scenarios}:
@@ -88,7 +88,7 @@ def evaluate(spec: EvaluationSpec) -> Store:
 
 
 def _alike(folder: Path, manifest: Manifest) -> Store:
-    """The evaluation to take routes from. Raises `StoreError` where it is another arm, or has guidance itself."""
+    """Return the evaluation to copy routes from. Raises `StoreError` if its arm differs or it has guidance itself."""
     store = Store(folder)
     differs = manifest.model_copy(update={"guidance_digest": ""}).differs_from(store.manifest())
     if differs:
@@ -97,7 +97,7 @@ def _alike(folder: Path, manifest: Manifest) -> Store:
 
 
 def _take(store: Store, alike: Store, routes: tuple[Route, ...], script: Script) -> None:
-    """A run is the same whenever it is repeated, so where the passenger is silent it need not be."""
+    """Copy the routes on which nobody speaks: runs are repeatable, so these would be the same."""
     for route in routes:
         for seed in store.seeds():
             if not script.lines(route.id) and not store.is_done(route, seed) and alike.is_done(route, seed):
@@ -145,7 +145,7 @@ def _passenger(address: Path, route: Route, seed: int) -> PassengerSpec:
 
 
 def manifest_of(spec: EvaluationSpec, routes: tuple[Route, ...]) -> Manifest:
-    """What is asked for, as it is kept with the results."""
+    """Return the settings of the evaluation, which are stored with the results."""
     arm = spec.arm
     return Manifest(
         suite=spec.suite,

@@ -1,4 +1,4 @@
-"""One route to be driven by one arm, with everything that another process needs to do it."""
+"""One route to be driven by one arm, with everything that another process needs for it."""
 
 from __future__ import annotations
 
@@ -17,10 +17,15 @@ Replays = Literal["none", "failed", "all"]
 
 @dataclass(frozen=True)
 class RouteJob:
-    """`host`, `port`: a running CARLA server instead of a carlette of our own.
+    """One route, one arm and one seed.
 
-    `background`: whether there is traffic beside what the route's scenarios bring. `limit_s`: the route ends then.
-    `events`: all events of the solver are kept. `frame_every_s`: between two frames of the replay.
+    Attributes:
+        background: Add traffic besides the actors of the route's scenarios.
+        limit_s: Simulated time after which the route ends.
+        events: Store all events of the solver.
+        frame_every_s: Time between two frames of the replay.
+        host: Address of a running CARLA server, instead of our own carlette.
+        port: Its port.
     """
 
     route: Route
@@ -30,19 +35,19 @@ class RouteJob:
     maps: str | None = None
     replays: Replays = "none"
     records: Path | None = None
-    """Where the records of its interventions go."""
+    """Folder for the records of its interventions."""
     background: bool = True
     limit_s: float | None = None
     events: bool = False
     frame_every_s: float = 0.2
     recording: RecordingSpec | None = None
-    """Sensors' data and the truth are kept of the drive, to train perception on."""
+    """Record sensor data and ground truth, for training perception."""
     passenger: PassengerSpec | None = None
-    """People talk to the car meanwhile, where StuckSolver helps: it is driven at the pace of the clock on the wall."""
+    """Let people talk to the car, if StuckSolver helps it; the drive then runs in real time."""
     host: str | None = None
     port: int = 2000
 
     @property
     def scenario(self) -> str:
-        """The type that the route is about; its first scenario, as the benchmark has it."""
+        """Type of the route's first scenario, as in the benchmark."""
         return self.route.scenarios[0].type if self.route.scenarios else "None"

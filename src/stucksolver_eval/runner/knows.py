@@ -1,4 +1,4 @@
-"""By what the ego of a drive knows the world: the client's word, or its own sensors; a drive asks both alike."""
+"""The perception of a drive's ego: the client's ground truth, or its own sensors, behind one interface."""
 
 from __future__ import annotations
 
@@ -11,47 +11,47 @@ if TYPE_CHECKING:
     import carla
 
 FAULT_FROM_S = 8.0
-"""A sensor that is to fail does so when the drive has begun."""
+"""Time at which a sensor fault starts."""
 
 
 class KnowsWorld(Protocol):
-    """See `stucksolver.stacks.sensed.Eyes`, which is one."""
+    """The interface of a perception; see `stucksolver.stacks.sensed.Eyes`, which implements it."""
 
     vehicle: Any
-    """The ego as those know it who drive and who help."""
+    """The ego as driver and solver perceive it."""
 
     def tick(self) -> None:
-        """Called once after each tick of the world."""
+        """Update; called once after each tick of the world."""
 
     def checked(self, control: carla.VehicleControl) -> carla.VehicleControl:
-        """What may be applied of a control."""
+        """Return the control that may be applied."""
 
     def close(self) -> None:
-        """The drive is over."""
+        """Release everything at the end of the drive."""
 
 
 class ClientTruth:
-    """The client's ground truth: nothing is to be read, and nothing can fail."""
+    """The client's ground truth, which needs no sensors and cannot fail."""
 
     def __init__(self, hero: carla.Vehicle) -> None:
         self.vehicle = hero
 
     def tick(self) -> None:
-        """There are no sensors."""
+        """Do nothing: there are no sensors."""
 
     def checked(self, control: carla.VehicleControl) -> carla.VehicleControl:
-        """All of it."""
+        """Return the control unchanged."""
         return control
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing."""
 
 
 def knowledge_of(job: RouteJob, hero: carla.Vehicle, carla_map: carla.Map) -> KnowsWorld:
-    """As the job's arm says. Raises what `Eyes` raises."""
+    """Return the perception of the job's arm. Raises what `Eyes` raises."""
     if job.arm.perception != SENSORS:
         return ClientTruth(hero)
-    # Only here are the networks and their libraries needed.
+    # Imported here because only this needs the networks and their libraries.
     from stucksolver.stacks.sensed import Eyes, SensorFault
 
     fault = SensorFault(job.arm.sensor_fault, FAULT_FROM_S, job.seed) if job.arm.sensor_fault else None

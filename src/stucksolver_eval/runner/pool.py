@@ -1,4 +1,4 @@
-"""Several routes at a time on this machine, each in a process of its own."""
+"""Runs several routes in parallel on this machine, each in a separate process."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stucksolver_eval.runner.work import Task, run_task
 
 @dataclass(frozen=True)
 class News:
-    """A route that goes on (`outcome` is None), is over, or whose result could not be written (`error`)."""
+    """Progress of a route (`outcome` is None), its outcome, or the error of writing its result (`error`)."""
 
     task: Task
     time_s: float = 0.0
@@ -24,13 +24,13 @@ class News:
 
 
 Runner = Callable[[Task, Callable[[float], None], Callable[[], bool]], RouteOutcome]
-"""Takes where to tell of progress, and what says whether the task is wanted still; raises `NotWanted` if not."""
+"""Runs a task. Its arguments are the task, a progress callback, and a check of whether to go on, else `NotWanted`."""
 
 
 def run_tasks(tasks: Iterable[Task], at_once: int, runner: Runner = run_task) -> Iterator[News]:
-    """Run all of them, `at_once` at a time, and tell of each as it goes on. Raises `OutputError`.
+    """Run all tasks, `at_once` in parallel, and yield their progress and results. Raises `OutputError`.
 
-    When the caller stops listening, or the program ends, the processes under way are ended first.
+    If the caller stops iterating, or the program ends, the running processes are ended first.
     """
     waiting: queue.SimpleQueue[Task | None] = queue.SimpleQueue()
     ending = threading.Event()
@@ -38,7 +38,7 @@ def run_tasks(tasks: Iterable[Task], at_once: int, runner: Runner = run_task) ->
     todo = list(tasks)
     for task in todo:
         waiting.put(task)
-    # Daemons: a second Ctrl-C need not wait for them.
+    # Daemon threads, so that a second Ctrl-C does not wait for them.
     threads = [
         threading.Thread(target=_work, args=(waiting, news, runner, ending), daemon=True)
         for _ in range(min(at_once, len(todo)))

@@ -1,4 +1,4 @@
-"""Work in a process of its own: a crash of the client library or of the simulator costs that work alone."""
+"""Runs work in a separate process, so that a crash of the client library or the simulator affects only that work."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from stucksolver_eval.server import Server
 
 PROGRESS_EVERY_S = 5.0
 SILENCE_S = 180.0
-"""A run that tells of no progress for this long hangs."""
+"""A run that reports no progress for this long counts as hanging."""
 LOOK_S = 0.5
-"""How often to ask whether a run is wanted still."""
+"""Interval at which to check whether a run is still wanted."""
 LEAVE_S = 10.0
-"""For a run's process to leave by itself."""
+"""Time for a run's process to exit by itself."""
 
 
 class RunError(RuntimeError):
-    """A run could not be made; the message says why and what to do."""
+    """A run failed; the message says why and what to do."""
 
 
 class NotWanted(Exception):
-    """The program is being ended, and its runs' processes with it: that is no crash of a run."""
+    """The program is ending, and its processes with it; this is not a crash of a run."""
 
 
 def attempt(
@@ -39,18 +39,18 @@ def attempt(
     progress: Callable[[float], None],
     wanted: Callable[[], bool] = lambda: True,
 ) -> int:
-    """Do `work` on a job in a process of its own; the exit code, negative: the signal that killed it.
+    """Run `work` on a job in a separate process. Returns its exit code; negative if a signal killed it.
 
-    Numbers that the process sends are progress; a text is what went wrong. Raises `RunError` with that text, or when
-    nothing is heard for too long, and `NotWanted`; whatever is raised, the process is over by then.
+    Numbers that the process sends are progress; a text is an error. Raises `RunError` with that text or after
+    `SILENCE_S` without progress, and `NotWanted`. In all cases the process has ended by then.
     """
     if not wanted():
         raise NotWanted
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
     process = context.Process(target=work, args=(job, theirs), daemon=True)
-    # Ctrl-C reaches every process of a terminal; the run's shall not know it, not even while it starts.
-    # (Starting Python's own helper would undo the block.)
+    # Ctrl-C reaches every process of a terminal; the run's process must not get it, not even while it starts.
+    # (Start Python's own helper first, because starting it would undo the block.)
     resource_tracker.ensure_running()
     try:
         with uninterrupted():
@@ -65,7 +65,7 @@ def attempt(
 
 
 def _end(process: BaseProcess) -> None:
-    """End a process that is still there; one that waits inside the client library hears nothing but a kill."""
+    """End a process that is still running; one that waits inside the client library reacts only to a kill."""
     if process.is_alive():
         process.terminate()
         process.join(LEAVE_S)
@@ -75,7 +75,7 @@ def _end(process: BaseProcess) -> None:
 
 
 def _listen(ours: Connection, progress: Callable[[float], None], wanted: Callable[[], bool]) -> None:
-    """Take progress until the run is over. Raises `RunError` with what it says went wrong, and `NotWanted`."""
+    """Receive progress until the run is over. Raises `RunError` with the error it reports, and `NotWanted`."""
     heard = time.monotonic()
     while True:
         if not wanted():
@@ -96,7 +96,7 @@ def _listen(ours: Connection, progress: Callable[[float], None], wanted: Callabl
 
 @contextlib.contextmanager
 def watched(server: Server, theirs: Connection) -> Iterator[None]:
-    """Tell of a simulator's death at once: the client library would wait for it, call by call."""
+    """Report the simulator's death immediately; the client library would wait for a timeout on each call."""
     over = threading.Event()
 
     def watch() -> None:

@@ -1,4 +1,4 @@
-"""What is shown while a suite runs: in place on a terminal, one line for each route elsewhere."""
+"""Shows the progress of a suite: in place on a terminal, one line per route elsewhere."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class _Tally:
 
 @dataclass
 class ProgressDisplay:
-    """`total` routes, of which `before` were done in an earlier run."""
+    """The progress of `total` routes, of which `before` were done in an earlier run."""
 
     total: int
     before: int
@@ -54,12 +54,12 @@ class ProgressDisplay:
         self._groups = {name: _Tally() for name in ABILITIES}
 
     def goes_on(self, task: Task, time_s: float) -> None:
-        """Shows how far a route has come (s of its own time)."""
+        """Show a route's progress (simulated time, s)."""
         self._running[_label(task)] = time_s
         self._draw()
 
     def is_over(self, task: Task, outcome: RouteOutcome, record: RouteRecord | None) -> None:
-        """Count a route and say how it ended."""
+        """Count a finished route and print how it ended."""
         self._running.pop(_label(task), None)
         self._done += 1
         self._failed += outcome.state in ("crashed", "invalid")
@@ -71,7 +71,7 @@ class ProgressDisplay:
         self._draw()
 
     def close(self) -> None:
-        """Ends the last line."""
+        """End the last line."""
         if self._lines:
             print(file=self.out, flush=True)
 
@@ -92,7 +92,7 @@ class ProgressDisplay:
             self._lines = 0
 
     def _draw(self) -> None:
-        """The progress bar, what runs, and the scores so far."""
+        """Draw the progress bar, the running routes and the scores so far."""
         if not self.out.isatty():
             return
         self._wipe()

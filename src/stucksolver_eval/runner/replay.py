@@ -1,4 +1,4 @@
-"""Keeps a route's replay, in the form that the report's player shows."""
+"""Collects a route's replay in the form that the report's player shows."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stucksolver_eval.setting import Setting
 
 
 class ReplayKeeper:
-    """Call `tick` once a tick, and `log` at the end; None where this replay is not wanted."""
+    """Call `tick` once per tick and `log` at the end, which returns None if this replay is not wanted."""
 
     def __init__(self, job: RouteJob, setting: Setting, arm: SolverArm | None) -> None:
         self._job, self._setting = job, setting
@@ -35,12 +35,12 @@ class ReplayKeeper:
         return "scenario" if role == "scenario" else "prop"
 
     def tick(self, now: Now, directive: Directive | None) -> None:
-        """Notes a frame and what the driver was told."""
+        """Log a frame and the directive."""
         self._logger.frame(now.time_s, now.speed_mps)
         self._logger.directive(now.time_s, directive or CONTINUE)
 
     def log(self, record: RouteRecord, outcome: RouteOutcome) -> RunLog | None:
-        """The whole run."""
+        """Return the complete run, or None if its replay is not wanted."""
         if self._job.replays == "failed" and record.success and not outcome.interventions:
             return None
         logger, job = self._logger, self._job

@@ -1,4 +1,4 @@
-"""The routes that are asked for: a whole suite, or some of it."""
+"""Loads the requested routes: a whole suite, or some of it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from stucksolver_eval.suites import SuiteError, suite
 
 
 def load_routes(name: str, only: tuple[str, ...] = ()) -> tuple[Route, ...]:
-    """The routes of a suite or file, or those of the ids given. Raises `SuiteError` and `RouteFileError`."""
+    """Return the routes of a suite or file, or those with the given ids. Raises `SuiteError` and `RouteFileError`."""
     routes = suite(name).routes
     known = {route.id for route in routes}
     missing = [one for one in only if one not in known]
@@ -17,5 +17,5 @@ def load_routes(name: str, only: tuple[str, ...] = ()) -> tuple[Route, ...]:
 
 
 def route_ids(name: str) -> frozenset[str]:
-    """The ids of all its routes. Raises `SuiteError` and `RouteFileError`."""
+    """Return the ids of all routes of a suite or file. Raises `SuiteError` and `RouteFileError`."""
     return frozenset(route.id for route in suite(name).routes)

@@ -1,4 +1,4 @@
-"""The trade-off of the detector's settings: one evaluation for each combination, each in a folder of its own."""
+"""Sweeps the detector's settings: one evaluation for each combination, each in its own folder."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ SETTINGS = {"v_min": ("v_min_mps", 1 / 3.6), "dt": ("dwell_s", 1.0)}
 
 
 class SweepError(ValueError):
-    """A sweep cannot be read; the message says how it is written."""
+    """A sweep is invalid; the message shows the correct form."""
 
 
 Sweep = dict[str, tuple[float, ...]]
 
 
 def parse_sweep(texts: Sequence[str]) -> Sweep:
-    """From `v_min=2,5,10` and `dt=0.5,1`. Raises `SweepError`."""
+    """Parse a sweep such as `v_min=2,5,10` and `dt=0.5,1`. Raises `SweepError`."""
     sweep: Sweep = {}
     for text in texts:
         name, _, values = text.partition("=")
@@ -37,7 +37,7 @@ def parse_sweep(texts: Sequence[str]) -> Sweep:
 
 
 def sweep_specs(spec: EvaluationSpec, sweep: Sweep) -> dict[str, EvaluationSpec]:
-    """An evaluation for each combination, by its label, such as `v_min=5,dt=1`."""
+    """Return an evaluation for each combination, by its label, such as `v_min=5,dt=1`."""
     found = {}
     for values in itertools.product(*sweep.values()):
         label = ",".join(f"{name}={value:g}" for name, value in zip(sweep, values, strict=True))
@@ -47,7 +47,7 @@ def sweep_specs(spec: EvaluationSpec, sweep: Sweep) -> dict[str, EvaluationSpec]
 
 
 def run_sweep(spec: EvaluationSpec, sweep: Sweep) -> dict[str, Summary]:
-    """Run all of them; their figures by label. Raises `SweepError` and what `evaluate` raises."""
+    """Run all evaluations. Returns their figures by label. Raises `SweepError` and what `evaluate` raises."""
     if spec.arm.recovery in ("none", "timers"):
         raise SweepError(f"--recovery {spec.arm.recovery} has no detector to sweep; use rules or another reasoner")
     return {label: summarize(evaluate(one)) for label, one in sweep_specs(spec, sweep).items()}

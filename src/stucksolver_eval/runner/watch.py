@@ -1,4 +1,4 @@
-"""What is measured of every arm alike: immobilizations, the speed of the traffic, progress over time."""
+"""Measurements that are the same for every arm: immobilizations, and the speed of the traffic."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class ImmobilizationWatch:
-    """Immobilizations, by the detector with its usual settings, whatever the arm's own are."""
+    """Finds immobilizations with the detector's default settings, whatever the arm's own settings are."""
 
     def __init__(self) -> None:
         self._detector = Detector()
@@ -24,7 +24,7 @@ class ImmobilizationWatch:
         self.spells: list[ImmobilizationEpisode] = []
 
     def update(self, time_s: float, speed_mps: float, place_m: float) -> None:
-        """Takes in one tick: time (s), speed (m/s) and place along the route (m)."""
+        """Update with one tick: time (s), speed (m/s) and position along the route (m)."""
         status = Status(time_s=time_s, speed_mps=speed_mps, progress_m=place_m)
         trigger = self._detector.update(status)
         slow_s = self._detector.slow_since_s
@@ -36,7 +36,7 @@ class ImmobilizationWatch:
             self._close(time_s, recovered_after_s)
 
     def finish(self, time_s: float) -> None:
-        """Ends an episode that is not over when the route is."""
+        """End an episode that is still open at the end of the route."""
         if self._onset is not None:
             self._close(time_s, None)
 
@@ -59,7 +59,7 @@ class TrafficSpeeds:
         self._background: list[int] = []
 
     def read(self, snapshot: carla.WorldSnapshot) -> tuple[float, ...]:
-        """Speeds of the background's vehicles in a snapshot (m/s)."""
+        """Return the speeds of the background vehicles in a snapshot (m/s)."""
         ids = frozenset(actor.id for actor in snapshot)
         if ids != self._known:
             self._meet(ids)

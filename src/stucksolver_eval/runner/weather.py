@@ -1,4 +1,4 @@
-"""The weather along a route: keys at shares of its length, and straight lines between them."""
+"""The weather along a route, interpolated linearly between keys at percentages of its length."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ STEP_PCT = 1.0
 
 
 class Weather:
-    """Sets the weather at the start, and again as the ego gets on if there are several keys."""
+    """Sets the weather at the start, and updates it as the ego progresses if there are several keys."""
 
     def __init__(self, world: carla.World, keys: Sequence[WeatherKey]) -> None:
         self._world = world
@@ -20,7 +20,7 @@ class Weather:
         self._set_at: float | None = None
 
     def update(self, percentage: float) -> None:
-        """Sets the weather for this much of the route (%), where it has changed."""
+        """Set the weather for this progress on the route (%), if it has changed."""
         if not self._keys or (self._set_at is not None and len(self._keys) == 1):
             return
         if self._set_at is not None and abs(percentage - self._set_at) < STEP_PCT:
@@ -34,7 +34,7 @@ class Weather:
 
 
 def between(keys: Sequence[WeatherKey], percentage: float) -> dict[str, float]:
-    """The values at a share of the route; before the first and after the last key theirs."""
+    """Return the values at a percentage of the route; before the first and after the last key, those of that key."""
     before = [key for key in keys if key.route_percentage <= percentage] or [keys[0]]
     after = [key for key in keys if key.route_percentage > percentage] or [keys[-1]]
     first, last = before[-1], after[0]

@@ -18,13 +18,13 @@ from stucksolver_eval.runner.process import NotWanted, RunError, attempt, watche
 from stucksolver_eval.server import ServerError, open_server
 
 TRIES = 2
-"""A process that was killed by a signal (the client library can crash) is tried once more."""
+"""Number of attempts: a process that was killed by a signal (the client library can crash) is started again."""
 REASON_CHARACTERS = 2000
 
 
 @dataclass(frozen=True)
 class Task:
-    """A job and the folder that takes its files."""
+    """A job and the folder for its files."""
 
     job: RouteJob
     folder: Path
@@ -33,9 +33,9 @@ class Task:
 def run_task(
     task: Task, progress: Callable[[float], None] = lambda _: None, wanted: Callable[[], bool] = lambda: True
 ) -> RouteOutcome:
-    """Drive a route in a process of its own; whatever happens there, there is an outcome, and it is on the disk.
+    """Drive a route in a separate process. Whatever happens there, an outcome is returned and written to disk.
 
-    Raises `OutputError` where not even that can be written, and `NotWanted`.
+    Raises `OutputError` if not even that can be written, and `NotWanted`.
     """
     store, job = Store(task.folder), task.job
     reason = ""
@@ -49,7 +49,7 @@ def run_task(
         if code == 0 and found is not None:
             return found
         if code >= 0:
-            reason = f"its process ended with exit code {code}; what happened is printed above"
+            reason = f"its process ended with exit code {code}; see its output above"
             break
         reason = f"its process was killed by {signal.Signals(-code).name}, {TRIES} times in a row"
     if not wanted():
@@ -60,7 +60,7 @@ def run_task(
 
 
 def drive_task(task: Task, progress: Callable[[float], None] = lambda _: None) -> RouteOutcome:
-    """The same, but a route that could not be driven raises `RunError` with the reason."""
+    """Drive a route like `run_task`, but raise `RunError` with the reason if it could not be driven."""
     outcome = run_task(task, progress)
     if outcome.state != "driven":
         raise RunError(outcome.reason.strip().splitlines()[-1])
@@ -80,7 +80,7 @@ def _not_driven(job: RouteJob, state: State, reason: str) -> RouteOutcome:
 
 
 def _work(task: Task, theirs: Connection) -> None:
-    # Ctrl-C is the parent's business: it ends us. Its death is noticed by the pipe.
+    # The parent handles Ctrl-C and ends this process; the parent's death shows on the pipe.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _leave)
     store, job = Store(task.folder), task.job
@@ -96,7 +96,7 @@ def _work(task: Task, theirs: Connection) -> None:
 
 
 def _driven(store: Store, job: RouteJob, theirs: Connection) -> RouteOutcome | None:
-    """Drive and write; gives the outcome of a route that could not be driven."""
+    """Drive a route and write its files. Returns an outcome only if it could not be driven."""
     from stucksolver.stacks.driver import RouteError
     from stucksolver.stacks.sensed.mounting import SensorError
     from stucksolver_eval.arms import carries_camera
@@ -120,10 +120,10 @@ def _driven(store: Store, job: RouteJob, theirs: Connection) -> RouteOutcome | N
         return _not_driven(job, "crashed", str(error))
     except (BrokenPipeError, OutputError):
         raise
-    except Exception:  # noqa: BLE001 - a defect on one route must not cost the others; it is kept whole
+    except Exception:  # noqa: BLE001 - a defect on one route must not stop the others; the traceback is stored
         return _not_driven(job, "crashed", traceback.format_exc())
 
 
 def _leave(number: int, frame: object) -> None:
-    """On SIGTERM: unwind, so that the server is ended too."""
+    """Exit on SIGTERM by unwinding, so that the server is ended too."""
     raise SystemExit(1)

@@ -1,1 +1,1 @@
-"""From the records of routes to scores, tables and comparisons."""
+"""Computes scores, tables and comparisons from the records of routes."""

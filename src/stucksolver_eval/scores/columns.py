@@ -1,4 +1,4 @@
-"""The columns in which runs are compared, and published rows that may stand beside them, in grey."""
+"""The columns in which runs are compared, and published rows for reference."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def corrected_row(summary: Summary) -> Row:
 
 
 def published_row(row: Published) -> Row:
-    """A published result as a row of the table."""
+    """Return a published result as a row of the table."""
     ds, sr, efficiency, comfort = row.scores
     figures = tuple(number(value) for value in (ds, sr, efficiency, comfort))
     return (row.name, "", "", "", "", "", *figures)
@@ -86,7 +86,7 @@ ABILITY_HEAD = ("Run", *(name.replace("_", " ") for name in ABILITIES), "Mean")
 
 
 def ability_row(summary: Summary) -> Row:
-    """A run's multi-ability scores as a row of their table."""
+    """Return a run's multi-ability scores as a row of their table."""
     return (run_name(summary), *(number(summary.abilities[name], 1) for name in (*ABILITIES, "mean")))
 
 

@@ -1,12 +1,11 @@
 """The figures of a recovery module. The terms are those of the design.
 
-* **immobilization met**: the ego stood or crept (below 5 km/h) for 10 s or more, or a plan was begun, before it made 15
-  m
-  of new progress.
+* **immobilization met**: the ego stood or crept (below 5 km/h) for 10 s or more, or a plan was started, before it made
+  15 m of new progress.
 * **recovered**: 15 m of new progress within 60 s of a plan's start, without an infraction from then on.
 * **false intervention**: a moving plan where waiting was right: the scenario says so, or the paired run of the driver
   alone continued by itself from that place within 60 s.
-* **missed**: an immobilization that was never left, without a moving plan, although recovering is right.
+* **missed**: an immobilization that never ended, without a moving plan, although recovering is right.
 * **harm**: infractions and near misses from a plan's start to 10 s after its end, whoever hits whom.
 """
 
@@ -73,7 +72,7 @@ class RecoveryFigures:
     """Simulated time between questions and answers (s)."""
     driven_km: float = 0.0
     said: Counter[str] = field(default_factory=Counter)
-    """A passenger's lines by kind, and those after which a moving plan was begun because of them within 30 s."""
+    """A passenger's lines by kind, and those that led to a moving plan within 30 s."""
     followed: Counter[str] = field(default_factory=Counter)
     right: int = 0
     judged: int = 0
@@ -187,7 +186,7 @@ def recovers(intervention: InterventionRecord, o: RouteOutcome) -> bool:
 
 
 def is_false(intervention: InterventionRecord, o: RouteOutcome, pair: RouteOutcome | None) -> bool:
-    """True if waiting was right when this plan was begun."""
+    """True if waiting was right when this plan started."""
     if o.expected == "wait":
         return True
     if o.expected is not None or pair is None:

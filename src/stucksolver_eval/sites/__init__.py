@@ -1,1 +1,1 @@
-"""Places on maps for scenarios: what a type needs of a lane, a junction or a ramp, and where that is."""
+"""Finds places on maps for scenarios: lanes, junctions and ramps with what a type needs."""

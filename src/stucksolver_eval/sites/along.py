@@ -19,17 +19,17 @@ _LONGEST_M = 280
 
 @dataclass(frozen=True)
 class Along:
-    """Finds all places of a map where a lane has what a type needs, one every 20 m of each lane."""
+    """Finds all places on a map at which a lane has what a type needs, every 20 m of each lane."""
 
     fits: Fits
     after_m: int = 140
-    """Free lane after the trigger."""
+    """Length of free lane after the trigger."""
     before_m: int = 28
-    """From the route's start to the trigger, on the same road."""
+    """Distance from the route's start to the trigger, on the same road."""
     behind_m: int = 0
-    """More of the lane before the route's start."""
+    """Length of lane that must exist before the route's start."""
     direct: bool = True
-    """Whether the stretch must be straight."""
+    """True if the stretch must be straight."""
 
     def __call__(self, town: Town, ways: list[Movement]) -> Iterator[Site]:
         for lane in town.lanes:

@@ -1,4 +1,4 @@
-"""What a stretch of a lane must have: `carla.Waypoint`s a metre apart, from a scenario's trigger on."""
+"""Requirements on a stretch of a lane: waypoints 1 m apart, from a scenario's trigger on."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import carla
 from stucksolver_eval.sites.walk import Path, Town, bend_deg, beside, oncoming, same_way
 
 _TWO_WAYS_LIMIT_KMH = 50.0
-"""Faster oncoming flows leave no gap that one can overtake in from standing."""
+"""In faster oncoming flows there is no gap long enough to pass something from a standstill."""
 _SURE_BEND_DEG = 15.0
 _WIDE_M = 3.0
 
 Fits = Callable[[Town, Path], bool]
-"""Whether a stretch has what the scenario needs."""
+"""Returns True if a stretch has what the scenario needs."""
 
 
 def any_lane(town: Town, stretch: Path) -> bool:
-    """Every lane will do, but those too narrow for two cars to pass each other."""
+    """Any lane, except where two cars cannot pass each other."""
     return not narrow(town, stretch)
 
 
@@ -29,7 +29,7 @@ def left_lane(town: Town, stretch: Path) -> bool:
 
 
 def right_of_two(town: Town, stretch: Path) -> bool:
-    """The rightmost of two lanes and no more."""
+    """The rightmost of exactly two lanes."""
     lanes = [same_way(w, carla.LaneChange.Left) for w in _ends(stretch)]
     return left_lane(town, stretch) and not any(same_way(w, carla.LaneChange.Left) for w in lanes if w is not None)
 
@@ -45,7 +45,7 @@ def several_lanes(town: Town, stretch: Path) -> bool:
 
 
 def two_ways(town: Town, stretch: Path) -> bool:
-    """One lane each way, where passing is permitted and traffic is not fast."""
+    """One lane each way, where passing is permitted and the limit is at most 50 km/h."""
     slow = 0.0 < town.limit_kmh(stretch[0]) <= _TWO_WAYS_LIMIT_KMH
     return slow and all(oncoming(w) and not same_way(w, carla.LaneChange.Right) for w in _ends(stretch))
 
@@ -62,7 +62,7 @@ def two_ways_with_parking(town: Town, stretch: Path) -> bool:
 
 
 def sidewalk(town: Town, stretch: Path) -> bool:
-    """A sidewalk to the right that no parked car hides."""
+    """A sidewalk to the right, not hidden by parked cars."""
     if same_way(stretch[0], carla.LaneChange.Right) or parking(town, stretch):
         return False
     return all(beside(w, carla.LaneType.Sidewalk) for w in _ends(stretch))
@@ -74,13 +74,13 @@ def two_ways_by_sidewalk(town: Town, stretch: Path) -> bool:
 
 
 def bend(town: Town, stretch: Path) -> bool:
-    """One lane each way that turns; a solid centre line is the rule there."""
+    """One lane each way in a bend, where the centre line is usually solid."""
     slow = 0.0 < town.limit_kmh(stretch[0]) <= _TWO_WAYS_LIMIT_KMH
     return one_lane(town, stretch) and slow and bend_deg(stretch[:60]) >= _SURE_BEND_DEG
 
 
 def one_lane(town: Town, stretch: Path) -> bool:
-    """One wide lane each way, whatever the line between them."""
+    """One wide lane each way, with any centre line."""
     alone = not any(
         same_way(w, side) for w in _ends(stretch) for side in (carla.LaneChange.Left, carla.LaneChange.Right)
     )

@@ -1,4 +1,4 @@
-"""Ways through junctions: where they come from, where they lead, what governs them, who else is there."""
+"""Movements through junctions: entry, exit, turn, traffic control, and conflicting movements."""
 
 from __future__ import annotations
 
@@ -20,38 +20,38 @@ _ARM_TOLERANCE_DEG = 35.0
 _ARM_MIN_M = 90.0
 """Arms shorter than this belong to roundabouts."""
 _WIDE_M = 3.0
-"""Narrower lanes are for two-way roads on which two cars do not pass each other."""
+"""Narrower lanes belong to two-way roads on which two cars cannot pass each other."""
 _SIGN_WITHIN_M = 12.0
 _LIGHT_WITHIN_M = 12.0
 _HEADING_DEG: dict[Side, float] = {"left": 90.0, "opposite": 180.0, "right": -90.0}
-"""The heading of who comes from that side, relative to one's own, clockwise."""
+"""Heading of traffic from each side relative to one's own (degrees, clockwise)."""
 
 
 @dataclass(frozen=True)
 class Movement:
-    """One lane's way through a junction."""
+    """The path of one lane through a junction."""
 
     junction_id: int
     entry: carla.Waypoint
     """The last waypoint before the junction."""
     inside: carla.Waypoint
-    """The first one in it."""
+    """The first waypoint in it."""
     exit: carla.Waypoint
-    """The first one after it."""
+    """The first waypoint after it."""
     turn: Turn
     control: Control
     arms: int
-    """How many roads meet there."""
+    """Number of roads that meet there."""
     town: Town
 
     @property
     def key(self) -> str:
-        """Tells movements apart on one map."""
+        """Identifies the movement on its map."""
         return f"{self.entry.road_id}/{self.entry.lane_id}-{self.exit.road_id}/{self.exit.lane_id}"
 
 
 def movements(town: Town) -> list[Movement]:
-    """All ways of cars through all junctions with wide arms of some length, in the order of ids."""
+    """Return all movements of cars through junctions with wide and long enough arms, ordered by id."""
     found = []
     for ways in _by_junction(town):
         wide = [one for one in ways if min(one.entry.lane_width, one.exit.lane_width) >= _WIDE_M]
@@ -61,7 +61,7 @@ def movements(town: Town) -> list[Movement]:
 
 
 def roundabouts(town: Town) -> Iterator[list[Movement]]:
-    """Ways through roundabouts, each as the movements at the nodes of its ring: in, round, and out elsewhere."""
+    """Yield paths through roundabouts as movements at the nodes of the ring: in, around, and out elsewhere."""
     ways = [one for junction in _by_junction(town) for one in junction]
     for enter in ways:
         if _is_short(town, enter.entry) or not _is_short(town, enter.exit):
@@ -77,7 +77,7 @@ def roundabouts(town: Town) -> Iterator[list[Movement]]:
 
 
 def arm(mine: Movement, side: Side, others: list[Movement]) -> list[Movement]:
-    """The movements of those who come into the same junction from a side."""
+    """Return the movements that enter the same junction from a side."""
     return [
         other
         for other in others
@@ -88,7 +88,7 @@ def arm(mine: Movement, side: Side, others: list[Movement]) -> list[Movement]:
 
 
 def straight(of: list[Movement]) -> list[Movement]:
-    """Those that go straight on."""
+    """Return the movements that go straight on."""
     return [one for one in of if one.turn == "straight"]
 
 
@@ -129,5 +129,5 @@ def _by_junction(town: Town) -> Iterator[list[Movement]]:
 
 
 def _is_short(town: Town, waypoint: carla.Waypoint) -> bool:
-    """Whether it lies on an arm between the nodes of a roundabout."""
+    """Return True if the waypoint is on an arm between the nodes of a roundabout."""
     return town.lengths_m[waypoint.road_id] < _ARM_MIN_M

@@ -1,4 +1,4 @@
-"""Where the shipped suites put a scenario type, and with which parameters: what its class states."""
+"""Where the shipped suites place a scenario type and with which parameters, as its class declares."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from stucksolver_eval.sites.values import Draw
 from stucksolver_eval.sites.walk import Town
 
 Finder = Callable[[Town, list[Movement]], Iterator[Site]]
-"""All places of a map that fit; the ways through its junctions come with it."""
+"""Yields all suitable places on a map; it gets the map and the movements through its junctions."""
 
 
 @dataclass(frozen=True)
 class Placed:
-    """Five routes of a suite: with ids from `first_id` on, at places that `find` finds."""
+    """Five routes of a suite, with ids from `first_id` on, at places that `find` yields."""
 
     suite: str
     first_id: int
     find: Finder
     values: Mapping[str, Draw] = field(default_factory=dict)
-    """The scenario's parameters, but for those that follow from the place."""
+    """The scenario's parameters, except those that follow from the place."""
     only_in: str = ""
-    """The one map that will do: one with blocks to drive round, with fast roads, with lanes for bicycles."""
+    """The only suitable map, if others lack blocks to drive around, fast roads, or bicycle lanes."""
 
     def draw(self, random: Random, free_m: int) -> dict[str, Parameter]:
-        """The parameters of one route; the lane is free for `free_m` after the trigger."""
+        """Draw the parameters of one route. The lane is free for `free_m` after the trigger."""
         return {name: one.draw(random, free_m) for name, one in self.values.items()}

@@ -26,14 +26,14 @@ _CUT_IN_TRIGGER_M = 110
 _CUT_IN_FROM_M = 75
 _CUT_IN_END_M = 90
 _CHANGES_AFTER_M = (0, 45, 120, 230)
-"""Where each lane begins, and the end."""
+"""Where the path in each lane starts, and where it ends (m)."""
 _CHANGES_TRIGGER_M = 15
 _CHANGES_STEP_M = 40
 _FEW_LANES, _MANY_LANES = 1, 3
 
 
 def merges(town: Town, ways: list[Movement]) -> Iterator[Site]:
-    """From a ramp straight into the rightmost lane of the motorway, with a flow on that lane."""
+    """Yield sites from a ramp straight into the rightmost lane of the motorway, with a flow in that lane."""
     for ramp in ways:
         for other in _beside_ramp(ramp, ways):
             if (ramp.exit.road_id, ramp.exit.lane_id) == (other.exit.road_id, other.exit.lane_id):
@@ -42,7 +42,7 @@ def merges(town: Town, ways: list[Movement]) -> Iterator[Site]:
 
 
 def exits(town: Town, ways: list[Movement]) -> Iterator[Site]:
-    """From the second lane across a flow on the rightmost one onto a ramp."""
+    """Yield sites from the second lane across a flow in the rightmost one onto a ramp."""
     for ramp in ways:
         main = [w for w in ways if _same_lane(w.entry, ramp.entry) and w is not ramp]
         if _lanes(ramp.exit) != _FEW_LANES or _lanes(ramp.entry) < _MANY_LANES or not main:
@@ -60,7 +60,7 @@ def exits(town: Town, ways: list[Movement]) -> Iterator[Site]:
 
 
 def cut_ins(town: Town, ways: list[Movement]) -> Iterator[Site]:
-    """Along the rightmost lane past an entry, with a place on its ramp."""
+    """Yield sites along the rightmost lane past an entry, with a place on its ramp."""
     for ramp in ways:
         for other in _beside_ramp(ramp, ways):
             if (ramp.exit.road_id, ramp.exit.lane_id) == (other.exit.road_id, other.exit.lane_id):
@@ -70,7 +70,7 @@ def cut_ins(town: Town, ways: list[Movement]) -> Iterator[Site]:
 
 
 def lane_changes(town: Town, ways: list[Movement]) -> Iterator[Site]:
-    """Over to the other side of a motorway and, where there is room, from both sides."""
+    """Yield sites with lane changes across a motorway, from both sides where there is room."""
     for lane in town.lanes:
         last = len(lane) - _CHANGES_AFTER_M[-1] - _CHANGES_STEP_M
         for start in range(_CHANGES_STEP_M, last, _CHANGES_STEP_M):
@@ -79,7 +79,7 @@ def lane_changes(town: Town, ways: list[Movement]) -> Iterator[Site]:
 
 
 def _staircase(town: Town, lane: Path, side: Any, start: int) -> Iterator[Site]:
-    """Two lane changes to a side, from the outermost lane of the other."""
+    """Yield sites with two lane changes to one side, from the outermost lane of the other side."""
     other = carla.LaneChange.Right if side == carla.LaneChange.Left else carla.LaneChange.Left
     if _lanes(lane[0]) < _MANY_LANES or same_way(lane[0], other):
         return
@@ -99,7 +99,7 @@ def _staircase(town: Town, lane: Path, side: Any, start: int) -> Iterator[Site]:
 
 
 def _beside_ramp(ramp: Movement, ways: list[Movement]) -> list[Movement]:
-    """The ways on the motorway's rightmost lane where `ramp` comes in beside it."""
+    """Return the movements in the motorway's rightmost lane where `ramp` joins it."""
     if _lanes(ramp.entry) != _FEW_LANES or _lanes(ramp.exit) < _MANY_LANES:
         return []
     main = [one for one in ways if one.junction_id == ramp.junction_id and _lanes(one.entry) >= _MANY_LANES]
@@ -107,7 +107,7 @@ def _beside_ramp(ramp: Movement, ways: list[Movement]) -> list[Movement]:
 
 
 def _lanes(waypoint: carla.Waypoint) -> int:
-    """How many lanes of this direction there are."""
+    """Return the number of lanes in this direction."""
     count = 1
     for side in (carla.LaneChange.Left, carla.LaneChange.Right):
         lane = same_way(waypoint, side)

@@ -15,18 +15,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Site:
-    """`path` is the route as it should be driven, `marks` the few waypoints of it that its XML names."""
+    """A place with its route. `path` is the whole route, `marks` are the few waypoints that its XML lists."""
 
     town: Town
     group: str
-    """The road or junction: routes of one type go to different groups where they can."""
+    """The road or junction; routes of one type go to different groups if possible."""
     place: str
-    """Tells sites apart on one map."""
+    """Identifies the site on its map."""
     path: Path
     marks: tuple[Any, ...]
     trigger: carla.Waypoint
     free_m: int = 0
-    """How far the lane goes on after the trigger before a junction."""
+    """Length of lane from the trigger to the next junction."""
     positions: Mapping[str, Any] = field(default_factory=dict)
     """Waypoints that the scenario's parameters name."""
     fixed: Mapping[str, Parameter] = field(default_factory=dict)

@@ -22,8 +22,8 @@ _RUN_UP_M = 75
 _TRIGGER_M = 38
 _NEAR_M = 3
 _SEEN_AFTER_M = 180
-"""So long is a lane on which one has to pass through the oncoming one: from 30 m after the trigger some 150 m of that
-must be seen, where it may be driven at 50 km/h."""
+"""Length of lane after the trigger for a pass through the oncoming lane: at a limit of 50 km/h, about 150 m of that
+must be visible from 30 m after the trigger."""
 _RAILS = "201"
 _FROM_RAILS_M = 30.0
 _RAILS_AFTER_SIGN_M = 6
@@ -39,7 +39,7 @@ _LAPS = 10
 
 
 def to_pass(fits: Fits) -> Finder:
-    """Where one may pass through the oncoming lane, and sees enough of it: nowhere at a level crossing."""
+    """Return a finder of places to pass through the oncoming lane with enough sight, away from level crossings."""
 
     def finds(town: Town, stretch: Path) -> bool:
         rails = [sign.transform.location for sign in town.map.get_all_landmarks_of_type(_RAILS)]
@@ -50,23 +50,23 @@ def to_pass(fits: Fits) -> Finder:
 
 
 def crosswalks(town: Town, ways: list[Movement]) -> Iterator[Site]:
-    """Beside a sidewalk, on the way into a junction without lights."""
+    """Yield sites with a sidewalk, before a junction without lights."""
     yield from Through(ALL_WAYS, UNLIT, rightmost=True)(town, ways)
 
 
 def all_way_stops(town: Town, ways: list[Movement]) -> Iterator[Site]:
-    """Crossings of four where everybody has to stop; who turns right would meet nobody from the right."""
+    """Yield four-way junctions where everybody must stop, without right turns, which meet nobody from the right."""
     others = {one.junction_id for one in ways if one.control != "stop" or one.arms != 4}
     yield from (site_at(one) for one in ways if one.junction_id not in others and one.turn != "right")
 
 
 def dark_lights(town: Town, ways: list[Movement]) -> Iterator[Site]:
-    """Into junctions with lights, where somebody from the right meets the ego."""
+    """Yield junctions with lights where a vehicle from the right meets the ego."""
     yield from Through(frozenset({"left", "straight"}), LIT, from_sides=frozenset({"right"}))(town, ways)
 
 
 def round_and_round(town: Town, ways: list[Movement]) -> Iterator[Site]:
-    """In at one arm of a roundabout, round and round, and out at another."""
+    """Yield routes into a roundabout at one arm, around several times, and out at another arm."""
     chains = list(roundabouts(town))
     ring = {one.inside.road_id for chain in chains for one in chain[1:-1]}
     for chain in chains:
@@ -84,21 +84,21 @@ def round_and_round(town: Town, ways: list[Movement]) -> Iterator[Site]:
 
 
 def _lap(path: Path) -> Path:
-    """The path until it comes back to where it began."""
+    """Return the path until it returns to its start."""
     start = path[0].transform.location
     far = next(index for index, one in enumerate(path) if one.transform.location.distance(start) > _RING_MARK_M)
     return path[: next(k for k in range(far, len(path)) if path[k].transform.location.distance(start) < 1.0)]
 
 
 def _apart(path: Iterable[carla.Waypoint]) -> Iterator[carla.Waypoint]:
-    """Of each piece of road one waypoint in its middle, in driving order."""
+    """Yield one waypoint in the middle of each piece of road, in driving order."""
     for _, piece in groupby(path, lambda one: one.road_id):
         some = list(piece)
         yield some[len(some) // 2]
 
 
 def level_crossings(town: Town, ways: list[Movement]) -> Iterator[Site]:
-    """Both ways over each level crossing; `distance` leads from the trigger to the rails."""
+    """Yield both directions over each level crossing; `distance` is from the trigger to the rails."""
     for sign in town.map.get_all_landmarks_of_type(_RAILS):
         first, last = sign.get_lane_validities()[0]
         lane = town.map.get_waypoint_xodr(sign.road_id, first if abs(first) <= abs(last) else last, sign.s)
@@ -113,12 +113,15 @@ def level_crossings(town: Town, ways: list[Movement]) -> Iterator[Site]:
 
 
 def closed_streets(town: Town, ways: list[Movement]) -> Iterator[Site]:
-    """Right into a street that is closed at its mouth, and on over its far end; who stands before it could still go
-    straight on, and round the block. `distance` leads from the trigger to where it is closed."""
+    """Yield right turns into a street that is closed at its entry.
+
+    A vehicle before the closure can still go straight on and around the block. `distance` is from the trigger to the
+    closure.
+    """
     for mine in ways:
         if mine.turn != "right" or mine.arms != 4 or not _goes_straight_too(mine, ways):
             continue
-        # From further back than usual: it comes to a red light and drives on with the green, not in the last yellow.
+        # Start farther back than usual, so that the ego arrives at a red light and continues at green, not at yellow.
         site = site_at(mine, _CLOSED_TRIGGER_M)
         beyond = follow(mine.exit, _LONGEST_BLOCK_M)
         crossed = [index for index, one in enumerate(beyond) if one.is_junction]
@@ -133,11 +136,11 @@ def closed_streets(town: Town, ways: list[Movement]) -> Iterator[Site]:
 
 
 def _goes_straight_too(mine: Movement, ways: list[Movement]) -> bool:
-    """May one go straight on from the same lane?"""
+    """Return True if the same lane also goes straight on."""
     lane = (mine.entry.road_id, mine.entry.lane_id)
     return any((one.entry.road_id, one.entry.lane_id) == lane for one in straight(ways))
 
 
 def _until(path: Path, road_id: int) -> Path:
-    """The path up to a road."""
+    """Return the path up to a road."""
     return path[: next(index for index, one in enumerate(path) if one.road_id == road_id)]

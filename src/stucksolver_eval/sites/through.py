@@ -21,7 +21,7 @@ _FLOW_AFTER_M = 55
 _BICYCLES_BEFORE_M = 40
 _BICYCLES_AFTER_M = 40
 _NEAR_M = 3
-"""Marks lie this close to the junction, so that the route through it cannot be mistaken."""
+"""Marks are this close to the junction, so that the route through it is unambiguous."""
 
 LIT: frozenset[Control] = frozenset({"light"})
 UNLIT: frozenset[Control] = frozenset({"stop", "yield", "none"})
@@ -37,7 +37,7 @@ FROM_LEFT: frozenset[Side] = frozenset({"left"})
 Ways = list[Movement]
 Places = Mapping[str, Any]
 Extra = Callable[[Movement, Ways], Iterator[tuple[Places, Mapping[str, Parameter]]]]
-"""What the place settles of the scenario's parameters: none, one or several ways to play it there."""
+"""Yields the parameters that the place determines, once for each way to play the scenario there."""
 
 
 def _nothing(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
@@ -46,18 +46,18 @@ def _nothing(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, 
 
 @dataclass(frozen=True)
 class Through:
-    """Finds all ways through junctions that have what a type needs."""
+    """Finds all movements through junctions that have what a type needs."""
 
     turns: frozenset[Turn] = frozenset({"left", "right"})
     controls: frozenset[Control] = frozenset({"light", "stop", "yield", "none"})
     arms: int = 0
-    """Exactly so many roads; 0 = any number."""
+    """Exact number of roads; 0 is any number."""
     from_sides: frozenset[Side] = frozenset()
-    """Somebody must be able to come from there and go straight on."""
+    """Sides from which traffic must be able to go straight on."""
     rightmost: bool = False
-    """Only from the lane at the kerb, beside a sidewalk."""
+    """True for the lane at the kerb only, next to a sidewalk."""
     trigger_m: int = _TRIGGER_BEFORE_M
-    """From the trigger to the junction."""
+    """Distance from the trigger to the junction."""
     extra: Extra = field(default=_nothing)
 
     def __call__(self, town: Town, ways: Ways) -> Iterator[Site]:
@@ -77,7 +77,7 @@ class Through:
 
 
 def site_at(mine: Movement, trigger_m: int = _TRIGGER_BEFORE_M, end_m: int = _END_AFTER_M) -> Site:
-    """A route through a junction, without anything special."""
+    """Return the site of a route through a junction."""
     before = approach(mine.entry, max(_START_BEFORE_M, trigger_m + _START_BEFORE_M - _TRIGGER_BEFORE_M))
     trigger = before[-trigger_m]
     inside = follow(mine.inside, 80, through=(mine.inside.road_id,))
@@ -90,38 +90,38 @@ def site_at(mine: Movement, trigger_m: int = _TRIGGER_BEFORE_M, end_m: int = _EN
 
 
 def _to_exit_lane(mine: Movement, of: Ways) -> Ways:
-    """Those who drive straight on into the lane that the ego turns into, or its neighbour."""
+    """Return the movements straight on into the lane that the ego turns into, or its neighbour."""
     return [
         one for one in straight(of) if one.exit.road_id == mine.exit.road_id and one.exit.lane_id == mine.exit.lane_id
     ]
 
 
 def enter_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
-    """Cars from the left on the road that the ego turns right into."""
+    """Yield places of a flow from the left on the road that the ego turns right into."""
     for other in _to_exit_lane(mine, arm(mine, "left", ways)):
         yield flow(other), {}
 
 
 def oncoming_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
-    """Places of a flow from the opposite arm, straight through."""
+    """Yield places of a flow from the opposite arm, straight through."""
     for other in straight(arm(mine, "opposite", ways)):
         yield flow(other), {}
 
 
 def crossing_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
-    """Cars from the left that cross the ego's way; the second flow, from the right, follows from it."""
+    """Yield places of a flow from the left across the ego's path; the second flow, from the right, follows from it."""
     for other in straight(arm(mine, "left", ways)):
         yield flow(other), {"direction": {"value": "right"}}
 
 
 def flow(other: Movement, before_m: int = _FLOW_BEFORE_M, after_m: int = _FLOW_AFTER_M) -> Places:
-    """Where a flow along somebody's way begins and ends."""
+    """Return the start and end of a flow along a movement."""
     start = approach(other.entry, before_m)[0]
     return {"start_actor_flow": start, "end_actor_flow": follow(other.exit, after_m)[-1]}
 
 
 def bicycles(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
-    """On the lane to the ego's right where it turns right; on the oncoming one where it turns left."""
+    """Yield bicycle lanes: to the ego's right for a right turn, the oncoming one for a left turn."""
     sources = [mine] if mine.turn == "right" else straight(arm(mine, "opposite", ways))
     for other in sources:
         start = beside(approach(other.entry, _BICYCLES_BEFORE_M)[0], carla.LaneType.Biking)
@@ -132,21 +132,21 @@ def bicycles(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, 
 
 
 def _beyond_junction(bicycle_lane: Any) -> Path:
-    """The lane as it goes on after the junction; nothing where it ends there."""
+    """Return the lane's continuation after the junction; empty if it ends there."""
     path = follow(bicycle_lane, 120)
     inside = [index for index, one in enumerate(path) if one.is_junction]
     return path[inside[-1] + 1 :] if inside else ()
 
 
 def joined(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
-    """Oncoming cars can turn right into the very lane that the ego turns left into."""
+    """Yield a site if oncoming cars can turn right into the same lane that the ego turns left into."""
     leave = (mine.exit.road_id, mine.exit.lane_id)
     if any((one.exit.road_id, one.exit.lane_id) == leave for one in arm(mine, "opposite", ways)):
         yield {}, {}
 
 
 def direction_of(*sides: Side) -> Extra:
-    """What adds the parameter `direction`: each of `sides` from which traffic meets ours."""
+    """Return an extra that adds `direction`: each of `sides` from which traffic meets the ego's path."""
 
     def extra(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
         for side in sides:
@@ -161,4 +161,4 @@ _MEETS: Mapping[Side, frozenset[Turn]] = {
     "left": frozenset({"left", "straight", "right"}),
     "right": frozenset({"left", "straight"}),
 }
-"""Whose way is crossed or joined by somebody who goes straight on from a side; nobody else's."""
+"""Turns whose path is crossed or joined by traffic that goes straight on from a side."""

@@ -10,22 +10,22 @@ from stucksolver_eval.routes import Parameter
 
 @dataclass(frozen=True)
 class Value:
-    """`<name value="..."/>`, a whole number between two others."""
+    """`<name value="..."/>`, a whole number in a range."""
 
     low: int
     high: int
 
     def draw(self, random: Random, free_m: int) -> Parameter:
-        """A value in the route file's form; `free_m` is the free road ahead."""
+        """Draw a value in the route file's form; `free_m` is the free road ahead."""
         return {"value": str(random.randint(self.low, self.high))}
 
 
 @dataclass(frozen=True)
 class Ride(Value):
-    """How far bicycles ride: no further than a free lane permits."""
+    """How far bicycles ride: no farther than the free lane permits."""
 
     def draw(self, random: Random, free_m: int) -> Parameter:
-        """A whole number of metres, no longer than the road allows."""
+        """Draw a whole number of metres, limited by the free road."""
         longest_m = max(_SHORTEST_RIDE_M, free_m - _BESIDE_THE_RIDE_M)
         return {"value": str(min(random.randint(self.low, self.high), longest_m))}
 
@@ -38,7 +38,7 @@ class Hundredths:
     high: float
 
     def draw(self, random: Random, free_m: int) -> Parameter:
-        """A number with two digits after the point."""
+        """Draw a number with two decimals."""
         return {"value": f"{random.uniform(self.low, self.high):.2f}"}
 
 
@@ -50,7 +50,7 @@ class IntervalDraw:
     last: tuple[int, int]
 
     def draw(self, random: Random, free_m: int) -> Parameter:
-        """The two ends of an interval."""
+        """Draw the two ends of an interval."""
         return {"from": str(random.randint(*self.first)), "to": str(random.randint(*self.last))}
 
 
@@ -61,12 +61,12 @@ class OneOf:
     words: tuple[str, ...]
 
     def draw(self, random: Random, free_m: int) -> Parameter:
-        """One of the words."""
+        """Draw one of the words."""
         return {"value": random.choice(self.words)}
 
 
 _BESIDE_THE_RIDE_M = 100
-"""Of a free lane: the hazard's distance, what is left to pass it, and the end."""
+"""Length of free lane for the distance to the hazard, the pass, and the end."""
 _SHORTEST_RIDE_M = 40
 Draw = Value | Hundredths | IntervalDraw | OneOf
 
@@ -77,5 +77,5 @@ BLOCKERS = OneOf(
 
 
 def flow_values(speed: tuple[int, int], first: tuple[int, int], last: tuple[int, int]) -> dict[str, Draw]:
-    """Of a flow of cars: its speed, and the range that its gaps are drawn from."""
+    """Return the parameters of a flow of cars: its speed, and the range of its gaps."""
     return {"flow_speed": Value(*speed), "source_dist_interval": IntervalDraw(first, last)}

@@ -1,4 +1,4 @@
-"""Walking along lanes of a `carla.Map`, a metre at a time, and asking what lies beside them."""
+"""Walks along lanes of a `carla.Map` in steps of 1 m, and finds adjacent lanes."""
 
 from __future__ import annotations
 
@@ -14,40 +14,40 @@ _LOOK_AHEAD_M = 15.0
 _MAX_SIDE_LANES = 6
 
 Path = tuple["carla.Waypoint", ...]
-"""Waypoints about a metre apart, in driving direction."""
+"""Waypoints about 1 m apart, in driving direction."""
 
 
 @dataclass(frozen=True)
 class Town:
-    """A map with its name, and what is asked of it more than once."""
+    """A map with its name, and cached queries."""
 
     name: str
     map: carla.Map
 
     @cached_property
     def limits_kmh(self) -> dict[tuple[int, int], float]:
-        """(road, sign of its lanes) to the limit that its signs state; 1 = left lanes, -1 = right lanes."""
+        """Signed speed limits by (road id, sign of the lane ids: 1 for left lanes, -1 for right lanes)."""
         signs = self.map.get_all_landmarks_of_type("274")
         return {(one.road_id, _sign(one.get_lane_validities()[0][0])): one.value for one in signs}
 
     def limit_kmh(self, waypoint: carla.Waypoint) -> float:
-        """The limit on a lane outside junctions; 0 where no sign states one."""
+        """Return the limit on a lane outside junctions; 0 without a sign."""
         return self.limits_kmh.get((waypoint.road_id, _sign(waypoint.lane_id)), 0.0)
 
     @cached_property
     def lanes(self) -> list[Path]:
-        """Each driving lane outside junctions from its first to its last metre."""
+        """All driving lanes outside junctions, each from start to end."""
         starts = {(w.road_id, w.lane_id): w for w, _ in self.map.get_topology() if not w.is_junction}
         return [_along(starts[key]) for key in sorted(starts)]
 
     @cached_property
     def lengths_m(self) -> dict[int, int]:
-        """Road id to its length, outside junctions."""
+        """Lengths of roads outside junctions, by road id."""
         return {lane[0].road_id: len(lane) for lane in self.lanes}
 
 
 def follow(waypoint: carla.Waypoint, length_m: int, through: Collection[int] = ()) -> Path:
-    """This waypoint and those after it; at a fork over one of the roads in `through`, else straight on."""
+    """Return this waypoint and those after it; at forks along a road in `through`, else straight on."""
     path = [waypoint]
     while len(path) <= length_m:
         options = path[-1].next(1.0)
@@ -59,7 +59,7 @@ def follow(waypoint: carla.Waypoint, length_m: int, through: Collection[int] = (
 
 
 def approach(waypoint: carla.Waypoint, length_m: int) -> Path:
-    """Those before this waypoint, as straight as can be, and itself last."""
+    """Return the waypoints before this one, as straight as possible, and itself last."""
     path = [waypoint]
     while len(path) <= length_m:
         options = path[-1].previous(1.0)
@@ -70,17 +70,17 @@ def approach(waypoint: carla.Waypoint, length_m: int) -> Path:
 
 
 def turn_deg(one: Any, other: Any) -> float:
-    """Change of heading; CARLA's yaw grows to the right."""
+    """Return the change of heading (degrees), positive to the right as in CARLA."""
     return float(math.remainder(other.transform.rotation.yaw - one.transform.rotation.yaw, 360.0))
 
 
 def bend_deg(path: Sequence[Any]) -> float:
-    """The largest change of heading from the first waypoint."""
+    """Return the largest change of heading from the first waypoint (degrees)."""
     return max(abs(turn_deg(path[0], one)) for one in path[::3])
 
 
 def beside(waypoint: carla.Waypoint, kind: carla.LaneType) -> carla.Waypoint | None:
-    """The nearest lane of a type to the right, or None."""
+    """Return the nearest lane of a type to the right, or None."""
     lane = waypoint.get_right_lane()
     for _ in range(_MAX_SIDE_LANES):
         if lane is None or lane.lane_type == kind:
@@ -90,7 +90,7 @@ def beside(waypoint: carla.Waypoint, kind: carla.LaneType) -> carla.Waypoint | N
 
 
 def same_way(waypoint: carla.Waypoint, side: carla.LaneChange) -> carla.Waypoint | None:
-    """The driving lane beside (`carla.LaneChange.Left` or `.Right`) that one may change to, or None."""
+    """Return the adjacent driving lane on a side (`carla.LaneChange`) to which changes are permitted, or None."""
     if not waypoint.lane_change & side:
         return None
     lane = waypoint.get_left_lane() if side == carla.LaneChange.Left else waypoint.get_right_lane()
@@ -100,7 +100,7 @@ def same_way(waypoint: carla.Waypoint, side: carla.LaneChange) -> carla.Waypoint
 
 
 def oncoming(waypoint: carla.Waypoint) -> carla.Waypoint | None:
-    """The adjacent oncoming driving lane across a broken line, or None."""
+    """Return the adjacent oncoming driving lane across a broken line, or None."""
     lane = waypoint.get_left_lane()
     if lane is None or lane.lane_type != carla.LaneType.Driving or lane.lane_id * waypoint.lane_id > 0:
         return None

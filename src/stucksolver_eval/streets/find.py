@@ -1,6 +1,6 @@
-"""Finds places on any OpenDRIVE map where a vehicle can get stuck behind something and could get past it.
+"""Finds places on any OpenDRIVE map where a vehicle can get stuck behind something that it could pass.
 
-Everything is read from `carla.Map`, so no server is needed. Waypoints are CARLA's (its left-handed world).
+Everything is read from `carla.Map`, so no server is needed. Waypoints are in CARLA's left-handed world frame.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import carla
 from stucksolver_eval.streets.stretches import Line, StreetKind, Stretch, bend_deg, crest_deg, lane_runs, stretches
 
 CLEAR_BEFORE_M, CLEAR_PAST_M = 20, 60
-"""Around the obstacle the road has no junction and keeps its lanes."""
+"""Distances before and beyond the obstacle without junctions or changes of lanes."""
 MIN_LENGTH_M = 110
 _STRAIGHT_DEG = 15.0
 _FLAT_DEG = 3.0
@@ -30,7 +30,7 @@ _CENTRE_ORDER = ("broken", "none", "other", "solid")
 
 
 class StreetError(ValueError):
-    """The map has no place that fits; the message names the map, what was searched and what to do."""
+    """The map has no suitable place; the message names the map, what was searched and what to do."""
 
 
 @dataclass(frozen=True)
@@ -41,21 +41,21 @@ class Street:
     """`one_lane`: one driving lane each way, the oncoming one adjacent. `multi_lane`: a lane of the same
     direction to the left, with a line that may be crossed."""
     waypoints: tuple[carla.Waypoint, ...]
-    """Every metre from start to destination along the lane."""
+    """Waypoints 1 m apart from start to destination along the lane."""
     obstacle_index: int
-    """Where in `waypoints` something should block the lane; it is also the metres from the start."""
+    """Index in `waypoints` at which something should block the lane, and its distance from the start (m)."""
     centre_line: Line
-    """Line to the left neighbour around the obstacle: `broken`, `solid`, `none` or `other`."""
+    """Line to the left neighbour near the obstacle: `broken`, `solid`, `none` or `other`."""
     bend_deg: float
     """Largest change of heading between any two points of the stretch."""
     oncoming_m: float
     """Length of the oncoming lane beyond the obstacle up to a junction (at most 400); 0 on `multi_lane`."""
     junction_free: bool
-    """Whether the whole stretch is; around the obstacle it always is."""
+    """True if the whole stretch has no junction; near the obstacle there is never one."""
 
     @property
     def start(self) -> carla.Waypoint:
-        """Where the ego begins."""
+        """Where the ego starts."""
         return self.waypoints[0]
 
     @property
@@ -70,7 +70,7 @@ class Street:
 
     @property
     def length_m(self) -> int:
-        """From start to destination along the lane."""
+        """Length from start to destination along the lane (m)."""
         return len(self.waypoints) - 1
 
 
@@ -81,11 +81,11 @@ def find_streets(
     length_m: int = 170,
     obstacle_m: int = 70,
 ) -> list[Street]:
-    """Streets of a kind, best first: junction-free, centre line broken, straight and flat, long sight.
+    """Return streets of a kind, best first: no junctions, a broken centre line, straight and flat, long sight.
 
-    `length_m` is asked for from start to destination and `obstacle_m` from start to obstacle. Shorter streets,
-    down to 110 m, come last. Places equally good are ordered by `seed`; the same seed gives the same list.
-    Streets of one direction are at least 40 m apart. Raises StreetError when there is none.
+    `length_m` is the wanted length from start to destination, and `obstacle_m` from start to obstacle. Shorter streets,
+    down to 110 m, come last. Equally good places are ordered by `seed`; the same seed gives the same list.
+    Streets of one direction are at least 40 m apart. Raises `StreetError` if there is none.
     """
     found = _candidates(carla_map, road, length_m, obstacle_m)
     random.Random(seed).shuffle(found)
@@ -96,9 +96,9 @@ def find_streets(
 
 
 def choose_street(carla_map: carla.Map, road: StreetKind | Literal["any"], seed: int, length_m: int) -> Street:
-    """The best street to show something: where the oncoming lane is seen far enough to pass in it, else any.
+    """Return the best street: one with enough sight of the oncoming lane for a pass, else any.
 
-    Where any road will do, streets with one lane each way come first. Raises StreetError when there is none.
+    If any kind of road is allowed, streets with one lane each way come first. Raises `StreetError` if there is none.
     """
     streets = find_streets(carla_map, road, seed, length_m)
     if road == "any":
@@ -117,7 +117,7 @@ class _Candidate:
     waypoints: tuple[carla.Waypoint, ...]
     obstacle_index: int
     ahead_m: int
-    """From the obstacle to the end of the junction-free stretch."""
+    """Distance from the obstacle to the end of the junction-free stretch."""
     form: int
 
     @property
@@ -135,7 +135,7 @@ def _candidates(carla_map: carla.Map, road: str, length_m: int, obstacle_m: int)
 
 
 def _windows(chain: list[carla.Waypoint], stretch: Stretch, length_m: int, obstacle_m: int) -> Iterator[_Candidate]:
-    """Places for the obstacle in one stretch, with as much of the lane around each as can be had."""
+    """Yield places for the obstacle in one stretch, each with as much of the lane around it as possible."""
     for place in range(stretch.first + CLEAR_BEFORE_M, stretch.last - CLEAR_PAST_M + 1, _STEP_M):
         start = max(0, place - obstacle_m)
         route, form = chain[start : start + length_m + 1], _FREE
@@ -149,7 +149,7 @@ def _windows(chain: list[carla.Waypoint], stretch: Stretch, length_m: int, obsta
 
 
 def _continued(route: list[carla.Waypoint], length_m: int) -> list[carla.Waypoint]:
-    """The route led on through whatever junctions follow, as straight as they permit."""
+    """Return the route extended through the following junctions, as straight as possible."""
     route = list(route)
     while len(route) <= length_m:
         onward = route[-1].next(1.0)
@@ -175,7 +175,7 @@ def _badness(candidate: _Candidate) -> tuple[int, ...]:
 
 
 def _apart(ranked: Iterable[_Candidate]) -> list[_Candidate]:
-    """Drops a candidate when a better one blocks nearly the same place in the same direction."""
+    """Drop candidates if a better one blocks nearly the same place in the same direction."""
     kept: list[_Candidate] = []
     for candidate in ranked:
         if not any(_same_place(candidate.obstacle, other.obstacle) for other in kept):
@@ -202,7 +202,7 @@ def _street(candidate: _Candidate) -> Street:
 
 
 def _oncoming_m(obstacle: carla.Waypoint) -> float:
-    """Follows the left neighbour against its direction, which is ahead for the ego."""
+    """Return the length of the left neighbour ahead of the ego, against the neighbour's own direction (m)."""
     waypoint = obstacle.get_left_lane()
     if waypoint is None:
         return 0.0

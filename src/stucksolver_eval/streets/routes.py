@@ -1,4 +1,4 @@
-"""Routes past such places, looked for on the map of a simulator that is opened for it."""
+"""Routes past such places, found on the map of a simulator that is started for it."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     import carla
 
 MARKS_EVERY_M = 20
-"""Between the waypoints that a route names: near enough that there is one way only from each to the next."""
+"""Distance between the waypoints that a route lists: close enough that the path between them is unambiguous."""
 
 Found = TypeVar("Found")
 
 
 @dataclass(frozen=True)
 class Where:
-    """A map, and the simulator that has it: a carlette of our own, or a running CARLA server at `host` and `port`."""
+    """A map and its simulator: our own carlette, or a running CARLA server at `host` and `port`."""
 
     map_name: str
     maps: str | None = None
@@ -31,7 +31,7 @@ class Where:
 
 
 def look_on_map(where: Where, find: Callable[[Any, Any], Found]) -> Found:
-    """What `find` finds in a `carla.World` and its `carla.Map`. Raises `ServerError`, and what `find` raises."""
+    """Call `find` with a `carla.World` and its `carla.Map`. Raises `ServerError`, and what `find` raises."""
     with open_server(where.map_name, where.maps, where.seed, where.host, where.port) as server:
         try:
             client = connect(server, CLIENT_TIMEOUT_S)
@@ -40,7 +40,7 @@ def look_on_map(where: Where, find: Callable[[Any, Any], Found]) -> Found:
         except RuntimeError as error:
             if isinstance(error, ServerError):
                 raise
-            # The client library tells of a simulator that is gone by a bare `RuntimeError`.
+            # The client library reports a lost simulator with a bare `RuntimeError`.
             server.check()
             raise ServerError(f"the simulator at {server.host}:{server.port} does not answer: {error}") from error
 
@@ -48,7 +48,7 @@ def look_on_map(where: Where, find: Callable[[Any, Any], Found]) -> Found:
 def street_route(
     route_id: str, town: str, waypoints: Sequence[carla.Waypoint], kind: str, parameters: Mapping[str, float]
 ) -> Route:
-    """A route along `carla.Waypoint`s a metre apart, with one scenario of type `kind` that begins with it."""
+    """Return a route along waypoints 1 m apart, with one scenario of type `kind` that starts with it."""
     marks = [*waypoints[:-1:MARKS_EVERY_M], waypoints[-1]]
     trigger = RoutePose(_position(waypoints[0]), math.remainder(waypoints[0].transform.rotation.yaw, 360.0))
     values = {name: {"value": f"{value:g}"} for name, value in parameters.items()}

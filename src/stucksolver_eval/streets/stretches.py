@@ -1,4 +1,4 @@
-"""Lanes between junctions as chains of waypoints, cut where the lanes beside them change."""
+"""Lanes between junctions as chains of waypoints, split where the adjacent lanes change."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ class Stretch:
     centre_line: Line
     """The line to the left neighbour."""
     rightmost: bool
-    """Whether no driving lane lies to the right."""
+    """True if there is no driving lane to the right."""
     first: int
     last: int
 
 
 def lane_runs(carla_map: carla.Map) -> list[list[carla.Waypoint]]:
-    """Every driving lane from junction to junction, a waypoint each metre, in an order that never varies."""
+    """Return every driving lane from junction to junction as waypoints 1 m apart, in a fixed order."""
     entries = {_key(start): start for start, _ in carla_map.get_topology() if not start.is_junction}
     ordered = sorted(entries, key=lambda key: (not _follows_junction(entries[key]), key))
     visited: set[_LaneKey] = set()
@@ -40,7 +40,7 @@ def lane_runs(carla_map: carla.Map) -> list[list[carla.Waypoint]]:
 
 
 def stretches(chain: Sequence[carla.Waypoint]) -> Iterator[Stretch]:
-    """The parts of a chain that have a left neighbour to pass in."""
+    """Yield the parts of a chain with a left neighbour in which to pass."""
     for neighbours, group in groupby(enumerate(chain), key=lambda item: _neighbours(item[1])):
         places = [place for place, _ in group]
         if neighbours is not None:
@@ -48,7 +48,7 @@ def stretches(chain: Sequence[carla.Waypoint]) -> Iterator[Stretch]:
 
 
 def bend_deg(waypoints: Sequence[carla.Waypoint]) -> float:
-    """Largest change of heading between any two of the waypoints, which follow one another."""
+    """Return the largest change of heading between any two of these consecutive waypoints (degrees)."""
     heading = lowest = highest = 0.0
     yaws = [waypoint.transform.rotation.yaw for waypoint in waypoints]
     for before, after in pairwise(yaws):
@@ -58,13 +58,13 @@ def bend_deg(waypoints: Sequence[carla.Waypoint]) -> float:
 
 
 def crest_deg(waypoints: Sequence[carla.Waypoint]) -> float:
-    """Largest change of slope between any two of the waypoints."""
+    """Return the largest change of slope between any two of the waypoints (degrees)."""
     slopes = [math.remainder(waypoint.transform.rotation.pitch, 360.0) for waypoint in waypoints]
     return max(slopes) - min(slopes)
 
 
 def _chain(start: carla.Waypoint, visited: set[_LaneKey]) -> list[carla.Waypoint]:
-    """Follows a lane until a junction, a fork, its end, or a lane that was walked before."""
+    """Follow a lane up to a junction, a fork, its end, or a lane that was visited before."""
     chain, here = [start], _key(start)
     visited.add(here)
     while len(chain) < _LONGEST:
@@ -90,7 +90,7 @@ def _key(waypoint: carla.Waypoint) -> _LaneKey:
 
 
 def _neighbours(waypoint: carla.Waypoint) -> tuple[StreetKind, Line, bool] | None:
-    """(kind, centre line, rightmost), or None where there is nothing to pass in."""
+    """Return (kind, centre line, rightmost), or None if there is no lane in which to pass."""
     left, right = waypoint.get_left_lane(), waypoint.get_right_lane()
     if not _drivable(left) or min(left.lane_width, waypoint.lane_width) < _MIN_LANE_M:
         return None
@@ -107,7 +107,7 @@ def _drivable(waypoint: carla.Waypoint | None) -> TypeGuard[carla.Waypoint]:
 
 
 def _line(marking: carla.LaneMarking | None) -> Line:
-    """Any paint with a solid part counts as solid: which side it binds is not told reliably."""
+    """Classify a line; any with a solid part counts as solid, because its side is not reported reliably."""
     if marking is None:
         return "none"
     name = str(marking.type).lower()

@@ -1,4 +1,4 @@
-"""Suites that ship: routes as the leaderboard's XML, found by name."""
+"""The shipped suites: routes in the leaderboard's XML format, by name."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ DATA = Path(__file__).with_name("data")
 
 
 class SuiteError(ValueError):
-    """There is no such suite, or no words for it; the message names those there are."""
+    """There is no such suite, or no guidance for it; the message names those that exist."""
 
 
 @dataclass(frozen=True)
 class Suite:
-    """Routes with what tells one version of them from another."""
+    """Routes with a digest that identifies their version."""
 
     name: str
     routes: tuple[Route, ...]
@@ -31,27 +31,27 @@ class Suite:
 
 
 def suite_names() -> tuple[str, ...]:
-    """The suites that ship."""
+    """Return the names of the shipped suites."""
     return tuple(sorted(path.stem for path in DATA.glob("*.xml")))
 
 
 def suite(name: str) -> Suite:
-    """A suite that ships (`bench220`, `dev`) or, where the name ends in `.xml`, a file of routes.
+    """Return a shipped suite (`bench220`, `dev`, `immobilized`), or a route file if the name ends in `.xml`.
 
-    Raises `SuiteError` for a name that is neither and `RouteFileError` for a file that is not right.
+    Raises `SuiteError` for an unknown name and `RouteFileError` for an invalid file.
     """
     path = Path(name) if name.endswith(".xml") else DATA / f"{name}.xml"
     if path.parent == DATA and name not in suite_names():
         known = ", ".join(suite_names())
-        raise SuiteError(f"no suite '{name}' ships (there are: {known}); name one of them or a route file (.xml)")
+        raise SuiteError(f"there is no shipped suite '{name}'; choose from {known}, or give a route file (.xml)")
     routes = read_routes(path)
     return Suite(path.stem, routes, hashlib.sha256(path.read_bytes()).hexdigest()[:12])
 
 
 def shipped_guidance(name: str) -> Path:
-    """What a passenger says on some routes of a suite that ships. Raises `SuiteError` where no such script does."""
+    """Return the path of a suite's shipped guidance script. Raises `SuiteError` if there is none."""
     path = DATA / f"guidance-{name}.json"
     if not path.is_file():
         known = ", ".join(suite_names())
-        raise SuiteError(f"no words of a passenger ship for the suite '{name}' (but for {known}); give a script")
+        raise SuiteError(f"there is no shipped guidance for the suite '{name}', only for {known}; give a script")
     return path

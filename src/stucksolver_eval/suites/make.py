@@ -1,10 +1,10 @@
-"""Places the routes of the suites that ship on the maps that ship.
+"""Places the routes of the shipped suites on the shipped maps.
 
     python -m stucksolver_eval.suites.make           writes data/*.xml
-    python -m stucksolver_eval.suites.make --check   fails when a committed file differs
+    python -m stucksolver_eval.suites.make --check   fails if a committed file differs
 
 `bench220`: five routes of each of the 44 public scenario types. `dev`: one route of every second type, with the
-same ids. `immobilized`: five routes of each stuck situation (or control) of our own. A type says itself where it
+same ids. `immobilized`: five routes of each of our own stuck situations and controls. Each type declares where it
 belongs (`placed`). The same maps give the same files.
 """
 
@@ -39,9 +39,9 @@ _DECIMALS = 2
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs the script; 1 when `--check` finds a difference."""
+    """Write or check the suites. Returns 1 if `--check` finds a difference, else 0."""
     parser = argparse.ArgumentParser(prog="python -m stucksolver_eval.suites.make", description=__doc__)
-    parser.add_argument("--check", action="store_true", help="compare, do not write")
+    parser.add_argument("--check", action="store_true", help="compare only; do not write")
     check = parser.parse_args(arguments).check
     towns = load_towns()
     suites = {name: routes_of(name, towns) for name in _FIRST_ID}
@@ -58,21 +58,21 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def load_towns(folder: Path = MAPS) -> list[Town]:
-    """The maps that the suites use."""
+    """Load the maps that the suites use."""
     return [Town(name, carla.Map(name, (folder / f"{name}.xodr").read_text("utf-8"))) for name in TOWNS]
 
 
 def placed_in(suite: str) -> dict[str, Placed]:
-    """The types that say they belong to a suite, in the order of their ids."""
+    """Return the types that belong to a suite, ordered by id."""
     load_all()
-    # What a type inherits is another type's place.
+    # An inherited `placed` belongs to another type.
     own = {name: vars(cls).get("placed") for name, cls in SCENARIOS.items()}
     found = {name: placed for name, placed in own.items() if placed is not None and placed.suite == suite}
     return dict(sorted(found.items(), key=lambda one: one[1].first_id))
 
 
 def routes_of(suite: str, towns: Sequence[Town]) -> list[Route]:
-    """Five routes of each of its types. Raises ValueError where the maps have too few places for one."""
+    """Return five routes of each type of a suite. Raises `ValueError` if the maps have too few places for one."""
     ways = {town.name: movements(town) for town in towns}
     routes = []
     for kind, placed in placed_in(suite).items():
@@ -85,13 +85,13 @@ def routes_of(suite: str, towns: Sequence[Town]) -> list[Route]:
 
 
 def dev(routes: Sequence[Route]) -> list[Route]:
-    """One route of every second type, not always the first."""
+    """Return one route of every second type, not always the first."""
     types = range(0, len(routes) // ROUTES_EACH, 2)
     return [routes[index * ROUTES_EACH + (index // 2) % ROUTES_EACH] for index in types]
 
 
 def _spread(kind: str, sites: list[Site]) -> list[Site]:
-    """Five sites: from as many lanes, at as many junctions, and on as many maps as there are."""
+    """Return five sites on as many different lanes, junctions and maps as possible."""
     chance = random.Random(kind)
     chance.shuffle(sites)
     chosen: list[Site] = []
@@ -104,7 +104,7 @@ def _spread(kind: str, sites: list[Site]) -> list[Site]:
 
 
 def _likeness(site: Site, chosen: list[Site]) -> tuple[int, int, int]:
-    """How many of those chosen start on the same lane, lie at the same junction or road, or on the same map."""
+    """Return how many of the chosen sites start on the same lane, and are at the same junction or road or map."""
     here = [one for one in chosen if one.town is site.town]
     lane = (site.trigger.road_id, site.trigger.lane_id)
     same_lane = sum((one.trigger.road_id, one.trigger.lane_id) == lane for one in here)

@@ -1,4 +1,4 @@
-"""Weather of the routes: CARLA's own presets in turn, each constant over its route."""
+"""Weather of the routes: CARLA's presets in turn, constant over each route."""
 
 from __future__ import annotations
 
@@ -42,17 +42,17 @@ FIELDS = (
     "fog_falloff",
 )
 _STEP = 8
-"""Has no divisor in common with the number of presets: all come up, and neighbours differ."""
+"""Coprime to the number of presets, so that all are used and neighbours differ."""
 _DECIMALS = 3
 
 
 def weather(number: int) -> tuple[WeatherKey, WeatherKey]:
-    """The weather of the route of this number, at its start and at its end."""
+    """Return the weather of the route with this number, at its start and at its end."""
     preset = getattr(carla.WeatherParameters, weather_name(number))
     values = {name: round(float(getattr(preset, name)), _DECIMALS) for name in FIELDS}
     return WeatherKey(0.0, values), WeatherKey(100.0, values)
 
 
 def weather_name(number: int) -> str:
-    """CARLA's name of the same."""
+    """Return CARLA's name of the weather of the route with this number."""
     return PRESETS[number * _STEP % len(PRESETS)]

@@ -55,7 +55,7 @@ def test_motion_is_read_as_it_was_written(tmp_path: Path) -> None:
 
 def test_results_are_not_overwritten(tmp_path: Path) -> None:
     begun(tmp_path / "out")
-    with pytest.raises(StoreError, match=r"holds results of two .* add --resume"):
+    with pytest.raises(StoreError, match=r"has results of two .* add --resume"):
         begun(tmp_path / "out")
 
 

@@ -91,7 +91,7 @@ def test_a_suite_says_which_version_of_it_this_is_and_which_maps_it_needs(tmp_pa
 
 
 def test_an_unknown_suite_is_refused_with_those_there_are():
-    with pytest.raises(SuiteError, match=r"no suite 'bench2drive' ships \(there are: bench220, dev"):
+    with pytest.raises(SuiteError, match=r"there is no shipped suite 'bench2drive'; choose from bench220, dev"):
         suite("bench2drive")
 
 
