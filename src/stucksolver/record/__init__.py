@@ -3,11 +3,14 @@
 from stucksolver.record.anchor import Anchor, check_anchor, head_of, read_heads, write_heads
 from stucksolver.record.chain import RecordError
 from stucksolver.record.decisions import RecordedDecision, read_decisions
+from stucksolver.record.questions import AskedQuestion, QuestionLog, read_questions
 from stucksolver.record.recorder import Recorder
 from stucksolver.record.replay import ReplayFinding, Report, replay
 
 __all__ = [
     "Anchor",
+    "AskedQuestion",
+    "QuestionLog",
     "RecordError",
     "RecordedDecision",
     "Recorder",
@@ -17,6 +20,7 @@ __all__ = [
     "head_of",
     "read_decisions",
     "read_heads",
+    "read_questions",
     "replay",
     "write_heads",
 ]
