@@ -51,6 +51,7 @@ COMMANDS = {
     "cases": Command("run the three cases of Bao and Li 2025 with a reasoner, and draw them", "cases", drives=True),
     "memory": Command("list, show, export or delete what is remembered of earlier drives", "memory"),
     "perception": Command("record drives, train perception on them, and score it", "perception"),
+    "distill": Command("collect what a distilled model learns from, by search and drives", "distill", drives=True),
     "voice": Command("install a speech recognizer for the passenger's page, which runs in the browser", "voice"),
     "doctor": Command("check what is installed, what is missing, and how to get it", "doctor"),
     "config": Command("show the settings in effect, or write a configuration file to start from", "config"),

@@ -1,0 +1,1 @@
+"""Finds good plans for standstills by search and exact drives: the teacher of a distilled model, and its data."""

@@ -1,0 +1,109 @@
+"""Exact drives: the route is driven again to the very same moment, with another plan there.
+
+Runs of the embedded simulator are the same bit for bit, so a drive differs only from the plan on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from stucksolver.decision import RecoveryPlan
+from stucksolver.reason.played import BOOK, PlanBook
+from stucksolver.record import AskedQuestion, read_questions
+from stucksolver_distill.grade import Grade, grade
+from stucksolver_distill.labels import Label, Source
+from stucksolver_distill.standstill import Standstill, digest_of
+from stucksolver_eval.arms.spec import ArmSpec
+from stucksolver_eval.files import write_text
+from stucksolver_eval.results.metric_info import read_metric_info
+from stucksolver_eval.results.outcome import RouteOutcome
+from stucksolver_eval.results.store import Store
+from stucksolver_eval.routes import Route
+from stucksolver_eval.runner.job import RouteJob
+from stucksolver_eval.runner.work import Task
+
+QUESTIONS = "questions.jsonl"
+
+
+@dataclass(frozen=True)
+class DriveSpec:
+    """What all drives of a campaign share.
+
+    Attributes:
+        driver: Who drives.
+        ladder: The ladder's file; None for the evaluation's own profile.
+        maps: Further folders of maps.
+        limit_s: A route ends at this time (s); None: when it ends by itself.
+    """
+
+    driver: str = "behavior:normal"
+    ladder: Path | None = None
+    maps: str | None = None
+    limit_s: float | None = None
+
+
+def drive_task(spec: DriveSpec, route: Route, seed: int, book: PlanBook, folder: Path, *, waits: bool = False) -> Task:
+    """Prepare a drive that plays a book of plans back.
+
+    Args:
+        spec: What all drives share.
+        route: The route.
+        seed: Seed of its traffic.
+        book: The plans to play back.
+        folder: Takes everything of this drive.
+        waits: Elsewhere it waits; otherwise it does what the rules say.
+
+    Raises:
+        OutputError: The folder cannot be written.
+    """
+    write_text(folder / BOOK, book.model_dump_json() + "\n")
+    (folder / QUESTIONS).unlink(missing_ok=True)
+    recovery = f"{'teacher' if waits else 'teacher-then-rules'}:{folder}"
+    arm = ArmSpec(driver=spec.driver, recovery=recovery, ladder=spec.ladder, questions=folder / QUESTIONS)
+    return Task(RouteJob(route=route, seed=seed, arm=arm, maps=spec.maps, limit_s=spec.limit_s), folder)
+
+
+def questions_of(folder: Path) -> tuple[AskedQuestion, ...]:
+    """Return the questions of a drive. Raises `RecordError`."""
+    return read_questions(folder / QUESTIONS)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One answer to be driven at a standstill."""
+
+    standstill: Standstill
+    source: Source
+    plan: RecoveryPlan | None
+    value: float | None = None
+
+    @property
+    def book(self) -> PlanBook:
+        """The book with this answer alone; without it the rules decide."""
+        return PlanBook() if self.source == "rules" else PlanBook(plans={self.standstill.digest: self.plan})
+
+
+def label_of(trial: Trial, task: Task, outcome: RouteOutcome) -> Label:
+    """Grade a drive that has ended, and check that it came to the standstill."""
+    still = trial.standstill
+    reached = any(digest_of(one) == still.digest for one in questions_of(task.folder))
+    graded = _grade(task, outcome, still.at_s) if outcome.state == "driven" else None
+    return Label(
+        standstill=still.name,
+        scenario=still.scenario,
+        source=trial.source,
+        plan=trial.plan,
+        value=trial.value,
+        reached=reached,
+        grade=graded,
+        error=outcome.reason.strip().splitlines()[-1] if outcome.reason.strip() else "",
+        drive_s=outcome.wall_s,
+    )
+
+
+def _grade(task: Task, outcome: RouteOutcome, at_s: float) -> Grade:
+    store, job = Store(task.folder), task.job
+    record = store.record(job.route, job.seed)
+    assert record is not None, "a driven route has a record"
+    return grade(outcome, record, read_metric_info(store.metric_info(job.route, job.seed)), at_s)

@@ -1,0 +1,85 @@
+"""All behaviours that a scene offers, with parameters on a grid.
+
+The grid follows from the schemas in the scene, which come from the registry: a new behaviour needs no line here.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+from pydantic import ValidationError
+
+from stucksolver.decision.behaviors import Behavior, parse_behavior
+from stucksolver.scene import Scene
+
+MOST_IDS = 3
+"""Objects and waypoints that are tried for each parameter that names one."""
+CALLS = frozenset({"request_assistance"})
+"""Behaviours that ask a person, who is not there in a search."""
+Values = tuple[Any, ...]
+
+
+def offered(scene: Scene, steps: int) -> tuple[Behavior, ...]:
+    """Return every offered behaviour at every point of the grid.
+
+    Args:
+        scene: The scene, with the behaviours that the stack offers.
+        steps: Values of each number; they are spread evenly on a logarithmic scale between its bounds.
+    """
+    found: list[Behavior] = []
+    for one in scene.behaviors:
+        if one.name in CALLS:
+            continue
+        properties: Any = one.parameters["properties"]
+        axes = {name: _values(name, schema, scene, steps) for name, schema in properties.items()}
+        for point in itertools.product(*axes.values()):
+            behavior = _parsed(dict(zip(axes, point, strict=True)))
+            if behavior is not None:
+                found.append(behavior)
+    return tuple(dict.fromkeys(found))
+
+
+def _parsed(data: dict[str, Any]) -> Behavior | None:
+    """Return the behaviour, or None where parameters that are valid alone are not valid together."""
+    try:
+        return parse_behavior(data)
+    except ValidationError:
+        return None
+
+
+def _values(name: str, schema: dict[str, Any], scene: Scene, steps: int) -> Values:
+    if "const" in schema:
+        return (schema["const"],)
+    if "enum" in schema:
+        return tuple(schema["enum"])
+    if schema.get("type") == "number":
+        return _numbers(schema, steps)
+    if schema.get("type") == "boolean":
+        return (True, False)
+    ids = _waypoints(scene) if name == "route_start" else _objects(scene)
+    optional = any(kind.get("type") == "null" for kind in schema.get("anyOf", ()))
+    return (*ids, None) if optional else ids
+
+
+def _numbers(schema: dict[str, Any], steps: int) -> Values:
+    """Return a number's values, bounds included unless they are excluded, and its default."""
+    open_low = "minimum" not in schema
+    low, high = float(schema["exclusiveMinimum" if open_low else "minimum"]), float(schema["maximum"])
+    parts = [(k + open_low) / (steps - 1 + open_low) for k in range(steps)] if steps > 1 else [0.5]
+    spread = [low * (high / low) ** part for part in parts]
+    default = [float(schema["default"])] if "default" in schema else []
+    return tuple(dict.fromkeys(round(value, 2) for value in (*default, *spread)))
+
+
+def _objects(scene: Scene) -> Values:
+    """Return ids of objects: those in the path ahead first, then the nearest others ahead."""
+    others = sorted((o for o in scene.objects if o.gap_m is not None and o.gap_m > 0.0), key=lambda o: o.gap_m or 0.0)
+    ids = dict.fromkeys(o.id for o in (*scene.in_path_ahead(), *others))
+    return tuple(ids)[:MOST_IDS]
+
+
+def _waypoints(scene: Scene) -> Values:
+    """Return ids of the nearest waypoints from which the destination can be reached."""
+    fitting = sorted((w for w in scene.waypoints if w.reaches_destination is not False), key=lambda w: w.distance_m)
+    return tuple(w.id for w in fitting)[:MOST_IDS]

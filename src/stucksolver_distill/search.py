@@ -1,0 +1,124 @@
+"""A beam search over plans of up to three behaviours; each is judged by the real guard before it counts."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from stucksolver.decision import RecoveryPlan
+from stucksolver.decision.behaviors import Behavior, Wait
+from stucksolver.guard import Guard
+from stucksolver.scene import Scene, Surroundings
+from stucksolver.scene.model import Model
+from stucksolver.scene.view import FrenetScene
+from stucksolver.solver.machine.admission import against_offers
+from stucksolver.solver.machine.execution import Execution
+from stucksolver_distill.grid import offered
+from stucksolver_distill.trail import Trail, begin, drive, moved, stand
+
+T = TypeVar("T")
+Value = Callable[[Trail], float]
+"""Ranks a trail; larger is better."""
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How far to search.
+
+    Attributes:
+        depth: Most behaviours in a plan.
+        beam: Partial plans that are continued at each depth.
+        steps: Values of each parameter for the first behaviour.
+        later_steps: The same for the second and third.
+    """
+
+    depth: int = 3
+    beam: int = 6
+    steps: int = 4
+    later_steps: int = 3
+
+
+class Candidate(Model):
+    """A plan that the guard accepts at the standstill, with its value by the look-ahead."""
+
+    plan: RecoveryPlan
+    value: float
+
+
+@dataclass(frozen=True)
+class _Node:
+    behaviors: tuple[Behavior, ...]
+    trail: Trail
+    value: float
+
+
+@dataclass
+class Search:
+    """A search from one standstill. `checked` counts the questions to the guard."""
+
+    guard: Guard
+    scene: Scene
+    seen: Surroundings
+    value: Value
+    settings: SearchSettings = field(default_factory=SearchSettings)
+    checked: int = 0
+
+    def run(self) -> tuple[Candidate, ...]:
+        """Return all plans found that the guard accepts as a whole, best first."""
+        beam = [_Node((), begin(self.seen), 0.0)]
+        found: list[Candidate] = []
+        for depth in range(self.settings.depth):
+            options = offered(self.scene, self.settings.steps if depth == 0 else self.settings.later_steps)
+            nodes = [child for node in beam for one in options if (child := self._extended(node, one)) is not None]
+            found += [plan for node in nodes if (plan := self._admitted(node)) is not None]
+            beam = varied(nodes, lambda n: (kinds(n.behaviors), n.value), self.settings.beam)
+        return tuple(sorted(found, key=lambda one: -one.value))
+
+    def _extended(self, node: _Node, one: Behavior) -> _Node | None:
+        """Return the plan with one more behaviour, if the guard accepts that from where the plan has led so far."""
+        view = FrenetScene(moved(self.seen, node.trail))
+        self.checked += 1
+        if one.stands_still:
+            if not self.guard.allows_standing(one, view).accepted:
+                return None
+            trail = stand(node.trail, one.duration_s if isinstance(one, Wait) else 0.0)
+        else:
+            verdict, proven = self.guard.accept((one,), view, guided=False)
+            if proven is None or not verdict.accepted:
+                return None
+            trail = drive(node.trail, proven, view)
+        return _Node((*node.behaviors, one), trail, self.value(trail))
+
+    def _admitted(self, node: _Node) -> Candidate | None:
+        """Return the whole plan as a candidate, if it is admitted at the standstill as the solver would admit it."""
+        plan = RecoveryPlan.model_validate({"behaviors": node.behaviors})
+        self.checked += 1
+        if against_offers(plan, self.scene) is not None:
+            return None
+        view = FrenetScene(self.seen)
+        verdict = Execution(plan, self.guard, guided=False).start(view, self.scene.time_s)
+        return Candidate(plan=plan, value=round(node.value, 2)) if verdict.accepted else None
+
+
+def kinds(behaviors: Iterable[Behavior]) -> tuple[str, ...]:
+    """Return the names of behaviours: the kind of a plan, whatever its parameters."""
+    return tuple(behavior.name for behavior in behaviors)
+
+
+def varied(items: Iterable[T], key: Callable[[T], tuple[tuple[str, ...], float]], most: int) -> list[T]:
+    """Return the best items by turns: the best one of each kind first, then the second of each, and so on.
+
+    Args:
+        items: What to choose from.
+        key: Returns the kind and the value of an item.
+        most: How many to return.
+    """
+    turns: Counter[tuple[str, ...]] = Counter()
+    ranked: list[tuple[int, float, T]] = []
+    for item in sorted(items, key=lambda one: -key(one)[1]):
+        kind, value = key(item)
+        ranked.append((turns[kind], -value, item))
+        turns[kind] += 1
+    return [item for _, _, item in sorted(ranked, key=lambda one: one[:2])[:most]]

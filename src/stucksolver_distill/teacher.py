@@ -1,0 +1,99 @@
+"""`python -m stucksolver_distill.teacher`: the same as `stucksolver distill collect`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from stucksolver_distill.campaign import CampaignSpec, collect
+from stucksolver_distill.exact import DriveSpec
+from stucksolver_distill.gap import write_report
+from stucksolver_distill.search import SearchSettings
+from stucksolver_eval.runner.suite import load_routes
+from stucksolver_eval.suites import suite
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a person asks for; see the options."""
+
+    suite: str
+    out: Path
+    seed: int = 1
+    routes: tuple[str, ...] = ()
+    best: int = 10
+    jobs: int = 2
+    driver: str = "behavior:normal"
+    ladder: Path | None = None
+    maps: str | None = None
+    limit_s: float | None = None
+    beam: int = SearchSettings.beam
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a campaign."""
+    parser.add_argument("--suite", required=True, help="bench220, dev, immobilized, or a leaderboard route file")
+    parser.add_argument("--routes", default="", metavar="ID,ID", help="only these routes of the suite")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the traffic")
+    parser.add_argument("--best", type=int, default=10, metavar="N", help="plans driven exactly at each standstill")
+    parser.add_argument("--jobs", type=int, default=2, metavar="N", help="number of drives in parallel")
+    parser.add_argument("--driver", default="behavior:normal", help="who drives until the standstill, and after it")
+    parser.add_argument("--ladder", type=Path, metavar="FILE", help="escalation policy (default: evaluation)")
+    parser.add_argument("--maps", metavar="DIR", help="a further folder of maps")
+    parser.add_argument("--limit", type=float, metavar="S", help="end every route at this time (default: at its end)")
+    parser.add_argument("--beam", type=int, default=SearchSettings.beam, metavar="N", help="width of the beam search")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the campaign; goes on there")
+
+
+def asked(options: argparse.Namespace) -> Asked:
+    """Return what the options say."""
+    return Asked(
+        suite=options.suite,
+        out=options.out,
+        seed=options.seed,
+        routes=tuple(filter(None, options.routes.split(","))),
+        best=options.best,
+        jobs=options.jobs,
+        driver=options.driver,
+        ladder=options.ladder,
+        maps=options.maps,
+        limit_s=options.limit,
+        beam=options.beam,
+    )
+
+
+def teach(what: Asked) -> Path:
+    """Run a campaign, or go on with it, and return its report.
+
+    Raises:
+        SuiteError: There is no such suite or route.
+        RouteFileError: The file of routes is not right.
+        CampaignError: The folder holds another campaign.
+        OutputError: Something cannot be written.
+    """
+    spec = CampaignSpec(
+        suite=what.suite,
+        suite_digest=suite(what.suite).digest,
+        routes=load_routes(what.suite, what.routes),
+        seed=what.seed,
+        out=what.out.resolve(),
+        best=what.best,
+        jobs=what.jobs,
+        drives=DriveSpec(driver=what.driver, ladder=what.ladder, maps=what.maps, limit_s=what.limit_s),
+        search=SearchSettings(beam=what.beam),
+    )
+    collect(spec, lambda line: print(line, file=sys.stderr, flush=True))
+    return write_report(spec.out)
+
+
+def main() -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(prog="python -m stucksolver_distill.teacher", description=__doc__)
+    add_options(parser)
+    print(teach(asked(parser.parse_args())))
+
+
+if __name__ == "__main__":
+    main()
