@@ -84,7 +84,13 @@ def test_each_wheel_holds_its_own_packages_and_nothing_of_the_other(unpacked):
         name: {p.name for p in folder.iterdir() if p.suffix != ".dist-info"} for name, folder in unpacked.items()
     }
     assert packages == {
-        "stucksolver": {"stucksolver", "stucksolver_eval", "stucksolver_bridge", "stucksolver_train"},
+        "stucksolver": {
+            "stucksolver",
+            "stucksolver_bridge",
+            "stucksolver_distill",
+            "stucksolver_eval",
+            "stucksolver_train",
+        },
         "carlette": {"carlette"},
     }
     for name, folder in unpacked.items():

@@ -112,7 +112,8 @@ class LookAhead:
             if t_s <= trail.end_s:
                 # After the tick: its physics must not move a body that follows a trail.
                 _put(world, self._ego, trail, t_s)
-            least_m = min(least_m, self._gap(world))
+                # What happens after the trail is the traffic's doing, not the plan's: only its progress counts.
+                least_m = min(least_m, self._gap(world))
             if least_m <= 0.0:
                 break
         self.spent.seconds += time.perf_counter() - began
