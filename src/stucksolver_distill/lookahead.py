@@ -44,7 +44,7 @@ class Hypothesis(str, Enum):
     STAND = "stand"
     """Everybody stays where they are."""
     ROLL = "roll"
-    """Everybody keeps their velocity; who stands, stands."""
+    """Everybody ahead keeps their velocity; who stands or is behind, stands."""
     DRIVE = "drive"
     """All vehicles drive along their lanes, by carlette's own traffic, also those that stand."""
 
@@ -100,6 +100,9 @@ class LookAhead:
         self.spent.forks += 1
         driven = [a.id for a, o in self._others if o.kind in VEHICLES] if hypothesis is Hypothesis.DRIVE else []
         world.traffic = Traffic(world, driven) if driven else None
+        if hypothesis is not Hypothesis.DRIVE:
+            # Bodies without a driver would roll on.
+            world.bodies.velocity[[world.actors[actor.id].row for actor, _ in self._others]] = 0.0
         least_m, on_its_own = math.inf, False
         for tick in range(1, round(HORIZON_S / TICK_S) + 1):
             t_s = tick * TICK_S
@@ -121,7 +124,12 @@ class LookAhead:
         return min(self._progress(world), MOST_PROGRESS_M) - cost
 
     def _roll(self, world: World, t_s: float) -> None:
+        ego = self.seen.ego
         for actor, one in self._others:
+            beyond = (one.x_m - ego.x_m) * math.cos(ego.yaw_rad) + (one.y_m - ego.y_m) * math.sin(ego.yaw_rad)
+            if beyond < 0.0:
+                # Who is behind would brake for a vehicle that stands.
+                continue
             position = world.bodies.position[world.actors[actor.id].row]
             start = self._world.bodies.position[actor.row]
             position[:2] = start[0] + one.vx_mps * t_s, start[1] - one.vy_mps * t_s
