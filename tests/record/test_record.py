@@ -356,7 +356,7 @@ def test_the_picture_shows_the_moments_asked_for(one, tmp_path, capsys):
 
 def test_a_picture_of_two_records_is_refused(one, tmp_path, capsys):
     assert main(["replay", str(one), str(one), "--picture", str(tmp_path / "two.png")]) == 2
-    assert "name one FILE" in capsys.readouterr().err
+    assert "give one FILE" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("at", ["9999", "-3", "nan", "inf"])
