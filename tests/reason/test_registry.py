@@ -55,7 +55,7 @@ def test_what_cannot_be_made_is_said_with_the_reason(words, why):
 
 def test_the_help_names_every_kind_and_no_name_is_taken_twice():
     assert all(kind.form in HELP for kind in KINDS.values())
-    with pytest.raises(ValueError, match="'rules' already"):
+    with pytest.raises(ValueError, match="already a kind of reasoner named 'rules'"):
         register(Kind("rules", "rules", lambda rest, exchanges: RuleReasoner()))
 
 
